@@ -1,0 +1,46 @@
+# Every target sets up what it needs first: a bare machine wants only python3 (3.11-3.13), git and make.
+#   PYTHON=python3.12 make test    takes that interpreter
+#   make test ARGS="-m 'not slow'" passes arguments to pytest
+VENV ?= .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.bootstrapped
+SOURCES := text2sim tests $(wildcard benchmarks)
+export VENV
+
+.PHONY: help demo test check format bench setup clean
+
+help:
+	@echo 'make demo    set up, run cases/brick_wall, print where the film and the report are'
+	@echo 'make test    set up, run the tests'
+	@echo 'make check   set up; format, lint, types, tests: what a change must pass'
+	@echo 'make format  set up, put the source in its canonical format'
+	@echo 'make bench   set up, measure'
+	@echo 'make clean   remove the environment and the caches'
+
+demo: $(STAMP)
+	@$(BIN)/text2sim run cases/brick_wall
+
+test: $(STAMP)
+	$(BIN)/python -m pytest $(ARGS)
+
+check: $(STAMP)
+	$(BIN)/ruff format --check $(SOURCES)
+	$(BIN)/ruff check $(SOURCES)
+	$(BIN)/pyright
+	$(BIN)/python -m pytest $(ARGS)
+
+format: $(STAMP)
+	$(BIN)/ruff check --fix-only $(SOURCES)
+	$(BIN)/ruff format $(SOURCES)
+
+bench: $(STAMP)
+	$(BIN)/python -m benchmarks $(ARGS)
+
+setup: $(STAMP)
+
+# bootstrap compares contents, so a checkout that only touched the files costs a fraction of a second.
+$(STAMP): pyproject.toml constraints.txt scripts/bootstrap
+	@scripts/bootstrap
+
+clean:
+	rm -rf $(VENV) build dist *.egg-info .pytest_cache .ruff_cache .hypothesis

@@ -1,0 +1,50 @@
+"""Runs one case for a command, and turns what its author can put right into problems."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from text2sim.cli import exits
+from text2sim.cli.cases import Examined
+from text2sim.cli.live import watch
+from text2sim.cli.output import problems_of
+from text2sim.harness.run import RunResult, run_case
+from text2sim.spec_schema.errors import MachineError, SpecError, Text2SimError
+
+if TYPE_CHECKING:
+    from text2sim.harness.stop import Stop
+
+
+def attempt(
+    row: Examined,
+    *,
+    runs: Path,
+    timeout: float,
+    memory: float | None,
+    film: bool,
+    force: bool,
+    quiet: bool = False,
+    stop: "Stop | None" = None,
+) -> RunResult | None:
+    """Run a case that was read; None if it could not be run, with the reasons in `row.problems`."""
+    assert row.loaded is not None
+    source = row.loaded.source
+    try:
+        with watch(row.name, quiet=quiet) as on_progress:
+            result = run_case(
+                row.loaded,
+                runs=runs,
+                on_progress=on_progress,
+                timeout=timeout,
+                memory_gb=memory,
+                film=film,
+                force=force,
+                stop=stop,
+            )
+    except Text2SimError as error:
+        row.problems = problems_of(error, row.path)
+        row.sources = {source.file: source.text} if isinstance(error, SpecError) else {}
+        row.exit = exits.MACHINE if isinstance(error, MachineError) else exits.INPUT
+        return None
+    row.problems = result.warnings
+    row.sources = {source.file: source.text}
+    return result

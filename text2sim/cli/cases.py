@@ -1,0 +1,119 @@
+"""Which cases a command is about, and what is wrong with them."""
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from text2sim.cli import exits
+from text2sim.cli.output import problems_of
+from text2sim.spec_schema.errors import MachineError, Problem, Text2SimError
+
+if TYPE_CHECKING:
+    from text2sim.compiler.plan import Plan
+    from text2sim.spec_schema.load import LoadedCase
+
+CASE_FILE = "case.yaml"
+SKIPPED = frozenset({"runs", "program", "assets", "__pycache__", "node_modules"})
+"""Folders in which no cases are looked for: they hold what was made from cases."""
+DEPTH = 6
+
+
+@dataclass
+class Examined:
+    """A case that was read, with all that is wrong with it."""
+
+    path: Path
+    loaded: "LoadedCase | None" = None
+    plan: "Plan | None" = None
+    problems: list[Problem] = field(default_factory=list)
+    sources: dict[str, str] = field(default_factory=dict)
+    """Text by file name, for excerpts."""
+    exit: int = exits.OK
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing keeps it from running."""
+        return self.exit == exits.OK
+
+    @property
+    def name(self) -> str:
+        """Name of the case, or of its folder if it could not be read."""
+        if self.loaded is not None:
+            return self.loaded.case.name
+        return self.path.parent.name if self.path.name == CASE_FILE else self.path.stem
+
+    def as_dict(self) -> dict[str, Any]:
+        """What `--json` says."""
+        document: dict[str, Any] = {
+            "case": self.name,
+            "file": str(self.path),
+            "ok": self.ok,
+            "problems": [problem.as_dict() for problem in self.problems],
+        }
+        if self.plan is not None:
+            document["notes"] = list(self.plan.notes)
+        return document
+
+
+def examine(path: Path, *, plan: bool = True) -> Examined:
+    """Read a case, and plan it if asked to; whatever its author did wrong ends up in `problems`."""
+    from text2sim.spec_schema.load import load_case
+
+    found = Examined(case_file(path))
+    try:
+        found.loaded = load_case(path)
+        found.path = found.loaded.path
+        if plan:
+            from text2sim.compiler.build import plan_case
+
+            found.plan = plan_case(found.loaded)
+            found.problems = list(found.plan.warnings)
+    except (Text2SimError, OSError) as error:
+        found.problems = problems_of(error, found.path)
+        found.exit = exits.MACHINE if isinstance(error, MachineError) else exits.INPUT
+    for file in {problem.file for problem in found.problems}:
+        found.sources[file] = _text(found, file)
+    return found
+
+
+def case_file(path: Path) -> Path:
+    """Return the file that a path means: itself, or `case.yaml` in it."""
+    return path / CASE_FILE if path.is_dir() else path
+
+
+def find_cases(paths: Iterable[Path]) -> list[Path]:
+    """Return the cases that paths mean; a folder that is no case itself means all cases below it."""
+    found: dict[Path, None] = {}
+    for path in paths:
+        below = [path] if not path.is_dir() or (path / CASE_FILE).is_file() else list(_below(path, DEPTH))
+        # A folder without cases is kept, so that reading it says so.
+        found |= dict.fromkeys(below or [path])
+    return list(found)
+
+
+def _below(folder: Path, depth: int) -> Iterable[Path]:
+    try:
+        entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
+    except OSError:
+        return
+    for entry in entries:
+        if entry.name.startswith(".") or entry.name in SKIPPED or not entry.is_dir(follow_symlinks=False):
+            continue
+        path = Path(entry.path)
+        if (path / CASE_FILE).is_file():
+            yield path
+        elif depth > 0:
+            yield from _below(path, depth - 1)
+
+
+def _text(found: Examined, file: str) -> str:
+    from text2sim.spec_schema.source import read_source
+
+    if found.loaded is not None and file == found.loaded.source.file:
+        return found.loaded.source.text
+    try:
+        return read_source(Path(file)).text
+    except Text2SimError:
+        return ""

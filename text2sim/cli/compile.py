@@ -1,0 +1,48 @@
+"""`text2sim compile`"""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from text2sim.cli import exits
+
+
+def compile_cases(
+    case: Annotated[Path, typer.Argument(help="A case folder or case.yaml file.")],
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", help="Folder of the program; CASE_FOLDER/program if left out.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """Write the Genesis program of a case, to read it or to run it by hand."""
+    from text2sim.cli.cases import examine
+    from text2sim.cli.output import say, say_json, say_problems, shown
+    from text2sim.compiler.build import compile_case
+    from text2sim.harness.folder import install_program, staging
+    from text2sim.spec_schema.errors import SpecError
+
+    row = examine(case, plan=False)
+    files: list[str] = []
+    if row.loaded is not None:
+        program = (out if out is not None else row.loaded.folder / "program").absolute()
+        with staging(program.parent) as stage:
+            try:
+                row.plan = compile_case(row.loaded, stage / "program")
+                row.problems = list(row.plan.warnings)
+            except SpecError as error:
+                row.problems, row.exit = error.problems, exits.INPUT
+            else:
+                install_program(stage / "program", program)
+                files = sorted(str(p.relative_to(program)) for p in program.rglob("*") if p.is_file())
+        row.sources = {row.loaded.source.file: row.loaded.source.text}
+    if as_json:
+        document = row.as_dict()
+        if row.plan is not None:
+            document |= {"program": str(program), "files": files, "sim_digest": row.plan.sim_digest}
+        say_json(document)
+        raise typer.Exit(row.exit)
+    say_problems(row.problems, row.sources)
+    for file in files:
+        say(shown(program / file))
+    raise typer.Exit(row.exit)

@@ -1,0 +1,61 @@
+"""What to say when a command cannot go on."""
+
+import errno
+import sys
+import tempfile
+import traceback
+
+from text2sim import __version__
+from text2sim.cli import exits
+from text2sim.cli.output import say, say_json, say_problems
+from text2sim.spec_schema.errors import MachineError, Problem, SpecError, Text2SimError
+
+_MACHINE_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.ENOMEM, errno.EMFILE, errno.EIO})
+
+
+def fail(error: Exception, *, as_json: bool) -> int:
+    """Say what went wrong, and return the exit code.
+
+    What a user can put right is said in a line or two. Everything else is our bug: its traceback goes to a file.
+    """
+    if isinstance(error, SpecError):
+        if as_json:
+            say_json({"ok": False, "problems": [problem.as_dict() for problem in error.problems]})
+        else:
+            say_problems(error.problems, {})
+        return exits.INPUT
+    if isinstance(error, Text2SimError | OSError):
+        return _fail_plainly(error, as_json=as_json)
+    message = f"internal error, which is our bug: {type(error).__name__}: {error}"
+    details = _write_details(error)
+    if as_json:
+        say_json({"ok": False, "error": message, "details": details})
+    else:
+        say(f"text2sim: {message}\n  details to send us: {details}", to=sys.stderr)
+    return exits.BUG
+
+
+def _fail_plainly(error: Text2SimError | OSError, *, as_json: bool) -> int:
+    code = exits.MACHINE if isinstance(error, MachineError) else exits.INPUT
+    message = str(error)
+    if isinstance(error, OSError):
+        message = f"{error.filename}: {error.strerror}" if error.filename else error.strerror or str(error)
+        code = exits.MACHINE if error.errno in _MACHINE_ERRORS else exits.INPUT
+    if as_json:
+        rule = type(error).__name__.removesuffix("Error").lower()
+        say_json({"ok": False, "error": message, "problems": [Problem("", message, file="", rule=rule).as_dict()]})
+    else:
+        say(f"text2sim: {message}", to=sys.stderr)
+    return code
+
+
+def _write_details(error: Exception) -> str:
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="text2sim-bug-", suffix=".txt", delete=False, encoding="utf-8"
+        ) as stream:
+            stream.write(f"text2sim {__version__}, Python {sys.version}\narguments: {sys.argv[1:]}\n\n")
+            stream.write("".join(traceback.format_exception(error)))
+            return stream.name
+    except OSError:
+        return "nowhere: no file could be written"

@@ -1,0 +1,97 @@
+"""Progress of a run: a live line on a terminal, a few plain lines elsewhere. Always on the error stream."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from text2sim.cli.output import say, seconds
+
+if TYPE_CHECKING:
+    from text2sim.harness.progress import OnProgress, Progress
+
+EVERY = 15.0
+"""Wall time [s] between plain lines of one phase."""
+
+WORDS = {
+    "check": "checking",
+    "compile": "compiling",
+    "start": "starting the engine",
+    "build": "building the scene",
+    "simulate": "simulating",
+    "film": "filming",
+    "judge": "judging",
+    "report": "writing the report",
+}
+
+
+@contextmanager
+def watch(name: str, *, quiet: bool = False) -> Iterator["OnProgress"]:
+    """Give a listener that shows the progress of the run called `name`."""
+    if quiet:
+        yield lambda progress: None
+    elif sys.stderr.isatty():
+        with _live(name) as listener:
+            yield listener
+    else:
+        yield _Plain(name)
+
+
+class _Plain:
+    """One line for each phase, and now and then one on the way through a long one."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._phase = ""
+        self._next = 0.0
+
+    def __call__(self, progress: "Progress") -> None:
+        words = f"{self._name}: {WORDS.get(progress.phase, progress.phase)}"
+        if progress.phase != self._phase or progress.note:
+            self._phase = progress.phase
+            self._next = progress.wall + EVERY
+            say(words + (f" ({progress.note})" if progress.note else ""), to=sys.stderr)
+        elif progress.wall >= self._next and progress.fraction is not None:
+            self._next = progress.wall + EVERY
+            say(f"{words} {_numbers(progress)}", to=sys.stderr)
+        sys.stderr.flush()
+
+
+@contextmanager
+def _live(name: str) -> Iterator["OnProgress"]:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (
+        SpinnerColumn(finished_text=" "),
+        TextColumn("{task.fields[name]}", markup=False),
+        TextColumn("{task.description}", style="bold", markup=False),
+        BarColumn(bar_width=24),
+        TextColumn("{task.fields[numbers]}", markup=False),
+        TimeElapsedColumn(),
+    )
+    # Captured output would tear the line to pieces, and everything else here prints after it.
+    live = Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=False, redirect_stderr=False)
+    with live:
+        task = live.add_task("", total=None, name=name, numbers="")
+
+        def listener(progress: "Progress") -> None:
+            fields: dict[str, Any] = {"description": WORDS.get(progress.phase, progress.phase)}
+            if progress.note:
+                live.console.print(progress.note, style="dim", markup=False, highlight=False)
+            if progress.fraction is None:
+                fields |= {"total": None, "numbers": ""}
+            else:
+                fields |= {"total": progress.duration, "completed": progress.t, "numbers": _numbers(progress)}
+            live.update(task, **fields)
+
+        yield listener
+
+
+def _numbers(progress: "Progress") -> str:
+    text = f"{progress.t:.2f} of {progress.duration:g} s"
+    if progress.speed:
+        text += f", {progress.speed:.2g} simulated s per s"
+    if progress.eta is not None:
+        text += f", {seconds(progress.eta)} left"
+    return text

@@ -1,0 +1,71 @@
+"""The command line. Every command stands in a module of its own and imports what it needs when it runs."""
+
+import sys
+from typing import Annotated
+
+import typer
+
+from text2sim import __version__
+from text2sim.cli import exits
+from text2sim.cli.check import check
+from text2sim.cli.compile import compile_cases
+from text2sim.cli.doctor import doctor
+from text2sim.cli.fmt import fmt
+from text2sim.cli.new import new
+from text2sim.cli.run import run_cases
+from text2sim.cli.schema import schema
+from text2sim.cli.test import test
+
+app = typer.Typer(
+    name="text2sim",
+    help="A case in YAML becomes a Genesis program, a run, and evidence.",
+    epilog="Exit codes: 0 fine; 1 the physics did not do what was expected; 2 the input is wrong; "
+    "3 this machine cannot; 70 a bug of ours.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("new")(new)
+app.command("check")(check)
+app.command("run")(run_cases)
+app.command("test")(test)
+app.command("compile")(compile_cases)
+app.command("fmt")(fmt)
+app.command("schema")(schema)
+app.command("doctor")(doctor)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        print(f"text2sim {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version and exit.", callback=_show_version, is_eager=True)
+    ] = False,
+) -> None:
+    pass
+
+
+def run() -> None:
+    """Run the command line and exit with one of `exits`."""
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal that cannot show a character must not stop a run.
+        stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    try:
+        app(prog_name="text2sim")
+    except KeyboardInterrupt:
+        sys.exit(exits.INTERRUPTED)
+    except BrokenPipeError:
+        # Whoever read our output has enough; Python must not complain about that at its own end.
+        sys.stdout = open("/dev/null" if sys.platform != "win32" else "NUL", "w")  # noqa: SIM115
+        sys.exit(exits.OK)
+    except Exception as error:
+        from text2sim.cli.failure import fail
+
+        sys.exit(fail(error, as_json="--json" in sys.argv))

@@ -1,0 +1,69 @@
+"""What the command line says: plain text that cannot rewrite a terminal, or one JSON document."""
+
+import json
+import os
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, TextIO
+
+from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError, format_problems
+
+
+def say(text: str = "", *, to: TextIO | None = None) -> None:
+    """Print a line, without whatever could move the cursor or change colours."""
+    print(printable(text), file=to or sys.stdout)
+
+
+def printable(text: str) -> str:
+    """Return text whose control characters are replaced: names and messages come from files of other people."""
+    return "".join(c if c.isprintable() or c in "\n\t" else "\N{REPLACEMENT CHARACTER}" for c in text)
+
+
+def say_problems(problems: Iterable[Problem], sources: Mapping[str, str]) -> None:
+    """Print problems with their lines to the error stream."""
+    if text := format_problems(problems, sources):
+        say(text, to=sys.stderr)
+
+
+def say_json(document: object) -> None:
+    """Print the one JSON document of a command."""
+    print(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False, default=str))
+
+
+def shown(path: Path) -> str:
+    """Return a path relative to the working directory where it lies below it."""
+    try:
+        return os.path.relpath(path) if path.absolute().is_relative_to(Path.cwd()) else str(path)
+    except OSError:  # the working directory is gone
+        return str(path)
+
+
+def problems_of(error: Exception, file: Path) -> list[Problem]:
+    """Return any error that a user can put right as located problems."""
+    if isinstance(error, SpecError):
+        return error.problems
+    rule = type(error).__name__.removesuffix("Error").lower() if isinstance(error, Text2SimError) else "unreadable"
+    message = (error.strerror or str(error)) if isinstance(error, OSError) else str(error)
+    return [Problem("", message, file=shown(file), rule=rule)]
+
+
+def seconds(value: float | None) -> str:
+    """Return a span of time for people: `0.4 s`, `41 s`, `3 min 5 s`."""
+    if value is None:
+        return "?"
+    if value < 10:
+        return f"{value:.1f} s"
+    minutes, rest = divmod(round(value), 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {minutes} min"
+    return f"{minutes} min {rest} s" if minutes else f"{rest} s"
+
+
+def expectation_rows(expectations: dict[str, dict[str, Any]]) -> list[tuple[bool, str, str]]:
+    """Return (passed, name, what came of it) for each expectation."""
+    return [
+        (bool(row.get("passed")), name, str(row.get("reason") or row.get("message") or ""))
+        for name, row in expectations.items()
+    ]

@@ -1,0 +1,62 @@
+"""`text2sim run`"""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from text2sim.cli import exits
+
+Runs = Annotated[Path, typer.Option("--runs", help="Folder in which each run has its own.")]
+Timeout = Annotated[float, typer.Option("--timeout", min=1.0, help="Wall time [s] that a program may take.")]
+Memory = Annotated[
+    float | None,
+    typer.Option("--memory", min=0.1, help="Memory [GB] that a program may use; 85 % of the machine's if left out."),
+]
+Force = Annotated[bool, typer.Option("--force", help="Simulate again even if nothing changed.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
+
+
+def run_cases(
+    cases: Annotated[list[Path], typer.Argument(help="Case folders, case.yaml files, or folders of cases.")],
+    runs: Runs = Path("runs"),
+    timeout: Timeout = 3600.0,
+    memory: Memory = None,
+    no_film: Annotated[bool, typer.Option("--no-film", help="Make no film.")] = False,
+    force: Force = False,
+    as_json: AsJson = False,
+) -> None:
+    """Simulate cases, judge what happened, and film it.
+
+    What is already done is not done again: a changed render section only films again; changed measures, events and
+    expectations are only judged again. Ctrl-C stops gently and keeps what was recorded; a second one kills.
+    """
+    from text2sim.cli.attempt import attempt
+    from text2sim.cli.cases import examine, find_cases
+    from text2sim.cli.output import say_json, say_problems
+    from text2sim.cli.verdict import exit_of, say_result
+
+    # All are read before the first runs: a slip in the last should not show after an hour.
+    paths = find_cases(cases)
+    rows = [examine(path, plan=len(paths) > 1) for path in paths]
+    if any(not row.ok for row in rows):
+        if as_json:
+            say_json({"ok": False, "runs": [row.as_dict() for row in rows]})
+        for row in () if as_json else rows:
+            say_problems(row.problems, row.sources)
+        raise typer.Exit(max(row.exit for row in rows))
+
+    code, documents = exits.OK, []
+    for row in rows:
+        result = attempt(row, runs=runs, timeout=timeout, memory=memory, film=not no_film, force=force, quiet=as_json)
+        code = max(code, row.exit if result is None else exit_of(result))
+        documents.append(row.as_dict() if result is None else result.as_dict())
+        if not as_json:
+            say_problems(row.problems, row.sources)
+            if result is not None:
+                say_result(row, result)
+        if result is not None and result.stopped:
+            break
+    if as_json:
+        say_json({"ok": code == exits.OK, "runs": documents})
+    raise typer.Exit(code)

@@ -1,0 +1,79 @@
+"""`text2sim test`"""
+
+import sys
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from text2sim.cli import exits
+from text2sim.cli.run import AsJson, Force, Memory, Runs, Timeout
+
+if TYPE_CHECKING:
+    from text2sim.cli.cases import Examined
+    from text2sim.harness.run import RunResult
+
+
+def test(
+    paths: Annotated[list[Path], typer.Argument(help="Cases, or folders of cases.")],
+    pattern: Annotated[str, typer.Option("-k", help="Only cases whose name contains this.")] = "",
+    runs: Runs = Path("runs"),
+    timeout: Timeout = 3600.0,
+    memory: Memory = None,
+    film: Annotated[bool, typer.Option("--film", help="Make films too.")] = False,
+    force: Force = False,
+    as_json: AsJson = False,
+) -> None:
+    """Run cases like a test suite: a case passes if everything that it expects came true."""
+    from text2sim.cli.attempt import attempt
+    from text2sim.cli.cases import examine, find_cases
+    from text2sim.cli.output import say, say_json, seconds
+    from text2sim.cli.verdict import exit_of
+
+    begun, code = monotonic(), exits.OK
+    tally = {"PASS": 0, "FAIL": 0, "ERROR": 0}
+    documents: list[dict[str, Any]] = []
+    # On a terminal the live line shows how far it is; elsewhere a suite prints its summary alone.
+    quiet = as_json or not sys.stderr.isatty()
+    rows = [row for path in find_cases(paths) if pattern in (row := examine(path, plan=False)).name]
+    for row in rows:
+        result = None
+        if row.loaded is not None:
+            result = attempt(row, runs=runs, timeout=timeout, memory=memory, film=film, force=force, quiet=quiet)
+        word = "ERROR" if result is None else "PASS" if result.passed else "FAIL"
+        tally[word] += 1
+        code = max(code, row.exit if result is None else exit_of(result))
+        documents.append({"result": word.lower()} | (row.as_dict() if result is None else result.as_dict()))
+        if not as_json:
+            _say_row(word, row, result)
+        if result is not None and result.stopped:
+            break
+    if not rows:
+        code = exits.INPUT
+    if as_json:
+        say_json({"ok": code == exits.OK, "cases": documents})
+    elif not rows:
+        say("no case matches", to=sys.stderr)
+    else:
+        counts = [f"{n} {word}" for word, n in zip(("passed", "failed", "in error"), tally.values(), strict=True) if n]
+        say(f"{', '.join(counts)} in {seconds(monotonic() - begun)}")
+    raise typer.Exit(code)
+
+
+def _say_row(word: str, row: "Examined", result: "RunResult | None") -> None:
+    from text2sim.cli.output import expectation_rows, say, say_problems, seconds
+    from text2sim.cli.verdict import say_failure
+
+    if result is None:
+        say(f"ERROR {row.name}")
+        say_problems(row.problems, row.sources)
+        return
+    rows = expectation_rows(result.expectations)
+    passed = sum(ok for ok, _, _ in rows)
+    again = "" if result.work.value == "simulated" else f" ({result.work.value})"
+    say(f"{word} {result.case} ({passed}/{len(rows)}) {seconds(result.wall)}{again}")
+    for ok, name, reason in rows:
+        if not ok:
+            say(f"    {name}: {reason}")
+    say_failure(row, result)

@@ -1,0 +1,84 @@
+"""What came of a run, for people."""
+
+import sys
+from typing import TYPE_CHECKING
+
+from text2sim.cli import exits
+from text2sim.cli.output import expectation_rows, say, say_problems, seconds, shown
+
+if TYPE_CHECKING:
+    from text2sim.cli.cases import Examined
+    from text2sim.harness.run import RunResult
+
+_EXITS = {"failed": exits.INPUT, "out_of_memory": exits.MACHINE, "interrupted": exits.INTERRUPTED}
+
+
+def exit_of(result: "RunResult") -> int:
+    """Return the exit code that a run deserves."""
+    if result.stopped:
+        return exits.INTERRUPTED
+    if result.state != "finished":
+        return _EXITS.get(result.state, exits.PHYSICS)
+    if not result.passed:
+        return exits.PHYSICS
+    return exits.MACHINE if result.film_message else exits.OK
+
+
+def say_result(case: "Examined", result: "RunResult") -> None:
+    """Say how a run ended; the paths of film and report come last."""
+    say_failure(case, result)
+    rows = expectation_rows(result.expectations)
+    if rows:
+        _say_table(rows)
+    say(f"{result.case}: {summary(result)}")
+    if result.film is not None:
+        say(f"film: {shown(result.film)}")
+    elif result.film_message:
+        say(f"film: none ({result.film_message})")
+    if result.report is not None:
+        say(f"report: {shown(result.report)}")
+
+
+def summary(result: "RunResult") -> str:
+    """Return one line: how far it came, what was done for it, how long that took."""
+    words = result.state.replace("_", " ")
+    if result.state != "finished":
+        words += f" at {(result.evidence or {}).get('time', 0.0):g} s" if result.evidence else ""
+    return f"{words}{_score(result)}, {result.work.value} in {seconds(result.wall)}"
+
+
+def _score(result: "RunResult") -> str:
+    rows = result.expectations
+    if not rows:
+        return ""
+    return f", {sum(bool(row.get('passed')) for row in rows.values())} of {len(rows)} expectations came true"
+
+
+def say_failure(case: "Examined", result: "RunResult") -> None:
+    """Say why a run ended early, at the line of the case where that is known, and where the log is."""
+    if result.state == "finished":
+        return
+    if result.problem is not None and case.loaded is not None:
+        say_problems([result.problem], {result.problem.file: case.loaded.source.text})
+    else:
+        say(f"{shown(case.path)}: {result.state.replace('_', ' ')}: {result.message}", to=sys.stderr)
+    say(f"    log: {shown(result.folder / 'log.txt')}", to=sys.stderr)
+
+
+def _say_table(rows: list[tuple[bool, str, str]]) -> None:
+    if not sys.stdout.isatty():
+        width = max(len(name) for _, name, _ in rows)
+        for passed, name, reason in rows:
+            say(f"  {'ok  ' if passed else 'FAIL'}  {name:<{width}}  {reason}")
+        return
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, show_header=False, padding=(0, 1))
+    table.add_column(no_wrap=True)
+    table.add_column(no_wrap=True)
+    table.add_column(overflow="fold")
+    for passed, name, reason in rows:
+        table.add_row(Text("  ok" if passed else "FAIL", style="green" if passed else "bold red"), Text(name), Text(reason))
+    Console().print(table)

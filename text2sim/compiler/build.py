@@ -1,0 +1,202 @@
+"""From a loaded case to a plan, and from a plan to the program's folder."""
+
+import json
+from dataclasses import asdict, replace
+from hashlib import sha256
+from math import ceil
+from pathlib import Path
+from typing import Any
+
+from text2sim import __version__
+from text2sim.compiler.controls import Rows, lower_controls, lower_motions
+from text2sim.compiler.film import resolve_render
+from text2sim.compiler.lower import Lowering
+from text2sim.compiler.placement import Copy, place_all
+from text2sim.compiler.plan import EntityPlan, Group, Plan
+from text2sim.compiler.settings import Settings, Traits, damping_ratio, derive
+from text2sim.spec_schema.errors import AssetError, Problem, SpecError
+from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.references import check_references
+
+ENERGY_BOUND = 0.95
+"""Largest substep over (time constant x damping ratio) at which a bouncing contact gains no energy."""
+
+
+def plan_case(loaded: LoadedCase) -> Plan:
+    """Resolve a case into a plan.
+
+    Raises:
+        SpecError: with every problem found, if there is an error among them.
+    """
+    problems = check_references(loaded)
+    _stop_at_errors(problems)
+    placed, found = place_all(loaded)
+    problems += found
+    _stop_at_errors(problems)
+    lowering = Lowering(loaded.folder)
+    case, scene = loaded.case, loaded.case.scene
+    statics = _groups(loaded, placed, tuple(scene.statics), "scene", lowering, problems)
+    bodies = _groups(loaded, placed, tuple(case.bodies), None, lowering, problems)
+    _stop_at_errors(problems)
+    rows = lower_controls(loaded, placed, lowering.initial)
+    moving = [copy for name in case.bodies for copy in placed[name]]
+    bounce = {c.name: e for group in placed.values() for c in group if (e := _restitution(c)) is not None}
+    settings = derive(scene, _traits(lowering, moving, rows, bounce))
+    problems += _check_bounce(loaded, settings, bounce)
+    _stop_at_errors(problems)
+    every = max(1, round(1.0 / (scene.record.rate * scene.dt)))
+    plan = Plan(
+        case=case.name,
+        dt=scene.dt,
+        steps=max(1, round(scene.duration / scene.dt)),
+        every=every,
+        gravity=scene.gravity,
+        seed=scene.seed,
+        max_speed=scene.max_speed,
+        settings=settings,
+        statics=statics,
+        bodies=bodies,
+        motors=tuple(lowering.motors),
+        contact=_damping(placed, bounce, set(scene.statics)) if bounce else {},
+        initial=lowering.initial,
+        velocities=tuple(rows.velocities),
+        drives=tuple(rows.drives),
+        wrenches=tuple(rows.wrenches),
+        welds=tuple(rows.welds),
+        prescribed=tuple(lower_motions(placed)),
+        render=resolve_render(case.render, placed, tuple(case.bodies), scene.duration, lowering.balls),
+        files=lowering.files,
+        notes=tuple(settings.notes()),
+        warnings=tuple(problems),
+    )
+    return replace(plan, sim_digest=_sim_digest(plan), render_digest=_render_digest(plan))
+
+
+def compile_case(loaded: LoadedCase, out: Path) -> Plan:
+    """Write the program of a case into the folder `out`, replacing what a compiler wrote there before.
+
+    Raises:
+        SpecError: with every problem found.
+    """
+    from text2sim.compiler.emit import emit
+
+    plan = plan_case(loaded)
+    files = emit(plan)
+    for path, content in files.items():
+        target = out / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(content)
+    return plan
+
+
+def _stop_at_errors(problems: list[Problem]) -> None:
+    if any(problem.severity == "error" for problem in problems):
+        raise SpecError(problems)
+
+
+def _groups(
+    loaded: LoadedCase, placed: dict[str, list[Copy]], names: tuple[str, ...], section: str | None, lowering: Lowering, problems: list[Problem]
+) -> tuple[Group, ...]:
+    groups = []
+    for name in names:
+        pointer = ("scene", "statics", name) if section else ("bodies", name)
+        entities: list[EntityPlan] = []
+        for copy in placed[name]:
+            try:
+                entities.append(lowering.entity(copy.model, copy))
+            except AssetError as error:
+                problems.append(loaded.problem(pointer, str(error), rule="asset"))
+                break
+        if len({entity.morph for entity in entities}) > 1:
+            problems.append(loaded.problem((*pointer, "shape"), "copies of one body must have the same kind of shape", rule="mixed-shapes"))
+        groups.append(Group(name, loaded.line(pointer), tuple(entities)))
+    return tuple(groups)
+
+
+def _traits(lowering: Lowering, moving: list[Copy], rows: Rows, bounce: dict[str, float]) -> Traits:
+    trees = [tree for tree in lowering.trees.values()]
+    joints = [joint for tree in trees for link in tree.links() for _, joint in link.all_joints()]
+    loose = sum(1 for copy in moving if copy.model.kind == "ragdoll" or getattr(getattr(copy.model, "mount", None), "kind", "") == "free")
+    fastest = max((sum(x * x for x in row.linear) ** 0.5 for row in rows.velocities), default=0.0)
+    return Traits(
+        loose=loose,
+        geoms=lowering.pieces,
+        chains=sum(joint.kind == "ball" for joint in joints),
+        loops=sum(len(tree.loops) for tree in trees),
+        attaches=sum(weld.on for weld in rows.welds),
+        fastest=fastest,
+        thinnest=lowering.thinnest,
+        bounciest=max(bounce.values(), default=0.0),
+    )
+
+
+def _restitution(copy: Copy) -> float | None:
+    material = getattr(copy.model, "material", None)
+    return None if material is None else material.restitution
+
+
+def _damping(placed: dict[str, list[Copy]], bounce: dict[str, float], statics: set[str]) -> dict[str, float]:
+    """Damping ratio for every copy.
+
+    The engine takes the mean of the two bodies' ratios. A static without a restitution of its own takes the largest
+    of the scene, so that a ball bounces with its own value on a floor that says nothing.
+    """
+    largest = max(bounce.values())
+    ratios = {}
+    for name, group in placed.items():
+        for copy in group:
+            value = bounce.get(copy.name, largest if name in statics else 0.0)
+            ratios[copy.name] = round(damping_ratio(value), 6)
+    return ratios
+
+
+def _check_bounce(loaded: LoadedCase, settings: Settings, bounce: dict[str, float]) -> list[Problem]:
+    if not bounce:
+        return []
+    largest = max(bounce.values())
+    step = loaded.case.scene.dt / settings.substeps
+    longest = ENERGY_BOUND * settings.timeconst * damping_ratio(largest)
+    name = next(copy for copy, value in bounce.items() if value == largest).split("[")[0]
+    section = ("scene", "statics", name) if name in loaded.case.scene.statics else ("bodies", name)
+    pointer = (*section, "material", "restitution")
+    if step > longest * (1 + 1e-9):
+        needed = ceil(loaded.case.scene.dt / longest)
+        return [loaded.problem(pointer, f"restitution {largest:g} with contact timeconst {settings.timeconst:g} s would gain energy at a "
+                               f"substep of {step:g} s; it needs scene.substeps of at least {needed}, or a longer timeconst",
+                               rule="restitution-step")]
+    if settings.timeconst > 0.05:
+        needed = settings.timeconst / 0.05 * settings.substeps
+        return [loaded.problem(pointer, f"restitution {largest:g} at a substep of {step:g} s needs contacts that last {settings.timeconst:.2g} s "
+                               f"and are soft; with scene.substeps of {needed:.0f} or more they would be crisp", rule="soft-bounce", severity="warning")]
+    return []
+
+
+# --- digests --------------------------------------------------------------------------------------------------
+
+
+def _digest(content: Any) -> str:
+    return sha256(json.dumps(content, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+
+
+def _sim_digest(plan: Plan) -> str:
+    """Digest of what the simulation depends on: no looks, no lines of the case, no film, no notes."""
+    content = asdict(plan)
+    for key in ("render", "notes", "warnings", "sim_digest", "render_digest", "files", "settings"):
+        del content[key]
+    content["settings"] = {key: value for key, value in asdict(plan.settings).items() if key != "why"}
+    content["files"] = {path: sha256(data).hexdigest() for path, data in plan.files.items()}
+    return _digest({"plan": _without(content, {"line", "surface", "control"}), "compiler": __version__})
+
+
+def _render_digest(plan: Plan) -> str:
+    """Digest of what the film depends on besides the states."""
+    surfaces = [asdict(e)["surface"] for g in (*plan.statics, *plan.bodies) for e in g.entities]
+    return _digest({"render": plan.render, "surfaces": surfaces, "compiler": __version__})
+
+
+def _without(value: Any, keys: set[str]) -> Any:
+    if isinstance(value, dict):
+        return {k: _without(v, keys) for k, v in value.items() if k not in keys}
+    if isinstance(value, list | tuple):
+        return [_without(v, keys) for v in value]
+    return value

@@ -1,0 +1,125 @@
+"""Controls of the case become rows of the program: start velocities, drives, wrenches and welds."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from text2sim.compiler.placement import Copy
+from text2sim.compiler.plan import DriveSegment, JointDrive, Prescribed, Velocity, Weld, Wrench
+from text2sim.compiler.schedules import constructor, oscillation, start_of, value_at, waypoint_functions
+from text2sim.compiler.selection import select, split
+from text2sim.spec_schema.actions import Attach, Control, Drive, Force, Impulse, InitialVelocity, Release, Torque
+from text2sim.spec_schema.bodies import Driven
+from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.motion import Oscillate, Schedule, Spin
+
+FOREVER = 1e9
+
+
+@dataclass
+class Rows:
+    """What the controls come to."""
+
+    velocities: list[Velocity] = field(default_factory=list)
+    drives: list[JointDrive] = field(default_factory=list)
+    wrenches: list[Wrench] = field(default_factory=list)
+    welds: list[Weld] = field(default_factory=list)
+
+
+def lower_controls(loaded: LoadedCase, copies: dict[str, list[Copy]], initial: dict[str, dict[str, float]]) -> Rows:
+    """Return the rows for all controls, in the order of the case.
+
+    Args:
+        loaded: The case.
+        copies: Copies by body, statics included.
+        initial: Start positions of joints by copy.
+    """
+    rows = Rows()
+    driven: dict[tuple[str, str], list[tuple[float, str, Schedule, int, str]]] = {}
+    for name, control in loaded.case.actions.controls.items():
+        pointer = ("actions", "controls", name)
+        line = loaded.line(pointer)
+        subject = control.attach if isinstance(control, Release) else control.joint if isinstance(control, Drive) else control.body
+        if isinstance(control, Release):
+            attach = loaded.case.actions.controls[subject]
+            assert isinstance(attach, Attach)
+            rows.welds += [_weld(a, b, attach, control.at, False, line, name) for a, b in _pairs(attach, copies)]
+            continue
+        chosen, part = select(subject, copies)
+        varies = loaded.varies(pointer)
+        for copy in chosen:
+            own = loaded.control_copy(name, copy.variables) if varies else control
+            _lower(own, copy, part, copies, rows, driven, line, name)
+    for (entity, joint), segments in driven.items():
+        rows.drives.append(JointDrive(entity, joint, _chain(segments, initial.get(entity, {}).get(joint, 0.0))))
+    rows.welds.sort(key=lambda weld: (weld.at, weld.on))
+    return rows
+
+
+def _lower(control: Control, copy: Copy, part: str | None, copies: dict[str, list[Copy]], rows: Rows, driven: dict, line: int, name: str) -> None:
+    if isinstance(control, InitialVelocity):
+        rows.velocities.append(Velocity(copy.name, control.linear, control.angular, line, name))
+    elif isinstance(control, Impulse):
+        # A blow is a force of one step: the program divides by its time step.
+        rows.wrenches.append(Wrench(copy.name, part, control.at, control.at, control.impulse, (0.0, 0.0, 0.0), None, False, control.point, line, name))
+    elif isinstance(control, Force | Torque):
+        start, end = control.during or (0.0, FOREVER)
+        force = control.force if isinstance(control, Force) else (0.0, 0.0, 0.0)
+        torque = control.torque if isinstance(control, Torque) else (0.0, 0.0, 0.0)
+        scale = None if control.scale == 1.0 else constructor(control.scale)
+        rows.wrenches.append(Wrench(copy.name, part, start, end, force, torque, scale, control.frame == "body", None, line, name))
+    elif isinstance(control, Attach):
+        for a, b in _pairs(control, copies):
+            if a is copy:
+                rows.welds.append(_weld(a, b, control, control.at, True, line, name))
+    elif isinstance(control, Drive):
+        mode, schedule = next((m, s) for m in ("position", "velocity", "force") if (s := getattr(control, m)) is not None)
+        joint = part or copy.body
+        driven.setdefault((copy.name, joint), []).append((start_of(schedule), mode, schedule, line, name))
+
+
+def _chain(segments: list[tuple[float, str, Schedule, int, str]], first: float) -> tuple[DriveSegment, ...]:
+    """Order the drives of one joint; a ramp without `from` starts where the one before it is then."""
+    segments = sorted(segments, key=lambda segment: segment[0])
+    rows: list[DriveSegment] = []
+    value: Callable[[float], float] = lambda t: first  # noqa: E731
+    mode_before = None
+    for index, (start, mode, schedule, line, name) in enumerate(segments):
+        before = value(start) if mode == mode_before or (index == 0 and mode == "position") else 0.0
+        rows.append(DriveSegment(0.0 if index == 0 else start, mode, constructor(schedule, before), line, name))
+        value = lambda t, s=schedule, b=before: value_at(s, t, b)  # noqa: E731
+        mode_before = mode
+    return tuple(rows)
+
+
+def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Copy]]:
+    """Pair copies with copies if there are as many, or all with the one."""
+    a, _ = select(attach.body, copies)
+    b, _ = select(attach.to, copies)
+    if len(b) == 1:
+        return [(copy, b[0]) for copy in a]
+    if len(a) == 1:
+        return [(a[0], copy) for copy in b]
+    if len(a) != len(b):
+        raise ValueError(f"attach pairs copies one to one: {attach.body} has {len(a)} copies and {attach.to} has {len(b)}")
+    return list(zip(a, b, strict=True))
+
+
+def _weld(a: Copy, b: Copy, attach: Attach, at: float, on: bool, line: int, name: str) -> Weld:
+    return Weld(at, on, a.name, split(attach.body)[2], b.name, split(attach.to)[2], line, name)
+
+
+def lower_motions(copies: dict[str, list[Copy]]) -> list[Prescribed]:
+    """Return the rows for bodies with prescribed motion."""
+    rows = []
+    for group in copies.values():
+        for copy in group:
+            if not isinstance(copy.model, Driven):
+                continue
+            motion = copy.model.motion
+            if isinstance(motion, Spin):
+                rows.append(Prescribed(copy.name, ("turn",), (), (constructor(motion.speed),), copy.line))
+            elif isinstance(motion, Oscillate):
+                rows.append(Prescribed(copy.name, ("slide",), (oscillation(motion),), (), copy.line))
+            else:
+                rows.append(Prescribed(copy.name, ("slide_x", "slide_y", "slide_z"), waypoint_functions(motion), (), copy.line))
+    return rows

@@ -1,0 +1,161 @@
+"""Plan to program text: templates, a check that each module is Python, and formatting."""
+
+import ast
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, TemplateError
+
+from text2sim import __version__
+from text2sim.compiler.literal import Code, comment, identifier, literal
+from text2sim.compiler.plan import EntityPlan, Group, Plan
+
+TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
+MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
+
+# Roughness and metallic of the engine's surfaces; its rasteriser shows little of the difference.
+FINISHES = {
+    "rough": (0.9, 0.0),
+    "plastic": (0.4, 0.0),
+    "smooth": (0.2, 0.0),
+    "metal": (0.3, 0.8),
+    "concrete": (1.0, 0.0),
+    "wood": (0.7, 0.0),
+    "rubber": (0.9, 0.0),
+    "glass": (0.05, 0.0),
+    "ceramic": (0.15, 0.0),
+}
+
+
+class TemplateBug(Exception):
+    """A template made something that is not a program: our fault, never the author's."""
+
+
+@cache
+def _environment() -> Environment:
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        undefined=StrictUndefined,
+        finalize=literal,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    environment.filters["comment"] = comment
+    return environment
+
+
+def emit(plan: Plan) -> dict[str, bytes]:
+    """Return the program: file contents by path inside its folder. Same plan, same bytes.
+
+    Raises:
+        TemplateBug: if a template fails or makes no Python.
+    """
+    context = _context(plan)
+    texts = {}
+    for module in MODULES:
+        try:
+            texts[module] = _environment().get_template(f"{module}.j2").render(context)
+            ast.parse(texts[module])
+        except (TemplateError, SyntaxError, TypeError, ValueError) as error:
+            raise TemplateBug(f"{module}.j2: {error}") from error
+    files = {name: text.encode() for name, text in _format(texts).items()}
+    files["recorder.py"] = (TEMPLATES / "recorder.py").read_bytes()
+    return files | plan.files
+
+
+def _format(texts: dict[str, str]) -> dict[str, str]:
+    """Format all modules with one call of ruff."""
+    separator = "\n# ---8<--- {}\n"
+    formatted = {}
+    for name, text in texts.items():
+        done = subprocess.run(
+            [sys.executable, "-m", "ruff", "format", "--isolated", "--line-length=110", "--stdin-filename", name, "-"],
+            input=text.encode(),
+            capture_output=True,
+            check=False,
+        )
+        if done.returncode:
+            raise TemplateBug(f"{name}.j2: {done.stderr.decode().strip()}")
+        formatted[name] = done.stdout.decode()
+    del separator
+    return formatted
+
+
+def _context(plan: Plan) -> dict[str, Any]:
+    settings = plan.settings
+    why = {name: comment(f"  # {settings.why[name]}" if name in settings.why else "") for name in
+           ("substeps", "solver", "iterations", "friction_cone", "timeconst", "max_pairs")}
+    why = {name: Code(f"  {text}" if text else "") for name, text in why.items()}
+    groups = [*plan.statics, *plan.bodies]
+    return {
+        "version": comment(__version__),
+        "case": comment(plan.case),
+        "dt": plan.dt,
+        "steps": plan.steps,
+        "duration": round(plan.steps * plan.dt, 9),
+        "every": plan.every,
+        "gravity": tuple(plan.gravity),
+        "seed": plan.seed,
+        "max_speed": plan.max_speed,
+        "settings": settings,
+        "solver": Code({"newton": "Newton", "cg": "CG"}[settings.solver]),
+        "cone": Code(settings.cone),
+        "why": why,
+        "statics": [_group(group) for group in plan.statics],
+        "bodies": [_group(group) for group in plan.bodies],
+        "uses_models": any(e.morph in ("MJCF", "URDF", "Mesh") for g in groups for e in g.entities),
+        "statics_use_models": any(e.morph in ("MJCF", "URDF", "Mesh") for g in plan.statics for e in g.entities),
+        "motors": plan.motors,
+        "initial": plan.initial,
+        "contact": plan.contact,
+        "velocities": plan.velocities,
+        "drives": plan.drives,
+        "wrenches": plan.wrenches,
+        "welds": plan.welds,
+        "prescribed": plan.prescribed,
+        "render": plan.render,
+    }
+
+
+def _group(group: Group) -> dict[str, Any]:
+    """What a group's template prints: constant cells as they are, varying cells as columns of a table."""
+    first = group.entities[0]
+    rows = [_cells(entity) for entity in group.entities]
+    single = len(rows) == 1 and "[" not in first.name
+    varying = [] if single else [key for key in rows[0] if any(row[key] != rows[0][key] for row in rows)]
+    if not single and not varying:
+        varying = ["pos"]
+    cells = {key: Code(key) if key in varying else value for key, value in rows[0].items()}
+    rough, metallic = FINISHES[first.surface.finish] if first.surface else (None, None)
+    count = len(rows)
+    return {
+        "ident": identifier(group.name),
+        "first": first.name,
+        "line": group.line,
+        "doc": Code(group.name if single else f"{count} {'copies' if count > 1 else 'copy'} of {group.name}"),
+        "morph": Code(first.morph),
+        "cells": cells,
+        "rows": [] if single else [tuple(row[key] for key in varying) for row in rows],
+        "columns": Code(", ".join(varying)),
+        "target": Code(varying[0] + "," if False else "(" + ", ".join(varying) + ("," if len(varying) == 1 else "") + ")"),
+        "roughness": rough,
+        "metallic": metallic,
+    }
+
+
+def _cells(entity: EntityPlan) -> dict[str, Any]:
+    flags = {"fixed": False, "visualization": True}
+    return {
+        **flags,
+        **{key: tuple(v) if isinstance(v, list) else v for key, v in entity.options.items()},
+        "pos": tuple(entity.pos),
+        "quat": tuple(entity.quat),
+        "rho": entity.rho,
+        "friction": entity.friction,
+        "color": entity.surface.rgba if entity.surface else None,
+    }

@@ -1,0 +1,97 @@
+"""The render section with everything resolved: cameras as numbers, lights in the engine's terms, a camera if none."""
+
+from math import radians, sin, sqrt
+from typing import Any
+
+from text2sim.compiler.placement import Copy
+from text2sim.compiler.rotation import vector_unit
+from text2sim.compiler.selection import select
+from text2sim.spec_schema.colors import rgb
+from text2sim.spec_schema.render import Camera, Dolly, Follow, Lamp, Light, Orbit, Render, Softbox, Sun
+
+Ball = tuple[tuple[float, float, float], float]
+
+# Key, fill and rim for a scene that names no light, in front of a camera that looks along +y.
+DEFAULT_LIGHTS: tuple[Light, ...] = (
+    Sun(kind="sun", direction=(-0.5, 0.8, -1.0), strength=3.2),
+    Sun(kind="sun", direction=(0.9, 0.5, -0.7), strength=1.1, color="#dfe9ff"),
+    Sun(kind="sun", direction=(0.1, -1.0, -0.8), strength=0.9, color="#fff1dc"),
+)
+DEFAULT_VIEW = (0.55, -1.0, 0.5)
+"""Direction from the scene to a camera that nobody placed."""
+
+
+def resolve_render(render: Render, placed: dict[str, list[Copy]], moving: tuple[str, ...], duration: float, balls: dict[str, list[Ball]]) -> dict[str, Any]:
+    """Return plain data for the template.
+
+    Args:
+        render: The section.
+        placed: Copies by body, statics included.
+        moving: Names of the bodies.
+        duration: Simulated time [s].
+        balls: Balls around the pieces of each copy at the start, in the world.
+    """
+    start, end = render.during or (0.0, duration)
+    lights = render.lights.values() or DEFAULT_LIGHTS
+    cameras = [_camera(name, camera, placed, end - start) for name, camera in render.cameras.items()]
+    return {
+        "resolution": tuple(render.resolution),
+        "fps": render.fps,
+        "speed": render.speed,
+        "start": start,
+        "end": min(end, duration),
+        "background": _color(render.background),
+        "ambient": (render.ambient,) * 3,
+        "lights": [_light(light) for light in lights],
+        "cameras": cameras or [_derived([ball for name in moving for copy in placed[name] for ball in balls.get(copy.name, [])])],
+    }
+
+
+def _camera(name: str, camera: Camera, placed: dict[str, list[Copy]], span: float) -> dict[str, Any]:
+    common: dict[str, Any] = {"name": name, "kind": camera.kind, "fov": camera.fov, "up": camera.up}
+    if isinstance(camera, Follow):
+        copies, link = select(camera.body, placed)
+        common |= {"body": copies[0].name, "link": link, "smooth": camera.smooth}
+        place = {"pos": camera.from_} if camera.from_ is not None else {"offset": camera.offset}
+        return common | place
+    target = _target(camera.look_at, placed)
+    if isinstance(camera, Orbit):
+        return common | {"look_at": target, "radius": camera.radius, "height": camera.height,
+                         "start": radians(camera.start_deg), "turn": radians(camera.turn_deg)}
+    if isinstance(camera, Dolly):
+        return common | {"look_at": target, "pos": camera.from_, "to": camera.to}
+    return common | {"look_at": target, "pos": camera.from_}
+
+
+def _target(target: Any, placed: dict[str, list[Copy]]) -> tuple[float, float, float]:
+    if not isinstance(target, str):
+        return target
+    copies, _ = select(target, placed)
+    n = len(copies)
+    return tuple(round(sum(copy.pos[k] for copy in copies) / n, 6) for k in range(3))  # type: ignore[return-value]
+
+
+def _derived(balls: list[Ball]) -> dict[str, Any]:
+    """A still camera that sees everything that moves, where it starts and down to the ground below it."""
+    low = [min((c[k] - r for c, r in balls), default=-1.0) for k in range(3)]
+    high = [max((c[k] + r for c, r in balls), default=1.0) for k in range(3)]
+    low[2] = min(low[2], 0.0) if low[2] < 3.0 else low[2]
+    center = tuple(round((a + b) / 2, 4) for a, b in zip(low, high, strict=True))
+    radius = max(sqrt(sum((b - a) ** 2 for a, b in zip(low, high, strict=True))) / 2, 0.05)
+    fov = 40.0
+    distance = 1.15 * radius / sin(radians(fov / 2))
+    view = vector_unit(DEFAULT_VIEW)
+    pos = tuple(round(c + distance * v, 4) for c, v in zip(center, view, strict=True))
+    return {"name": "main", "kind": "still", "fov": fov, "up": (0.0, 0.0, 1.0), "look_at": center, "pos": pos}
+
+
+def _color(color: Any) -> tuple[float, float, float]:
+    red, green, blue = rgb(color)
+    return (round(red, 4), round(green, 4), round(blue, 4))
+
+
+def _light(light: Light) -> dict[str, Any]:
+    if isinstance(light, Lamp):
+        return {"type": "PointLight", "pos": light.pos, "color": _color(light.color), "intensity": light.strength}
+    assert isinstance(light, Sun | Softbox)
+    return {"type": "DirectionalLight", "dir": light.direction, "color": _color(light.color), "intensity": light.strength}

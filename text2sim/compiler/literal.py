@@ -1,0 +1,71 @@
+"""The one gate through which values enter a program.
+
+Every ``{{ }}`` of every template passes `literal`. Data (whatever an author wrote) comes out as a literal that
+cannot execute; source text of our own is a `Code`, and only this module and the compiler's own tables make one.
+"""
+
+import math
+import re
+
+_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+
+
+class Code(str):
+    """Source text made by the compiler, printed as it is."""
+
+    __slots__ = ()
+
+
+def literal(value: object) -> str:
+    """Return Python source for a plain value.
+
+    Args:
+        value: None, bool, int, finite float, str, or a list, tuple or dict of these; or a `Code`.
+
+    Raises:
+        TypeError: for every other type (a numpy scalar prints as `np.float64(…)`, an object as anything).
+        ValueError: for numbers that have no literal.
+    """
+    kind = type(value)
+    if kind is Code:
+        return str(value)
+    if value is None or kind is bool or kind is int or kind is str:
+        return repr(value)
+    if kind is float:
+        if not math.isfinite(value):
+            raise ValueError(f"{value} has no literal")
+        return _number(value)
+    if kind is tuple:
+        inner = ", ".join(literal(item) for item in value)
+        return f"({inner},)" if len(value) == 1 else f"({inner})"
+    if kind is list:
+        return f"[{', '.join(literal(item) for item in value)}]"
+    if kind is dict:
+        return "{" + ", ".join(f"{literal(k)}: {literal(v)}" for k, v in value.items()) + "}"
+    raise TypeError(f"{kind.__name__} cannot enter a program")
+
+
+def _number(value: float) -> str:
+    # Nine digits are below a nanometre on any scene that fits a float32 solver, and read better than seventeen.
+    rounded = float(f"{value:.9g}")
+    return repr(0.0 if rounded == 0 else rounded)
+
+
+def identifier(name: str) -> Code:
+    """Return a name as source, or refuse it.
+
+    Raises:
+        ValueError: if it is not made of letters, digits and underscores.
+    """
+    if not _IDENTIFIER.match(name):
+        raise ValueError(f"{name!r} is not an identifier")
+    return Code(name)
+
+
+def comment(text: str) -> Code:
+    """Return text that is safe inside a comment or a one-line docstring: printable ASCII-ish, no quotes or breaks.
+
+    Anything else is replaced by a blank, never an error: a comment is for reading only.
+    """
+    safe = "".join(c if c.isprintable() and c not in "\\\"'" else " " for c in text)
+    return Code(" ".join(safe.split())[:200])

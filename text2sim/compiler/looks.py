@@ -1,0 +1,32 @@
+"""Looks as numbers: names become colours, and copies vary."""
+
+import colorsys
+import random
+
+from text2sim.compiler.placement import Copy
+from text2sim.spec_schema.colors import rgb
+from text2sim.spec_schema.materials import Look
+
+Rgba = tuple[float, float, float, float]
+
+# Okabe and Ito's palette, which people with every kind of colour vision can tell apart
+# (https://jfly.uni-koeln.de/color/), for bodies that were given no colour.
+PALETTE = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
+
+
+def rgba_of(look: Look, copy: Copy) -> Rgba:
+    """Colour of a copy, each channel in 0..1 with six digits."""
+    index = copy.index or 0
+    color = look.color
+    if color is None:
+        color = PALETTE[sum(copy.body.encode()) % len(PALETTE)]
+    elif isinstance(color, list):
+        color = color[index % len(color)]
+    red, green, blue = rgb(color)
+    if look.vary is not None:
+        chance = random.Random(f"{look.vary.seed}:{copy.body}:{index}")
+        hue, light, saturation = colorsys.rgb_to_hls(red, green, blue)
+        hue = (hue + look.vary.hue * chance.uniform(-1, 1)) % 1.0
+        light = min(max(light + look.vary.value * chance.uniform(-1, 1), 0.0), 1.0)
+        red, green, blue = colorsys.hls_to_rgb(hue, light, saturation)
+    return (round(red, 4), round(green, 4), round(blue, 4), look.opacity)

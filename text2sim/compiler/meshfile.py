@@ -1,0 +1,116 @@
+"""Mesh files of a case: read, checked and limited."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from text2sim.spec_schema.errors import AssetError
+
+SUFFIXES = (".obj", ".stl", ".ply", ".glb", ".gltf")
+MAX_BYTES = 64 * 1024 * 1024
+MAX_FACES = 500_000
+
+
+@dataclass(frozen=True, eq=False)
+class MeshFile:
+    """A triangle mesh in its file's unit, with its convex hull."""
+
+    vertices: np.ndarray
+    """(n, 3) float"""
+    faces: np.ndarray
+    """(m, 3) int"""
+    hull_vertices: np.ndarray
+    """(k, 3) float"""
+    hull_faces: np.ndarray
+    """(l, 3) int, counterclockwise from outside"""
+    volume: float
+    """Enclosed volume, or that of the hull where the surface is not closed."""
+    closed: bool
+    """Whether the surface encloses a volume."""
+
+
+def mesh_path(file: str, folder: Path) -> Path:
+    """Return the path of a mesh of a case.
+
+    Raises:
+        AssetError: if it leaves the case's folder, does not exist, is too large or of a kind that is not read.
+    """
+    root = folder.resolve()
+    path = (root / file).resolve()
+    if not path.is_relative_to(root):
+        raise AssetError(f"mesh file `{file}` is outside the case's folder")
+    if path.suffix.lower() not in SUFFIXES:
+        raise AssetError(f"mesh file `{file}` must end in one of {', '.join(SUFFIXES)}")
+    if not path.is_file():
+        raise AssetError(f"mesh file `{file}` does not exist in the case's folder")
+    size = path.stat().st_size
+    if size > MAX_BYTES:
+        raise AssetError(f"mesh file `{file}` is too large ({size / 2**20:.0f} MiB; at most {MAX_BYTES // 2**20} MiB)")
+    return path
+
+
+def load_mesh(file: str, folder: Path) -> MeshFile:
+    """Read a mesh file of a case; all its pieces become one mesh.
+
+    Args:
+        file: Path inside the case's folder.
+        folder: The case's folder.
+
+    Raises:
+        AssetError: if it cannot be used.
+    """
+    path = mesh_path(file, folder)
+    stat = path.stat()
+    try:
+        return _read(path, folder.resolve(), stat.st_mtime_ns, stat.st_size)
+    except AssetError as error:
+        raise AssetError(f"mesh file `{file}` {error}") from None
+
+
+@lru_cache(maxsize=64)
+def _read(path: Path, root: Path, _mtime: int, _size: int) -> MeshFile:
+    import trimesh  # here, because it takes as long to import as a whole check
+
+    try:
+        with path.open("rb") as stream:
+            loaded = trimesh.load(
+                stream, file_type=path.suffix[1:].lower(), force="mesh", process=False, skip_materials=True,
+                resolver=_Resolver(path.parent, root),
+            )  # fmt: skip
+        vertices, faces = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, np.int64)  # type: ignore[union-attr]
+    except Exception as error:  # readers of foreign files fail in every way there is
+        raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
+    if len(faces) == 0 or not np.isfinite(vertices).all():
+        raise AssetError("has no triangles" if len(faces) == 0 else "has vertices that are not finite")
+    if len(faces) > MAX_FACES:
+        raise AssetError(f"has too many triangles ({len(faces)}; at most {MAX_FACES})")
+    mesh = trimesh.Trimesh(vertices, faces, process=True)
+    try:
+        hull = mesh.convex_hull
+    except Exception as error:
+        raise AssetError("is flat: a body needs thickness") from error
+    closed = bool(mesh.is_watertight and mesh.volume > 0)
+    volume = float(mesh.volume if closed else hull.volume)
+    return MeshFile(vertices, faces, np.asarray(hull.vertices), np.asarray(hull.faces), volume, closed)
+
+
+class _Resolver:
+    """Gives a mesh file the files that it refers to, as long as they are in the case's folder."""
+
+    def __init__(self, parent: Path, root: Path) -> None:
+        self.parent, self.root = parent, root
+
+    def get(self, name: str) -> bytes:
+        path = (self.parent / name).resolve()
+        if not path.is_relative_to(self.root) or not path.is_file() or path.stat().st_size > MAX_BYTES:
+            raise AssetError(f"refers to `{name}`, which is not in the case's folder")
+        return path.read_bytes()
+
+    def __getitem__(self, name: str) -> bytes:
+        return self.get(name)
+
+    def keys(self) -> list[Any]:
+        return []

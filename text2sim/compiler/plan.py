@@ -1,0 +1,181 @@
+"""The plan: a case with everything resolved, flat enough that templates only print it."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from text2sim.compiler.literal import Code
+from text2sim.compiler.settings import Settings
+
+Vec = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What the engine needs to draw an entity in one colour."""
+
+    rgba: tuple[float, float, float, float]
+    finish: str
+
+
+@dataclass(frozen=True)
+class EntityPlan:
+    """One entity of the engine: a copy of a body, or a static."""
+
+    name: str
+    """Name of the copy: `ball`, `brick[3]`."""
+    morph: str
+    """Box, Sphere, Cylinder, Plane, Mesh, MJCF or URDF."""
+    options: dict[str, Any]
+    """Keyword arguments of the morph besides pos and quat."""
+    pos: Vec
+    quat: Quaternion
+    rho: float | None = None
+    """Density [kg/m3]; None where the model file says it."""
+    friction: float | None = None
+    """Coefficient; None where the model file says it."""
+    surface: Surface | None = None
+    """None where the model file has its own colours."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """All copies of one body: one function of the program."""
+
+    name: str
+    line: int
+    """Line of the case at which it is described."""
+    entities: tuple[EntityPlan, ...]
+
+
+@dataclass(frozen=True)
+class Motor:
+    """Gains of an actuated joint."""
+
+    entity: str
+    joint: str
+    stiffness: float
+    damping: float
+    max_force: float | None
+
+
+@dataclass(frozen=True)
+class Velocity:
+    """Initial velocity of a free body."""
+
+    entity: str
+    linear: Vec
+    angular: Vec
+    line: int
+    control: str
+
+
+@dataclass(frozen=True)
+class DriveSegment:
+    """What a joint follows from a time on."""
+
+    start: float
+    mode: str
+    """position, velocity or force."""
+    target: Code
+    """Constructor of a function of time."""
+    line: int
+    control: str
+
+
+@dataclass(frozen=True)
+class JointDrive:
+    """A joint with the targets that take over from each other."""
+
+    entity: str
+    joint: str
+    segments: tuple[DriveSegment, ...]
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """A force and torque on a link over a span of time [s]."""
+
+    entity: str
+    link: str | None
+    start: float
+    end: float
+    force: Vec
+    torque: Vec
+    scale: Code | None
+    local: bool
+    point: Vec | None
+    line: int
+    control: str
+
+
+@dataclass(frozen=True)
+class Weld:
+    """A weld between two links that is made or undone at a time [s]."""
+
+    at: float
+    on: bool
+    a: str
+    a_link: str | None
+    b: str
+    b_link: str | None
+    line: int
+    control: str
+
+
+@dataclass(frozen=True)
+class Prescribed:
+    """A driven body: the joints that carry it, and where it is as functions of time."""
+
+    entity: str
+    joints: tuple[str, ...]
+    position: tuple[Code, ...]
+    """One function for each joint [m]; empty for a spin."""
+    velocity: tuple[Code, ...]
+    """For a spin: the function [rad/s]."""
+    line: int
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything that the templates print and the harness needs to know."""
+
+    case: str
+    """Name of the case."""
+    dt: float
+    steps: int
+    every: int
+    """Steps from one recorded frame to the next."""
+    gravity: Vec
+    seed: int
+    max_speed: float
+    settings: Settings
+    statics: tuple[Group, ...]
+    bodies: tuple[Group, ...]
+    motors: tuple[Motor, ...]
+    contact: dict[str, float]
+    """Damping ratio of contact by entity; empty unless some body bounces."""
+    initial: dict[str, dict[str, float]]
+    """Start positions of joints by entity."""
+    velocities: tuple[Velocity, ...]
+    drives: tuple[JointDrive, ...]
+    wrenches: tuple[Wrench, ...]
+    welds: tuple[Weld, ...]
+    prescribed: tuple[Prescribed, ...]
+    render: dict[str, Any]
+    """Cameras, lights and cadence, resolved."""
+    files: dict[str, bytes] = field(default_factory=dict)
+    """Models and meshes by path inside the program's folder."""
+    notes: tuple[str, ...] = ()
+    """Why derived settings are what they are."""
+    warnings: tuple[Any, ...] = ()
+    """Problems that do not stop anything."""
+    sim_digest: str = ""
+    """Digest of all that the simulation depends on."""
+    render_digest: str = ""
+    """Digest of all that the film depends on besides."""
+
+    @property
+    def driven(self) -> list[str]:
+        """Copies with prescribed motion."""
+        return [row.entity for row in self.prescribed]

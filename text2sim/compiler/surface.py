@@ -1,0 +1,108 @@
+"""Smooth surfaces that are drawn where contact uses pieces, so that films show no staves."""
+
+import hashlib
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from text2sim.compiler.rotation import Quaternion, Vec, quat_to_rows
+from text2sim.spec_schema.shapes import Cone, Cup, Funnel, Torus, Tube
+
+SIDES = 64
+BAR_SIDES = 32
+
+Profile = list[tuple[float, float]]
+
+
+@dataclass(frozen=True, eq=False)
+class VisualMesh:
+    """A closed surface in the body's frame, with a normal for each vertex; sharp edges have doubled vertices."""
+
+    vertices: np.ndarray
+    """(n, 3) float [m]"""
+    faces: np.ndarray
+    """(m, 3) int, counterclockwise from outside"""
+    normals: np.ndarray
+    """(n, 3) float, unit length"""
+    part: str | None = None
+    """Of a compound: name of the part."""
+
+    @cached_property
+    def digest(self) -> str:
+        """Hash of the surface to a tenth of a micrometre: equal surfaces share one file."""
+        content = hashlib.sha256()
+        content.update((np.round(self.vertices * 1e7).astype("<i8")).tobytes())
+        content.update(self.faces.astype("<i4").tobytes())
+        return content.hexdigest()
+
+    def at(self, pos: Vec, quat: Quaternion, part: str | None) -> "VisualMesh":
+        """Return the surface in the frame around (`pos`, `quat`)."""
+        turn = np.array(quat_to_rows(quat)).T
+        return replace(self, vertices=self.vertices @ turn + np.array(pos), normals=self.normals @ turn, part=part)
+
+    def obj(self) -> str:
+        """Return the surface as the text of an .obj file, with its normals."""
+        lines = [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in (self.vertices + 0.0).tolist()]
+        lines += [f"vn {x:.5f} {y:.5f} {z:.5f}" for x, y, z in (np.round(self.normals, 5) + 0.0).tolist()]
+        lines += [f"f {a}//{a} {b}//{b} {c}//{c}" for a, b, c in (self.faces + 1).tolist()]
+        return "\n".join(lines) + "\n"
+
+
+def surface(shape: Cone | Torus | Tube | Cup | Funnel) -> VisualMesh:
+    """Return the smooth surface of a round shape."""
+    if isinstance(shape, Torus):
+        return _lathe_smooth(shape)
+    h = shape.height / 2
+    if isinstance(shape, Cone):
+        return _lathe([(0.0, -h), (shape.radius, -h), (0.0, h)])
+    if isinstance(shape, Cup):
+        outer, inner, floor = shape.radius, shape.radius - shape.thickness, shape.thickness - h
+        return _lathe([(0.0, -h), (outer, -h), (outer, h), (inner, h), (inner, floor), (0.0, floor)])
+    if isinstance(shape, Tube):
+        outer, inner = (shape.outer_radius,) * 2, (shape.inner_radius,) * 2
+    else:
+        inner = (shape.bottom_radius, shape.top_radius)
+        outer = (inner[0] + shape.thickness, inner[1] + shape.thickness)
+    return _lathe([(inner[0], -h), (outer[0], -h), (outer[1], h), (inner[1], h), (inner[0], -h)])
+
+
+def _turns(sides: int) -> tuple[np.ndarray, np.ndarray]:
+    angles = 2 * math.pi * np.arange(sides) / sides
+    return np.cos(angles), np.sin(angles)
+
+
+def _lathe(profile: Profile) -> VisualMesh:
+    """Turn a profile (radius, height) about z, solid on its left; round about the axis, sharp at its corners."""
+    cos, sin = _turns(SIDES)
+    here, there = np.arange(SIDES), (np.arange(SIDES) + 1) % SIDES
+    vertices, normals, faces, first = [], [], [], 0
+    for (r0, z0), (r1, z1) in pairwise(profile):
+        length = math.hypot(r1 - r0, z1 - z0)
+        slope, rise = (z1 - z0) / length, (r0 - r1) / length
+        for r, z in ((r0, z0), (r1, z1)):
+            vertices.append(np.stack([r * cos, r * sin, np.full(SIDES, z)], axis=1))
+            normals.append(np.stack([slope * cos, slope * sin, np.full(SIDES, rise)], axis=1))
+        low, high = first + here, first + SIDES + here
+        low_next, high_next = first + there, first + SIDES + there
+        if r0 > 0:
+            faces.append(np.stack([low, low_next, high_next], axis=1))
+        if r1 > 0 or r0 == 0:
+            faces.append(np.stack([low, high_next, high], axis=1))
+        first += 2 * SIDES
+    return VisualMesh(np.concatenate(vertices), np.concatenate(faces), np.concatenate(normals))
+
+
+def _lathe_smooth(torus: Torus) -> VisualMesh:
+    cos, sin = _turns(SIDES)
+    bar_cos, bar_sin = _turns(BAR_SIDES)
+    radius = torus.radius + torus.bar_radius * bar_cos
+    flat = np.zeros((SIDES, 1)) + torus.bar_radius * bar_sin
+    vertices = np.stack([np.outer(cos, radius), np.outer(sin, radius), flat], axis=-1).reshape(-1, 3)
+    normals = np.stack([np.outer(cos, bar_cos), np.outer(sin, bar_cos), np.zeros((SIDES, 1)) + bar_sin], axis=-1).reshape(-1, 3)
+    i, j = (grid.ravel() for grid in np.meshgrid(np.arange(SIDES), np.arange(BAR_SIDES), indexing="ij"))
+    i1, j1 = (i + 1) % SIDES, (j + 1) % BAR_SIDES
+    a, b, c, d = i * BAR_SIDES + j, i1 * BAR_SIDES + j, i1 * BAR_SIDES + j1, i * BAR_SIDES + j1
+    return VisualMesh(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]), normals)

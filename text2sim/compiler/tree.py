@@ -1,0 +1,118 @@
+"""Trees of links: the one form into which everything goes that the engine has no primitive for.
+
+A tree becomes one MJCF file (`mjcf.py`). Poses are (pos [m], quat wxyz) of a link's frame in its parent's frame.
+"""
+
+from dataclasses import dataclass, field
+
+from text2sim.compiler.geometry import VisualMesh
+from text2sim.compiler.piece import Piece, piece_ball
+from text2sim.compiler.rotation import frame_apply, quat_multiply
+
+Vec = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+IDENTITY: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class TreeGeom:
+    """A convex piece of a link with what it is made of."""
+
+    piece: Piece
+    density: float
+    """[kg/m3]"""
+    friction: float
+    rgba: tuple[float, float, float, float] | None = None
+    drawn: bool = True
+    """False where a `visual` of the link is drawn instead."""
+
+
+@dataclass(frozen=True)
+class TreeVisual:
+    """A mesh that is drawn and touches nothing."""
+
+    mesh: VisualMesh
+    rgba: tuple[float, float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class TreeJoint:
+    """The joint between a link and its parent (or the world)."""
+
+    kind: str
+    """free, hinge, slider or ball."""
+    axis: Vec = (0.0, 0.0, 1.0)
+    anchor: Vec = (0.0, 0.0, 0.0)
+    range: tuple[float, float] | None = None
+    """[rad] or [m]"""
+    damping: float = 0.0
+    friction: float = 0.0
+    armature: float = 0.0
+    spring: float = 0.0
+
+
+@dataclass(frozen=True)
+class TreeLink:
+    """A link; without a joint it is part of its parent, at the root it is held by the world."""
+
+    name: str
+    pos: Vec = (0.0, 0.0, 0.0)
+    quat: Quaternion = IDENTITY
+    joint: TreeJoint | None = None
+    joints: tuple[tuple[str, TreeJoint], ...] = ()
+    """Several joints with names of their own (driven bodies slide along three axes), instead of `joint`."""
+    geoms: tuple[TreeGeom, ...] = ()
+    visuals: tuple[TreeVisual, ...] = ()
+    children: tuple["TreeLink", ...] = ()
+
+    def all_joints(self) -> tuple[tuple[str, TreeJoint], ...]:
+        """(name, joint) of this link; a single joint has the link's name."""
+        return self.joints if self.joint is None else ((self.name, self.joint),)
+
+
+@dataclass(frozen=True)
+class TreeLoop:
+    """An equality constraint between two links (`b` None: the world)."""
+
+    kind: str
+    a: str
+    b: str | None
+    anchor: Vec
+    """[m], in the frame of `a`."""
+
+
+@dataclass(frozen=True)
+class Tree:
+    """A mechanism; several roots hang side by side in the world."""
+
+    roots: tuple[TreeLink, ...]
+    loops: tuple[TreeLoop, ...] = ()
+    fixtures: tuple[TreeGeom, ...] = ()
+    """Pieces that belong to the world."""
+    self_collision: bool = False
+    initial: dict[str, float] = field(default_factory=dict)
+    """Start position of joints [rad or m] by name."""
+
+    def links(self) -> list[TreeLink]:
+        """Every link, parents before children."""
+        found: list[TreeLink] = []
+        queue = list(self.roots)
+        while queue:
+            link = queue.pop(0)
+            found.append(link)
+            queue[:0] = link.children
+        return found
+
+
+def tree_balls(tree: Tree) -> list[tuple[Vec, float]]:
+    """Return centre [m] and radius [m] of a ball around every piece, in the tree's frame, all joints at zero."""
+    found = [piece_ball(geom.piece) for geom in tree.fixtures]
+    queue = [(link, (0.0, 0.0, 0.0), IDENTITY) for link in tree.roots]
+    while queue:
+        link, pos, quat = queue.pop()
+        pos, quat = frame_apply(pos, quat, link.pos), quat_multiply(quat, link.quat)
+        for geom in link.geoms:
+            center, radius = piece_ball(geom.piece)
+            found.append((frame_apply(pos, quat, center), radius))
+        queue += [(child, pos, quat) for child in link.children]
+    return found

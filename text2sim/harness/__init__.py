@@ -1,0 +1,1 @@
+"""Runs programs and turns what they record into evidence."""

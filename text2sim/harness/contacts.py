@@ -1,0 +1,185 @@
+"""Contacts: which bodies touched when, and what momentum went through it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from text2sim.harness.selection import Cast, Target
+from text2sim.harness.states import Array, RunStates
+
+GAP = 2
+"""Steps without contact that do not end an episode: touches flicker in a discrete simulation."""
+IMPACT = 0.05
+"""Span [s] at the beginning of an episode over which the impulse of the impact is taken."""
+
+
+@dataclass(frozen=True)
+class Touches:
+    """Touches of pairs of things, one row per pair and time step, sorted by pair, then step."""
+
+    pair: Array
+    """Numbers (first, second) of the pair, shape (n, 2)."""
+    step: Array
+    """(n,)"""
+    force: Array
+    """On the first of the pair [N], world, shape (n, 3)."""
+    normal: Array
+    """Sum of the normal forces [N], (n,)."""
+    depth: Array
+    """Deepest overlap [m], (n,)."""
+    pos: Array
+    """Where the largest force acts [m], (n, 3)."""
+
+
+@dataclass(frozen=True)
+class Episode:
+    """Two things touching from a time to a time."""
+
+    first: str
+    second: str
+    start: float
+    """[s]"""
+    end: float
+    """[s]"""
+    ongoing: bool
+    """They still touched when the recording ended."""
+    pos: tuple[float, float, float]
+    """Where they first touched [m]."""
+    impulse: tuple[float, float, float]
+    """Given to the first by the second over the whole episode [N s]."""
+    normal_impulse: float
+    """Integral of the normal force over the episode [N s]."""
+    impact_impulse: float
+    """Size of the momentum given in the first 50 ms [N s]."""
+    peak_force: float
+    """Largest normal force in a step [N]."""
+    depth: float
+    """Deepest overlap [m]."""
+
+
+@dataclass(frozen=True)
+class ContactLog:
+    """The recorded contacts of a run, one row per pair of links and time step."""
+
+    states: RunStates
+    recorded: bool = True
+    """False if the case did not ask for contacts."""
+    last_step: int = field(default=0)
+    """Last step that was recorded."""
+
+    @classmethod
+    def of(cls, cast: Cast) -> "ContactLog":
+        """The contacts of a recording."""
+        states = cast.states
+        return cls(states, cast.case.scene.record.contacts, int(states.steps[-1]) if states.frames else 0)
+
+    @cached_property
+    def step(self) -> Array:
+        """(n,)"""
+        return self.states.contact("step").astype(np.int64)
+
+    @cached_property
+    def links(self) -> Array:
+        """(n, 2)"""
+        return self.states.contact("links").astype(np.int64)
+
+    @cached_property
+    def force(self) -> Array:
+        """On the first link of each row [N], (n, 3)."""
+        return self.states.contact("force").astype(float)
+
+    @cached_property
+    def depth(self) -> Array:
+        """[m], (n,)"""
+        return self.states.contact("penetration").astype(float)
+
+    @cached_property
+    def normal(self) -> Array:
+        """Normal force [N], (n,)."""
+        return self.states.contact("normal_force").astype(float)
+
+    @cached_property
+    def pos(self) -> Array:
+        """[m], (n, 3)"""
+        return self.states.contact("pos").astype(float)
+
+    @cached_property
+    def frame(self) -> Array:
+        """The frame to which each row belongs, (n,): the first one after its step; F for those after the last."""
+        return np.searchsorted(self.states.steps, self.step, side="left")
+
+    def between(self, first: Array, second: Array) -> Touches:
+        """Return the touches of things, given the number of the thing that each link belongs to (or -1).
+
+        A thing does not touch itself. A pair that both sides name is listed once, lower number first.
+        """
+        a, b = self.links[:, 0], self.links[:, 1]
+        forward = (first[a] >= 0) & (second[b] >= 0)
+        backward = (first[b] >= 0) & (second[a] >= 0) & ~forward
+        rows = np.flatnonzero(forward | backward)
+        flip = backward[rows]
+        pair = np.stack([np.where(flip, first[b[rows]], first[a[rows]]), np.where(flip, second[a[rows]], second[b[rows]])], 1)
+        if first is second:
+            swap = pair[:, 0] > pair[:, 1]
+            pair[swap] = pair[swap][:, ::-1]
+            flip = flip ^ swap
+            apart = pair[:, 0] != pair[:, 1]
+            rows, pair, flip = rows[apart], pair[apart], flip[apart]
+        return self._merge(rows, pair, np.where(flip, -1.0, 1.0))
+
+    def _merge(self, rows: Array, pair: Array, sign: Array) -> Touches:
+        normal = self.normal[rows]
+        step = self.step[rows]
+        # Within a pair and step the strongest comes first: its position stands for all.
+        order = np.lexsort((-normal, step, pair[:, 1], pair[:, 0]))
+        rows, pair, step, normal, sign = rows[order], pair[order], step[order], normal[order], sign[order]
+        begins = np.flatnonzero(_changes(pair[:, 0], pair[:, 1], step))
+        if not len(begins):
+            return Touches(pair[:0], step[:0], np.zeros((0, 3)), normal[:0], normal[:0], np.zeros((0, 3)))
+        return Touches(
+            pair[begins],
+            step[begins],
+            np.add.reduceat(self.force[rows] * sign[:, None], begins),
+            np.add.reduceat(normal, begins),
+            np.maximum.reduceat(self.depth[rows], begins),
+            self.pos[rows[begins]],
+        )
+
+    def episodes(self, touches: Touches, first: Sequence[Target], second: Sequence[Target]) -> list[Episode]:
+        """Join touches of consecutive steps into episodes, sorted by pair, then start."""
+        if not len(touches.step):
+            return []
+        dt = self.states.dt
+        new = _changes(touches.pair[:, 0], touches.pair[:, 1])
+        new[1:] |= np.diff(touches.step) > GAP + 1
+        begins = np.flatnonzero(new)
+        ends = np.append(begins[1:], len(new)) - 1
+        since = touches.step - np.repeat(touches.step[begins], np.diff(np.append(begins, len(new))))
+        early = (since * dt < IMPACT - 1e-9)[:, None]
+        impulse = np.add.reduceat(touches.force, begins) * dt
+        impact = np.linalg.norm(np.add.reduceat(touches.force * early, begins), axis=1) * dt
+        normal = np.add.reduceat(touches.normal, begins) * dt
+        peak = np.maximum.reduceat(touches.normal, begins)
+        depth = np.maximum.reduceat(touches.depth, begins)
+        return [
+            Episode(
+                first[touches.pair[b, 0]].label, second[touches.pair[b, 1]].label,
+                float(touches.step[b] * dt), float(touches.step[e] * dt), bool(touches.step[e] >= self.last_step - GAP),
+                _triple(touches.pos[b]), _triple(impulse[i]), float(normal[i]), float(impact[i]), float(peak[i]), float(depth[i]),
+            )
+            for i, (b, e) in enumerate(zip(begins, ends, strict=True))
+        ]
+
+
+def _changes(*columns: Array) -> Array:
+    """Return where a row differs from the one before it, in any column; the first row does."""
+    new = np.ones(len(columns[0]), dtype=bool)
+    if len(new):
+        new[1:] = np.logical_or.reduce([column[1:] != column[:-1] for column in columns])
+    return new
+
+
+def _triple(row: Array) -> tuple[float, float, float]:
+    return float(row[0]), float(row[1]), float(row[2])

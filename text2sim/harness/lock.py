@@ -1,0 +1,63 @@
+"""One process per run folder: a lock that the system itself lifts when its holders are dead."""
+
+import os
+from pathlib import Path
+
+from text2sim.spec_schema.errors import RunError
+
+if os.name == "posix":
+    import fcntl
+else:
+    import msvcrt
+
+
+class RunLock:
+    """Holds a run folder for this process, and for the program that inherits `fileno`.
+
+    The lock is the system's, on an open file: it ends with the last process that has it open, so that a lock of
+    dead processes cannot stay behind, and a program that outlives us still keeps others off its folder.
+    The file itself stays: to delete a file that others may be about to lock would let two in.
+    """
+
+    def __init__(self, runs: Path, name: str) -> None:
+        self._path = runs / ".locks" / name
+        self._name = name
+        self._descriptor: int | None = None
+
+    @property
+    def fileno(self) -> int:
+        """The descriptor that a child process keeps open."""
+        assert self._descriptor is not None
+        return self._descriptor
+
+    def __enter__(self) -> "RunLock":
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(self._path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o644)
+        if not _try_lock(descriptor):
+            holder = os.read(descriptor, 100).decode("ascii", "replace").strip()
+            os.close(descriptor)
+            who = f" (process {holder})" if holder.isdigit() else ""
+            raise RunError(f"{self._name} is being run by another text2sim{who}; wait for it, or end it")
+        os.truncate(descriptor, 0)
+        os.write(descriptor, f"{os.getpid()}\n".encode())
+        self._descriptor = descriptor
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._descriptor is not None:
+            os.close(self._descriptor)
+            self._descriptor = None
+
+
+def _try_lock(descriptor: int) -> bool:
+    try:
+        if os.name == "posix":
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        else:
+            # Beyond the end, so that others can still read whose lock it is.
+            os.lseek(descriptor, 1 << 20, os.SEEK_SET)
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+            os.lseek(descriptor, 0, os.SEEK_SET)
+    except OSError:
+        return False
+    return True

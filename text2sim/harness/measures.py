@@ -1,0 +1,265 @@
+"""Measures: numbers over time, computed from recorded frames. Each formula stands with its function.
+
+A body is meant as a whole: where it has several links, its origin, orientation and turning are those of its root
+link, and its velocity is that of the common centre of mass.
+
+Contacts are recorded at every time step, measures are given at frames: to a frame belong the steps since the frame
+before it. The first frame, before which there was no step, shows the contacts that the first step found.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from text2sim.harness.geometry import depth_inside, reach, rotate
+from text2sim.harness.recording import Recording
+from text2sim.harness.selection import SelectionError, Target
+from text2sim.harness.states import Array, JointRecord
+from text2sim.spec_schema import actions as a
+from text2sim.spec_schema.base import AXES
+
+_COLUMN = {"x": 0, "y": 1, "z": 2}
+_UNITS = {
+    "position": "m", "velocity": "m/s", "speed": "m/s", "angular_speed": "rad/s", "displacement": "m", "tilt": "deg",
+    "extent": "m", "distance": "m", "contact_force": "N", "contact_count": "", "penetration": "m", "energy": "J",
+    "momentum": "kg m/s", "count_in": "",
+}  # fmt: skip
+_JOINT_UNITS = {
+    "joint_position": {"hinge": "rad", "slider": "m"},
+    "joint_velocity": {"hinge": "rad/s", "slider": "m/s"},
+    "joint_force": {"hinge": "N m", "slider": "N"},
+}
+
+
+@dataclass(frozen=True)
+class Series:
+    """A measure over time."""
+
+    name: str
+    unit: str
+    """SI, or deg; empty for a number of things."""
+    values: Array
+    """One for each frame, shape (F,); NaN where it has none."""
+    problem: str = ""
+    """Why it could not be computed; all values are NaN then."""
+
+
+def evaluate(recording: Recording) -> dict[str, Series]:
+    """Evaluate every measure of the case, in its order."""
+    found = {}
+    for name, measure in recording.case.actions.measures.items():
+        try:
+            with np.errstate(all="ignore"):  # a diverged run holds numbers that overflow
+                values, unit = _value(recording, measure)
+            found[name] = Series(name, unit, np.asarray(values, dtype=float))
+        except (SelectionError, MeasureError) as error:
+            found[name] = Series(name, _UNITS.get(measure.kind, ""), np.full(recording.states.frames, np.nan), str(error))
+    return found
+
+
+class MeasureError(ValueError):
+    """A measure that has no value in this recording."""
+
+
+def _value(recording: Recording, measure: a.Measure) -> tuple[Array, str]:
+    if isinstance(measure, a.JointPosition | a.JointVelocity | a.JointForce):
+        joints = recording.cast.select_joints(measure.of)
+        kinds = {joint.kind for _, joint in joints}
+        if len(kinds) != 1 or not kinds <= {"hinge", "slider"}:
+            raise MeasureError(f"{measure.of}: only hinges and sliders have a position (got {', '.join(sorted(kinds))})")
+        values = [_joint(recording, measure.kind, joint) for _, joint in joints]
+        unit = _JOINT_UNITS[measure.kind][kinds.pop()]
+        return _reduce(measure, values), "" if measure.stat == "count" else unit
+    unit = "" if getattr(measure, "stat", None) == "count" else _UNITS[measure.kind]
+    if measure.kind in _PER_TARGET:
+        targets = recording.cast.select(measure.of)  # type: ignore[union-attr]
+        return _reduce(measure, [_PER_TARGET[measure.kind](recording, measure, t) for t in targets]), unit
+    return _COLLECTIVE[measure.kind](recording, measure), unit
+
+
+def _reduce(measure: Any, values: list[Array]) -> Array:
+    """Make one series of several copies: `max`, `min`, `mean`, `sum`, `range` (max - min), or `count` of those whose
+    value is above and below the bounds."""
+    stack = np.stack(values)
+    if measure.stat is None:
+        if len(values) > 1:
+            raise MeasureError(f"{measure.of} means {len(values)} bodies: `stat` says how they become one number")
+        return stack[0]
+    if measure.stat == "count":
+        above = stack > (-np.inf if measure.above is None else measure.above)
+        below = stack < (np.inf if measure.below is None else measure.below)
+        return (above & below).sum(axis=0)
+    if measure.stat == "range":
+        return stack.max(axis=0) - stack.min(axis=0)
+    return getattr(stack, measure.stat)(axis=0)
+
+
+# --- of one target, then reduced ------------------------------------------------------------------------------
+
+
+def _position(recording: Recording, measure: a.Position, target: Target) -> Array:
+    """A coordinate of the origin."""
+    return recording.origin(target)[:, _COLUMN[measure.axis]]
+
+
+def _velocity(recording: Recording, measure: a.Velocity, target: Target) -> Array:
+    """A component of the velocity of the centre of mass."""
+    return recording.velocity(target)[:, _COLUMN[measure.axis]]
+
+
+def _speed(recording: Recording, measure: Any, target: Target) -> Array:
+    """|v| of the centre of mass."""
+    return np.linalg.norm(recording.velocity(target), axis=1)
+
+
+def _angular_speed(recording: Recording, measure: Any, target: Target) -> Array:
+    """|w|."""
+    return np.linalg.norm(recording.states.ang[:, target.root].astype(float), axis=1)
+
+
+def _displacement(recording: Recording, measure: a.Displacement, target: Target) -> Array:
+    """|x(t) - x(0)|, or its component along an axis."""
+    origin = recording.origin(target)
+    moved = origin - origin[:1]
+    return np.linalg.norm(moved, axis=1) if measure.axis is None else moved[:, _COLUMN[measure.axis]]
+
+
+def _tilt(recording: Recording, measure: a.Tilt, target: Target) -> Array:
+    """Angle between R(t) a and R(0) a, from both its sine and cosine: exact for small angles too."""
+    quat = recording.states.quat[:, target.root].astype(float)
+    now = rotate(quat, np.array(AXES[measure.axis]))
+    start = np.broadcast_to(now[:1], now.shape)
+    sine = np.linalg.norm(np.cross(start, now), axis=1)
+    return np.degrees(np.arctan2(sine, (start * now).sum(axis=1)))
+
+
+def _joint(recording: Recording, kind: str, joint: JointRecord) -> Array:
+    """Position, velocity or the motor's force of a joint with one degree of freedom."""
+    states = recording.states
+    if kind == "joint_position":
+        return states.qpos[:, joint.q[0]].astype(float)
+    rows = states.dofs_velocity if kind == "joint_velocity" else states.dofs_force
+    return rows[:, joint.dof[0]].astype(float)
+
+
+_PER_TARGET: dict[str, Callable[[Recording, Any, Target], Array]] = {
+    "position": _position, "velocity": _velocity, "speed": _speed, "angular_speed": _angular_speed,
+    "displacement": _displacement, "tilt": _tilt,
+}  # fmt: skip
+
+# --- of all targets together ----------------------------------------------------------------------------------
+
+
+def _extent(recording: Recording, measure: a.Extent) -> Array:
+    """Highest or lowest coordinate of the corners of all shapes, or the difference. Shapes are the recorded meshes:
+    exact for flat-sided ones; round ones reach as far as the engine's mesh of them."""
+    links = [link for target in recording.cast.select(measure.of) for link in target.links]
+    low, high = reach(recording.states, recording.geometry, links, measure.axis)
+    if len(low) and np.isnan(low[0]):
+        raise MeasureError(f"{measure.of} has no recorded shape")
+    return {"min": low, "max": high, "range": high - low}[measure.stat]
+
+
+def _distance(recording: Recording, measure: a.Distance) -> Array:
+    """|x_a - x_b| of the nearest pair of origins; a body is not its own neighbour."""
+    first, second = (recording.cast.select(selector) for selector in measure.between)
+    nearest = np.full(recording.states.frames, np.inf)
+    others = np.stack([recording.origin(t) for t in second], axis=1)
+    for target in first:
+        keep = [i for i, other in enumerate(second) if other.links != target.links]
+        if keep:
+            gaps = np.linalg.norm(others[:, keep] - recording.origin(target)[:, None], axis=2)
+            nearest = np.minimum(nearest, gaps.min(axis=1))
+    if np.isinf(nearest).all() and len(nearest):
+        raise MeasureError(f"{' and '.join(measure.between)} are one body: there is no distance")
+    return nearest
+
+
+def _contact_rows(recording: Recording, of: str, by: str | None) -> tuple[Array, Array]:
+    """Return (rows, sign): the contacts of `of` with `by` (or anything else), and +1 where the first link is in `of`."""
+    log = recording.contacts
+    if not log.recorded:
+        raise MeasureError("no contacts were recorded (scene.record.contacts is false)")
+    ours = recording.cast.groups(recording.cast.select(of)) >= 0
+    theirs = np.ones(len(ours), dtype=bool) if by is None else recording.cast.groups(recording.cast.select(by)) >= 0
+    first, second = log.links[:, 0], log.links[:, 1]
+    forward, backward = ours[first] & theirs[second], ours[second] & theirs[first]
+    rows = np.flatnonzero((forward | backward) & (log.frame < recording.states.frames))
+    # A force between two bodies of `of` acts on it with both signs, which is to say not at all.
+    return rows, forward[rows].astype(float) - backward[rows]
+
+
+def _contact_force(recording: Recording, measure: a.ContactForce) -> Array:
+    """|sum of F dt| / T over the steps that belong to a frame: the size of the mean force, as a scale would show it."""
+    rows, sign = _contact_rows(recording, measure.of, measure.by)
+    states, log = recording.states, recording.contacts
+    total = np.zeros((states.frames, 3))
+    np.add.at(total, log.frame[rows], log.force[rows] * sign[:, None])
+    total[1:] /= np.maximum(np.diff(states.steps), 1)[:, None]
+    if states.frames:
+        begin = rows[log.step[rows] == states.steps[0] + 1]
+        total[0] = (log.force[begin] * sign[np.isin(rows, begin)][:, None]).sum(axis=0)
+    return np.linalg.norm(total, axis=1)
+
+
+def _contact_count(recording: Recording, measure: a.ContactCount) -> Array:
+    """Number of different pairs of bodies that touch in any step that belongs to a frame."""
+    rows, _ = _contact_rows(recording, measure.of, measure.by)
+    frame, owner = _frames_with_first(recording, rows)
+    pairs = np.sort(recording.cast.copy_of_link[recording.contacts.links[owner]], axis=1)
+    apart = pairs[:, 0] != pairs[:, 1]
+    found = np.unique(np.column_stack([frame, pairs])[apart], axis=0)
+    return np.bincount(found[:, 0].astype(np.int64), minlength=recording.states.frames)
+
+
+def _penetration(recording: Recording, measure: a.Penetration) -> Array:
+    """Deepest overlap in any step that belongs to a frame; 0 without contact."""
+    rows, _ = _contact_rows(recording, measure.of, measure.by)
+    frame, owner = _frames_with_first(recording, rows)
+    deepest = np.zeros(recording.states.frames)
+    np.maximum.at(deepest, frame, recording.contacts.depth[owner])
+    return deepest
+
+
+def _frames_with_first(recording: Recording, rows: Array) -> tuple[Array, Array]:
+    """Return (frame, row) of contacts, with those of the first step once more for the first frame."""
+    log, states = recording.contacts, recording.states
+    begin = rows[log.step[rows] == states.steps[0] + 1] if states.frames else rows[:0]
+    return np.concatenate([np.zeros(len(begin), dtype=np.int64), log.frame[rows]]), np.concatenate([begin, rows])
+
+
+def _links(recording: Recording, of: str | None) -> Array:
+    """Links of a selector, or of all bodies: never statics, and not the driven ones, whose motion is prescribed."""
+    targets: Sequence[Target] = recording.cast.loose if of is None else recording.cast.select(of)
+    return np.array(sorted({link for target in targets for link in target.links}), dtype=np.int64)
+
+
+def _energy(recording: Recording, measure: a.Energy) -> Array:
+    """Kinetic (1/2 m v.v + 1/2 w.I w), potential (-m g.x, zero at the origin), or their sum."""
+    links = _links(recording, measure.of)
+    total = np.zeros(recording.states.frames)
+    if measure.part != "potential":
+        total += recording.kinetic(links).sum(axis=1)
+    if measure.part != "kinetic":
+        total += recording.potential(links).sum(axis=1)
+    return total
+
+
+def _momentum(recording: Recording, measure: a.Momentum) -> Array:
+    """Sum of m v along an axis."""
+    links = _links(recording, measure.of)
+    return recording.states.vel[:, links, _COLUMN[measure.axis]].astype(float) @ recording.masses[links]
+
+
+def _count_in(recording: Recording, measure: a.CountIn) -> Array:
+    """Number of copies whose origin lies in the region or on its surface."""
+    inside = [depth_inside(measure.region, recording.origin(t)) >= 0 for t in recording.cast.select(measure.of)]
+    return np.sum(inside, axis=0)
+
+
+_COLLECTIVE: dict[str, Callable[[Recording, Any], Array]] = {
+    "extent": _extent, "distance": _distance, "contact_force": _contact_force, "contact_count": _contact_count,
+    "penetration": _penetration, "energy": _energy, "momentum": _momentum, "count_in": _count_in,
+}  # fmt: skip

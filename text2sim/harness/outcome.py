@@ -1,0 +1,124 @@
+"""How a program ended, in plain words."""
+
+import json
+import re
+import signal
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from text2sim.harness.child import ChildExit, Limits
+
+EXIT_DIVERGED = 3
+EXIT_INTERRUPTED = 130
+GIGA = 1e9
+
+_ANSI = re.compile(r"\x1b\[[0-9;?]*[ -/]*[@-~]")
+_SIGNALS = {
+    "SIGSEGV": "the engine crashed (SIGSEGV: it touched memory that is not its own); "
+    "most often the simulation had diverged, so look for a time step that is too long or bodies that overlap",
+    "SIGABRT": "the engine gave up (SIGABRT: one of its own checks failed)",
+    "SIGBUS": "the engine crashed (SIGBUS: memory or a file that it used went away; is a disk full?)",
+    "SIGFPE": "the engine crashed (SIGFPE: a forbidden calculation, such as a whole number divided by zero)",
+    "SIGILL": "the engine crashed (SIGILL: this processor lacks an instruction that a library was built for)",
+}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a simulation."""
+
+    state: str
+    """One of `record.STATES`."""
+    time: float
+    """Simulated time reached [s]."""
+    message: str
+    """Why it ended early; empty if it did not."""
+    film_message: str = ""
+    """Why the film is missing although the simulation came to its end."""
+
+
+def outcome_of(ended: ChildExit, limits: Limits, status: dict[str, Any], log: str) -> Outcome:
+    """Judge from a program's end, its `status.json` and its log what came of the simulation."""
+    time = status.get("time")
+    time = float(time) if isinstance(time, int | float) and time == time else 0.0
+    said = clean(str(status.get("message") or ""))
+    state, message = _state(ended, limits, said, log)
+    simulated = status.get("state")
+    if simulated in ("finished", "diverged"):
+        # The simulation is over and written down: what failed after it can only be the film.
+        return Outcome(simulated, time, said if simulated == "diverged" else "", "" if state == simulated else message)
+    if state == "finished":
+        return Outcome("failed", time, "the program ended without saying how far it came")
+    return Outcome(state, time, message)
+
+
+def _state(ended: ChildExit, limits: Limits, said: str, log: str) -> tuple[str, str]:
+    if ended.cause == "memory":
+        return "out_of_memory", f"it used {ended.peak_memory / GIGA:.1f} GB of memory, more than it may"
+    if ended.cause == "timeout":
+        return "timeout", f"it took longer than {limits.timeout:g} s"
+    if ended.cause == "stopped" or ended.code == EXIT_INTERRUPTED:
+        return "interrupted", "stopped on request"
+    if ended.code == 0:
+        return "finished", ""
+    number = -ended.code if ended.code < 0 else ended.code - 128 if ended.code > 128 else 0
+    if number:
+        return _signalled(number)
+    if ended.code == EXIT_DIVERGED:
+        return "diverged", said or "the simulation diverged"
+    if "MemoryError" in (error := last_error(log)):
+        return "out_of_memory", "no memory was left"
+    return "failed", said or error or f"the program ended with exit code {ended.code} and said nothing"
+
+
+def _signalled(number: int) -> tuple[str, str]:
+    try:
+        name = signal.Signals(number).name
+    except ValueError:
+        name = f"signal {number}"
+    if name == "SIGKILL":
+        return "out_of_memory", "the system killed it (SIGKILL), most likely because memory ran out"
+    if name in ("SIGINT", "SIGTERM"):
+        return "interrupted", f"someone stopped it ({name})"
+    return "crashed", _SIGNALS.get(name, f"it was killed ({name})")
+
+
+def last_error(log: str) -> str:
+    """Return the message of the last traceback of a log, as `ValueError: …`; empty if there is none."""
+    log = clean(log)
+    begin = log.rfind("Traceback (most recent call last):")
+    if begin < 0:
+        return ""
+    rows = log[begin:].splitlines()[1:]
+    for index, row in enumerate(rows):
+        if row and not row[0].isspace():
+            # An engine's message may go on for several lines; the first say what is wrong.
+            return " ".join(" ".join(rows[index : index + 6]).split())[:600]
+    return ""
+
+
+def clean(text: str) -> str:
+    """Return text without colours and other control characters, which could rewrite a terminal."""
+    text = _ANSI.sub("", text)
+    return "".join(c if c.isprintable() or c in "\n\t" else " " for c in text)
+
+
+def read_status(path: Path) -> dict[str, Any]:
+    """Return what a program said about its end; empty if it said nothing."""
+    try:
+        status = json.loads(path.read_text("utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return status if isinstance(status, dict) else {}
+
+
+def read_end(path: Path, begin: int = 0, limit: int = 200_000) -> str:
+    """Return the end of a log, from byte `begin` on at the earliest."""
+    try:
+        with path.open("rb") as stream:
+            size = stream.seek(0, 2)
+            stream.seek(max(begin, size - limit))
+            return stream.read(limit).decode("utf-8", "replace")
+    except OSError:
+        return ""

@@ -1,0 +1,97 @@
+"""Runs the program of a run folder and says what came of it."""
+
+import os
+import sys
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from text2sim.compiler.provenance import provenance
+from text2sim.harness.child import ChildExit, Limits, run_child
+from text2sim.harness.outcome import Outcome, outcome_of, read_end, read_status
+from text2sim.harness.progress import CHILD_PHASES, Clock, ProgressTail
+from text2sim.harness.stop import Stop
+
+FIRST_TIME = "compiling physics kernels: over a minute the first time on this machine"
+NEW_KIND = "still compiling physics kernels: every new combination of options does so once"
+PATIENCE = 30.0
+"""Wall time [s] of a build after which the user wants to know why."""
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A program that ran."""
+
+    outcome: Outcome
+    ended: ChildExit
+    blame: tuple[int, str] | None
+    """Line of the case and the program's code, where a failure could be traced."""
+
+
+def run_program(
+    folder: Path, *, flags: tuple[str, ...], limits: Limits, stop: Stop, clock: Clock, inherit: tuple[int, ...] = ()
+) -> Finished:
+    """Run `program/main.py` of a run folder, writing into that folder.
+
+    Args:
+        folder: The run folder.
+        flags: `--film-only` or `--no-film`, or nothing.
+        limits: What it may use.
+        stop: Requests to stop.
+        clock: Told about its phases.
+        inherit: File descriptors that it keeps open.
+    """
+    folder = folder.resolve()
+    program, log = folder / "program", folder / "log.txt"
+    begin = log.stat().st_size if log.is_file() else 0
+    relay = _Relay(folder / "progress.jsonl", clock)
+    clock.enter("start")
+    command = (sys.executable, "main.py", "--out", str(folder), *flags)
+    with stop.gently():
+        ended = run_child(
+            command, folder=program, log=log, limits=limits, stop=stop, on_poll=relay.poll, inherit=inherit
+        )
+    text = read_end(log, begin)
+    outcome = outcome_of(ended, limits, read_status(folder / "status.json"), text)
+    failed = ended.code != 0 and ended.cause == "ended"
+    return Finished(outcome, ended, provenance(program, text) if failed else None)
+
+
+class _Relay:
+    """Passes on what the program says about its progress, and explains a long silence."""
+
+    def __init__(self, path: Path, clock: Clock) -> None:
+        self._tail = ProgressTail(path)
+        self._clock = clock
+        self._phase = "start"
+        self._build_since: float | None = None
+
+    def poll(self) -> None:
+        for record in self._tail.read():
+            self._take(record)
+        if self._build_since is not None and self._clock.wall - self._build_since > PATIENCE:
+            self._build_since = None
+            if kernels_cached():
+                self._clock.tell(0.0, note=NEW_KIND)
+
+    def _take(self, record: dict[str, Any]) -> None:
+        phase = record.get("phase", self._phase)
+        if phase in CHILD_PHASES and phase != self._phase:
+            self._phase = phase
+            building = phase == "build"
+            self._build_since = self._clock.wall if building else None
+            self._clock.enter(phase, FIRST_TIME if building and not kernels_cached() else "")
+        time = record.get("t")
+        if isinstance(time, int | float) and self._phase in ("simulate", "film"):
+            self._clock.tell(float(time))
+
+
+def kernels_cached() -> bool:
+    """Whether the engine has compiled anything on this machine before."""
+    named = os.environ.get("QD_OFFLINE_CACHE_FILE_PATH")
+    cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    folder = Path(named) if named else Path(cache) / "quadrants" / "qdcache"
+    with suppress(OSError):
+        return any(folder.iterdir())
+    return False

@@ -1,0 +1,138 @@
+"""How far a run has come: phases, simulated time, speed, and time left."""
+
+import json
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+PHASES = ("check", "compile", "start", "build", "simulate", "film", "judge", "report")
+"""In order; a run that only films or judges again leaves some out."""
+
+CHILD_PHASES = ("start", "build", "simulate", "film")
+"""Those that the program itself reports."""
+
+WINDOW = 15.0
+"""Span of wall time [s] over which speed is measured: contact makes it vary by a hundred within one run."""
+
+CHUNK = 1 << 20
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a run is."""
+
+    phase: str
+    """One of `PHASES`."""
+    t: float = 0.0
+    """Simulated time reached [s]."""
+    duration: float = 0.0
+    """Simulated time wanted [s]."""
+    wall: float = 0.0
+    """Time [s] since the run began."""
+    speed: float | None = None
+    """Simulated seconds per second, lately."""
+    eta: float | None = None
+    """Time left [s] in this phase, at that speed."""
+    note: str = ""
+    """Something to tell the user once."""
+
+    @property
+    def fraction(self) -> float | None:
+        """Part of the phase that is done, 0 to 1; None where nobody knows."""
+        if self.phase not in ("simulate", "film") or self.duration <= 0:
+            return None
+        return min(1.0, max(0.0, self.t / self.duration))
+
+
+OnProgress = Callable[[Progress], None]
+
+
+def ignore(progress: Progress) -> None:
+    """Tell nobody."""
+
+
+class Clock:
+    """Tells the listener about phases, and keeps how long each took."""
+
+    def __init__(self, listener: OnProgress, duration: float = 0.0) -> None:
+        self.duration = duration
+        self.timings: dict[str, float] = {}
+        self._listener = listener
+        self._begun = self._phase_begun = monotonic()
+        self._phase: str | None = None
+        self._last: tuple[Any, ...] | None = None
+        self._samples: deque[tuple[float, float]] = deque()
+
+    @property
+    def wall(self) -> float:
+        """Time [s] since the clock was made."""
+        return monotonic() - self._begun
+
+    def enter(self, phase: str, note: str = "") -> None:
+        """Begin a phase (again, if it is the one that runs)."""
+        if phase != self._phase:
+            self._close()
+            self._phase = phase
+            self._samples.clear()
+            self.tell(0.0, note=note)
+
+    def finish(self) -> dict[str, float]:
+        """End the last phase; return the time [s] that each took."""
+        self._close()
+        self._phase = None
+        return self.timings
+
+    def tell(self, t: float, *, note: str = "") -> None:
+        """Report the time `t` [s] that the running phase has reached."""
+        now = monotonic()
+        if (self._phase, t, note) == self._last:
+            return
+        self._last = (self._phase, t, note)
+        self._samples.append((now, t))
+        while len(self._samples) > 2 and now - self._samples[0][0] > WINDOW:
+            self._samples.popleft()
+        (then, before), elapsed = self._samples[0], now - self._samples[0][0]
+        speed = (t - before) / elapsed if elapsed > 0.2 and t > before else None
+        eta = (self.duration - t) / speed if speed and self.duration > t else None
+        self._listener(Progress(self._phase or "", t, self.duration, now - self._begun, speed, eta, note))
+
+    def _close(self) -> None:
+        now = monotonic()
+        if self._phase is not None:
+            self.timings[self._phase] = self.timings.get(self._phase, 0.0) + now - self._phase_begun
+        self._phase_begun = now
+
+
+class ProgressTail:
+    """Reads what a program appends to its `progress.jsonl`, without ever failing on it."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        # What an earlier program wrote (a film made again appends) is not news.
+        self._offset = path.stat().st_size if path.is_file() else 0
+        self._rest = b""
+
+    def read(self) -> list[dict[str, Any]]:
+        """Return the records that were completed since the last call."""
+        try:
+            with self._path.open("rb") as stream:
+                stream.seek(self._offset)
+                block = stream.read(CHUNK)
+        except OSError:
+            return []
+        self._offset += len(block)
+        *lines, self._rest = (self._rest + block).split(b"\n")
+        # A line without end is not progress.
+        self._rest = self._rest[-CHUNK:]
+        return [record for line in lines if (record := _record(line)) is not None]
+
+
+def _record(line: bytes) -> dict[str, Any] | None:
+    try:
+        record = json.loads(line)
+    except (ValueError, RecursionError):
+        return None
+    return record if isinstance(record, dict) else None

@@ -1,0 +1,82 @@
+"""`run.json`: what was run, where, and how it ended."""
+
+import json
+import os
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+FILE = "run.json"
+
+STATES = ("running", "finished", "diverged", "interrupted", "timeout", "out_of_memory", "crashed", "failed")
+"""`crashed`: killed by a signal of its own; `failed`: the engine, or the program, refused with a message."""
+
+COMPLETE = ("finished", "diverged")
+"""States that the same case would reach again: there is nothing to gain from another simulation."""
+
+
+@dataclass
+class RunRecord:
+    """The contents of `run.json`. Clocks and machines stand here and nowhere else in a run folder."""
+
+    case: str
+    """Name of the case."""
+    state: str
+    """One of `STATES`."""
+    key: dict[str, str]
+    """What the recorded states depend on: `sim_digest`, `genesis`, `device`."""
+    text2sim: str = ""
+    """Version of text2sim."""
+    case_digest: str = ""
+    """SHA-256 of `case.yaml` as written."""
+    render_digest: str = ""
+    """Of the film that lies here; empty if there is none."""
+    judge_digest: str = ""
+    """Of the evidence that lies here: expectations, and the code that judged them."""
+    variant: str | None = None
+    """Named overlay of the case."""
+    seed: int = 0
+    """Seed of the engine."""
+    versions: dict[str, Any] = field(default_factory=dict)
+    """Of Python and the libraries."""
+    message: str = ""
+    """Why it ended early."""
+    where: dict[str, Any] | None = None
+    """The line of the case to blame, if it is known."""
+    time: float = 0.0
+    """Simulated time reached [s]."""
+    duration: float = 0.0
+    """Simulated time wanted [s]."""
+    started: str = ""
+    """When, in UTC."""
+    wall: float = 0.0
+    """How long the program ran [s]."""
+    timings: dict[str, float] = field(default_factory=dict)
+    """Wall time of each phase [s]."""
+    exit_code: int | None = None
+    """Of the program; negative is a signal."""
+    peak_memory: int = 0
+    """Largest resident memory of the program [bytes]."""
+    notes: list[str] = field(default_factory=list)
+    """Derived settings and their reasons, and what else is worth knowing."""
+
+    def write(self, folder: Path) -> None:
+        """Write it, so that a reader finds the old or the new record and never half of one."""
+        write_atomically(folder / FILE, json.dumps(asdict(self), indent=1, allow_nan=False) + "\n")
+
+    @classmethod
+    def read(cls, folder: Path) -> "RunRecord | None":
+        """Return the record of a folder; None if there is none that can be trusted."""
+        try:
+            data = json.loads((folder / FILE).read_text("utf-8"))
+            record = cls(**{name: data[name] for name in (f.name for f in fields(cls)) if name in data})
+        except (OSError, ValueError, TypeError, RecursionError):
+            return None
+        return record if record.state in STATES and isinstance(record.key, dict) else None
+
+
+def write_atomically(path: Path, text: str) -> None:
+    """Write a file that is complete from the moment on at which it is there."""
+    partial = path.with_name(f".{path.name}.{os.getpid()}")
+    partial.write_text(text, "utf-8")
+    os.replace(partial, path)

@@ -1,0 +1,73 @@
+"""A recording together with the case it is a recording of."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from text2sim.harness.contacts import ContactLog
+from text2sim.harness.geometry import Geometry, rotate, rotate_back
+from text2sim.harness.selection import Cast, Target
+from text2sim.harness.states import Array, RunStates
+from text2sim.spec_schema.case import Case
+
+
+@dataclass(frozen=True)
+class Recording:
+    """All that measures and events are computed from."""
+
+    states: RunStates
+    cast: Cast
+    geometry: Geometry
+    contacts: ContactLog
+    case: Case
+
+    @classmethod
+    def load(cls, run_dir: Path, case: Case) -> "Recording":
+        """Open the recording of a run."""
+        states = RunStates.load(run_dir)
+        cast = Cast(states, case)
+        return cls(states, cast, Geometry.load(run_dir), ContactLog.of(cast), case)
+
+    @cached_property
+    def masses(self) -> Array:
+        """[kg], shape (L,)."""
+        return np.array([link.mass for link in self.states.links])
+
+    @cached_property
+    def inertias(self) -> Array:
+        """About the centre of mass [kg m2], in the link's frame, shape (L, 3, 3)."""
+        return np.array([link.inertia for link in self.states.links]).reshape(-1, 3, 3)
+
+    def centers(self, links: Array) -> Array:
+        """Centres of mass of links [m], world, shape (F, n, 3)."""
+        local = np.array([self.states.links[i].com for i in links])
+        return self.states.pos[:, links] + rotate(self.states.quat[:, links].astype(float), local)
+
+    def kinetic(self, links: Array) -> Array:
+        """Kinetic energy of links [J], shape (F, n): 1/2 m v.v + 1/2 w.I w.
+
+        v is the velocity of the centre of mass, w the angular velocity; w.I w has the same value in every frame, so
+        w is turned into the link's frame, where I is constant. The inertia of rotors (armature) is not counted.
+        """
+        v = self.states.vel[:, links].astype(float)
+        w = rotate_back(self.states.quat[:, links].astype(float), self.states.ang[:, links].astype(float))
+        spin = np.einsum("fni,nij,fnj->fn", w, self.inertias[links], w)
+        return 0.5 * self.masses[links] * (v * v).sum(axis=-1) + 0.5 * spin
+
+    def potential(self, links: Array) -> Array:
+        """Potential energy of links [J], shape (F, n): -m g.x, x the centre of mass; zero at the origin."""
+        return -self.masses[links] * (self.centers(links) @ np.array(self.states.gravity))
+
+    def velocity(self, target: Target) -> Array:
+        """Velocity of a target's centre of mass [m/s], world, shape (F, 3)."""
+        links = np.array(target.links)
+        weights = self.masses[links]
+        if len(links) == 1 or weights.sum() <= 0:
+            return self.states.vel[:, target.root].astype(float)
+        return np.einsum("fni,n->fi", self.states.vel[:, links].astype(float), weights / weights.sum())
+
+    def origin(self, target: Target) -> Array:
+        """Origin of a target's frame [m], world, shape (F, 3)."""
+        return self.states.pos[:, target.root].astype(float)

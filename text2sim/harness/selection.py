@@ -1,0 +1,145 @@
+"""Which recorded copies, links and joints a selector of the language means."""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from text2sim.harness.states import Array, JointRecord, RunStates
+from text2sim.spec_schema.case import Case
+
+_SELECTOR = re.compile(r"(?P<body>\w+)(?:\[(?P<index>[\d:*]+)\])?(?:\.(?P<part>\w+))?\Z")
+WORLD = "world"
+"""Name that models in files give to the link that stands for the world."""
+
+
+class SelectionError(LookupError):
+    """A selector that names nothing that was recorded."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """What one name stands for: a copy of a body, or one link of it."""
+
+    label: str
+    """`ball`, `brick[3]`, `arm.hand`."""
+    copy: str
+    """Name of the copy."""
+    links: tuple[int, ...]
+    """Columns of the arrays."""
+    root: int
+    """The link whose frame and orientation stand for it."""
+    link: str | None = None
+    """The link's name, if only one is meant."""
+
+
+@dataclass(frozen=True)
+class Cast:
+    """Everything that was recorded, by the names of the case."""
+
+    states: RunStates
+    case: Case
+
+    @cached_property
+    def copies(self) -> dict[str, Target]:
+        """Every copy by name, in the order of the recording."""
+        members: dict[str, list[int]] = {}
+        for link in self.states.links:
+            members.setdefault(link.body, []).append(link.index)
+        found = {}
+        for name, links in members.items():
+            own = [i for i in links if self.states.links[i].name != WORLD] or links
+            found[name] = Target(name, name, tuple(links), own[0])
+        return found
+
+    @cached_property
+    def copy_of_link(self) -> Array:
+        """Number of the copy that each link belongs to, shape (L,)."""
+        number = {name: i for i, name in enumerate(self.copies)}
+        return np.array([number[link.body] for link in self.states.links], dtype=np.int64)
+
+    @cached_property
+    def driven(self) -> list[str]:
+        """Copies with prescribed motion."""
+        return [name for name in self.copies if self._kind(name) == "driven"]
+
+    @cached_property
+    def loose(self) -> list[Target]:
+        """Every copy of a body that is neither driven nor a static."""
+        return [target for name, target in self.copies.items() if self._kind(name) == "body"]
+
+    def is_static(self, copy: str) -> bool:
+        """Whether a copy is one that never moves."""
+        return self._kind(copy) == "static"
+
+    def _kind(self, copy: str) -> str:
+        body = self.case.bodies.get(base_name(copy))
+        if body is None:
+            return "static"
+        return "driven" if body.kind == "driven" else "body"
+
+    def select(self, selector: str) -> list[Target]:
+        """Return what a selector means.
+
+        Raises:
+            SelectionError: if that was not recorded.
+        """
+        chosen, part = self._select_copies(selector)
+        if part is None:
+            return chosen
+        found = []
+        for target in chosen:
+            links = [i for i in target.links if self.states.links[i].name == part]
+            if not links:
+                names = ", ".join(self.states.links[i].name for i in target.links)
+                raise SelectionError(f"{target.copy} has no link `{part}` (it has {names})")
+            found.append(Target(f"{target.copy}.{part}", target.copy, (links[0],), links[0], part))
+        return found
+
+    def select_joints(self, selector: str) -> list[tuple[str, JointRecord]]:
+        """Return the joints that a selector means, each with its label. A mounted body stands for its one joint.
+
+        Raises:
+            SelectionError: if that was not recorded.
+        """
+        chosen, part = self._select_copies(selector)
+        found = []
+        for target in chosen:
+            joints = [j for j in self.states.joints if j.body == target.copy and j.kind != "fixed"]
+            if part is not None:
+                joints = [j for j in joints if j.name == part]
+            if len(joints) != 1:
+                has = f"{len(joints)} joints, name one of them" if joints else "no such joint"
+                raise SelectionError(f"{target.copy}{'.' + part if part else ''}: {has}")
+            found.append((f"{target.copy}.{part}" if part else target.copy, joints[0]))
+        return found
+
+    def _select_copies(self, selector: str) -> tuple[list[Target], str | None]:
+        match = _SELECTOR.match(selector)
+        if match is None:
+            raise SelectionError(f"`{selector}` is no selector")
+        all_copies = [target for name, target in self.copies.items() if base_name(name) == match["body"]]
+        if not all_copies:
+            raise SelectionError(f"`{match['body']}` was not recorded")
+        index = match["index"]
+        chosen = all_copies
+        if index is not None and index != "*":
+            first, _, last = index.partition(":")
+            chosen = all_copies[int(first) : int(last)] if last else all_copies[int(first) : int(first) + 1]
+        if not chosen:
+            raise SelectionError(f"`{match['body']}` has {len(all_copies)} copies, counted from 0 (asked for {selector})")
+        return chosen, match["part"]
+
+    def groups(self, targets: Iterable[Target]) -> Array:
+        """Return for each link the number of the target that it belongs to, or -1, shape (L,)."""
+        group = np.full(len(self.states.links), -1, dtype=np.int64)
+        for number, target in enumerate(targets):
+            group[list(target.links)] = number
+        return group
+
+
+def base_name(copy: str) -> str:
+    """Return the name of the body of which something is a copy: `brick[3]` is one of `brick`."""
+    return copy.partition("[")[0]

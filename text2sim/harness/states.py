@@ -1,0 +1,250 @@
+"""The recorded states of a run: the arrays that its program wrote, chunk by chunk."""
+
+import json
+import zipfile
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.spec_schema.errors import RunError
+
+Array = NDArray[Any]
+
+# Shape of one row of each array; L links, Q positions, D degrees of freedom.
+FRAME_FIELDS: dict[str, tuple[int | str, ...]] = {
+    "time": (),
+    "links_pos": ("L", 3),
+    "links_quat": ("L", 4),
+    "links_vel": ("L", 3),
+    "links_ang": ("L", 3),
+    "qpos": ("Q",),
+    "dofs_velocity": ("D",),
+    "dofs_force": ("D",),
+}
+CONTACT_FIELDS: dict[str, tuple[int | str, ...]] = {
+    "contact_step": (),
+    "contact_links": (2,),
+    "contact_force": (3,),
+    "contact_pos": (3,),
+    "contact_penetration": (),
+    "contact_normal_force": (),
+}
+
+
+@dataclass(frozen=True)
+class LinkRecord:
+    """One link of the recorded scene."""
+
+    index: int
+    """Column of the arrays."""
+    body: str
+    """Name of the copy it belongs to: `ball`, `brick[3]`."""
+    name: str
+    mass: float
+    """[kg]"""
+    com: tuple[float, float, float]
+    """Centre of mass [m], in the link's frame."""
+    inertia: tuple[tuple[float, ...], ...]
+    """About the centre of mass [kg m2], in the link's frame."""
+    fixed: bool
+    """Held by the world."""
+
+
+@dataclass(frozen=True)
+class JointRecord:
+    """One joint of the recorded scene."""
+
+    body: str
+    """Name of the copy it belongs to."""
+    name: str
+    kind: str
+    """free, hinge, slider, ball or fixed."""
+    q: tuple[int, int]
+    """Its columns of `qpos`, from and to (not included)."""
+    dof: tuple[int, int]
+    """Its columns of `dofs_velocity` and `dofs_force`."""
+    limits: tuple[float | None, float | None]
+    """[rad or m]; None where it has none."""
+    driven: bool
+    """It has a motor."""
+
+
+@dataclass(frozen=True)
+class RunStates:
+    """What was recorded, as arrays over all frames; each is read when it is first asked for."""
+
+    dt: float
+    """Time step [s]."""
+    every: int
+    """Steps from one frame to the next."""
+    gravity: tuple[float, float, float]
+    """[m/s2]"""
+    links: tuple[LinkRecord, ...]
+    joints: tuple[JointRecord, ...]
+    chunks: tuple[Path, ...]
+    """Those that could be read, in order, without a gap."""
+    losses: tuple[str, ...] = ()
+    """What could not be read, in words."""
+    layout: dict[str, Any] = field(default_factory=dict, repr=False)
+    """The layout file as written."""
+
+    @classmethod
+    def load(cls, run_dir: Path) -> "RunStates":
+        """Open the recording of a run. Chunks from the first unreadable one on are left out and reported.
+
+        Raises:
+            RunError: if the layout is missing or no layout.
+        """
+        folder = run_dir / "states"
+        try:
+            layout = json.loads((folder / "layout.json").read_text("utf-8"))
+            links = tuple(_link(row) for row in layout["links"])
+            joints = tuple(_joint(row) for row in layout["joints"])
+            dt, every = float(layout["dt"]), int(layout["every"])
+            x, y, z = (float(v) for v in layout["gravity"])
+        except OSError as error:
+            raise RunError(f"{folder / 'layout.json'}: nothing was recorded ({error.strerror})") from error
+        except (ValueError, TypeError, KeyError, RecursionError) as error:
+            raise RunError(f"{folder / 'layout.json'}: not the layout of a recording ({error!r})") from error
+        if [link.index for link in links] != list(range(len(links))) or not (dt > 0 and every > 0):
+            raise RunError(f"{folder / 'layout.json'}: not the layout of a recording (links are not in order)")
+        sizes = {"L": len(links), "Q": max((j.q[1] for j in joints), default=0)}
+        sizes["D"] = max((j.dof[1] for j in joints), default=0)
+        chunks, losses = _readable(folder, sizes)
+        return cls(dt, every, (x, y, z), links, joints, chunks, losses, layout)
+
+    @property
+    def frames(self) -> int:
+        """How many frames were recorded."""
+        return len(self.time)
+
+    @property
+    def end(self) -> float:
+        """Time [s] of the last frame; 0 without frames."""
+        return float(self.time[-1]) if self.frames else 0.0
+
+    @cached_property
+    def time(self) -> Array:
+        """Times of the frames [s], shape (F,)."""
+        return self._gather("time", ())
+
+    @cached_property
+    def steps(self) -> Array:
+        """Number of time steps done before each frame, shape (F,)."""
+        return np.rint(self.time / self.dt).astype(np.int64)
+
+    @cached_property
+    def pos(self) -> Array:
+        """Origins of the links [m], world, shape (F, L, 3)."""
+        return self._gather("links_pos", (len(self.links), 3))
+
+    @cached_property
+    def quat(self) -> Array:
+        """Orientations (w, x, y, z) of the links, shape (F, L, 4)."""
+        return self._gather("links_quat", (len(self.links), 4))
+
+    @cached_property
+    def vel(self) -> Array:
+        """Velocities of the links' centres of mass [m/s], world, shape (F, L, 3)."""
+        return self._gather("links_vel", (len(self.links), 3))
+
+    @cached_property
+    def ang(self) -> Array:
+        """Angular velocities of the links [rad/s], world, shape (F, L, 3)."""
+        return self._gather("links_ang", (len(self.links), 3))
+
+    @cached_property
+    def qpos(self) -> Array:
+        """Joint positions [rad or m], shape (F, Q)."""
+        return self._gather("qpos", (0,))
+
+    @cached_property
+    def dofs_velocity(self) -> Array:
+        """Joint velocities [rad/s or m/s], shape (F, D)."""
+        return self._gather("dofs_velocity", (0,))
+
+    @cached_property
+    def dofs_force(self) -> Array:
+        """What the motors give [N or N m], shape (F, D)."""
+        return self._gather("dofs_force", (0,))
+
+    def contact(self, name: str) -> Array:
+        """One array of the contacts of all steps, without the prefix `contact_`, shape (n, ...)."""
+        key = f"contact_{name}"
+        return self._gather(key, tuple(int(n) for n in CONTACT_FIELDS[key]))
+
+    def _gather(self, name: str, row: tuple[int, ...]) -> Array:
+        parts = []
+        for path in self.chunks:
+            try:
+                with np.load(path, allow_pickle=False) as chunk:
+                    parts.append(chunk[name])
+            except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+                raise RunError(f"{path}: damaged ({error})") from error
+        return np.concatenate(parts) if parts else np.zeros((0, *row))
+
+
+def _link(row: dict[str, Any]) -> LinkRecord:
+    a, b, c = (float(v) for v in row["com"])
+    inertia = np.asarray(row["inertia"], dtype=float).reshape(3, 3)
+    return LinkRecord(
+        int(row["index"]), str(row["body"]), str(row["link"]), float(row["mass"]), (a, b, c),
+        tuple(tuple(r) for r in inertia.tolist()), bool(row["fixed"]),
+    )
+
+
+def _joint(row: dict[str, Any]) -> JointRecord:
+    low, high = row.get("limits") or (None, None)
+    (q0, q1), (d0, d1) = row["q"], row["dof"]
+    return JointRecord(
+        str(row["body"]), str(row["joint"]), str(row["kind"]), (int(q0), int(q1)), (int(d0), int(d1)),
+        (None if low is None else float(low), None if high is None else float(high)), bool(row.get("actuator")),
+    )
+
+
+def _readable(folder: Path, sizes: dict[str, int]) -> tuple[tuple[Path, ...], tuple[str, ...]]:
+    good: list[Path] = []
+    paths = sorted(folder.glob("chunk_*.npz"))
+    for number, path in enumerate(paths):
+        reason = "an earlier one is missing" if path.name != f"chunk_{number:05d}.npz" else _fault(path, sizes)
+        if reason:
+            # What comes after a gap does not belong to the frames before it.
+            rest = len(paths) - number
+            return tuple(good), (f"states/{path.name}: {reason}; {rest} of {len(paths)} chunks left out",)
+        good.append(path)
+    return tuple(good), ()
+
+
+def _fault(path: Path, sizes: dict[str, int]) -> str:
+    """Return what is wrong with a chunk, from its headers alone; empty if it is whole."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            rows: dict[str, int] = {}
+            for name, wanted in (FRAME_FIELDS | CONTACT_FIELDS).items():
+                shape = _shape(archive, name)
+                row = tuple(sizes[n] if isinstance(n, str) else n for n in wanted)
+                if not shape or shape[1:] != row:
+                    return f"{name} has shape {shape}, not (n, {', '.join(map(str, row))})"
+                rows[name] = shape[0]
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError) as error:
+        return f"damaged ({error})"
+    for group in (FRAME_FIELDS, CONTACT_FIELDS):
+        if len({rows[name] for name in group}) > 1:
+            return "its arrays have different lengths"
+    return ""
+
+
+def _shape(archive: zipfile.ZipFile, name: str) -> tuple[int, ...]:
+    member = archive.getinfo(f"{name}.npy")
+    with archive.open(member) as stream:
+        version = np.lib.format.read_magic(stream)
+        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, _, dtype = read(stream)
+        size = int(np.prod(shape, dtype=np.int64)) * dtype.itemsize
+        if dtype.hasobject or member.file_size != stream.tell() + size:
+            raise ValueError(f"{name} is not {size} bytes of numbers")
+    return tuple(shape)

@@ -1,0 +1,51 @@
+"""Requests to stop: Ctrl-C and SIGTERM, counted while a program runs."""
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import current_thread, main_thread
+from types import FrameType
+from typing import Any
+
+
+class Stop:
+    """Counts requests to stop while there is something to end gently; elsewhere they interrupt as usual.
+
+    A `with` block takes the two signals over. Outside the main thread, where Python allows no handlers, only
+    `request` counts.
+    """
+
+    def __init__(self) -> None:
+        self.count = 0
+        """Requests so far: at the first a program is asked to stop, at the second it is killed."""
+        self._gentle = False
+        self._before: dict[signal.Signals, Any] = {}
+
+    def request(self) -> None:
+        """Ask to stop."""
+        self.count += 1
+
+    @contextmanager
+    def gently(self) -> Iterator[None]:
+        """While this lasts, a signal is counted instead of raising KeyboardInterrupt."""
+        self._gentle = True
+        try:
+            yield
+        finally:
+            self._gentle = False
+
+    def __enter__(self) -> "Stop":
+        if current_thread() is main_thread():
+            for number in (signal.SIGINT, signal.SIGTERM):
+                self._before[number] = signal.signal(number, self._signalled)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+        self._before.clear()
+
+    def _signalled(self, number: int, frame: FrameType | None) -> None:
+        self.request()
+        if not self._gentle:
+            raise KeyboardInterrupt

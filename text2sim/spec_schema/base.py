@@ -1,0 +1,79 @@
+"""The base of every model in the language, and the types and units that all sections share.
+
+Units are SI throughout; angles are radians except in fields whose name ends in ``deg``;
+quaternions are (w, x, y, z); z points up.
+"""
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictBool, StrictInt, StringConstraints, WithJsonSchema, model_validator
+
+
+class Model(BaseModel):
+    """A mapping of the language: closed (unknown keys are errors), immutable and finite."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
+
+
+def _vector(length: int) -> WithJsonSchema:
+    # Language servers speak draft-07, which knows no `prefixItems`: say the length plainly.
+    return WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": length, "maxItems": length})
+
+
+Real = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+"""A finite number; booleans are not numbers."""
+Positive = Annotated[Real, Field(gt=0)]
+NonNegative = Annotated[Real, Field(ge=0)]
+Fraction = Annotated[Real, Field(ge=0, le=1)]
+Seconds = NonNegative
+Integer = StrictInt
+Count = Annotated[StrictInt, Field(ge=1, le=100_000)]
+Bool = StrictBool
+
+
+
+def _nonzero(value: tuple[float, ...]) -> tuple[float, ...]:
+    if not any(value):
+        raise ValueError("must not be zero: it has no direction")
+    return value
+
+
+Vec2 = Annotated[tuple[Real, Real], _vector(2)]
+Vec3 = Annotated[tuple[Real, Real, Real], _vector(3)]
+Size3 = Annotated[tuple[Positive, Positive, Positive], _vector(3)]
+Quat = Annotated[tuple[Real, Real, Real, Real], _vector(4), AfterValidator(_nonzero)]
+"""Orientation (w, x, y, z); normalised when it is resolved."""
+Window = Annotated[tuple[Seconds, Seconds], _vector(2)]
+"""A span of simulated time [s], (from, to)."""
+
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,47}$")]
+"""A letter, then letters, digits or underscores: 48 characters at most."""
+
+Selector = Annotated[
+    str,
+    StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*(\[(\d{1,6}|\*|\d{1,6}:\d{1,6})\])?(\.[A-Za-z][A-Za-z0-9_]*)?$"),
+]
+"""Which bodies: ``brick`` (every copy), ``brick[3]``, ``brick[2:5]`` (2, 3, 4), ``arm.hand`` (a link or joint)."""
+
+AxisName = Literal["x", "y", "z"]
+AXES: dict[str, tuple[float, float, float]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+Axis = Annotated[tuple[Real, Real, Real], _vector(3), AfterValidator(_nonzero)] | AxisName
+"""A direction: ``x``, ``y``, ``z`` or a vector (normalised when it is resolved)."""
+
+
+class Pose(Model):
+    """Where something is: a position, and at most one way of saying an orientation."""
+
+    pos: Vec3 = (0.0, 0.0, 0.0)
+    """Position [m] of the frame's origin."""
+    quat: Quat | None = None
+    """Orientation (w, x, y, z)."""
+    euler_deg: Vec3 | None = None
+    """Orientation [deg]: turns about the fixed x, then y, then z axis."""
+
+    @model_validator(mode="after")
+    def _one_orientation(self) -> "Pose":
+        if self.quat is not None and self.euler_deg is not None:
+            raise ValueError("give either quat or euler_deg, not both")
+        return self

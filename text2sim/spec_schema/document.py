@@ -1,0 +1,303 @@
+"""A YAML document as plain data, with the position of every key and value."""
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import yaml
+
+from text2sim.spec_schema.errors import Problem, SpecError, sort_problems
+from text2sim.spec_schema.masking import MARK, mask, unmask
+from text2sim.spec_schema.scalars import Scalar, resolve
+from text2sim.spec_schema.source import Source
+
+MAX_NODES = 500_000
+MAX_DEPTH = 40
+MAX_SCALAR = 20_000
+
+Step = str | int
+Path = tuple[Step, ...]
+
+_Parser: Any = getattr(yaml, "CParser", None) or yaml.BaseLoader
+
+
+class Node:
+    """Where a value stands, and where the values inside it stand.
+
+    Attributes:
+        line: Line of its first character, from 1.
+        column: Column of its first character, from 1.
+        children: Nodes by key, or in order; None for a scalar.
+        keys: Line and column of each key of a mapping.
+    """
+
+    __slots__ = ("children", "column", "keys", "line")
+
+    def __init__(self, line: int, column: int) -> None:
+        self.line = line
+        self.column = column
+        self.children: dict[str, Node] | list[Node] | None = None
+        self.keys: dict[str, tuple[int, int]] = {}
+
+
+@dataclass(frozen=True)
+class Document:
+    """A parsed document.
+
+    Attributes:
+        source: Its text.
+        data: Its content; `${…}` stands in it as text.
+        root: Positions.
+        sites: Every scalar with `${` in it, by path.
+    """
+
+    source: Source
+    data: Any
+    root: Node
+    sites: dict[Path, str]
+
+    def place(self, path: Path, *, key: bool = False) -> tuple[int, int]:
+        """Line and column of the value at `path` (of its key, if `key`), or of what there is of the way to it."""
+        node = self.root
+        place = (node.line, node.column)
+        for step in path:
+            children = node.children
+            if isinstance(children, dict) and step in children:
+                place = node.keys[str(step)] if key else (children[str(step)].line, children[str(step)].column)
+                node = children[str(step)]
+            elif isinstance(children, list) and isinstance(step, int) and step < len(children):
+                node = children[step]
+                place = (node.line, node.column)
+            else:
+                break
+        return place
+
+    def problem(self, path: Path, message: str, *, key: bool = False, rule: str, hint: str | None = None) -> Problem:
+        """A problem at a place of the document."""
+        line, column = self.place(path, key=key)
+        return Problem(pointer(path), message, line, column, self.source.file, hint, rule)
+
+
+def pointer(path: Path) -> str:
+    """JSON Pointer (RFC 6901) of a path."""
+    return "".join("/" + str(step).replace("~", "~0").replace("/", "~1") for step in path)
+
+
+def parse_pointer(text: str) -> Path:
+    """Path of a JSON Pointer; steps of digits are indices."""
+    if text in ("", "/"):
+        return ()
+    steps = text.removeprefix("/").split("/")
+    return tuple(int(s) if s.isdigit() else s.replace("~1", "/").replace("~0", "~") for s in steps)
+
+
+def parse_document(source: Source) -> Document:
+    """Parse one YAML document.
+
+    Raises:
+        SpecError: If it is not valid YAML, has a duplicate key, or uses a part of YAML that the language leaves
+            out: anchors and aliases, tags, several documents, numbers that are not finite.
+    """
+    try:
+        return _Composer(source).compose()
+    except yaml.YAMLError as error:
+        raise SpecError([_syntax_problem(source, error)]) from None
+
+
+class _Composer:
+    """Turns the parser's events into data and positions in one pass, without recursion."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.problems: list[Problem] = []
+        self.sites: dict[Path, str] = {}
+        # One frame for each open collection: its data, its node, and the key that awaits a value.
+        self.frames: list[tuple[Any, Node]] = []
+        self.keys: list[Any] = []
+        self.cache: dict[str, Scalar] = {}
+
+    def compose(self) -> Document:
+        parser = _Parser(mask(self.source.text))
+        data: Any = None
+        root: Node | None = None
+        count = 0
+        frames, keys = self.frames, self.keys
+        while True:
+            event = parser.get_event()
+            if event is None or isinstance(event, yaml.StreamEndEvent):
+                break
+            if isinstance(event, yaml.ScalarEvent):
+                mark = event.start_mark
+                if frames and keys[-1] is _KEY:
+                    keys[-1] = self._key(event)
+                    continue
+                value: Any = self._scalar(event)
+                node = Node(mark.line + 1, mark.column + 1)
+            elif isinstance(event, yaml.CollectionStartEvent):
+                mark = event.start_mark
+                node = Node(mark.line + 1, mark.column + 1)
+                if frames and keys[-1] is _KEY:
+                    raise self._fatal(mark, "a key must be a word, not a collection", "key")
+                self._refuse(event)
+                mapping = isinstance(event, yaml.MappingStartEvent)
+                value = {} if mapping else []
+                node.children = {} if mapping else []
+            elif isinstance(event, yaml.CollectionEndEvent):
+                frames.pop()
+                keys.pop()
+                continue
+            elif isinstance(event, yaml.AliasEvent):
+                message = f"aliases (`*{event.anchor}`) are not part of the language; use params or repeat"
+                raise self._fatal(event.start_mark, message, "alias")
+            elif isinstance(event, yaml.DocumentStartEvent) and root is not None:
+                raise self._fatal(event.start_mark, "a file holds one document; a second one starts here", "documents")
+            else:
+                continue
+
+            count += 1
+            if count > MAX_NODES:
+                raise self._fatal(mark, f"the document has more than {MAX_NODES} values", "too-large")
+            if not frames:
+                data, root = value, node
+            else:
+                self._put(value, node)
+            if node.children is not None:
+                if len(frames) >= MAX_DEPTH:
+                    raise self._fatal(mark, f"the document is nested more than {MAX_DEPTH} deep", "too-deep")
+                frames.append((value, node))
+                keys.append(_KEY if isinstance(value, dict) else None)
+
+        if self.problems:
+            raise SpecError(sort_problems(self.problems))
+        if root is None:
+            raise SpecError([Problem("", "the file is empty", file=self.source.file, rule="empty")])
+        return Document(self.source, data, root, self.sites)
+
+    def _put(self, value: Any, node: Node) -> None:
+        data, parent = self.frames[-1]
+        if isinstance(data, list):
+            data.append(value)
+            assert isinstance(parent.children, list)
+            parent.children.append(node)
+            return
+        key, line, column = self.keys[-1]
+        self.keys[-1] = _KEY
+        if key in data:
+            first = parent.keys[key]
+            message = f"the key `{key}` is already given in line {first[0]}"
+            path = pointer((*self._path(), key))
+            self.problems.append(Problem(path, message, line, column, self.source.file, rule="duplicate-key"))
+            return
+        data[key] = value
+        assert isinstance(parent.children, dict)
+        parent.children[key] = node
+        parent.keys[key] = (line, column)
+
+    def _path(self) -> Path:
+        """Path of the innermost open collection."""
+        path: list[Step] = []
+        for data, _ in self.frames[:-1]:
+            path.append(len(data) - 1 if isinstance(data, list) else next(reversed(data)))
+        return tuple(path)
+
+    def _key(self, event: Any) -> tuple[str, int, int]:
+        self._refuse(event)
+        mark = event.start_mark
+        return self._text(event), mark.line + 1, mark.column + 1
+
+    def _scalar(self, event: Any) -> Scalar:
+        self._refuse(event)
+        text = event.value
+        if event.style in _PLAIN and MARK not in text:
+            if text in self.cache:
+                return self.cache[text]
+            try:
+                value = resolve(unmask(text))
+            except ValueError as error:
+                self._add(event.start_mark, str(error), "number")
+                return None
+            self.cache[text] = value
+            if not isinstance(value, str):
+                return value
+        value = self._text(event)
+        if "${" in value:
+            step: Step = ""
+            path: Path = ()
+            if self.frames:
+                data = self.frames[-1][0]
+                step = len(data) if isinstance(data, list) else self.keys[-1][0]
+                path = (*self._path(), step)
+            self.sites[path] = value
+        return value
+
+    def _text(self, event: Any) -> str:
+        text = event.value
+        if len(text) > MAX_SCALAR:
+            raise self._fatal(event.start_mark, f"the text is longer than {MAX_SCALAR} characters", "too-large")
+        if event.style == '"':
+            written = self.source.text[event.start_mark.index : event.end_mark.index]
+            if "\\" in written and (_ESCAPED.search(written) or _CONTROL.search(text)):
+                self._add(event.start_mark, "the text has an escape for a character that is not allowed", "character")
+            text = _ESCAPE_IN_MASK.sub(r"\1", text)
+        elif event.style == "'":
+            text = text.replace(_MASKED_QUOTE * 2, _MASKED_QUOTE)
+        return unmask(text)
+
+    def _refuse(self, event: Any) -> None:
+        if event.anchor is not None:
+            message = f"anchors (`&{event.anchor}`) are not part of the language; use params or repeat"
+            raise self._fatal(event.start_mark, message, "alias")
+        if event.tag is not None:
+            raise self._fatal(event.start_mark, f"tags (`{event.tag}`) are not part of the language", "tag")
+
+    def _add(self, mark: Any, message: str, rule: str) -> None:
+        self.problems.append(Problem("", message, mark.line + 1, mark.column + 1, self.source.file, rule=rule))
+
+    def _fatal(self, mark: Any, message: str, rule: str) -> SpecError:
+        self._add(mark, message, rule)
+        return SpecError(self.problems)
+
+
+_KEY = object()
+"""Stands where a mapping waits for its next key."""
+_PLAIN = (None, "")
+_MASKED_QUOTE = mask("${'}")[2]
+_MASKED_BACKSLASH = mask("${\\}")[2]
+_MASKED_DOUBLE = mask('${"}')[2]
+# Escapes for the private use area would be taken for masks, those for control characters hide what a text says.
+_ESCAPED = re.compile(r"\\u[eE][0-9a-fA-F]{3}|\\U0000[eE]|\\U000[fF]|\\U0010")
+_CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ufeff]")
+_ESCAPE_IN_MASK = re.compile(f"{_MASKED_BACKSLASH}([{_MASKED_DOUBLE}{_MASKED_BACKSLASH}])")
+
+
+# What the parser says, and what it means to someone who writes a case.
+_SYNTAX = (
+    ("found character '\\t'", "tabs cannot indent; use spaces"),
+    ("could not find expected ':'", "a key needs a colon and a space after it"),
+    ("mapping values are not allowed", "a second `: ` in one line; quote the text, or start a new line"),
+    ("did not find expected key", "this does not fit the indentation of the lines above"),
+    ("did not find expected ',' or '}'", "a comma or a closing `}` is missing"),
+    ("did not find expected ',' or ']'", "a comma or a closing `]` is missing"),
+    ("did not find expected '-' indicator", "this does not fit the indentation of the list above"),
+    ("found unexpected end of stream", "the quote that starts here is never closed"),
+    ("found undefined tag handle", "tags are not part of the language"),
+    ("block sequence entries are not allowed", "a list entry cannot start here"),
+)
+
+
+def _syntax_problem(source: Source, error: yaml.YAMLError) -> Problem:
+    text = unmask(str(getattr(error, "problem", None) or error))
+    mark = getattr(error, "problem_mark", None)
+    if "quoted scalar" in str(getattr(error, "context", "")):
+        mark = getattr(error, "context_mark", None) or mark
+    line, column = (mark.line + 1, mark.column + 1) if mark is not None else (1, 1)
+    line = min(line, len(source.lines))
+    message = next((plain for words, plain in _SYNTAX if words in text), None)
+    rest = source.lines[line - 1][column - 1 :]
+    if rest.startswith("\t"):
+        message = "tabs cannot indent; use spaces"
+    elif message is None:
+        message = " ".join(text.split())
+        if rest[:1] in ("@", "`", "%"):
+            message = f"text cannot start with `{rest[0]}`; quote it"
+    return Problem("", f"not valid YAML: {message}", line, column, source.file, rule="syntax")

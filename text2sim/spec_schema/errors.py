@@ -1,0 +1,122 @@
+"""What can go wrong, as one hierarchy: everything in it is shown to the user as a message, without a traceback."""
+
+import difflib
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+Severity = Literal["error", "warning"]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong with a case, and where."""
+
+    path: str
+    """JSON Pointer to the value, such as `/bodies/ball/shape/radius`."""
+    message: str
+    """What is wrong, in the words of the language."""
+    line: int = 1
+    """Line in the file, from 1."""
+    column: int = 1
+    """Column in the line, from 1, in characters."""
+    file: str = "case.yaml"
+    """The file, as it was named by whoever asked."""
+    hint: str | None = None
+    """The nearest word that is allowed."""
+    rule: str = "invalid"
+    """Stable id of the rule that was broken."""
+    severity: Severity = "error"
+
+    def __str__(self) -> str:
+        text = f"{self.file}:{self.line}:{self.column}: {self.severity}: {self.message}"
+        if self.hint is not None:
+            text += f"; did you mean `{self.hint}`?"
+        return f"{text} [{self.rule}]"
+
+    def as_dict(self) -> dict[str, Any]:
+        """The problem as plain data, for machines."""
+        return asdict(self)
+
+
+class Text2SimError(Exception):
+    """Something that the user can put right."""
+
+
+class SpecError(Text2SimError):
+    """A case that is not valid.
+
+    Attributes:
+        problems: All that is wrong, in the order of the file.
+    """
+
+    def __init__(self, problems: Iterable[Problem]) -> None:
+        self.problems = sort_problems(problems)
+        super().__init__("\n".join(map(str, self.problems)))
+
+
+class AssetError(Text2SimError):
+    """A mesh, model or picture that is missing or not usable."""
+
+
+class RunError(Text2SimError):
+    """A program that did not run to its end."""
+
+
+class MachineError(Text2SimError):
+    """Something that this machine lacks."""
+
+
+def sort_problems(problems: Iterable[Problem]) -> list[Problem]:
+    """Problems in the order of the file, each once."""
+    return sorted(dict.fromkeys(problems), key=lambda p: (p.file, p.line, p.column, p.path, p.message))
+
+
+def nearest(word: object, allowed: Iterable[str]) -> str | None:
+    """The allowed word that is most like `word`, or None if none is near."""
+    if not isinstance(word, str) or not word or len(word) > 100:
+        return None
+    words = list(allowed)
+    found = difflib.get_close_matches(word, words, n=1, cutoff=0.6)
+    if not found:
+        lower = {w.lower(): w for w in words}
+        found = [lower[w] for w in difflib.get_close_matches(word.lower(), list(lower), n=1, cutoff=0.6)]
+    return found[0] if found and found[0] != word else None
+
+
+def format_problems(problems: Iterable[Problem], source: Any = None) -> str:
+    """Format problems for people: place, reason, the nearest right word, and the line with a caret.
+
+    Args:
+        problems: What to report.
+        source: The `Source` of the case or its text (or a mapping of file name to either); without it there
+            are no excerpts.
+    """
+    blocks = []
+    for problem in sort_problems(problems):
+        block = str(problem)
+        line = _line(source, problem)
+        if line is not None:
+            block += "\n" + _excerpt(line, problem)
+        blocks.append(block)
+    return "\n".join(blocks)
+
+
+def _line(source: Any, problem: Problem) -> str | None:
+    if isinstance(source, Mapping):
+        source = source.get(problem.file)
+    text = getattr(source, "text", source)
+    if not isinstance(text, str):
+        return None
+    lines = re.split(r"\r\n|\r|\n", text)
+    return lines[problem.line - 1] if problem.line <= len(lines) else None
+
+
+def _excerpt(line: str, problem: Problem, width: int = 110) -> str:
+    column = problem.column - 1
+    # A window around the column, for lines that are longer than a terminal is wide.
+    first = max(0, column - width * 2 // 3) if len(line) > width else 0
+    shown = "".join(c if c.isprintable() else " " for c in line[first : first + width])
+    at = f"  at {problem.path}" if problem.path else ""
+    return f"    {shown.rstrip()}\n    {' ' * (column - first)}^{at}"

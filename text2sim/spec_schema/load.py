@@ -1,0 +1,182 @@
+"""From a file to a validated case that knows where each of its values stands."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path as FilePath
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from text2sim.spec_schema.actions import Control
+from text2sim.spec_schema.bodies import Body
+from text2sim.spec_schema.case import Case
+from text2sim.spec_schema.diagnosis import diagnose
+from text2sim.spec_schema.document import Document, Path, parse_document, parse_pointer, pointer
+from text2sim.spec_schema.errors import Problem, SpecError
+from text2sim.spec_schema.expressions import Value
+from text2sim.spec_schema.resolution import COPY_VARIABLES, Resolver
+from text2sim.spec_schema.scene import Static
+from text2sim.spec_schema.source import Source, check_source, read_source
+
+CASE_FILE = "case.yaml"
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedCase:
+    """A case that passed the check of its form, with the document that it came from."""
+
+    path: FilePath
+    """The YAML file."""
+    case: Case
+    """The models; expressions that vary from copy to copy have their value for copy 0."""
+    data: dict[str, Any]
+    """Plain data with every expression evaluated."""
+    document: Document
+    resolver: Resolver = field(repr=False)
+    _varying: frozenset[Path] = field(repr=False)
+
+    @property
+    def folder(self) -> FilePath:
+        """The case's folder, in which its assets are."""
+        return self.path.parent
+
+    @property
+    def raw(self) -> dict[str, Any]:
+        """Plain data with `${…}` left in."""
+        return self.document.data
+
+    @property
+    def source(self) -> Source:
+        """The text."""
+        return self.document.source
+
+    def line(self, where: str | Path) -> int:
+        """Line of a value, from 1, or of what there is of the way to it; of its key, if it has one."""
+        return self.document.place(_path(where), key=True)[0]
+
+    def problem(
+        self,
+        where: str | Path,
+        message: str,
+        *,
+        key: bool = False,
+        rule: str = "invalid",
+        hint: str | None = None,
+        severity: Any = "error",
+    ) -> Problem:
+        """A problem at a place of the case.
+
+        Args:
+            where: JSON Pointer or path.
+            message: What is wrong.
+            key: Point at the key instead of the value.
+            rule: Stable id of the rule.
+            hint: The nearest right word.
+            severity: `error` or `warning`.
+        """
+        path = _path(where)
+        line, column = self.document.place(path, key=key)
+        return Problem(pointer(path), message, line, column, self.source.file, hint, rule, severity)
+
+    def varies(self, where: str | Path) -> bool:
+        """Whether the value, or something inside it, differs from copy to copy."""
+        return _path(where) in self._varying
+
+    def body_copy(self, name: str, variables: Mapping[str, Value]) -> Body:
+        """The body as one of its copies has it.
+
+        Args:
+            name: Name of the body.
+            variables: `i`, `n`, `u`, `row`, `column`, `layer` of the copy.
+
+        Raises:
+            SpecError: If an expression has no value, or one that is not allowed, for this copy.
+        """
+        return self._copy(("bodies", name), self.case.bodies[name], variables)
+
+    def static_copy(self, name: str, variables: Mapping[str, Value]) -> Static:
+        """The static as one of its copies has it; see `body_copy`."""
+        return self._copy(("scene", "statics", name), self.case.scene.statics[name], variables)
+
+    def control_copy(self, name: str, variables: Mapping[str, Value]) -> Control:
+        """The control as it acts on one copy; see `body_copy`."""
+        return self._copy(("actions", "controls", name), self.case.actions.controls[name], variables)
+
+    def _copy(self, root: Path, model: Any, variables: Mapping[str, Value]) -> Any:
+        if root not in self._varying:
+            return model
+        value: Any = self.data
+        for step in root:
+            value = value[step]
+        known = {**COPY_VARIABLES, **variables}
+        data, problems = self.resolver.copy(root, value, known)
+        if not problems:
+            try:
+                return type(model).model_validate(data, by_alias=True, by_name=False)
+            except ValidationError as error:
+                problems = diagnose(self.document, error, type(model), data, root)
+        copy = f"copy {known['i']}: "
+        raise SpecError(
+            Problem(p.path, copy + p.message, p.line, p.column, p.file, p.hint, p.rule, p.severity) for p in problems
+        )
+
+
+def load_case(path: FilePath | str) -> LoadedCase:
+    """Load a case.
+
+    Args:
+        path: The case's folder, or its YAML file.
+
+    Raises:
+        SpecError: With everything that is wrong with the form of the case, in the order of the file.
+    """
+    path = FilePath(path)
+    if path.is_dir():
+        path = path / CASE_FILE
+    return _load(read_source(path), path)
+
+
+def load_text(text: str, path: FilePath | str = CASE_FILE) -> LoadedCase:
+    """Load a case from text, as if it stood in the file `path`; see `load_case`."""
+    return _load(check_source(Source(text, str(path))), FilePath(path))
+
+
+def _load(source: Source, path: FilePath) -> LoadedCase:
+    document = parse_document(source)
+    if not isinstance(document.data, dict):
+        message = "a case is a mapping with the keys text2sim, name, scene, bodies, actions, render"
+        raise SpecError([document.problem((), message, rule="type")])
+    resolver = Resolver(document)
+    data = resolver.data()
+    case, problems = _validate(document, data)
+    # What has no value cannot be judged: of it, only the expression is reported.
+    problems = [p for p in problems if not _touches(resolver.broken, p)]
+    if resolver.problems or problems:
+        raise SpecError([*resolver.problems, *problems])
+    assert case is not None
+    varying = frozenset(path[:depth] for path in resolver.varying for depth in range(len(path) + 1))
+    return LoadedCase(path, case, data, document, resolver, varying)
+
+
+def _validate(document: Document, data: dict[str, Any]) -> tuple[Case | None, list[Problem]]:
+    model: type[BaseModel] = Case
+    try:
+        return Case.model_validate(data, by_alias=True, by_name=False), []
+    except ValidationError as error:
+        return None, diagnose(document, error, model, data)
+
+
+def _touches(broken: set[Path], problem: Problem) -> bool:
+    """Whether a problem may come from a value that could not be evaluated."""
+    for path in broken:
+        place = pointer(path)
+        if problem.path == place or problem.path.startswith(place + "/"):
+            return True
+        if problem.rule in ("inconsistent", "type") and place.startswith(problem.path + "/"):
+            return True
+    return False
+
+
+def _path(where: str | Path) -> Path:
+    return parse_pointer(where) if isinstance(where, str) else tuple(where)
+

@@ -1,0 +1,62 @@
+"""Hides what stands in `${…}` from the YAML parser.
+
+`[${speed}, 0, 0]` and `{size: ${brick}}` read well but are not YAML: braces, commas and colons end a plain scalar
+inside a flow collection. So before parsing, every character of an expression that means something to YAML is
+replaced by one of the private use area; lines and columns stay what they are, and the scalars are mapped back.
+"""
+
+import re
+
+_HIDDEN = "{}[],:#&*!|>'\"%@`?-<=~^\\ "
+_FIRST = 0xE000
+_MASK = {ord(c): _FIRST + i for i, c in enumerate(_HIDDEN)}
+# YAML 1.2 takes these for content, the parser (of YAML 1.1) for ends of lines.
+_BREAKS = {0x85: _FIRST + 100, 0x2028: _FIRST + 101, 0x2029: _FIRST + 102}
+_UNMASK = {v: chr(k) for k, v in (_MASK | _BREAKS).items()}
+_PRIVATE = re.compile("[\ue000-\ue0ff]")
+_START = re.compile(r"\$\{")
+_INSIDE = re.compile(r"[{}\r\n]")
+
+MARK = chr(_MASK[ord("{")])
+"""Stands in every masked expression, right after its dollar sign."""
+
+
+def mask(text: str) -> str:
+    """Replace the inside of every `${…}` of balanced braces on one line; the length stays the same."""
+    if any(chr(c) in text for c in _BREAKS):
+        text = text.translate(_BREAKS)
+    if "${" not in text:
+        return text
+    pieces, done = [], 0
+    while found := _START.search(text, done):
+        end = closing_brace(text, found.end())
+        if end is None:
+            pieces.append(text[done : found.end()])
+            done = found.end()
+            continue
+        pieces.append(text[done : found.start() + 1])
+        pieces.append(text[found.start() + 1 : end + 1].translate(_MASK))
+        done = end + 1
+    pieces.append(text[done:])
+    return "".join(pieces)
+
+
+def unmask(text: str) -> str:
+    """Undo `mask`."""
+    return text.translate(_UNMASK) if _PRIVATE.search(text) else text
+
+
+def closing_brace(text: str, start: int) -> int | None:
+    """Index of the brace that closes the one before `start`, on the same line; None if there is none."""
+    depth = 1
+    while found := _INSIDE.search(text, start):
+        if found[0] == "{":
+            depth += 1
+        elif found[0] == "}":
+            depth -= 1
+            if depth == 0:
+                return found.start()
+        else:
+            return None
+        start = found.end()
+    return None

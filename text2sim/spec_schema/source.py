@@ -1,0 +1,87 @@
+"""The text of a case: decoded, checked for characters that do not belong, with lines and columns."""
+
+import re
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from text2sim.spec_schema.errors import Problem, SpecError
+
+MAX_BYTES = 2_000_000
+
+# What YAML 1.2 calls printable, less three families: the private use area (the loader needs it for itself), byte
+# order marks, and the marks that change the order in which text is shown (they hide what a file says).
+_FORBIDDEN = re.compile(
+    "[^\t\n\r\x20-\x7e\x85\xa0-\u2029\u202f-\u2065\u206a-\ud7ff\uf900-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]"
+)
+_BREAK = re.compile(r"\r\n|\r|\n")
+
+
+@dataclass(frozen=True)
+class Source:
+    """The text of a case and the name of its file."""
+
+    text: str
+    file: str = "case.yaml"
+
+    @cached_property
+    def lines(self) -> list[str]:
+        """The lines, without their ends."""
+        return _BREAK.split(self.text)
+
+    def place(self, index: int) -> tuple[int, int]:
+        """Line and column, both from 1, of a character of the text."""
+        line, start = 1, 0
+        for found in _BREAK.finditer(self.text, 0, index):
+            if found.end() > index:
+                break
+            line, start = line + 1, found.end()
+        return line, index - start + 1
+
+    def error(self, index: int, message: str, rule: str) -> SpecError:
+        """A problem of the whole document, located at a character."""
+        line, column = self.place(index)
+        return SpecError([Problem("", message, line, column, self.file, rule=rule)])
+
+
+def read_source(path: Path, file: str | None = None) -> Source:
+    """Read a file.
+
+    Raises:
+        SpecError: If it cannot be read, is too large, or is not plain UTF-8 text.
+    """
+    file = file if file is not None else str(path)
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise SpecError([Problem("", f"cannot read the file: {reason}", file=file, rule="unreadable")]) from None
+    return decode_source(data, file)
+
+
+def decode_source(data: bytes, file: str = "case.yaml") -> Source:
+    """Decode and check the bytes of a file; see `read_source`."""
+    if len(data) > MAX_BYTES:
+        problem = Problem("", f"the file is larger than {MAX_BYTES // 1_000_000} MB", file=file, rule="too-large")
+        raise SpecError([problem])
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise SpecError([Problem("", "the file is UTF-16; save it as UTF-8", file=file, rule="encoding")])
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        good = Source(data[: error.start].decode("utf-8-sig"), file)
+        message = f"byte 0x{data[error.start]:02x} is not UTF-8"
+        raise good.error(len(good.text), message, "encoding") from None
+    return check_source(Source(text, file))
+
+
+def check_source(source: Source) -> Source:
+    """Refuse text that is too large or has characters that do not belong; return it otherwise."""
+    if len(source.text) > MAX_BYTES:
+        raise source.error(0, f"the text is larger than {MAX_BYTES // 1_000_000} MB", "too-large")
+    found = _FORBIDDEN.search(source.text)
+    if found:
+        message = f"the character U+{ord(found[0]):04X} is not allowed"
+        raise source.error(found.start(), message, "character")
+    return source

@@ -1,0 +1,198 @@
+"""Types of the models in words: what a field takes, said to someone who writes a case."""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from text2sim.spec_schema.base import Name, Selector
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A place of the language: the type that it takes, with its bounds."""
+
+    base: Any
+    """The type without `Annotated` and without None."""
+    metadata: tuple[Any, ...] = ()
+    discriminator: str | None = None
+
+    @property
+    def members(self) -> list["Slot"]:
+        """The alternatives of a union; the slot itself otherwise."""
+        if get_origin(self.base) in (Union, UnionType):
+            return [slot_of(member) for member in get_args(self.base) if member is not NoneType]
+        return [self]
+
+    @property
+    def models(self) -> dict[str, type[BaseModel]]:
+        """The models of a union on `kind`, by kind."""
+        if self.discriminator is None:
+            return {}
+        return {kind: member.base for member in self.members for kind in kinds_of(member.base)}
+
+    @property
+    def structure(self) -> str:
+        """What YAML writes here: number, text, boolean, list or mapping."""
+        if self.discriminator is not None or is_model(self.base):
+            return "mapping"
+        origin = get_origin(self.base)
+        if origin is Literal:
+            return "text"
+        return _STRUCTURES.get(origin or self.base, "anything")
+
+
+def is_model(base: Any) -> bool:
+    """Whether a type is a model of the language."""
+    return isinstance(base, type) and issubclass(base, BaseModel)
+
+
+_STRUCTURES: dict[Any, str] = {
+    bool: "boolean",
+    int: "number",
+    float: "number",
+    str: "text",
+    list: "list",
+    tuple: "list",
+    dict: "mapping",
+}
+
+
+def structure_of(value: object) -> str:
+    """What YAML wrote: number, text, boolean, list, mapping or nothing."""
+    return "nothing" if value is None else _STRUCTURES.get(type(value), "anything")
+
+
+def slot_of(annotation: Any, metadata: Iterable[Any] = (), discriminator: str | None = None) -> Slot:
+    """Take a type hint apart."""
+    notes = list(metadata)
+    while True:
+        if get_origin(annotation) is Annotated:
+            annotation, *inner = get_args(annotation)
+            for note in inner:
+                if isinstance(note, FieldInfo):
+                    notes.extend(note.metadata)
+                    found = note.discriminator
+                    discriminator = discriminator or (found if isinstance(found, str) else None)
+                else:
+                    notes.append(note)
+        elif get_origin(annotation) in (Union, UnionType) and discriminator is None:
+            rest = [member for member in get_args(annotation) if member is not NoneType]
+            if len(rest) > 1:
+                break
+            annotation = rest[0]
+        else:
+            break
+    return Slot(annotation, tuple(notes), discriminator)
+
+
+@cache
+def fields_of(model: type[BaseModel]) -> dict[str, tuple[str, Slot]]:
+    """Fields of a model as they are written in YAML: attribute and slot by key."""
+    fields = {}
+    for attribute, field in model.model_fields.items():
+        key = field.alias or attribute
+        discriminator = field.discriminator if isinstance(field.discriminator, str) else None
+        fields[key] = (attribute, slot_of(field.annotation, field.metadata, discriminator))
+    return fields
+
+
+@cache
+def kinds_of(model: type[BaseModel]) -> tuple[str, ...]:
+    """The kinds that a model stands for."""
+    field = model.model_fields.get("kind")
+    return get_args(field.annotation) if field is not None and get_origin(field.annotation) is Literal else ()
+
+
+def bounds_of(slot: Slot) -> dict[str, Any]:
+    """Bounds of a slot: gt, ge, lt, le, pattern, max_length."""
+    bounds: dict[str, Any] = {}
+    for note in slot.metadata:
+        for name in ("gt", "ge", "lt", "le", "pattern", "max_length"):
+            value = getattr(note, name, None)
+            if value is not None:
+                bounds[name] = value
+    return bounds
+
+
+def describe(slot: Slot) -> str:
+    """Say what a slot takes: `a number greater than 0`, `3 numbers, or one of x, y, z`."""
+    if slot.discriminator is not None:
+        return "a mapping with a kind"
+    members = slot.members
+    if len(members) > 1:
+        said = list(dict.fromkeys(describe(member) for member in members))
+        return ", or ".join([", ".join(said[:-1]), said[-1]] if len(said) > 1 else said)
+    origin, arguments = get_origin(slot.base), get_args(slot.base)
+    if origin is Literal:
+        words = [str(argument) for argument in arguments]
+        return words[0] if len(words) == 1 else f"one of {', '.join(words)}"
+    if origin is tuple:
+        return f"{len(arguments)} {_plural(slot_of(arguments[0]))}"
+    if origin is list:
+        return f"a list of {_plural(slot_of(arguments[0]))}"
+    if slot.base is bool:
+        return "true or false"
+    if slot.base in (int, float):
+        return ("a whole number" if slot.base is int else "a number") + range_of(slot)
+    if slot.base is str:
+        return _text(slot)
+    return "a mapping"
+
+
+def range_of(slot: Slot) -> str:
+    """The bounds of a number: ` greater than 0`, ` from 0 to 1`; nothing if there are none."""
+    bounds = bounds_of(slot)
+    low, high = bounds.get("ge"), bounds.get("le")
+    if "gt" in bounds and (low is None or bounds["gt"] >= low):
+        text = f" greater than {bounds['gt']:g}"
+        return text + (f", and at most {high:g}" if high is not None else "")
+    if low is not None and high is not None:
+        return f" from {low:g} to {high:.12g}"
+    if low is not None:
+        return f" of at least {low:g}"
+    return f" of at most {high:.12g}" if high is not None else ""
+
+
+def _plural(slot: Slot) -> str:
+    if len(slot.members) > 1 or slot.discriminator is not None:
+        return "values"
+    if slot.base in (int, float):
+        return ("whole numbers" if slot.base is int else "numbers") + range_of(slot)
+    if slot.base is str:
+        return {"a name": "names", "a selector": "selectors"}.get(_text(slot), "texts")
+    if get_origin(slot.base) in (tuple, list):
+        return f"lists of {describe(slot).removeprefix('a list of ')}"
+    return "values"
+
+
+def _text(slot: Slot) -> str:
+    pattern = bounds_of(slot).get("pattern")
+    if pattern is None:
+        return "text"
+    return {_NAME: "a name", _SELECTOR: "a selector"}.get(pattern, f"text like {pattern}")
+
+
+_NAME = bounds_of(slot_of(Name))["pattern"]
+_SELECTOR = bounds_of(slot_of(Selector))["pattern"]
+
+
+def show(value: object) -> str:
+    """Say what was given instead."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        short = value if len(value) <= 40 else value[:37] + "…"
+        return f"the text '{re.sub(r'[^ -~¡-￿]', ' ', short)}'"
+    if isinstance(value, dict):
+        return "a mapping"
+    if isinstance(value, list | tuple):
+        return f"a list of {len(value)}" if value else "an empty list"
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
