@@ -1,4 +1,4 @@
-"""`python -m text2sim`"""
+"""The command `python -m text2sim`."""
 
 from text2sim.cli.main import run
 

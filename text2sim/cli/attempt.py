@@ -7,7 +7,8 @@ from text2sim.cli import exits
 from text2sim.cli.cases import Examined
 from text2sim.cli.live import watch
 from text2sim.cli.output import problems_of
-from text2sim.harness.run import RunResult, run_case
+from text2sim.harness.result import RunResult
+from text2sim.harness.run import run_case
 from text2sim.spec_schema.errors import MachineError, SpecError, Text2SimError
 
 if TYPE_CHECKING:

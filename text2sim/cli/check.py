@@ -1,11 +1,14 @@
-"""`text2sim check`"""
+"""The command `text2sim check`."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from text2sim.cli import exits
+
+if TYPE_CHECKING:
+    from text2sim.spec_schema.errors import Problem
 
 
 def check(
@@ -36,7 +39,7 @@ def check(
     raise typer.Exit(max((row.exit for row in rows), default=exits.OK))
 
 
-def _counts(problems: list[object]) -> str:
+def _counts(problems: "list[Problem]") -> str:
     if not problems:
         return ""
     return f", {len(problems)} warning{'s' if len(problems) > 1 else ''}"

@@ -1,4 +1,4 @@
-"""`text2sim compile`"""
+"""The command `text2sim compile`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -11,7 +11,8 @@ from text2sim.cli import exits
 def compile_cases(
     case: Annotated[Path, typer.Argument(help="A case folder or case.yaml file.")],
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", help="Folder of the program; CASE_FOLDER/program if left out.")
+        Path | None,
+        typer.Option("-o", "--out", help="Folder of the program; CASE_FOLDER/program if left out."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
@@ -23,24 +24,22 @@ def compile_cases(
     from text2sim.spec_schema.errors import SpecError
 
     row = examine(case, plan=False)
+    program = (out if out is not None else row.path.parent / "program").absolute()
     files: list[str] = []
     if row.loaded is not None:
-        program = (out if out is not None else row.loaded.folder / "program").absolute()
+        row.sources = {row.loaded.source.file: row.loaded.source.text}
         with staging(program.parent) as stage:
             try:
                 row.plan = compile_case(row.loaded, stage / "program")
-                row.problems = list(row.plan.warnings)
             except SpecError as error:
                 row.problems, row.exit = error.problems, exits.INPUT
             else:
+                row.problems = list(row.plan.warnings)
                 install_program(stage / "program", program)
                 files = sorted(str(p.relative_to(program)) for p in program.rglob("*") if p.is_file())
-        row.sources = {row.loaded.source.file: row.loaded.source.text}
     if as_json:
-        document = row.as_dict()
-        if row.plan is not None:
-            document |= {"program": str(program), "files": files, "sim_digest": row.plan.sim_digest}
-        say_json(document)
+        written = {"program": str(program), "files": files} if files else {}
+        say_json(row.as_dict() | written)
         raise typer.Exit(row.exit)
     say_problems(row.problems, row.sources)
     for file in files:

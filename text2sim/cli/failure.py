@@ -16,7 +16,7 @@ _MACHINE_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.ENOM
 def fail(error: Exception, *, as_json: bool) -> int:
     """Say what went wrong, and return the exit code.
 
-    What a user can put right is said in a line or two. Everything else is our bug: its traceback goes to a file.
+    What a user can put right is said in a line or two; everything else is our bug, and goes to a file.
     """
     if isinstance(error, SpecError):
         if as_json:
@@ -43,7 +43,9 @@ def _fail_plainly(error: Text2SimError | OSError, *, as_json: bool) -> int:
         code = exits.MACHINE if error.errno in _MACHINE_ERRORS else exits.INPUT
     if as_json:
         rule = type(error).__name__.removesuffix("Error").lower()
-        say_json({"ok": False, "error": message, "problems": [Problem("", message, file="", rule=rule).as_dict()]})
+        say_json(
+            {"ok": False, "error": message, "problems": [Problem("", message, file="", rule=rule).as_dict()]}
+        )
     else:
         say(f"text2sim: {message}", to=sys.stderr)
     return code

@@ -71,7 +71,9 @@ def _live(name: str) -> Iterator["OnProgress"]:
         TimeElapsedColumn(),
     )
     # Captured output would tear the line to pieces, and everything else here prints after it.
-    live = Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=False, redirect_stderr=False)
+    live = Progress(
+        *columns, console=Console(stderr=True), transient=True, redirect_stdout=False, redirect_stderr=False
+    )
     with live:
         task = live.add_task("", total=None, name=name, numbers="")
 

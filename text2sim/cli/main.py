@@ -14,7 +14,7 @@ from text2sim.cli.fmt import fmt
 from text2sim.cli.new import new
 from text2sim.cli.run import run_cases
 from text2sim.cli.schema import schema
-from text2sim.cli.test import test
+from text2sim.cli.suite import run_suite
 
 app = typer.Typer(
     name="text2sim",
@@ -30,7 +30,7 @@ app = typer.Typer(
 app.command("new")(new)
 app.command("check")(check)
 app.command("run")(run_cases)
-app.command("test")(test)
+app.command("test")(run_suite)
 app.command("compile")(compile_cases)
 app.command("fmt")(fmt)
 app.command("schema")(schema)
@@ -46,7 +46,8 @@ def _show_version(wanted: bool) -> None:
 @app.callback()
 def _root(
     version: Annotated[
-        bool, typer.Option("--version", help="Print the version and exit.", callback=_show_version, is_eager=True)
+        bool,
+        typer.Option("--version", help="Print the version and exit.", callback=_show_version, is_eager=True),
     ] = False,
 ) -> None:
     pass

@@ -1,4 +1,4 @@
-"""`text2sim new`"""
+"""The command `text2sim new`."""
 
 import re
 from pathlib import Path
@@ -12,7 +12,9 @@ _SCHEMA_LINE = re.compile(r"^# yaml-language-server: \$schema=[^\n]*\n", re.MULT
 
 
 def new(
-    name: Annotated[str, typer.Argument(help="Name of the case: a letter, then letters, digits or underscores.")],
+    name: Annotated[
+        str, typer.Argument(help="Name of the case: a letter, then letters, digits or underscores.")
+    ],
     source: Annotated[
         Path | None, typer.Option("--from", help="Copy this case (a folder, or the name of one in --cases).")
     ] = None,
@@ -53,7 +55,7 @@ def _find(source: Path, cases: Path) -> Path:
     from text2sim.cli.output import shown
     from text2sim.spec_schema.errors import RunError
 
-    for folder in (source if source.is_dir() else source.parent, cases / source):
+    for folder in (source.parent if source.is_file() else source, cases / source):
         if (folder / "case.yaml").is_file():
             return folder
     raise RunError(f"{shown(source)}: no case.yaml there")

@@ -16,7 +16,7 @@ def say(text: str = "", *, to: TextIO | None = None) -> None:
 
 
 def printable(text: str) -> str:
-    """Return text whose control characters are replaced: names and messages come from files of other people."""
+    """Return text without control characters: names and messages come from files of other people."""
     return "".join(c if c.isprintable() or c in "\n\t" else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
@@ -43,7 +43,11 @@ def problems_of(error: Exception, file: Path) -> list[Problem]:
     """Return any error that a user can put right as located problems."""
     if isinstance(error, SpecError):
         return error.problems
-    rule = type(error).__name__.removesuffix("Error").lower() if isinstance(error, Text2SimError) else "unreadable"
+    rule = (
+        type(error).__name__.removesuffix("Error").lower()
+        if isinstance(error, Text2SimError)
+        else "unreadable"
+    )
     message = (error.strerror or str(error)) if isinstance(error, OSError) else str(error)
     return [Problem("", message, file=shown(file), rule=rule)]
 
@@ -61,9 +65,6 @@ def seconds(value: float | None) -> str:
     return f"{minutes} min {rest} s" if minutes else f"{rest} s"
 
 
-def expectation_rows(expectations: dict[str, dict[str, Any]]) -> list[tuple[bool, str, str]]:
-    """Return (passed, name, what came of it) for each expectation."""
-    return [
-        (bool(row.get("passed")), name, str(row.get("reason") or row.get("message") or ""))
-        for name, row in expectations.items()
-    ]
+def expectation_rows(expectations: dict[str, dict[str, Any]]) -> list[tuple[bool | None, str, str]]:
+    """Return (came true, name, what was wanted and found) of each expectation; None where it stayed open."""
+    return [(row["ok"], name, f"{row['wanted']}: {row['why']}") for name, row in expectations.items()]

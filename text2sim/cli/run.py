@@ -1,4 +1,4 @@
-"""`text2sim run`"""
+"""The command `text2sim run`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -8,10 +8,14 @@ import typer
 from text2sim.cli import exits
 
 Runs = Annotated[Path, typer.Option("--runs", help="Folder in which each run has its own.")]
-Timeout = Annotated[float, typer.Option("--timeout", min=1.0, help="Wall time [s] that a program may take.")]
+Timeout = Annotated[
+    float, typer.Option("--timeout", min=1.0, help="Wall time in seconds that a program may take.")
+]
 Memory = Annotated[
     float | None,
-    typer.Option("--memory", min=0.1, help="Memory [GB] that a program may use; 85 % of the machine's if left out."),
+    typer.Option(
+        "--memory", min=0.1, help="Memory in GB that a program may use; 85 % of the machine if left out."
+    ),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Simulate again even if nothing changed.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
@@ -28,8 +32,10 @@ def run_cases(
 ) -> None:
     """Simulate cases, judge what happened, and film it.
 
-    What is already done is not done again: a changed render section only films again; changed measures, events and
-    expectations are only judged again. Ctrl-C stops gently and keeps what was recorded; a second one kills.
+    What is already done is not done again: a changed render section only films again; changed measures,
+    events and expectations are only judged again.
+
+    Ctrl-C stops gently and keeps what was recorded; a second one kills.
     """
     from text2sim.cli.attempt import attempt
     from text2sim.cli.cases import examine, find_cases
@@ -48,7 +54,9 @@ def run_cases(
 
     code, documents = exits.OK, []
     for row in rows:
-        result = attempt(row, runs=runs, timeout=timeout, memory=memory, film=not no_film, force=force, quiet=as_json)
+        result = attempt(
+            row, runs=runs, timeout=timeout, memory=memory, film=not no_film, force=force, quiet=as_json
+        )
         code = max(code, row.exit if result is None else exit_of(result))
         documents.append(row.as_dict() if result is None else result.as_dict())
         if not as_json:

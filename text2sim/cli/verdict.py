@@ -4,11 +4,11 @@ import sys
 from typing import TYPE_CHECKING
 
 from text2sim.cli import exits
-from text2sim.cli.output import expectation_rows, say, say_problems, seconds, shown
+from text2sim.cli.output import expectation_rows, printable, say, say_problems, seconds, shown
 
 if TYPE_CHECKING:
     from text2sim.cli.cases import Examined
-    from text2sim.harness.run import RunResult
+    from text2sim.harness.result import RunResult
 
 _EXITS = {"failed": exits.INPUT, "out_of_memory": exits.MACHINE, "interrupted": exits.INTERRUPTED}
 
@@ -43,15 +43,17 @@ def summary(result: "RunResult") -> str:
     """Return one line: how far it came, what was done for it, how long that took."""
     words = result.state.replace("_", " ")
     if result.state != "finished":
-        words += f" at {(result.evidence or {}).get('time', 0.0):g} s" if result.evidence else ""
+        words += f" at {result.time:.4g} s" if result.time else ""
     return f"{words}{_score(result)}, {result.work.value} in {seconds(result.wall)}"
 
 
 def _score(result: "RunResult") -> str:
     rows = result.expectations
-    if not rows:
-        return ""
-    return f", {sum(bool(row.get('passed')) for row in rows.values())} of {len(rows)} expectations came true"
+    return (
+        f", {sum(row['ok'] is True for row in rows.values())} of {len(rows)} expectations came true"
+        if rows
+        else ""
+    )
 
 
 def say_failure(case: "Examined", result: "RunResult") -> None:
@@ -65,11 +67,14 @@ def say_failure(case: "Examined", result: "RunResult") -> None:
     say(f"    log: {shown(result.folder / 'log.txt')}", to=sys.stderr)
 
 
-def _say_table(rows: list[tuple[bool, str, str]]) -> None:
+MARKS = {True: "ok", False: "FAIL", None: "open"}
+
+
+def _say_table(rows: list[tuple[bool | None, str, str]]) -> None:
     if not sys.stdout.isatty():
         width = max(len(name) for _, name, _ in rows)
-        for passed, name, reason in rows:
-            say(f"  {'ok  ' if passed else 'FAIL'}  {name:<{width}}  {reason}")
+        for ok, name, words in rows:
+            say(f"  {MARKS[ok]:<4}  {name:<{width}}  {words}")
         return
     from rich.console import Console
     from rich.table import Table
@@ -79,6 +84,7 @@ def _say_table(rows: list[tuple[bool, str, str]]) -> None:
     table.add_column(no_wrap=True)
     table.add_column(no_wrap=True)
     table.add_column(overflow="fold")
-    for passed, name, reason in rows:
-        table.add_row(Text("  ok" if passed else "FAIL", style="green" if passed else "bold red"), Text(name), Text(reason))
+    for ok, name, words in rows:
+        style = {True: "green", False: "bold red", None: "yellow"}[ok]
+        table.add_row(Text(f"{MARKS[ok]:>4}", style=style), Text(name), Text(printable(words)))
     Console().print(table)

@@ -12,6 +12,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, TemplateError
 from text2sim import __version__
 from text2sim.compiler.literal import Code, comment, identifier, literal
 from text2sim.compiler.plan import EntityPlan, Group, Plan
+from text2sim.compiler.rotation import IDENTITY
 
 TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
@@ -69,8 +70,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
 
 
 def _format(texts: dict[str, str]) -> dict[str, str]:
-    """Format all modules with one call of ruff."""
-    separator = "\n# ---8<--- {}\n"
+    """Format every module as an expert would leave it."""
     formatted = {}
     for name, text in texts.items():
         done = subprocess.run(
@@ -82,15 +82,13 @@ def _format(texts: dict[str, str]) -> dict[str, str]:
         if done.returncode:
             raise TemplateBug(f"{name}.j2: {done.stderr.decode().strip()}")
         formatted[name] = done.stdout.decode()
-    del separator
     return formatted
 
 
 def _context(plan: Plan) -> dict[str, Any]:
     settings = plan.settings
-    why = {name: comment(f"  # {settings.why[name]}" if name in settings.why else "") for name in
-           ("substeps", "solver", "iterations", "friction_cone", "timeconst", "max_pairs")}
-    why = {name: Code(f"  {text}" if text else "") for name, text in why.items()}
+    names = ("substeps", "solver", "iterations", "friction_cone", "timeconst", "max_pairs")
+    why = {name: Code(f"  # {comment(settings.why[name])}" if name in settings.why else "") for name in names}
     groups = [*plan.statics, *plan.bodies]
     return {
         "version": comment(__version__),
@@ -119,13 +117,15 @@ def _context(plan: Plan) -> dict[str, Any]:
         "welds": plan.welds,
         "prescribed": plan.prescribed,
         "render": plan.render,
+        "kinds": {camera["kind"] for camera in plan.render["cameras"]},
     }
 
 
 def _group(group: Group) -> dict[str, Any]:
     """What a group's template prints: constant cells as they are, varying cells as columns of a table."""
     first = group.entities[0]
-    rows = [_cells(entity) for entity in group.entities]
+    turned = any(tuple(entity.quat) != IDENTITY for entity in group.entities)
+    rows = [_cells(entity, turned=turned) for entity in group.entities]
     single = len(rows) == 1 and "[" not in first.name
     varying = [] if single else [key for key in rows[0] if any(row[key] != rows[0][key] for row in rows)]
     if not single and not varying:
@@ -142,19 +142,19 @@ def _group(group: Group) -> dict[str, Any]:
         "cells": cells,
         "rows": [] if single else [tuple(row[key] for key in varying) for row in rows],
         "columns": Code(", ".join(varying)),
-        "target": Code(varying[0] + "," if False else "(" + ", ".join(varying) + ("," if len(varying) == 1 else "") + ")"),
+        "target": Code("(" + ", ".join(varying) + ("," if len(varying) == 1 else "") + ")"),
         "roughness": rough,
         "metallic": metallic,
     }
 
 
-def _cells(entity: EntityPlan) -> dict[str, Any]:
+def _cells(entity: EntityPlan, *, turned: bool) -> dict[str, Any]:
     flags = {"fixed": False, "visualization": True}
     return {
         **flags,
         **{key: tuple(v) if isinstance(v, list) else v for key, v in entity.options.items()},
         "pos": tuple(entity.pos),
-        "quat": tuple(entity.quat),
+        "quat": tuple(entity.quat) if turned else None,
         "rho": entity.rho,
         "friction": entity.friction,
         "color": entity.surface.rgba if entity.surface else None,

@@ -1,6 +1,6 @@
 """The render section with everything resolved: cameras as numbers, lights in the engine's terms, a camera if none."""
 
-from math import radians, sin, sqrt
+from math import dist, radians, sin, sqrt
 from typing import Any
 
 from text2sim.compiler.placement import Copy
@@ -33,7 +33,10 @@ def resolve_render(render: Render, placed: dict[str, list[Copy]], moving: tuple[
     """
     start, end = render.during or (0.0, duration)
     lights = render.lights.values() or DEFAULT_LIGHTS
-    cameras = [_camera(name, camera, placed, end - start) for name, camera in render.cameras.items()]
+    cameras = [_camera(name, camera, placed) for name, camera in render.cameras.items()]
+    cameras = cameras or [_derived([ball for name in moving for copy in placed[name] for ball in balls.get(copy.name, [])])]
+    for camera in cameras:
+        camera |= _clip(camera)
     return {
         "resolution": tuple(render.resolution),
         "fps": render.fps,
@@ -43,11 +46,11 @@ def resolve_render(render: Render, placed: dict[str, list[Copy]], moving: tuple[
         "background": _color(render.background),
         "ambient": (render.ambient,) * 3,
         "lights": [_light(light) for light in lights],
-        "cameras": cameras or [_derived([ball for name in moving for copy in placed[name] for ball in balls.get(copy.name, [])])],
+        "cameras": cameras,
     }
 
 
-def _camera(name: str, camera: Camera, placed: dict[str, list[Copy]], span: float) -> dict[str, Any]:
+def _camera(name: str, camera: Camera, placed: dict[str, list[Copy]]) -> dict[str, Any]:
     common: dict[str, Any] = {"name": name, "kind": camera.kind, "fov": camera.fov, "up": camera.up}
     if isinstance(camera, Follow):
         copies, link = select(camera.body, placed)
@@ -85,6 +88,19 @@ def _derived(balls: list[Ball]) -> dict[str, Any]:
     return {"name": "main", "kind": "still", "fov": fov, "up": (0.0, 0.0, 1.0), "look_at": center, "pos": pos}
 
 
+def _clip(camera: dict[str, Any]) -> dict[str, float]:
+    """Nearest and farthest distance [m] that are drawn, from the distance to what the camera looks at."""
+    if "offset" in camera:
+        distance = dist(camera["offset"], (0.0, 0.0, 0.0))
+    elif "radius" in camera:
+        distance = camera["radius"]
+    elif "look_at" in camera:
+        distance = dist(camera["pos"], camera["look_at"])
+    else:
+        distance = 3.0
+    return {"near": round(max(distance / 50, 0.005), 4), "far": round(max(distance * 20, 60.0), 1)}
+
+
 def _color(color: Any) -> tuple[float, float, float]:
     red, green, blue = rgb(color)
     return (round(red, 4), round(green, 4), round(blue, 4))
@@ -92,6 +108,6 @@ def _color(color: Any) -> tuple[float, float, float]:
 
 def _light(light: Light) -> dict[str, Any]:
     if isinstance(light, Lamp):
-        return {"type": "PointLight", "pos": light.pos, "color": _color(light.color), "intensity": light.strength}
+        return {"pos": light.pos, "color": _color(light.color), "intensity": light.strength}
     assert isinstance(light, Sun | Softbox)
-    return {"type": "DirectionalLight", "dir": light.direction, "color": _color(light.color), "intensity": light.strength}
+    return {"dir": light.direction, "color": _color(light.color), "intensity": light.strength}

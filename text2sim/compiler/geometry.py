@@ -7,14 +7,35 @@ from typing import Any, NamedTuple
 
 from text2sim.compiler.meshfile import load_mesh
 from text2sim.compiler.piece import Piece, cone_piece, outer_polygon_radius, ring_pieces, wall_pieces
-from text2sim.compiler.rotation import IDENTITY, Quaternion, Rows, Vec, frame_apply, quat_of, quat_rotate, quat_to_rows
+from text2sim.compiler.rotation import (
+    IDENTITY,
+    Quaternion,
+    Rows,
+    Vec,
+    frame_apply,
+    quat_of,
+    quat_rotate,
+    quat_to_rows,
+)
 from text2sim.compiler.surface import VisualMesh, surface
 from text2sim.spec_schema.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
 from text2sim.spec_schema.scene import Static
 from text2sim.spec_schema.shapes import Compound, Cone, Cup, Ellipsoid, Funnel, Mesh, Torus, Tube
 
-__all__ = ["Bounds", "InnerFloor", "Piece", "TreeExtents", "VisualMesh", "body_extents", "extents", "inner_floor",
-           "pieces", "points", "visual_mesh", "volume"]  # fmt: skip
+__all__ = [
+    "Bounds",
+    "InnerFloor",
+    "Piece",
+    "TreeExtents",
+    "VisualMesh",
+    "body_extents",
+    "extents",
+    "inner_floor",
+    "pieces",
+    "points",
+    "visual_mesh",
+    "volume",
+]
 
 Bounds = tuple[Vec, Vec]
 """Lowest and highest corner [m] of an upright box."""
@@ -26,8 +47,8 @@ TreeExtents = Callable[[Any, Quaternion, Path], Bounds]
 def pieces(shape: Any, folder: Path) -> list[Piece]:
     """Return the convex pieces with which a shape touches others, in the body's frame.
 
-    Hollow shapes become staves (see `piece.wall_pieces`), a ring capsules, a cone a pyramid; a mesh stays one piece,
-    which the engine makes convex.
+    Hollow shapes become staves (see `piece.wall_pieces`), a ring capsules, a cone a pyramid; a mesh stays
+    one piece, which the engine makes convex.
 
     Args:
         shape: Any shape but a plane.
@@ -65,7 +86,9 @@ def pieces(shape: Any, folder: Path) -> list[Piece]:
     half = shape.height / 2
     if kind == "cup":
         staves = wall_pieces(bottom, top, shape.thickness - half, half, shape.segments)
-        floor = Piece("cylinder", pos=(0.0, 0.0, shape.thickness / 2 - half), size=(shape.radius, shape.thickness))
+        floor = Piece(
+            "cylinder", pos=(0.0, 0.0, shape.thickness / 2 - half), size=(shape.radius, shape.thickness)
+        )
         return [floor, *staves]
     return wall_pieces(bottom, top, -half, half, shape.segments)
 
@@ -154,7 +177,10 @@ def _reach_cone(shape: Cone, u: Vec, folder: Path) -> float:
 def _reach_wall(shape: Tube | Cup | Funnel, u: Vec, folder: Path) -> float:
     half = shape.height / 2
     (low_in, low), (high_in, high) = _wall(shape)
-    low, high = outer_polygon_radius(low, low_in, shape.segments), outer_polygon_radius(high, high_in, shape.segments)
+    low, high = (
+        outer_polygon_radius(low, low_in, shape.segments),
+        outer_polygon_radius(high, high_in, shape.segments),
+    )
     return max(_reach_ring(low, -half, u), _reach_ring(high, half, u))
 
 
@@ -200,7 +226,9 @@ def extents(shape: Any, quat: Quaternion, folder: Path) -> Bounds:
     if kind == "plane":
         raise ValueError("a plane has no end")
     reach = _REACH[kind]
-    rows: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)) if quat == IDENTITY else quat_to_rows(quat)
+    rows: Rows = (
+        ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)) if quat == IDENTITY else quat_to_rows(quat)
+    )
     x, y, z = (reach(shape, row, folder) for row in rows)
     if kind in _SYMMETRIC:
         return (-x, -y, -z), (x, y, z)
@@ -208,7 +236,9 @@ def extents(shape: Any, quat: Quaternion, folder: Path) -> Bounds:
     return (lx, ly, lz), (x, y, z)
 
 
-def body_extents(body: Any, quat: Quaternion, folder: Path, tree_extents: TreeExtents | None = None) -> Bounds:
+def body_extents(
+    body: Any, quat: Quaternion, folder: Path, tree_extents: TreeExtents | None = None
+) -> Bounds:
     """Return the bounds [m] of a body or static about its origin, turned by `quat`.
 
     Args:
@@ -228,7 +258,7 @@ def body_extents(body: Any, quat: Quaternion, folder: Path, tree_extents: TreeEx
 
 
 def points(shape: Any, folder: Path) -> list[Vec]:
-    """Return points [m] in the body's frame whose convex hull is the shape, to within 2 % of its round parts.
+    """Return points [m] in the body's frame whose convex hull is the shape, to within 3 % of its round parts.
 
     They serve for framing pictures; for bounds `extents` is exact.
     """
@@ -267,14 +297,19 @@ class InnerFloor(NamedTuple):
 
 
 def inner_floor(shape: Any) -> InnerFloor | None:
-    """Return the lowest inner floor of a cup, tube or funnel, or of a compound's upright ones; None if there is none."""
+    """Return the lowest inner floor of a cup, tube or funnel (in a compound: that stands upright), or None."""
     if isinstance(shape, Compound):
         floors = []
         for part in shape.parts.values():
-            floor, upright = inner_floor(part.shape), quat_rotate(quat_of(part.pose), (0.0, 0.0, 1.0))[2] > 1 - 1e-9
+            floor, upright = (
+                inner_floor(part.shape),
+                quat_rotate(quat_of(part.pose), (0.0, 0.0, 1.0))[2] > 1 - 1e-9,
+            )
             if floor is not None and upright:
                 x, y, z = part.pose.pos
-                floors.append(InnerFloor(z + floor.height, floor.radius, (x + floor.center[0], y + floor.center[1])))
+                floors.append(
+                    InnerFloor(z + floor.height, floor.radius, (x + floor.center[0], y + floor.center[1]))
+                )
         return min(floors, default=None)
     if not isinstance(shape, Tube | Cup | Funnel):
         return None

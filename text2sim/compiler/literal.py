@@ -47,8 +47,7 @@ def literal(value: object) -> str:
 
 def _number(value: float) -> str:
     # Nine digits are below a nanometre on any scene that fits a float32 solver, and read better than seventeen.
-    rounded = float(f"{value:.9g}")
-    return repr(0.0 if rounded == 0 else rounded)
+    return repr(0.0 if abs(value) < 1e-12 else float(f"{value:.9g}"))
 
 
 def identifier(name: str) -> Code:

@@ -15,7 +15,7 @@ from text2sim.compiler.piece import piece_ball, piece_thickness
 from text2sim.compiler.placement import Copy
 from text2sim.compiler.plan import EntityPlan, Motor, Surface
 from text2sim.compiler.rotation import frame_apply, quat_conjugate, quat_rotate, vector_unit
-from text2sim.compiler.tree import Tree, TreeGeom, TreeJoint, TreeLink, TreeVisual, tree_balls
+from text2sim.compiler.tree import Tree, TreeGeom, TreeJoint, TreeLink, TreeVisual, link_colors, tree_balls, uncolored
 from text2sim.spec_schema.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
 from text2sim.spec_schema.materials import Look, Material
 from text2sim.spec_schema.motion import Oscillate, Spin
@@ -144,9 +144,15 @@ class Lowering:
             for visual in link.visuals:
                 name = f"{visual.mesh.digest[:12]}.obj"
                 meshes[visual.mesh.digest] = name
-                self.files.setdefault(f"models/{name}", visual.mesh.obj())
+                self.files.setdefault(f"models/{name}", visual.mesh.obj().encode())
             self.pieces += len(link.geoms)
         self.pieces += len(tree.fixtures)
+        # One colour for all is given to the entity, so that copies in several colours share one file.
+        colors = {rgba for link in tree.links() for rgba in link_colors(link)} | {geom.rgba for geom in tree.fixtures}
+        surface = None
+        if len(colors) == 1 and (rgba := colors.pop()) is not None:
+            surface = Surface(rgba, copy.model.look.finish)
+            tree = uncolored(tree)
         self.trees[copy.name] = tree
         self.balls[copy.name] = [(frame_apply(copy.pos, copy.quat, center), radius) for center, radius in tree_balls(tree)]
         if tree.initial:
@@ -156,7 +162,7 @@ class Lowering:
         if self.files.get(path, text) != text:
             path = f"models/{copy.body}_{sha256(text).hexdigest()[:8]}.xml"
         self.files[path] = text
-        return EntityPlan(copy.name, "MJCF", {"file": path}, copy.pos, copy.quat)
+        return EntityPlan(copy.name, "MJCF", {"file": path}, copy.pos, copy.quat, surface=surface)
 
     def _from_file(self, model: Articulated, copy: Copy) -> EntityPlan:
         raise NotImplementedError

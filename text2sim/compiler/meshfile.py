@@ -36,7 +36,8 @@ def mesh_path(file: str, folder: Path) -> Path:
     """Return the path of a mesh of a case.
 
     Raises:
-        AssetError: if it leaves the case's folder, does not exist, is too large or of a kind that is not read.
+        AssetError: if it leaves the case's folder, does not exist, is too large or of a kind that is not
+        read.
     """
     root = folder.resolve()
     path = (root / file).resolve()
@@ -48,7 +49,9 @@ def mesh_path(file: str, folder: Path) -> Path:
         raise AssetError(f"mesh file `{file}` does not exist in the case's folder")
     size = path.stat().st_size
     if size > MAX_BYTES:
-        raise AssetError(f"mesh file `{file}` is too large ({size / 2**20:.0f} MiB; at most {MAX_BYTES // 2**20} MiB)")
+        raise AssetError(
+            f"mesh file `{file}` is too large ({size / 2**20:.0f} MiB; at most {MAX_BYTES // 2**20} MiB)"
+        )
     return path
 
 

@@ -1,21 +1,20 @@
 """Copies at random in a region, without overlap and wholly inside; the same seed gives the same packing.
 
-Copies are put down one after the other, each at the first random place that is free: they are spread loosely through
-the whole region, which costs a contact solver much less than a heap. Where that jams, a jittered lattice takes over.
+Copies are put down one after the other, each at the first random place that is free: they are spread
+loosely through the whole region, which costs a contact solver much less than a heap. Where that jams, a
+jittered lattice takes over.
 
-A sphere is tested as a sphere, everything else as its bounding box in its own frame (and a ball around it, which
-settles most pairs). Other bodies and statics are not looked at: choose a region that is free of them.
+A sphere is tested as a sphere, everything else as its bounding box in its own frame (and a ball around it,
+which settles most pairs). Other bodies and statics are not looked at: choose a region that is free of them.
 """
 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from text2sim.compiler.geometry import extents
+from text2sim.compiler.geometry import Bounds
 from text2sim.compiler.region import Space
 from text2sim.compiler.rotation import (
     IDENTITY,
@@ -53,13 +52,14 @@ class Grain:
     rounding: float
 
 
-def grain_of(shape: Any, folder: Path) -> Grain:
-    """Return what the packing needs to know of a shape."""
-    low, high = extents(shape, IDENTITY, folder)
-    return _grain(shape.kind, low, high)
+def grain_of(kind: str | None, bounds: Bounds) -> Grain:
+    """Return what the packing needs to know of a shape.
 
-
-def _grain(kind: str, low: Vec, high: Vec) -> Grain:
+    Args:
+        kind: Kind of the shape; None for what is only known by its bounds.
+        bounds: Its bounds [m] in its own frame.
+    """
+    low, high = bounds
     mx, my, mz = ((a + b) / 2 for a, b in zip(low, high, strict=True))
     hx, hy, hz = ((b - a) / 2 for a, b in zip(low, high, strict=True))
     middle, half = (mx, my, mz), (hx, hy, hz)
@@ -81,31 +81,35 @@ def _grain(kind: str, low: Vec, high: Vec) -> Grain:
     return Grain(middle, half, radius, False, outline, 0.0)
 
 
-def pack(packing: Packing, shapes: Sequence[Any], quats: Sequence[Quaternion], folder: Path) -> list[tuple[Vec, Quaternion]]:
+def pack(
+    packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion]
+) -> list[tuple[Vec, Quaternion]]:
     """Return position [m] and orientation of every copy.
 
     Args:
         packing: The pattern.
-        shapes: Shape of every copy.
+        grains: The copies.
         quats: The body's own orientation of every copy, on which `turn` builds.
-        folder: The case's folder, for meshes.
 
     Raises:
         PackingError: if not all copies fit.
+        RegionError: if the region is none.
     """
-    known: dict[int, Grain] = {}
-    grains = [known.get(id(s)) or known.setdefault(id(s), grain_of(s, folder)) for s in shapes]
     space = Space(packing.region)
     filled = sum(8 * g.half[0] * g.half[1] * g.half[2] * (math.pi / 6 if g.round else 1.0) for g in grains)
     if filled > space.volume:
-        raise PackingError(f"{len(grains)} copies cannot fit: they fill {filled:.3g} m3, the region {space.volume:.3g} m3")
+        raise PackingError(
+            f"{len(grains)} copies cannot fit: they fill {filled:.3g} m3, the region {space.volume:.3g} m3"
+        )
     placed = _scatter(packing, grains, quats, space)
     missing = placed.count(None)
     if missing:
         lattice = _lattice(packing, grains, quats, space)
         fit = max(sum(p is not None for p in lattice), len(placed) - missing)
         if None in lattice:
-            raise PackingError(f"only about {fit} of {len(grains)} copies fit; make the region larger or count smaller")
+            raise PackingError(
+                f"only about {fit} of {len(grains)} copies fit; make the region larger or count smaller"
+            )
         placed = lattice
     found = []
     for where, grain in zip(placed, grains, strict=True):
@@ -188,12 +192,20 @@ def _apart(p: Vec, rows: Rows, grain: Grain, q: Vec, other_rows: Rows, other: Gr
             reach += ha
         else:
             (a, b, c), (e, f, g), (h, i, j) = mine
-            reach += ha * abs(a * ux + b * uy + c * uz) + hb * abs(e * ux + f * uy + g * uz) + hc * abs(h * ux + i * uy + j * uz)
+            reach += (
+                ha * abs(a * ux + b * uy + c * uz)
+                + hb * abs(e * ux + f * uy + g * uz)
+                + hc * abs(h * ux + i * uy + j * uz)
+            )
         if other.round:
             reach += ga
         else:
             (a, b, c), (e, f, g), (h, i, j) = theirs
-            reach += ga * abs(a * ux + b * uy + c * uz) + gb * abs(e * ux + f * uy + g * uz) + gc * abs(h * ux + i * uy + j * uz)
+            reach += (
+                ga * abs(a * ux + b * uy + c * uz)
+                + gb * abs(e * ux + f * uy + g * uz)
+                + gc * abs(h * ux + i * uy + j * uz)
+            )
         return abs(d[0] * ux + d[1] * uy + d[2] * uz) >= reach
 
     for u in (*mine, *theirs):
@@ -208,7 +220,9 @@ def _apart(p: Vec, rows: Rows, grain: Grain, q: Vec, other_rows: Rows, other: Gr
     return False
 
 
-def _scatter(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion], space: Space) -> list[Spot | None]:
+def _scatter(
+    packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion], space: Space
+) -> list[Spot | None]:
     rng = np.random.Generator(np.random.PCG64(packing.seed))
     turns, numbers = _orientations(packing, rng), _numbers(rng)
     placed = _Placed(2 * max(g.radius for g in grains) + packing.gap, packing.gap)
@@ -223,7 +237,9 @@ def _scatter(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaterni
             p = space.sample(next(numbers), min(grain.half))
             quat = quats[index] if packing.turn == "none" else quat_multiply(next(turns), quats[index])
             rows = quat_to_rows(quat)
-            if placed.free(p, rows, grain) and space.holds(p, [_turned(rows, v) for v in grain.outline], grain.rounding):
+            if placed.free(p, rows, grain) and space.holds(
+                p, [_turned(rows, v) for v in grain.outline], grain.rounding
+            ):
                 placed.add(p, rows, grain)
                 spots[index] = (p, quat)
                 break
@@ -232,7 +248,9 @@ def _scatter(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaterni
     return spots
 
 
-def _lattice(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion], space: Space) -> list[Spot | None]:
+def _lattice(
+    packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion], space: Space
+) -> list[Spot | None]:
     """One copy to a cell of a lattice, which is as wide as it can be; each is shifted and turned as its cell allows."""
     rng = np.random.Generator(np.random.PCG64([packing.seed, 1]))
     boxes = [_bounds(quat_to_rows(q), g) for q, g in zip(quats, grains, strict=True)]
@@ -260,12 +278,16 @@ def _lattice(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaterni
         slack = tuple((s * low - gap) / 2 for s in size)
         for share in (1.0, 0.5, 0.25, 0.1):
             w, x, y, z = next(turns)
-            turn = quat_multiply(quat_normalize((1 - share + share * abs(w), share * x, share * y, share * z)), quats[index])
+            turn = quat_multiply(
+                quat_normalize((1 - share + share * abs(w), share * x, share * y, share * z)), quats[index]
+            )
             turned = _bounds(quat_to_rows(turn), grain)
             if all(b <= s for b, s in zip(turned, slack, strict=True)):
                 quat, bounds = turn, turned
                 break
-        shift = ((rng.random(3) * 2 - 1) * [max(s - b, 0.0) for s, b in zip(slack, bounds, strict=True)]).tolist()
+        shift = (
+            (rng.random(3) * 2 - 1) * [max(s - b, 0.0) for s, b in zip(slack, bounds, strict=True)]
+        ).tolist()
         cx, cy, cz = best[order[index]]
         spots.append(((cx + shift[0], cy + shift[1], cz + shift[2]), quat))
     return spots
@@ -275,6 +297,7 @@ def _bounds(rows: Rows, grain: Grain) -> Vec:
     if grain.round:
         return grain.half
     x, y, z = (
-        max(abs(u[0] * v[0] + u[1] * v[1] + u[2] * v[2]) for v in grain.outline) + grain.rounding for u in rows
+        max(abs(u[0] * v[0] + u[1] * v[1] + u[2] * v[2]) for v in grain.outline) + grain.rounding
+        for u in rows
     )
     return (x, y, z)

@@ -14,6 +14,8 @@ from text2sim.spec_schema.shapes import Box
 Variables = dict[str, int | float]
 """`i`, `n`, `u`, `row`, `column`, `layer` of a copy."""
 
+MAX_COPIES = 100_000
+
 SINGLE: Variables = {"i": 0, "n": 1, "u": 0.0, "row": 0, "column": 0, "layer": 0}
 
 
@@ -29,11 +31,20 @@ class Slot:
     """Size [m] of a box that differs from the body's."""
 
 
+def copy_count(repeat: Repeat) -> int:
+    """Return how many copies a pattern makes."""
+    if isinstance(repeat, Grid):
+        return math.prod(repeat.counts)
+    if isinstance(repeat, RunningBond):
+        return repeat.rows * repeat.columns + (repeat.rows // 2 if repeat.ends == "half" else 0)
+    return repeat.count
+
+
 def copy_variables(repeat: Repeat) -> list[Variables]:
     """Return the variables of every copy, in the order of their numbers.
 
-    A grid counts columns along x, rows along y and layers along z, columns fastest; a running bond counts columns
-    along the wall and rows upwards. In the other patterns the column is the number of the copy.
+    A grid counts columns along x, rows along y and layers along z, columns fastest; a running bond counts
+    columns along the wall and rows upwards. In the other patterns the column is the number of the copy.
     """
     cells: list[tuple[int, int, int]]
     if isinstance(repeat, Grid):
@@ -111,7 +122,9 @@ def _spiral_slots(spiral: Spiral) -> list[Slot]:
                 break
         angle = (r - spiral.inner_radius) / b
         # The curve leaves the circle outwards by atan(b / r): dominoes follow it exactly.
-        slots.append(Slot((r * math.cos(angle), r * math.sin(angle), 0.0), quat_from_yaw(angle - math.atan2(b, r))))
+        slots.append(
+            Slot((r * math.cos(angle), r * math.sin(angle), 0.0), quat_from_yaw(angle - math.atan2(b, r)))
+        )
     return slots if spiral.outward else slots[::-1]
 
 
@@ -122,9 +135,10 @@ def _row_count(bond: RunningBond, row: int) -> int:
 def bond_slots(bond: RunningBond, box: Box) -> list[Slot]:
     """Return the place of every box of a wall, in the body's axes, the middle of the lowest row at the origin.
 
-    `gap` separates the boxes of a row; rows lie on each other, because a wall that is built with gaps between its
-    rows collapses into them when the run begins. Half boxes are `(length - gap) / 2` long, so that both ends of
-    every row are flush. Toothed rows stand a quarter of a box to the left and right of the middle in turn.
+    `gap` separates the boxes of a row; rows lie on each other, because a wall that is built with gaps
+    between its rows collapses into them when the run begins. Half boxes are `(length - gap) / 2` long, so
+    that both ends of every row are flush. Toothed rows stand a quarter of a box to the left and right of
+    the middle in turn.
 
     Raises:
         ValueError: if a half box would have no length.
@@ -146,6 +160,9 @@ def bond_slots(bond: RunningBond, box: Box) -> list[Slot]:
         else:
             short = (half, depth, height)
             slots.append(Slot((left + half / 2, 0.0, z), size=short))
-            slots += [Slot((left + half + gap + length / 2 + k * (length + gap), 0.0, z)) for k in range(columns - 1)]
+            slots += [
+                Slot((left + half + gap + length / 2 + k * (length + gap), 0.0, z))
+                for k in range(columns - 1)
+            ]
             slots.append(Slot((-left - half / 2, 0.0, z), size=short))
     return slots

@@ -43,7 +43,9 @@ class Piece:
             return replace(self, vertices=tuple(frame_apply(pos, quat, v) for v in self.vertices), part=part)
         if quat == IDENTITY:
             return replace(self, pos=frame_apply(pos, quat, self.pos), part=part)
-        return replace(self, pos=frame_apply(pos, quat, self.pos), quat=quat_multiply(quat, self.quat), part=part)
+        return replace(
+            self, pos=frame_apply(pos, quat, self.pos), quat=quat_multiply(quat, self.quat), part=part
+        )
 
     def volume(self) -> float:
         """Volume [m3] of the piece as the engine sees it (a mesh: of its convex hull)."""
@@ -68,14 +70,16 @@ class Piece:
 def outer_polygon_radius(outer: float, inner: float, segments: int) -> float:
     """Radius [m] of the corners of a wall's outer polygon.
 
-    The inner polygon goes round the inner circle, so that the free space never shrinks; the outer one lies in the
-    outer circle, so that the body never grows. Only where that would leave less than half the thickness in the
-    middle of a stave does the outer polygon grow, and then just enough.
+    The inner polygon goes round the inner circle, so that the free space never shrinks; the outer one lies
+    in the outer circle, so that the body never grows. Only where that would leave less than half the
+    thickness in the middle of a stave does the outer polygon grow, and then just enough.
     """
     return max(outer, (inner + (outer - inner) / 2) / math.cos(math.pi / segments))
 
 
-def wall_pieces(bottom: tuple[float, float], top: tuple[float, float], low: float, high: float, segments: int) -> list[Piece]:
+def wall_pieces(
+    bottom: tuple[float, float], top: tuple[float, float], low: float, high: float, segments: int
+) -> list[Piece]:
     """Return the staves of a wall around z: wedges with eight corners that meet at their sides and never overlap.
 
     Args:
@@ -106,7 +110,10 @@ def wall_pieces(bottom: tuple[float, float], top: tuple[float, float], low: floa
 def cone_piece(radius: float, height: float) -> Piece:
     """Return a cone half way up its axis, as a pyramid in it; tip up."""
     n = CONE_SIDES
-    rim = [(radius * math.cos(2 * math.pi * k / n), radius * math.sin(2 * math.pi * k / n), -height / 2) for k in range(n)]
+    rim = [
+        (radius * math.cos(2 * math.pi * k / n), radius * math.sin(2 * math.pi * k / n), -height / 2)
+        for k in range(n)
+    ]
     sides = [(k, (k + 1) % n, n) for k in range(n)]
     base = [(0, k + 1, k) for k in range(1, n - 1)]
     return Piece("hull", vertices=(*rim, (0.0, 0.0, height / 2)), faces=(*sides, *base))
@@ -114,7 +121,10 @@ def cone_piece(radius: float, height: float) -> Piece:
 
 def ring_pieces(radius: float, bar: float, segments: int) -> list[Piece]:
     """Return a ring about z as capsules, whose joints lie on the circle."""
-    points = [(radius * math.cos(2 * math.pi * k / segments), radius * math.sin(2 * math.pi * k / segments)) for k in range(segments)]
+    points = [
+        (radius * math.cos(2 * math.pi * k / segments), radius * math.sin(2 * math.pi * k / segments))
+        for k in range(segments)
+    ]
     chord = 2 * radius * math.sin(math.pi / segments)
     lying = (math.sqrt(0.5), -math.sqrt(0.5), 0.0, 0.0)  # z onto y: tangent at angle 0
     pieces = []
@@ -159,4 +169,8 @@ def piece_thickness(piece: Piece) -> float:
 def _sides(piece: Piece) -> list[float]:
     """Lengths [m] of the edges of a hull."""
     corners = piece.vertices
-    return [math.dist(corners[i], corners[j]) for face in piece.faces for i, j in zip(face, (*face[1:], face[0]), strict=True)]
+    return [
+        math.dist(corners[i], corners[j])
+        for face in piece.faces
+        for i, j in zip(face, (*face[1:], face[0]), strict=True)
+    ]

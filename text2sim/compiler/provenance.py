@@ -9,14 +9,16 @@ SECTIONS = ("scene.py", "bodies.py", "actions.py", "render.py")
 # Both the interpreter's own form and that of faulthandler, which has no comma before `in`.
 _FRAME = re.compile(r'^ *File "([^"\n]+)", line (\d+)(?:, in | in |$)', re.MULTILINE)
 _MARK = re.compile(r"# case\.yaml:(\d+)")
-_CRASH = re.compile(r"^(?:Fatal Python error|(?:Current thread|Thread) 0x\w+ .*most recent call first)", re.MULTILINE)
+_CRASH = re.compile(
+    r"^(?:Fatal Python error|(?:Current thread|Thread) 0x\w+ .*most recent call first)", re.MULTILINE
+)
 
 
 def provenance(program: Path, traceback: str) -> tuple[int, str] | None:
     """Return the line of the case to blame for a traceback, and the program's line of code; None if unknown.
 
-    The last frame in a module that was printed from the case leads upwards to the nearest `# case.yaml:23`, at
-    most to the beginning of its function.
+    The last frame in a module that was printed from the case leads upwards to the nearest `# case.yaml:23`,
+    at most to the beginning of its function.
 
     Args:
         program: The folder of the program.

@@ -4,8 +4,19 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from text2sim.compiler.rotation import Vec, quat_between, quat_conjugate, quat_rotate, quat_to_rows, vector_unit
+from text2sim.compiler.rotation import (
+    Vec,
+    quat_between,
+    quat_conjugate,
+    quat_rotate,
+    quat_to_rows,
+    vector_unit,
+)
 from text2sim.spec_schema.placement import BoxRegion, CylinderRegion, SphereRegion
+
+
+class RegionError(ValueError):
+    """A region without space."""
 
 
 class Space:
@@ -16,7 +27,7 @@ class Space:
         self.turn: Any = None
         if isinstance(region, BoxRegion):
             if any(a >= b for a, b in zip(region.min, region.max, strict=True)):
-                raise ValueError("min must be smaller than max along every axis")
+                raise RegionError("min must be smaller than max along every axis")
             mx, my, mz = ((a + b) / 2 for a, b in zip(region.min, region.max, strict=True))
             hx, hy, hz = ((b - a) / 2 for a, b in zip(region.min, region.max, strict=True))
             self.middle, self.half, self.radius = (mx, my, mz), (hx, hy, hz), 0.0
@@ -28,7 +39,10 @@ class Space:
             self.half, self.volume = (r, r, r), 4 / 3 * math.pi * r**3
             return
         self.half, self.volume = (r, r, region.height / 2), math.pi * r * r * region.height
-        axis = vector_unit(region.axis)
+        try:
+            axis = vector_unit(region.axis)
+        except ValueError as error:
+            raise RegionError(f"axis: {error}") from None
         if axis != (0.0, 0.0, 1.0):
             quat = quat_between((0.0, 0.0, 1.0), axis)
             self.turn = quat_to_rows(quat_conjugate(quat))
@@ -81,7 +95,9 @@ class Space:
         """Return the centres [m] of the upright cells of a lattice that lie inside; cells may stick out by `gap` / 2."""
         half = self.half
         if self.turn is not None:
-            hx, hy, hz = (sum(abs(r[k]) * h for r, h in zip(self.turn, self.half, strict=True)) for k in range(3))
+            hx, hy, hz = (
+                sum(abs(r[k]) * h for r, h in zip(self.turn, self.half, strict=True)) for k in range(3)
+            )
             half = (hx, hy, hz)
         steps = [max(int((2 * h + gap) / c + 1e-9), 0) for h, c in zip(half, cell, strict=True)]
         ex, ey, ez = ((c - gap) / 2 * (1 - 1e-9) for c in cell)

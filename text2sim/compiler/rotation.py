@@ -1,7 +1,7 @@
 """Rotations as unit quaternions (w, x, y, z), in plain floats: thousands of poses need no arrays.
 
-A quaternion turns vectors of the body's frame into the world's: `world = quat_rotate(q, local)`. Products apply the
-right factor first. Angles are radians, except in `quat_from_euler_deg`.
+A quaternion turns vectors of the body's frame into the world's: `world = quat_rotate(q, local)`. Products
+apply the right factor first. Angles are radians, except in `quat_from_euler_deg`.
 """
 
 import math
@@ -84,7 +84,9 @@ def quat_from_yaw(angle: float) -> Quaternion:
 
 def quat_from_euler_deg(angles: Sequence[float]) -> Quaternion:
     """Return the rotation by three angles [deg] about the fixed x, then y, then z axis (extrinsic xyz)."""
-    (cx, sx), (cy, sy), (cz, sz) = ((math.cos(math.radians(a) / 2), math.sin(math.radians(a) / 2)) for a in angles)
+    (cx, sx), (cy, sy), (cz, sz) = (
+        (math.cos(math.radians(a) / 2), math.sin(math.radians(a) / 2)) for a in angles
+    )
     return (
         cz * cy * cx + sz * sy * sx,
         cz * cy * sx - sz * sy * cx,

@@ -49,8 +49,13 @@ class Settings:
 
     def notes(self) -> list[str]:
         """The reasons as lines `name = value: reason`."""
-        values = {"substeps": self.substeps, "solver": self.solver, "iterations": self.iterations, "friction_cone": self.cone,
-                  "timeconst": f"{self.timeconst:g} s", "max_pairs": self.max_pairs}
+        values = {
+            "substeps": self.substeps,
+            "solver": self.solver,
+            "friction_cone": self.cone,
+            "timeconst": f"{self.timeconst:g} s",
+            "max_pairs": self.max_pairs,
+        }
         return [f"{name} = {values[name]}: {reason}" for name, reason in self.why.items()]
 
 
@@ -76,7 +81,7 @@ def derive(scene: Scene, traits: Traits) -> Settings:
         tangled = traits.loops > 12 or traits.chains > 40
         solver = "cg" if crowded or tangled else "newton"
         if crowded:
-            why["solver"] = f"{traits.loose} loose bodies can touch each other; newton is 20 to 60 times slower on such piles"
+            why["solver"] = f"{traits.loose} loose bodies can touch each other; newton is 20 times slower on such piles"
         elif tangled:
             why["solver"] = f"{traits.chains} links and {traits.loops} closed loops: cg is faster and survives impacts better"
         else:
@@ -84,18 +89,17 @@ def derive(scene: Scene, traits: Traits) -> Settings:
     iterations = scene.solver.iterations
     if iterations is None:
         iterations = 60 if solver == "cg" and traits.loose > CROWD else 50
-        why["iterations"] = "enough for every scene of this kind that was measured"
     timeconst = scene.contact.timeconst
     if timeconst is None:
         timeconst = _timeconst(step, traits, why)
     max_pairs = scene.contact.max_pairs
     if max_pairs is None:
         max_pairs = max(150, 16 * traits.geoms)
-        why["max_pairs"] = f"16 for each of {traits.geoms} convex pieces; the engine stops when there are more contacts than that"
+        why["max_pairs"] = f"16 for each of {traits.geoms} convex pieces"
     cone = scene.contact.friction_cone
     if cone is None:
         cone = "pyramidal"
-        why["friction_cone"] = "survives hard impacts; choose elliptic where slow creep on slopes or in grips matters"
+        why["friction_cone"] = "survives hard impacts; elliptic does not creep on slopes"
     return Settings(
         substeps=substeps,
         solver=solver,

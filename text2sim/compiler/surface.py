@@ -41,7 +41,9 @@ class VisualMesh:
     def at(self, pos: Vec, quat: Quaternion, part: str | None) -> "VisualMesh":
         """Return the surface in the frame around (`pos`, `quat`)."""
         turn = np.array(quat_to_rows(quat)).T
-        return replace(self, vertices=self.vertices @ turn + np.array(pos), normals=self.normals @ turn, part=part)
+        return replace(
+            self, vertices=self.vertices @ turn + np.array(pos), normals=self.normals @ turn, part=part
+        )
 
     def obj(self) -> str:
         """Return the surface as the text of an .obj file, with its normals."""
@@ -101,7 +103,9 @@ def _lathe_smooth(torus: Torus) -> VisualMesh:
     radius = torus.radius + torus.bar_radius * bar_cos
     flat = np.zeros((SIDES, 1)) + torus.bar_radius * bar_sin
     vertices = np.stack([np.outer(cos, radius), np.outer(sin, radius), flat], axis=-1).reshape(-1, 3)
-    normals = np.stack([np.outer(cos, bar_cos), np.outer(sin, bar_cos), np.zeros((SIDES, 1)) + bar_sin], axis=-1).reshape(-1, 3)
+    normals = np.stack(
+        [np.outer(cos, bar_cos), np.outer(sin, bar_cos), np.zeros((SIDES, 1)) + bar_sin], axis=-1
+    ).reshape(-1, 3)
     i, j = (grid.ravel() for grid in np.meshgrid(np.arange(SIDES), np.arange(BAR_SIDES), indexing="ij"))
     i1, j1 = (i + 1) % SIDES, (j + 1) % BAR_SIDES
     a, b, c, d = i * BAR_SIDES + j, i1 * BAR_SIDES + j, i1 * BAR_SIDES + j1, i * BAR_SIDES + j1

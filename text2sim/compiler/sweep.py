@@ -1,9 +1,9 @@
 """How far convex pieces can move in a straight line before they touch others.
 
-Conservative advancement: the separating plane between the closest points (GJK) says how far a piece can safely go.
-Every step rests on a plane that was checked against both pieces, so that what is found is never too far: bodies that
-are placed with it touch to within `TOLERANCE`, and do not overlap. As the distance is a convex function of the way
-gone, these steps are Newton's, and few are needed.
+Conservative advancement: the separating plane between the closest points (GJK) says how far a piece can
+safely go. Every step rests on a plane that was checked against both pieces, so that what is found is never
+too far: bodies that are placed with it touch to within `TOLERANCE`, and do not overlap. As the distance is
+a convex function of the way gone, these steps are Newton's, and few are needed.
 """
 
 import math
@@ -62,7 +62,11 @@ def _primitive(piece: Piece, p: Vec, rows: tuple[Vec, Vec, Vec]) -> Support:
 
     def local(x: float, y: float, z: float) -> Vec:
         if kind == "box":
-            return (math.copysign(size[0] / 2, x), math.copysign(size[1] / 2, y), math.copysign(size[2] / 2, z))
+            return (
+                math.copysign(size[0] / 2, x),
+                math.copysign(size[1] / 2, y),
+                math.copysign(size[2] / 2, z),
+            )
         if kind == "ellipsoid":
             sx, sy, sz = size[0] * size[0] * x, size[1] * size[1] * y, size[2] * size[2] * z
             norm = math.sqrt(sx * x + sy * y + sz * z) or 1.0
@@ -87,7 +91,9 @@ def solids(pieces: Iterable[Piece], pos: Sequence[float], quat: Quaternion) -> l
     return [Solid(piece, pos, quat) for piece in pieces]
 
 
-def sweep(movers: Sequence[Solid], others: Sequence[Solid], direction: Vec, *, gap: float = 0.0) -> float | None:
+def sweep(
+    movers: Sequence[Solid], others: Sequence[Solid], direction: Vec, *, gap: float = 0.0
+) -> float | None:
     """Return how far [m] the movers can go together until one is `gap` from one of the others.
 
     Args:
@@ -225,7 +231,14 @@ def _closest_segment(a: Vec, b: Vec) -> tuple[Vec, list[Vec]]:
 def _closest_triangle(a: Vec, b: Vec, c: Vec) -> tuple[Vec, list[Vec]]:
     # Ericson, Real-Time Collision Detection (2005), section 5.1.5, with the point at the origin.
     ab, ac = _minus(b, a), _minus(c, a)
-    d1, d2, d3, d4, d5, d6 = -_dot(ab, a), -_dot(ac, a), -_dot(ab, b), -_dot(ac, b), -_dot(ab, c), -_dot(ac, c)
+    d1, d2, d3, d4, d5, d6 = (
+        -_dot(ab, a),
+        -_dot(ac, a),
+        -_dot(ab, b),
+        -_dot(ac, b),
+        -_dot(ab, c),
+        -_dot(ac, c),
+    )
     va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
     total = va + vb + vc
     if total <= 0 or va <= 0 or vb <= 0 or vc <= 0:

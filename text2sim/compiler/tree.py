@@ -3,7 +3,7 @@
 A tree becomes one MJCF file (`mjcf.py`). Poses are (pos [m], quat wxyz) of a link's frame in its parent's frame.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from text2sim.compiler.geometry import VisualMesh
 from text2sim.compiler.piece import Piece, piece_ball
@@ -116,3 +116,22 @@ def tree_balls(tree: Tree) -> list[tuple[Vec, float]]:
             found.append((frame_apply(pos, quat, center), radius))
         queue += [(child, pos, quat) for child in link.children]
     return found
+
+
+def link_colors(link: TreeLink) -> set[tuple[float, float, float, float] | None]:
+    """Colours of what is drawn of a link."""
+    return {g.rgba for g in link.geoms if g.drawn} | {v.rgba for v in link.visuals}
+
+
+def uncolored(tree: Tree) -> Tree:
+    """Return the tree without colours of its own."""
+
+    def bare(link: TreeLink) -> TreeLink:
+        return replace(
+            link,
+            geoms=tuple(replace(geom, rgba=None) for geom in link.geoms),
+            visuals=tuple(replace(visual, rgba=None) for visual in link.visuals),
+            children=tuple(bare(child) for child in link.children),
+        )
+
+    return replace(tree, roots=tuple(map(bare, tree.roots)), fixtures=tuple(replace(g, rgba=None) for g in tree.fixtures))

@@ -1,7 +1,10 @@
-"""Contacts: which bodies touched when, and what momentum went through it."""
+"""Contacts: which bodies touched when, and what momentum went through it.
+
+With substeps the engine tells of a step the contacts of its last substep alone; impulses take these for the whole step.
+"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -31,6 +34,10 @@ class Touches:
     """Deepest overlap [m], (n,)."""
     pos: Array
     """Where the largest force acts [m], (n, 3)."""
+
+    def only(self, chosen: Array) -> "Touches":
+        """The chosen rows."""
+        return Touches(*(getattr(self, f.name)[chosen] for f in fields(self)))
 
 
 @dataclass(frozen=True)
@@ -66,7 +73,7 @@ class ContactLog:
     states: RunStates
     recorded: bool = True
     """False if the case did not ask for contacts."""
-    last_step: int = field(default=0)
+    last_step: int = 0
     """Last step that was recorded."""
 
     @classmethod
@@ -77,7 +84,7 @@ class ContactLog:
 
     @cached_property
     def step(self) -> Array:
-        """(n,)"""
+        """Number of steps done when the pair touched, 1 after the first, (n,)."""
         return self.states.contact("step").astype(np.int64)
 
     @cached_property
@@ -87,8 +94,8 @@ class ContactLog:
 
     @cached_property
     def force(self) -> Array:
-        """On the first link of each row [N], (n, 3)."""
-        return self.states.contact("force").astype(float)
+        """On the first link of each row [N], (n, 3); recorded is that on the second."""
+        return -self.states.contact("force").astype(float)
 
     @cached_property
     def depth(self) -> Array:
@@ -147,16 +154,18 @@ class ContactLog:
             self.pos[rows[begins]],
         )
 
+    def count_episodes(self, touches: Touches) -> int:
+        """Return how many episodes there are, without making them."""
+        return len(_begins(touches))
+
     def episodes(self, touches: Touches, first: Sequence[Target], second: Sequence[Target]) -> list[Episode]:
         """Join touches of consecutive steps into episodes, sorted by pair, then start."""
         if not len(touches.step):
             return []
         dt = self.states.dt
-        new = _changes(touches.pair[:, 0], touches.pair[:, 1])
-        new[1:] |= np.diff(touches.step) > GAP + 1
-        begins = np.flatnonzero(new)
-        ends = np.append(begins[1:], len(new)) - 1
-        since = touches.step - np.repeat(touches.step[begins], np.diff(np.append(begins, len(new))))
+        begins = _begins(touches)
+        ends = np.append(begins[1:], len(touches.step)) - 1
+        since = touches.step - np.repeat(touches.step[begins], ends - begins + 1)
         early = (since * dt < IMPACT - 1e-9)[:, None]
         impulse = np.add.reduceat(touches.force, begins) * dt
         impact = np.linalg.norm(np.add.reduceat(touches.force * early, begins), axis=1) * dt
@@ -171,6 +180,12 @@ class ContactLog:
             )
             for i, (b, e) in enumerate(zip(begins, ends, strict=True))
         ]
+
+
+def _begins(touches: Touches) -> Array:
+    new = _changes(touches.pair[:, 0], touches.pair[:, 1])
+    new[1:] |= np.diff(touches.step) > GAP + 1
+    return np.flatnonzero(new)
 
 
 def _changes(*columns: Array) -> Array:

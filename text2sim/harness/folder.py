@@ -63,7 +63,7 @@ def staging(parent: Path) -> Iterator[Path]:
 
 
 def install_run(staged: Path, folder: Path) -> None:
-    """Put a fresh run folder in place; what was there before stays as `<name>.previous`, one generation of it."""
+    """Put a fresh run folder in place; what was there before stays, once, as `<name>.previous`."""
     if folder.is_symlink():
         raise RunError(f"{folder} is a symbolic link; remove it, or choose another --runs")
     if folder.exists():

@@ -15,7 +15,7 @@ from text2sim.spec_schema.base import AXES, Axis
 from text2sim.spec_schema.placement import BoxRegion, Region, SphereRegion
 from text2sim.spec_schema.scene import Domain
 
-_MESH = re.compile(r"\w{1,128}\Z")
+_MESH = re.compile(r"\w{1,128}\.npz\Z")
 MANY = 64
 """Meshes with more corners than this are reduced to their convex hulls, which reach just as far."""
 
@@ -48,8 +48,7 @@ class Geometry:
         folder = run_dir / "geometry"
         try:
             data = json.loads((folder / "index.json").read_text("utf-8"))
-            links = data["links"] if "links" in data else data
-            index = {int(link): list(rows) for link, rows in links.items() if str(link).isdigit()}
+            index = {int(link): list(rows) for link, rows in data.items()}
         except (OSError, ValueError, TypeError, AttributeError, RecursionError):
             index = {}
         return cls(folder, index)
@@ -65,7 +64,7 @@ class Geometry:
         if not _MESH.match(mesh):  # a name becomes a path
             return np.zeros((0, 3))
         try:
-            with np.load(self._folder / f"{mesh}.npz", allow_pickle=False) as data:
+            with np.load(self._folder / mesh, allow_pickle=False) as data:
                 vertices = np.asarray(data["vertices"], dtype=float).reshape(-1, 3)
         except (OSError, ValueError, KeyError, zipfile.BadZipFile):
             return np.zeros((0, 3))

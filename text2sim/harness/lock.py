@@ -14,8 +14,8 @@ else:
 class RunLock:
     """Holds a run folder for this process, and for the program that inherits `fileno`.
 
-    The lock is the system's, on an open file: it ends with the last process that has it open, so that a lock of
-    dead processes cannot stay behind, and a program that outlives us still keeps others off its folder.
+    The lock is the system's, on an open file: it ends with the last process that has it open, so that a lock
+    of dead processes cannot stay behind, and a program that outlives us still keeps others off its folder.
     The file itself stays: to delete a file that others may be about to lock would let two in.
     """
 

@@ -35,19 +35,27 @@ class Outcome:
     message: str
     """Why it ended early; empty if it did not."""
     film_message: str = ""
-    """Why the film is missing although the simulation came to its end."""
+    """Why the film is missing although the simulation came to its end, if the program did not get to say so."""
 
 
-def outcome_of(ended: ChildExit, limits: Limits, status: dict[str, Any], log: str) -> Outcome:
-    """Judge from a program's end, its `status.json` and its log what came of the simulation."""
-    time = status.get("time")
-    time = float(time) if isinstance(time, int | float) and time == time else 0.0
-    said = clean(str(status.get("message") or ""))
+def outcome_of(ended: ChildExit, limits: Limits, status: dict[str, Any], log: str, time: float) -> Outcome:
+    """Judge what came of a simulation.
+
+    Args:
+        ended: How the program ended.
+        limits: What it might use.
+        status: Its `status.json`; empty if it wrote none.
+        log: What it printed.
+        time: Simulated time [s] of its last sign of life.
+    """
+    said = " ".join(clean(str(status.get("message") or "")).split())
     state, message = _state(ended, limits, said, log)
     simulated = status.get("state")
     if simulated in ("finished", "diverged"):
-        # The simulation is over and written down: what failed after it can only be the film.
-        return Outcome(simulated, time, said if simulated == "diverged" else "", "" if state == simulated else message)
+        # The simulation is over and written down: what failed after that can only be the film.
+        return Outcome(
+            simulated, time, said if simulated == "diverged" else "", "" if state == simulated else message
+        )
     if state == "finished":
         return Outcome("failed", time, "the program ended without saying how far it came")
     return Outcome(state, time, message)

@@ -1,6 +1,7 @@
 """Runs the program of a run folder and says what came of it."""
 
 import os
+import re
 import sys
 from contextlib import suppress
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from text2sim.harness.stop import Stop
 
 FIRST_TIME = "compiling physics kernels: over a minute the first time on this machine"
 NEW_KIND = "still compiling physics kernels: every new combination of options does so once"
+_NO_FILM = re.compile(r"^no film: (.*)$", re.MULTILINE)
 PATIENCE = 30.0
 """Wall time [s] of a build after which the user wants to know why."""
 
@@ -27,10 +29,18 @@ class Finished:
     ended: ChildExit
     blame: tuple[int, str] | None
     """Line of the case and the program's code, where a failure could be traced."""
+    no_film: str
+    """Why the program made no film, in its own words."""
 
 
 def run_program(
-    folder: Path, *, flags: tuple[str, ...], limits: Limits, stop: Stop, clock: Clock, inherit: tuple[int, ...] = ()
+    folder: Path,
+    *,
+    flags: tuple[str, ...],
+    limits: Limits,
+    stop: Stop,
+    clock: Clock,
+    inherit: tuple[int, ...] = (),
 ) -> Finished:
     """Run `program/main.py` of a run folder, writing into that folder.
 
@@ -53,9 +63,10 @@ def run_program(
             command, folder=program, log=log, limits=limits, stop=stop, on_poll=relay.poll, inherit=inherit
         )
     text = read_end(log, begin)
-    outcome = outcome_of(ended, limits, read_status(folder / "status.json"), text)
+    outcome = outcome_of(ended, limits, read_status(folder / "status.json"), text, relay.simulated)
     failed = ended.code != 0 and ended.cause == "ended"
-    return Finished(outcome, ended, provenance(program, text) if failed else None)
+    refused = _NO_FILM.search(text)
+    return Finished(outcome, ended, provenance(program, text) if failed else None, refused[1] if refused else "")
 
 
 class _Relay:
@@ -66,6 +77,8 @@ class _Relay:
         self._clock = clock
         self._phase = "start"
         self._build_since: float | None = None
+        self.simulated = 0.0
+        """Simulated time reached [s]."""
 
     def poll(self) -> None:
         for record in self._tail.read():
@@ -82,9 +95,11 @@ class _Relay:
             building = phase == "build"
             self._build_since = self._clock.wall if building else None
             self._clock.enter(phase, FIRST_TIME if building and not kernels_cached() else "")
-        time = record.get("t")
+        time, duration = record.get("t"), record.get("duration")
         if isinstance(time, int | float) and self._phase in ("simulate", "film"):
-            self._clock.tell(float(time))
+            if self._phase == "simulate":
+                self.simulated = float(time)
+            self._clock.tell(float(time), duration=duration if isinstance(duration, int | float) else None)
 
 
 def kernels_cached() -> bool:

@@ -85,19 +85,21 @@ class Clock:
         self._phase = None
         return self.timings
 
-    def tell(self, t: float, *, note: str = "") -> None:
-        """Report the time `t` [s] that the running phase has reached."""
+    def tell(self, t: float, *, duration: float | None = None, note: str = "") -> None:
+        """Report the time `t` [s] that the running phase has reached, of `duration` if it has its own."""
         now = monotonic()
+        duration = duration or self.duration
         if (self._phase, t, note) == self._last:
             return
         self._last = (self._phase, t, note)
         self._samples.append((now, t))
         while len(self._samples) > 2 and now - self._samples[0][0] > WINDOW:
             self._samples.popleft()
-        (then, before), elapsed = self._samples[0], now - self._samples[0][0]
+        begun, before = self._samples[0]
+        elapsed = now - begun
         speed = (t - before) / elapsed if elapsed > 0.2 and t > before else None
-        eta = (self.duration - t) / speed if speed and self.duration > t else None
-        self._listener(Progress(self._phase or "", t, self.duration, now - self._begun, speed, eta, note))
+        eta = (duration - t) / speed if speed and duration > t else None
+        self._listener(Progress(self._phase or "", t, duration, now - self._begun, speed, eta, note))
 
     def _close(self) -> None:
         now = monotonic()

@@ -24,7 +24,7 @@ class RunRecord:
     state: str
     """One of `STATES`."""
     key: dict[str, str]
-    """What the recorded states depend on: `sim_digest`, `genesis`, `device`."""
+    """What the recorded states depend on: digests of the case and of our templates, engine, device."""
     text2sim: str = ""
     """Version of text2sim."""
     case_digest: str = ""

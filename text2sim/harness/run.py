@@ -1,16 +1,14 @@
 """From a case to a run folder with evidence, doing only what is not yet done."""
 
 import json
-import os
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim import __version__
+from text2sim import __version__, templates
 from text2sim.harness.child import Limits
 from text2sim.harness.folder import Wanted, Work, install_program, install_run, remaining_work, staging
 from text2sim.harness.lock import RunLock
@@ -18,8 +16,9 @@ from text2sim.harness.outcome import EXIT_INTERRUPTED
 from text2sim.harness.program import Finished, run_program
 from text2sim.harness.progress import Clock, OnProgress, ignore
 from text2sim.harness.record import COMPLETE, RunRecord, write_atomically
+from text2sim.harness.result import RunResult
 from text2sim.harness.stop import Stop
-from text2sim.spec_schema.errors import MachineError, Problem
+from text2sim.spec_schema.errors import MachineError, Problem, RunError
 
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
@@ -27,69 +26,6 @@ if TYPE_CHECKING:
 
 Compile = Callable[["LoadedCase", Path], "Plan"]
 """Writes the program of a case into a folder and returns its plan."""
-
-
-@dataclass(frozen=True)
-class RunResult:
-    """What `run_case` did and what came of it."""
-
-    case: str
-    """Name of the case."""
-    folder: Path
-    """The run folder."""
-    work: Work
-    """How much had to be done."""
-    state: str
-    """One of `record.STATES`."""
-    message: str
-    """Why the simulation ended early; empty if it did not."""
-    problem: Problem | None
-    """The same, at the line of the case to blame, if that is known."""
-    evidence: dict[str, Any] | None
-    """As in `evidence.json`; None if nothing was recorded."""
-    film: Path | None
-    film_message: str
-    """Why there is no film although there should be one."""
-    report: Path | None
-    stopped: bool
-    """Whether someone asked to stop."""
-    warnings: list[Problem] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    timings: dict[str, float] = field(default_factory=dict)
-    """Wall time of each phase [s] of this call."""
-    wall: float = 0.0
-    """Wall time [s] of this call."""
-
-    @property
-    def expectations(self) -> dict[str, dict[str, Any]]:
-        """The expectations of the case by name, each with `passed`."""
-        return (self.evidence or {}).get("expect", {})
-
-    @property
-    def passed(self) -> bool:
-        """Whether the simulation came to its end and everything expected came true."""
-        return self.state == "finished" and all(row.get("passed") for row in self.expectations.values())
-
-    def as_dict(self) -> dict[str, Any]:
-        """The result as plain data, for machines."""
-        return {
-            "case": self.case,
-            "folder": str(self.folder),
-            "work": self.work.value,
-            "state": self.state,
-            "passed": self.passed,
-            "message": self.message,
-            "problem": self.problem.as_dict() if self.problem else None,
-            "expect": self.expectations,
-            "film": str(self.film) if self.film else None,
-            "film_message": self.film_message,
-            "report": str(self.report) if self.report else None,
-            "log": str(self.folder / "log.txt"),
-            "warnings": [p.as_dict() for p in self.warnings],
-            "notes": self.notes,
-            "timings": {name: round(t, 3) for name, t in self.timings.items()},
-            "wall": round(self.wall, 3),
-        }
 
 
 def run_case(
@@ -101,6 +37,7 @@ def run_case(
     memory_gb: float | None = None,
     film: bool = True,
     force: bool = False,
+    device: Device = "cpu",
     stop: Stop | None = None,
     compile_to: Compile | None = None,
 ) -> RunResult:
@@ -114,6 +51,7 @@ def run_case(
         memory_gb: Memory [GB] that it may use; 85 % of the machine's if left out.
         film: Whether a film is wanted.
         force: Simulate again even if nothing changed.
+        device: What the engine computes on.
         stop: Requests to stop; Ctrl-C and SIGTERM if left out.
         compile_to: The compiler.
 
@@ -135,6 +73,8 @@ def run_case(
     limits = Limits(timeout=timeout, memory=None if memory_gb is None else int(memory_gb * 1e9))
     clock = Clock(on_progress, loaded.case.scene.duration)
     genesis = _genesis_version()
+    if device == "gpu" and device_kind() != "cuda":
+        raise MachineError("there is no CUDA device here; `text2sim doctor` says why")
     clock.enter("compile")
     with staging(runs) as stage:
         (stage / "run").mkdir()
@@ -160,7 +100,12 @@ class _Run:
         self.fresh = RunRecord(
             case=loaded.case.name,
             state="running",
-            key={"sim_digest": plan.sim_digest, "genesis": genesis, "device": device_kind()},
+            key={
+                "sim_digest": plan.sim_digest,
+                "templates": _folder_digest(Path(templates.__file__).parent)[:16],
+                "genesis": genesis,
+                "device": device_kind(),
+            },
             text2sim=__version__,
             case_digest=sha256(case_text.encode()).hexdigest(),
             seed=plan.seed,
@@ -172,7 +117,9 @@ class _Run:
         self.problem: Problem | None = None
         self.evidence: dict[str, Any] | None = None
 
-    def bring_up_to_date(self, staged: Path, *, film: bool, force: bool, limits: Limits, lock: RunLock) -> RunResult:
+    def bring_up_to_date(
+        self, staged: Path, *, film: bool, force: bool, limits: Limits, lock: RunLock
+    ) -> RunResult:
         """Do what is not yet done, with the program that lies in `staged`."""
         wanted = Wanted(self.fresh.key, self.plan.render_digest, self.judge_digest, film)
         work = Work.SIMULATE if force else remaining_work(self.folder, wanted)
@@ -189,7 +136,7 @@ class _Run:
             if work is Work.FILM:
                 self._film(record, limits, lock)
         if work is Work.NOTHING:
-            self.evidence = json.loads((self.folder / "evidence.json").read_text("utf-8"))
+            self.evidence = _read_evidence(self.folder, self.loaded)
         else:
             self._judge(record)
         return self._result(record, work)
@@ -209,20 +156,15 @@ class _Run:
         record.notes = self.fresh.notes
         record.write(self.folder)
 
-    # --- steps ------------------------------------------------------------------------------------------------
-
     def _simulate(self, record: RunRecord, limits: Limits, lock: RunLock, *, film: bool) -> None:
-        flags = () if film else ("--no-film",)
-        done = run_program(
-            self.folder, flags=flags, limits=limits, stop=self.stop, clock=self.clock, inherit=(lock.fileno,)
-        )
+        done = self._run_program(() if film else ("--no-film",), limits, lock)
         outcome = done.outcome
         record.state, record.time, record.message = outcome.state, outcome.time, outcome.message
         record.exit_code, record.wall = done.ended.code, round(done.ended.wall, 3)
         record.peak_memory = done.ended.peak_memory
-        if film:
-            self._keep_film(record, done)
-        if record.state not in COMPLETE or record.state == "diverged":
+        if film and record.state in COMPLETE:
+            self._keep_film(record, done, outcome.film_message)
+        if record.state != "finished":
             self._blame(record, done)
         if done.ended.log_left_out:
             record.notes.append(f"log.txt lacks {done.ended.log_left_out} bytes from its middle")
@@ -231,25 +173,30 @@ class _Run:
     def _film(self, record: RunRecord, limits: Limits, lock: RunLock) -> None:
         record.render_digest = ""
         record.write(self.folder)
-        done = run_program(
-            self.folder, flags=("--film-only",), limits=limits, stop=self.stop, clock=self.clock, inherit=(lock.fileno,)
-        )
-        self._keep_film(record, done)
+        (self.folder / "video.mp4").unlink(missing_ok=True)
+        done = self._run_program(("--film-only",), limits, lock)
+        self._keep_film(record, done, done.outcome.film_message or done.outcome.message)
         record.write(self.folder)
 
-    def _keep_film(self, record: RunRecord, done: Finished) -> None:
-        made = (self.folder / "video.mp4").is_file() and not done.outcome.film_message
-        if made and done.outcome.state in COMPLETE:
+    def _run_program(self, flags: tuple[str, ...], limits: Limits, lock: RunLock) -> Finished:
+        if self.device == "gpu":
+            flags = (*flags, "--backend", "gpu")
+        return run_program(
+            self.folder, flags=flags, limits=limits, stop=self.stop, clock=self.clock, inherit=(lock.fileno,)
+        )
+
+    def _keep_film(self, record: RunRecord, done: Finished, reason: str) -> None:
+        if (self.folder / "video.mp4").is_file():
             record.render_digest = self.plan.render_digest
-        elif done.outcome.state in COMPLETE:
-            self.film_message = done.outcome.film_message or "the program made none"
+        else:
+            self.film_message = done.no_film or reason or "the program made none"
 
     def _blame(self, record: RunRecord, done: Finished) -> None:
         line, code = done.blame or (1, "")
         record.where = {"line": line, "code": code} if done.blame else None
         if done.blame:
             message = f"engine: {record.message}"
-            self.problem = Problem("", message, line, 1, str(self.loaded.path), rule="engine")
+            self.problem = Problem("", message, line, 1, self.loaded.source.file, rule="engine")
 
     def _judge(self, record: RunRecord) -> None:
         if not any((self.folder / "states").glob("chunk_*.npz")):
@@ -260,7 +207,11 @@ class _Run:
         record.judge_digest = ""
         record.write(self.folder)
         self.clock.enter("judge")
-        self.evidence = judge(self.folder, self.loaded.case)
+        try:
+            self.evidence = judge(self.folder, self.loaded.case)
+        except RunError as error:
+            record.notes.append(f"nothing could be judged: {error}")
+            return
         self.clock.enter("report")
         write_report(self.folder, self.loaded.case)
         record.judge_digest = self.judge_digest
@@ -277,6 +228,7 @@ class _Run:
             folder=self.folder,
             work=work,
             state=record.state,
+            time=record.time,
             message=record.message,
             problem=self.problem,
             evidence=self.evidence,
@@ -298,12 +250,27 @@ def _genesis_version() -> str:
         raise MachineError("Genesis is not installed here; `text2sim doctor` says what is missing") from None
 
 
+def _read_evidence(folder: Path, loaded: "LoadedCase") -> dict[str, Any]:
+    evidence = json.loads((folder / "evidence.json").read_text("utf-8"))
+    # The file is sorted by name; people read expectations in the order in which the case lists them.
+    order = {
+        name: evidence["expect"][name] for name in loaded.case.actions.expect if name in evidence["expect"]
+    }
+    return evidence | {"expect": order}
+
+
 def _judge_digest(loaded: "LoadedCase") -> str:
     """Digest of all that evidence depends on besides the recorded states, and of the code that makes it."""
-    digest = sha256(loaded.case.model_dump_json(by_alias=True, exclude={"render": True}).encode())
-    folder = Path(__file__).parent
-    for path in sorted(folder.rglob("*.py")):
-        digest.update(os.fspath(path.relative_to(folder)).encode() + b"\0" + path.read_bytes())
+    case = loaded.case.model_dump_json(by_alias=True, exclude={"render": True})
+    return sha256((case + _folder_digest(Path(__file__).parent)).encode()).hexdigest()
+
+
+def _folder_digest(folder: Path) -> str:
+    """Digest of the sources in a folder of the package: while we develop, a version number says too little."""
+    digest = sha256()
+    for path in sorted(folder.rglob("*")):
+        if path.suffix in (".py", ".j2"):
+            digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()
 
 

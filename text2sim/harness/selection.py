@@ -70,6 +70,12 @@ class Cast:
         """Every copy of a body that is neither driven nor a static."""
         return [target for name, target in self.copies.items() if self._kind(name) == "body"]
 
+    def label_of_link(self, link: int) -> str:
+        """Return how the language names a link: by its copy, and by its own name where the copy has several."""
+        record = self.states.links[link]
+        several = sum(self.states.links[i].name != WORLD for i in self.copies[record.body].links) > 1
+        return f"{record.body}.{record.name}" if several else record.body
+
     def is_static(self, copy: str) -> bool:
         """Whether a copy is one that never moves."""
         return self._kind(copy) == "static"

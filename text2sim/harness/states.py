@@ -1,4 +1,4 @@
-"""The recorded states of a run: the arrays that its program wrote, chunk by chunk."""
+"""The recorded states of a run: the arrays that its program's recorder wrote, chunk by chunk."""
 
 import json
 import zipfile
@@ -23,7 +23,7 @@ FRAME_FIELDS: dict[str, tuple[int | str, ...]] = {
     "links_ang": ("L", 3),
     "qpos": ("Q",),
     "dofs_velocity": ("D",),
-    "dofs_force": ("D",),
+    "dofs_control_force": ("D",),
 }
 CONTACT_FIELDS: dict[str, tuple[int | str, ...]] = {
     "contact_step": (),
@@ -66,11 +66,9 @@ class JointRecord:
     q: tuple[int, int]
     """Its columns of `qpos`, from and to (not included)."""
     dof: tuple[int, int]
-    """Its columns of `dofs_velocity` and `dofs_force`."""
+    """Its columns of `dofs_velocity` and `dofs_force`, from and to."""
     limits: tuple[float | None, float | None]
     """[rad or m]; None where it has none."""
-    driven: bool
-    """It has a motor."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +100,7 @@ class RunStates:
         folder = run_dir / "states"
         try:
             layout = json.loads((folder / "layout.json").read_text("utf-8"))
-            links = tuple(_link(row) for row in layout["links"])
+            links = tuple(_link(index, row) for index, row in enumerate(layout["links"]))
             joints = tuple(_joint(row) for row in layout["joints"])
             dt, every = float(layout["dt"]), int(layout["every"])
             x, y, z = (float(v) for v in layout["gravity"])
@@ -110,8 +108,8 @@ class RunStates:
             raise RunError(f"{folder / 'layout.json'}: nothing was recorded ({error.strerror})") from error
         except (ValueError, TypeError, KeyError, RecursionError) as error:
             raise RunError(f"{folder / 'layout.json'}: not the layout of a recording ({error!r})") from error
-        if [link.index for link in links] != list(range(len(links))) or not (dt > 0 and every > 0):
-            raise RunError(f"{folder / 'layout.json'}: not the layout of a recording (links are not in order)")
+        if not (0 < dt < np.inf and every > 0):
+            raise RunError(f"{folder / 'layout.json'}: not the layout of a recording (dt {dt}, every {every})")
         sizes = {"L": len(links), "Q": max((j.q[1] for j in joints), default=0)}
         sizes["D"] = max((j.dof[1] for j in joints), default=0)
         chunks, losses = _readable(folder, sizes)
@@ -170,7 +168,7 @@ class RunStates:
     @cached_property
     def dofs_force(self) -> Array:
         """What the motors give [N or N m], shape (F, D)."""
-        return self._gather("dofs_force", (0,))
+        return self._gather("dofs_control_force", (0,))
 
     def contact(self, name: str) -> Array:
         """One array of the contacts of all steps, without the prefix `contact_`, shape (n, ...)."""
@@ -182,28 +180,29 @@ class RunStates:
         for path in self.chunks:
             try:
                 with np.load(path, allow_pickle=False) as chunk:
-                    parts.append(chunk[name])
+                    if name in chunk.files:  # a last chunk may hold contacts alone
+                        parts.append(chunk[name])
             except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
                 raise RunError(f"{path}: damaged ({error})") from error
         return np.concatenate(parts) if parts else np.zeros((0, *row))
 
 
-def _link(row: dict[str, Any]) -> LinkRecord:
+def _link(index: int, row: dict[str, Any]) -> LinkRecord:
     a, b, c = (float(v) for v in row["com"])
     inertia = np.asarray(row["inertia"], dtype=float).reshape(3, 3)
     return LinkRecord(
-        int(row["index"]), str(row["body"]), str(row["link"]), float(row["mass"]), (a, b, c),
+        index, str(row["body"]), str(row["link"]), float(row["mass"]), (a, b, c),
         tuple(tuple(r) for r in inertia.tolist()), bool(row["fixed"]),
-    )
+    )  # fmt: skip
 
 
 def _joint(row: dict[str, Any]) -> JointRecord:
-    low, high = row.get("limits") or (None, None)
-    (q0, q1), (d0, d1) = row["q"], row["dof"]
+    low, high = row["limits"][0] if row["kind"] in ("hinge", "slider") else (None, None)
+    (q0, q1), (d0, d1) = row["q"], row["dofs"]
     return JointRecord(
         str(row["body"]), str(row["joint"]), str(row["kind"]), (int(q0), int(q1)), (int(d0), int(d1)),
-        (None if low is None else float(low), None if high is None else float(high)), bool(row.get("actuator")),
-    )
+        (None if low is None else float(low), None if high is None else float(high)),
+    )  # fmt: skip
 
 
 def _readable(folder: Path, sizes: dict[str, int]) -> tuple[tuple[Path, ...], tuple[str, ...]]:
@@ -224,7 +223,8 @@ def _fault(path: Path, sizes: dict[str, int]) -> str:
     try:
         with zipfile.ZipFile(path) as archive:
             rows: dict[str, int] = {}
-            for name, wanted in (FRAME_FIELDS | CONTACT_FIELDS).items():
+            framed = "time.npy" in archive.namelist()
+            for name, wanted in ((FRAME_FIELDS if framed else {}) | CONTACT_FIELDS).items():
                 shape = _shape(archive, name)
                 row = tuple(sizes[n] if isinstance(n, str) else n for n in wanted)
                 if not shape or shape[1:] != row:
@@ -233,7 +233,7 @@ def _fault(path: Path, sizes: dict[str, int]) -> str:
     except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError) as error:
         return f"damaged ({error})"
     for group in (FRAME_FIELDS, CONTACT_FIELDS):
-        if len({rows[name] for name in group}) > 1:
+        if len({rows[name] for name in group if name in rows}) > 1:
             return "its arrays have different lengths"
     return ""
 

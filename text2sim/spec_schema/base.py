@@ -15,7 +15,8 @@ class Model(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
 
 
-def _vector(length: int) -> WithJsonSchema:
+def vector(length: int) -> WithJsonSchema:
+    """JSON Schema of a list of so many numbers."""
     # Language servers speak draft-07, which knows no `prefixItems`: say the length plainly.
     return WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": length, "maxItems": length})
 
@@ -38,13 +39,22 @@ def _nonzero(value: tuple[float, ...]) -> tuple[float, ...]:
     return value
 
 
-Vec2 = Annotated[tuple[Real, Real], _vector(2)]
-Vec3 = Annotated[tuple[Real, Real, Real], _vector(3)]
-Size3 = Annotated[tuple[Positive, Positive, Positive], _vector(3)]
-Quat = Annotated[tuple[Real, Real, Real, Real], _vector(4), AfterValidator(_nonzero)]
+def _ordered(value: tuple[float, float]) -> tuple[float, float]:
+    if value[1] < value[0]:
+        raise ValueError(f"the second number must not be smaller than the first (got {value[0]:g} and {value[1]:g})")
+    return value
+
+
+Vec2 = Annotated[tuple[Real, Real], vector(2)]
+Vec3 = Annotated[tuple[Real, Real, Real], vector(3)]
+Size2 = Annotated[tuple[Positive, Positive], vector(2)]
+Size3 = Annotated[tuple[Positive, Positive, Positive], vector(3)]
+Quat = Annotated[tuple[Real, Real, Real, Real], vector(4), AfterValidator(_nonzero)]
 """Orientation (w, x, y, z); normalised when it is resolved."""
-Window = Annotated[tuple[Seconds, Seconds], _vector(2)]
+Window = Annotated[tuple[Seconds, Seconds], vector(2), AfterValidator(_ordered)]
 """A span of simulated time [s], (from, to)."""
+Range = Annotated[tuple[Real, Real], vector(2), AfterValidator(_ordered)]
+"""A lowest and a highest value."""
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,47}$")]
 """A letter, then letters, digits or underscores: 48 characters at most."""
@@ -58,7 +68,7 @@ Selector = Annotated[
 AxisName = Literal["x", "y", "z"]
 AXES: dict[str, tuple[float, float, float]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
-Axis = Annotated[tuple[Real, Real, Real], _vector(3), AfterValidator(_nonzero)] | AxisName
+Axis = Annotated[tuple[Real, Real, Real], vector(3), AfterValidator(_nonzero)] | AxisName
 """A direction: ``x``, ``y``, ``z`` or a vector (normalised when it is resolved)."""
 
 

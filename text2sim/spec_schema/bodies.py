@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.base import Axis, Bool, Fraction, Integer, Model, Name, NonNegative, Pose, Positive, Real, Vec2, Vec3
+from text2sim.spec_schema.base import Axis, Bool, Fraction, Integer, Model, Name, NonNegative, Pose, Positive, Range, Real, Size2, Vec3
 from text2sim.spec_schema.materials import Actuator, JointDynamics, Look, Material
 from text2sim.spec_schema.motion import Motion
 from text2sim.spec_schema.placement import Place, Repeat
@@ -31,7 +31,7 @@ class HingeMount(JointDynamics):
     """Axis in the body's frame."""
     anchor: Vec3 = (0.0, 0.0, 0.0)
     """A point [m] of the axis in the body's frame."""
-    range_deg: Vec2 | None = None
+    range_deg: Range | None = None
     """Limits [deg] of the angle from the start; none if left out."""
     actuator: Actuator | None = None
     """The motor that a `drive` needs."""
@@ -43,7 +43,7 @@ class SliderMount(JointDynamics):
     kind: Literal["slider"]
     axis: Axis = "z"
     """Direction in the body's frame."""
-    range: Vec2 | None = None
+    range: Range | None = None
     """Limits [m] of the travel from the start; none if left out."""
     actuator: Actuator | None = None
     """The motor that a `drive` needs."""
@@ -216,7 +216,7 @@ class Net(_Placed):
     kind: Literal["net"]
     cells: tuple[Annotated[Integer, Field(ge=2, le=20)], Annotated[Integer, Field(ge=2, le=20)]]
     """Meshes along x and y."""
-    size: Vec2
+    size: Size2
     """Lengths [m] along x and y."""
     sag: NonNegative = 0.0
     """How far [m] its middle hangs below its edges at the start; a net that is built flat stays flat."""

@@ -38,7 +38,7 @@ def diagnose(document: Document, error: ValidationError, model: type[BaseModel],
     """
     found: dict[Problem, None] = {}
     for details in error.errors(include_url=False):
-        place = _follow(slot_of(model), data, list(details["loc"]))
+        place = _follow(slot_of(model), data, list(details["loc"]), details["type"])
         if place is not None:
             finding = _say(place, details)
             path = (*root, *finding.path)
@@ -59,22 +59,24 @@ class _Place:
     """The value fits no alternative of a union, and which one was meant cannot be told."""
 
 
-def _follow(slot: Slot, data: Any, loc: list[Step]) -> _Place | None:
+def _follow(slot: Slot, data: Any, loc: list[Step], kind: str) -> _Place | None:
     """Walk along an error's location; None if it is about an alternative that was not meant."""
     path: Path = ()
     while True:
+        if loc[:1] == ["[key]"]:
+            return _Place(path, slot, data, loc)
         if slot.discriminator is not None and loc:
             slot = slot_of(slot.models[str(loc.pop(0))])
         elif slot.discriminator is None and len(slot.members) > 1:
             given = structure_of(data)
             fitting = [member for member in slot.members if member.structure == given]
-            if len(fitting) != 1 or given == "text":
+            if len(fitting) != 1 or (given == "text" and kind != "value_error"):
                 return _Place(path, slot, data, [], alternatives=True)
             if loc and _structure_of_label(str(loc.pop(0))) != given:
                 return None
             slot = fitting[0]
             continue
-        if not loc or loc[0] == "[key]":
+        if not loc:
             return _Place(path, slot, data, loc)
         inner = _inside(slot, loc[0])
         if inner is None or not _has(data, loc[0]):
@@ -133,9 +135,8 @@ class _Finding:
 
 def _say(place: _Place, details: ErrorDetails) -> _Finding:
     kind, slot, data = details["type"], place.slot, place.data
-    if place.rest[-1:] == ["[key]"]:
-        name = str(data) if not isinstance(data, dict) else str(place.path[-1] if place.path else "")
-        return _bad_name(place, name)
+    if place.rest == ["[key]"]:
+        return _bad_name(place)
     if place.alternatives:
         return _no_alternative(place)
     if kind == "extra_forbidden":
@@ -149,7 +150,9 @@ def _say(place: _Place, details: ErrorDetails) -> _Finding:
         return _missing_key(place)
     if kind == "value_error":
         context = details.get("ctx", {})
-        return _Finding(place.path, str(context.get("error", details["msg"])), "inconsistent", key=is_model(slot.base))
+        error = context.get("error", details["msg"])
+        rule, hint = getattr(error, "rule", "inconsistent"), getattr(error, "hint", None)
+        return _Finding(place.path, str(error), rule, hint, key=is_model(slot.base))
     if kind == "literal_error":
         return _unknown_word(place)
     if kind == "string_pattern_mismatch":
@@ -163,7 +166,7 @@ def _say(place: _Place, details: ErrorDetails) -> _Finding:
         return _Finding(place.path, f"must be{range_of(slot)} (got {show(data)})", "range")
     if isinstance(data, bool) and slot.structure == "number":
         return _Finding(place.path, f"needs {describe(slot)}; {show(data)} is not a number", "type")
-    return _Finding(place.path, f"needs {describe(slot)} (got {show(data)})", "type")
+    return _Finding(place.path, f"needs {describe(slot)} (got {show(data)})", "type", key=data is None)
 
 
 def _unknown_key(place: _Place) -> _Finding:
@@ -190,8 +193,6 @@ def _name_of(place: _Place) -> str:
 
 def _bad_kind(place: _Place) -> _Finding:
     kinds = list(place.slot.models)
-    if not isinstance(place.data, dict):
-        return _Finding(place.path, f"needs a mapping with a kind: one of {', '.join(kinds)} (got {show(place.data)})", "type")
     if "kind" not in place.data:
         return _Finding(place.path, f"`kind` is missing: one of {', '.join(kinds)}", "missing-kind", key=True)
     kind = place.data["kind"]
@@ -222,8 +223,8 @@ def _bad_text(place: _Place) -> _Finding:
     return _Finding(place.path, f"{_quoted(place.data)} is not {what}" + (f": {form}" if form else ""), "form")
 
 
-def _bad_name(place: _Place, name: str) -> _Finding:
-    message = f"{_quoted(name)} is not a name: a letter, then letters, digits or _, at most 48 in all"
+def _bad_name(place: _Place) -> _Finding:
+    message = f"{_quoted(str(place.path[-1]))} is not a name: a letter, then letters, digits or _, at most 48 in all"
     return _Finding(place.path, message, "form", key=True)
 
 

@@ -18,7 +18,8 @@ MAX_SCALAR = 20_000
 Step = str | int
 Path = tuple[Step, ...]
 
-_Parser: Any = getattr(yaml, "CParser", None) or yaml.BaseLoader
+# libyaml where it is there: ten times as fast, with the same events.
+_Parser: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 
 
 class Node:

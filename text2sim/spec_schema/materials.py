@@ -5,6 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from text2sim.spec_schema.base import Bool, Fraction, Integer, Model, NonNegative, Positive, Real, Vec3
+from text2sim.spec_schema.colors import Color, ColorName
 
 
 class Material(Model):
@@ -16,7 +17,7 @@ class Material(Model):
     """Mass [kg] of one copy, instead of `density`."""
     friction: Real = Field(default=0.5, ge=0.01, le=5.0)
     """Coulomb coefficient. A pair of bodies slides with the larger of its two values."""
-    restitution: Real | None = Field(default=None, ge=0.0, le=0.98)
+    restitution: Real | None = Field(default=None, ge=0.0, le=0.995)
     """Bounce: speed after over speed before, between two bodies of this material. The engine has no such
     coefficient; it is made from the damping of the contact, which needs a short time step."""
 
@@ -38,7 +39,7 @@ Finish = Literal["rough", "plastic", "smooth", "metal", "concrete", "wood", "rub
 class Look(Model):
     """Colour and surface. Never changes the physics."""
 
-    color: str | Vec3 | list[str] | None = None
+    color: Color | list[ColorName] | None = None
     """A name (`terracotta`), `#rrggbb`, three numbers in 0..1, or a list of names that copies take in turn."""
     finish: Finish = "rough"
     """Surface of the body."""

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from text2sim.spec_schema.base import Integer, Model, Name, NonNegative, Positive, Real, Seconds, Selector, Vec3, Window
+from text2sim.spec_schema.colors import Color
 
 Target = Vec3 | Selector
 """A point [m], or a body whose place (of its first copy, if there are several) is looked at."""
@@ -83,7 +84,7 @@ class Sun(Model):
     kind: Literal["sun"]
     direction: Vec3 = (-0.4, 0.5, -1.0)
     """The way the light goes."""
-    color: str | Vec3 = "white"
+    color: Color = "white"
     strength: NonNegative = 3.0
 
 
@@ -93,7 +94,7 @@ class Softbox(Model):
     kind: Literal["softbox"]
     direction: Vec3
     """The way the light goes."""
-    color: str | Vec3 = "white"
+    color: Color = "white"
     strength: NonNegative = 3.0
 
 
@@ -103,7 +104,7 @@ class Lamp(Model):
     kind: Literal["lamp"]
     pos: Vec3
     """Where it stands [m]."""
-    color: str | Vec3 = "white"
+    color: Color = "white"
     strength: NonNegative = 10.0
 
 
@@ -123,7 +124,7 @@ class Render(Model):
     """The part [s] of the run that is shown."""
     quality: Literal["preview", "final"] = "preview"
     """`preview` is rasterised."""
-    background: str | Vec3 = "#d9e2ec"
+    background: Color = "#d9e2ec"
     """Colour behind everything."""
     ambient: NonNegative = 0.35
     """Light from everywhere."""

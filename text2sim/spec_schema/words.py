@@ -1,6 +1,5 @@
 """Types of the models in words: what a field takes, said to someone who writes a case."""
 
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
@@ -123,7 +122,7 @@ def bounds_of(slot: Slot) -> dict[str, Any]:
 def describe(slot: Slot) -> str:
     """Say what a slot takes: `a number greater than 0`, `3 numbers, or one of x, y, z`."""
     if slot.discriminator is not None:
-        return "a mapping with a kind"
+        return f"a mapping with a kind ({', '.join(slot.models)})"
     members = slot.members
     if len(members) > 1:
         said = list(dict.fromkeys(describe(member) for member in members))
@@ -167,7 +166,8 @@ def _plural(slot: Slot) -> str:
     if slot.base is str:
         return {"a name": "names", "a selector": "selectors"}.get(_text(slot), "texts")
     if get_origin(slot.base) in (tuple, list):
-        return f"lists of {describe(slot).removeprefix('a list of ')}"
+        inner = describe(slot).removeprefix("a list of ")
+        return f"lists of {inner}"
     return "values"
 
 
@@ -190,9 +190,10 @@ def show(value: object) -> str:
         return "true" if value else "false"
     if isinstance(value, str):
         short = value if len(value) <= 40 else value[:37] + "…"
-        return f"the text '{re.sub(r'[^ -~¡-￿]', ' ', short)}'"
+        printable = "".join(c if c.isprintable() else " " for c in short)
+        return f"the text '{printable}'"
     if isinstance(value, dict):
         return "a mapping"
     if isinstance(value, list | tuple):
-        return f"a list of {len(value)}" if value else "an empty list"
+        return f"a list of {len(value)} items" if len(value) > 1 else "a list of 1 item" if value else "an empty list"
     return f"{value:.12g}" if isinstance(value, float) else str(value)

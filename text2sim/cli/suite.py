@@ -1,4 +1,4 @@
-"""`text2sim test`"""
+"""The command `text2sim test`."""
 
 import sys
 from pathlib import Path
@@ -12,10 +12,10 @@ from text2sim.cli.run import AsJson, Force, Memory, Runs, Timeout
 
 if TYPE_CHECKING:
     from text2sim.cli.cases import Examined
-    from text2sim.harness.run import RunResult
+    from text2sim.harness.result import RunResult
 
 
-def test(
+def run_suite(
     paths: Annotated[list[Path], typer.Argument(help="Cases, or folders of cases.")],
     pattern: Annotated[str, typer.Option("-k", help="Only cases whose name contains this.")] = "",
     runs: Runs = Path("runs"),
@@ -40,7 +40,9 @@ def test(
     for row in rows:
         result = None
         if row.loaded is not None:
-            result = attempt(row, runs=runs, timeout=timeout, memory=memory, film=film, force=force, quiet=quiet)
+            result = attempt(
+                row, runs=runs, timeout=timeout, memory=memory, film=film, force=force, quiet=quiet
+            )
         word = "ERROR" if result is None else "PASS" if result.passed else "FAIL"
         tally[word] += 1
         code = max(code, row.exit if result is None else exit_of(result))
@@ -56,7 +58,11 @@ def test(
     elif not rows:
         say("no case matches", to=sys.stderr)
     else:
-        counts = [f"{n} {word}" for word, n in zip(("passed", "failed", "in error"), tally.values(), strict=True) if n]
+        counts = [
+            f"{n} {word}"
+            for word, n in zip(("passed", "failed", "in error"), tally.values(), strict=True)
+            if n
+        ]
         say(f"{', '.join(counts)} in {seconds(monotonic() - begun)}")
     raise typer.Exit(code)
 
@@ -70,10 +76,10 @@ def _say_row(word: str, row: "Examined", result: "RunResult | None") -> None:
         say_problems(row.problems, row.sources)
         return
     rows = expectation_rows(result.expectations)
-    passed = sum(ok for ok, _, _ in rows)
+    passed = sum(ok is True for ok, _, _ in rows)
     again = "" if result.work.value == "simulated" else f" ({result.work.value})"
     say(f"{word} {result.case} ({passed}/{len(rows)}) {seconds(result.wall)}{again}")
-    for ok, name, reason in rows:
+    for ok, name, words in rows:
         if not ok:
-            say(f"    {name}: {reason}")
+            say(f"    {name}: {words}")
     say_failure(row, result)

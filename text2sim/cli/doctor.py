@@ -1,0 +1,29 @@
+"""The command `text2sim doctor`."""
+
+from typing import Annotated
+
+import typer
+
+from text2sim.cli import exits
+
+
+def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False) -> None:
+    """Say what this machine has and what it lacks, and how to mend that. Takes about ten seconds."""
+    from dataclasses import asdict
+
+    from text2sim.cli.output import say, say_json
+    from text2sim.harness.machine import inspect_machine
+
+    findings = inspect_machine()
+    ready = all(finding.ok for finding in findings if finding.severity == "required")
+    if as_json:
+        say_json({"ok": ready, "findings": [asdict(finding) for finding in findings]})
+        raise typer.Exit(exits.OK if ready else exits.MACHINE)
+    width = max(len(finding.name) for finding in findings)
+    for finding in findings:
+        mark = "ok" if finding.ok else "MISSING" if finding.severity == "required" else "none"
+        say(f"{mark:<8}{finding.name:<{width}}  {finding.value}")
+        if finding.fix:
+            say(f"{'':<8}{'':<{width}}  -> {finding.fix}")
+    say("ready to run cases" if ready else "not ready: what is MISSING must be mended first")
+    raise typer.Exit(exits.OK if ready else exits.MACHINE)

@@ -1,0 +1,69 @@
+"""The command `text2sim fmt`."""
+
+import difflib
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from text2sim.cli import exits
+
+
+def fmt(
+    cases: Annotated[list[Path], typer.Argument(help="Case folders, case.yaml files, or folders of cases.")],
+    check: Annotated[
+        bool, typer.Option("--check", help="Write nothing; exit 1 if a file would change.")
+    ] = False,
+    diff: Annotated[bool, typer.Option("--diff", help="Write nothing; print what would change.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """Bring cases into their one canonical form: order, indentation, quotes. Comments stay."""
+    from text2sim.cli.cases import case_file, find_cases
+    from text2sim.cli.output import problems_of, say, say_json, say_problems, shown
+    from text2sim.spec_schema.canonical import format_source
+    from text2sim.spec_schema.errors import Text2SimError
+    from text2sim.spec_schema.source import read_source
+
+    code, documents = exits.OK, []
+    for path in find_cases(cases):
+        file = case_file(path)
+        try:
+            source = read_source(file)
+            text = format_source(source)
+            changed = text != source.text
+            if changed and not (check or diff):
+                _replace(file, text)
+        except (Text2SimError, OSError) as error:
+            code = exits.INPUT
+            problems = problems_of(error, file)
+            documents.append({"file": str(file), "problems": [problem.as_dict() for problem in problems]})
+            if not as_json:
+                say_problems(problems, {})
+            continue
+        documents.append({"file": str(file), "changed": changed, "problems": []})
+        if not changed:
+            continue
+        if check or diff:
+            code = max(code, exits.PHYSICS)
+        if diff and not as_json:
+            before, after = source.text.splitlines(keepends=True), text.splitlines(keepends=True)
+            for line in difflib.unified_diff(before, after, shown(file), f"{shown(file)} (canonical)"):
+                say(line.rstrip("\n"))
+        elif not as_json:
+            say(f"{'would change' if check else 'changed'}: {shown(file)}", to=sys.stderr if check else None)
+    if as_json:
+        say_json({"ok": code == exits.OK, "files": documents})
+    raise typer.Exit(code)
+
+
+def _replace(file: Path, text: str) -> None:
+    from text2sim.harness.record import write_atomically
+    from text2sim.spec_schema.errors import RunError
+
+    if file.is_symlink():
+        raise RunError("a symbolic link is not written through; name the file itself")
+    mode = file.stat().st_mode
+    write_atomically(file, text)
+    os.chmod(file, mode)

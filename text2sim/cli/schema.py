@@ -1,0 +1,24 @@
+"""The command `text2sim schema`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def schema(
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", help="File to write; printed if left out.")
+    ] = None,
+) -> None:
+    """Print the JSON Schema of the language, for editors and for models."""
+    from text2sim.cli.output import say, shown
+    from text2sim.harness.record import write_atomically
+    from text2sim.spec_schema.json_schema import schema_text
+
+    text = schema_text()
+    if out is None:
+        print(text, end="")
+        return
+    write_atomically(out, text)
+    say(shown(out))

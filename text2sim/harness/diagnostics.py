@@ -1,0 +1,114 @@
+"""What a recording says about itself, asked or not: energy, overlap, speed, limits, and what is no number."""
+
+from typing import Any
+
+import numpy as np
+
+from text2sim.harness.recording import Recording
+from text2sim.harness.selection import base_name
+from text2sim.harness.states import Array
+from text2sim.spec_schema.actions import Force, Impulse, Torque
+
+
+def extremes(time: Array, values: Array) -> dict[str, Any]:
+    """Return first, last, smallest and largest value of a series with their times [s]; None where there is none."""
+    finite = np.flatnonzero(np.isfinite(values))
+    if not len(finite):
+        return dict.fromkeys(("first", "last", "min", "min_at", "max", "max_at"))
+    low, high = finite[np.argmin(values[finite])], finite[np.argmax(values[finite])]
+    return {
+        "first": values[0], "last": values[-1], "min": values[low], "min_at": time[low],
+        "max": values[high], "max_at": time[high],
+    }  # fmt: skip
+
+
+def energy_account(recording: Recording) -> dict[str, Any]:
+    """Return the mechanical energy of all loose bodies over the run, and the work of the motors [J].
+
+    Work is the integral of the motors' force times velocity over hinges and sliders of loose bodies, by trapezoids
+    between frames. `change` is what the energy gained beyond that work: friction, damping and impacts make it negative;
+    a positive one has another source, listed in `not_counted`, or the solver made it up.
+    """
+    states, cast = recording.states, recording.cast
+    links = np.array([link for target in cast.loose for link in target.links], dtype=np.int64)
+    total = (recording.kinetic(links) + recording.potential(links)).sum(axis=1)
+    loose = {target.copy for target in cast.loose}
+    dofs = [j.dof[0] for j in states.joints if j.kind in ("hinge", "slider") and j.body in loose]
+    power = (states.dofs_force[:, dofs].astype(float) * states.dofs_velocity[:, dofs]).sum(axis=1) if dofs else 0.0 * total
+    work = float(np.trapezoid(power, states.time)) if states.frames > 1 else 0.0
+    row = extremes(states.time, total)
+    known = row["first"] is not None and row["last"] is not None
+    controls = recording.case.actions.controls
+    pushes = [name for name, c in controls.items() if isinstance(c, Force | Torque | Impulse)]
+    not_counted = [f"work of the control `{name}`" for name in pushes]
+    not_counted += [f"work of the driven body `{name}`" for name in cast.driven]
+    if any(not link.fixed and link.mass <= 0 for link in states.links if link.body in loose):
+        not_counted.append("links without mass")
+    return {
+        "unit": "J", "start": row["first"], "end": row["last"], "min": row["min"], "min_at": row["min_at"],
+        "max": row["max"], "max_at": row["max_at"], "work_of_motors": work,
+        "change": row["last"] - row["first"] - work if known else None, "not_counted": not_counted,
+    }  # fmt: skip
+
+
+def energy_series(recording: Recording) -> dict[str, Array]:
+    """Return kinetic, potential and total energy (F,) [J] of all loose bodies."""
+    links = np.array([link for target in recording.cast.loose for link in target.links], dtype=np.int64)
+    kinetic, potential = recording.kinetic(links).sum(axis=1), recording.potential(links).sum(axis=1)
+    return {"kinetic": kinetic, "potential": potential, "total": kinetic + potential}
+
+
+def largest_penetration(recording: Recording) -> dict[str, Any] | None:
+    """Return the deepest overlap of the run [m], between which links, and when; None without contacts."""
+    log = recording.contacts
+    rows = np.flatnonzero(np.isfinite(log.depth))
+    if not len(rows):
+        return None
+    row = rows[np.argmax(log.depth[rows])]
+    names = [recording.cast.label_of_link(i) for i in log.links[row]]
+    return {"value": log.depth[row], "unit": "m", "between": names, "time": log.step[row] * recording.states.dt}
+
+
+def first_non_finite(recording: Recording) -> dict[str, Any] | None:
+    """Return the first frame at which a recorded state is no finite number, and the bodies it struck."""
+    states = recording.states
+    bad = np.zeros((states.frames, len(states.links)), dtype=bool)
+    for rows in (states.pos, states.quat, states.vel, states.ang):
+        bad |= ~np.isfinite(rows).all(axis=2)
+    frames = np.flatnonzero(bad.any(axis=1))
+    if not len(frames):
+        return None
+    struck = [states.links[i].body for i in np.flatnonzero(bad[frames[0]])]
+    return {"time": states.time[frames[0]], "frame": int(frames[0]), "bodies": list(dict.fromkeys(struck))[:20]}
+
+
+def speed_extremes(recording: Recording) -> dict[str, Any]:
+    """Return the largest speed [m/s] of each body, when, and of which copy."""
+    found: dict[str, Any] = {}
+    for name, target in recording.cast.copies.items():
+        if recording.cast.is_static(name) or not recording.states.frames:
+            continue
+        speed = np.linalg.norm(recording.velocity(target), axis=1)
+        row = extremes(recording.states.time, speed)
+        body = base_name(name)
+        if row["max"] is not None and (body not in found or row["max"] > found[body]["max"]):
+            found[body] = {"max": row["max"], "at": row["max_at"], "copy": name, "unit": "m/s"}
+    return found
+
+
+def limit_overshoots(recording: Recording) -> list[dict[str, Any]]:
+    """Return how far joints went beyond their limits [rad or m], the farthest first."""
+    states, found = recording.states, []
+    for joint in states.joints:
+        if joint.kind not in ("hinge", "slider") or not states.frames:
+            continue
+        position = states.qpos[:, joint.q[0]].astype(float)
+        for end, limit, sign in (("lower", joint.limits[0], -1.0), ("upper", joint.limits[1], 1.0)):
+            if limit is None:
+                continue
+            row = extremes(states.time, sign * (position - limit))
+            if row["max"] is not None and row["max"] > 0:
+                label = joint.body if joint.name == base_name(joint.body) else f"{joint.body}.{joint.name}"
+                unit = "rad" if joint.kind == "hinge" else "m"
+                found.append({"joint": label, "end": end, "limit": limit, "by": row["max"], "at": row["max_at"], "unit": unit})
+    return sorted(found, key=lambda row: (-row["by"], row["joint"], row["end"]))

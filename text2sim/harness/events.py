@@ -1,0 +1,240 @@
+"""Events: moments at which something happened, found in a recording.
+
+Contacts have the resolution of a time step; what is read from frames is interpolated between them.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from text2sim.harness.geometry import depth_inside
+from text2sim.harness.contacts import Episode
+from text2sim.harness.measures import Series
+from text2sim.harness.recording import Recording
+from text2sim.harness.selection import SelectionError
+from text2sim.harness.states import Array
+from text2sim.spec_schema import actions as a
+
+LIMIT_TOUCH, LIMIT_LEAVE = 0.002, 0.02
+"""Parts of a joint's range: nearer to its end it counts as arrived, and farther away as gone again."""
+
+Occurrence = dict[str, Any]
+"""One time of an event: name, kind, time [s], and what is known about it."""
+
+
+@dataclass
+class EventLog:
+    """Every time of every declared event."""
+
+    occurrences: dict[str, list[Occurrence]] = field(default_factory=dict)
+    """By name, each sorted by time."""
+    problems: dict[str, str] = field(default_factory=dict)
+    """Why an event could not be looked for, by name."""
+
+    def first(self, name: str) -> float | None:
+        """First time [s] of an event, None if it never happened."""
+        times = self.occurrences.get(name)
+        return times[0]["time"] if times else None
+
+    def sorted(self) -> list[Occurrence]:
+        """Everything by time, then name."""
+        return sorted((o for rows in self.occurrences.values() for o in rows), key=_order)
+
+
+class EventError(ValueError):
+    """An event that cannot be looked for in this recording."""
+
+
+def find_events(recording: Recording, series: Mapping[str, Series]) -> EventLog:
+    """Find every declared event; one that comes `after` another is looked for once that is known."""
+    log = EventLog()
+    events = recording.case.actions.events
+    waiting = dict(events)
+    while waiting:
+        ready = [name for name, event in waiting.items() if event.after is None or event.after not in waiting]
+        if not ready:
+            for name in waiting:
+                log.occurrences[name] = []
+                log.problems[name] = "it waits for itself: `after` goes in a circle"
+            break
+        for name in ready:
+            event = waiting.pop(name)
+            since = 0.0 if event.after is None else log.first(event.after)
+            log.occurrences[name] = []
+            if event.after is not None and event.after not in events:
+                log.problems[name] = f"there is no event `{event.after}` to come after"
+            elif since is not None:  # what comes after something that never happened never happens either
+                _search(recording, series, name, event, since, log)
+    log.occurrences = {name: log.occurrences[name] for name in events}
+    return log
+
+
+def _search(
+    recording: Recording, series: Mapping[str, Series], name: str, event: a.Event, since: float, log: EventLog
+) -> None:
+    try:
+        rows = _FINDERS[event.kind](recording, series, event, since)
+    except (SelectionError, EventError) as error:
+        log.problems[name] = str(error)
+        return
+    if event.after is not None:
+        # Quiet may last on from before; all else has to happen anew.
+        rows = [row for row in rows if row["time"] > since or (event.kind == "rest" and row["time"] == since)]
+    log.occurrences[name] = sorted(({"name": name, "kind": event.kind, **row} for row in rows), key=_order)
+
+
+def _order(row: Occurrence) -> tuple[Any, ...]:
+    return row["time"], row["name"] or "", row.get("between", []), row.get("of", "")
+
+
+# --- from contacts --------------------------------------------------------------------------------------------
+
+
+def episode_row(episode: Episode) -> Occurrence:
+    """Return a touch as an occurrence. `impulse` is what the first of `between` was given by the second."""
+    return {
+        "time": episode.start, "end": episode.end, "ongoing": episode.ongoing, "between": [episode.first, episode.second],
+        "pos": list(episode.pos), "impulse": list(episode.impulse), "normal_impulse": episode.normal_impulse,
+        "impact_impulse": episode.impact_impulse, "peak_force": episode.peak_force, "penetration": episode.depth,
+    }  # fmt: skip
+
+
+def _episodes(recording: Recording, between: tuple[str, str]) -> list[Episode]:
+    if not recording.contacts.recorded:
+        raise EventError("no contacts were recorded (scene.record.contacts is false)")
+    cast = recording.cast
+    first = cast.select(between[0])
+    second = first if between[0] == between[1] else cast.select(between[1])
+    groups = cast.groups(first)
+    touches = recording.contacts.between(groups, groups if second is first else cast.groups(second))
+    return recording.contacts.episodes(touches, first, second)
+
+
+def _contact(recording: Recording, series: Any, event: a.ContactEvent, since: float) -> list[Occurrence]:
+    """Touches begin. A touch counts if it gives `min_impulse` within its first 50 ms: by resting on something for
+    long enough, a feather gives any impulse."""
+    return [episode_row(e) for e in _episodes(recording, event.between) if e.impact_impulse >= event.min_impulse]
+
+
+def _separation(recording: Recording, series: Any, event: a.SeparationEvent, since: float) -> list[Occurrence]:
+    """Touches end, and there is none of that pair for a while; a touch too near the end of the run is left open."""
+    episodes = _episodes(recording, event.between)
+    rows = []
+    for episode, following in zip(episodes, [*episodes[1:], None], strict=True):
+        same = following is not None and (episode.first, episode.second) == (following.first, following.second)
+        until = following.start if following is not None and same else recording.states.end
+        if until - episode.end >= event.for_ - 1e-9 and not episode.ongoing:
+            rows.append({"time": episode.end, "between": [episode.first, episode.second], "touched_since": episode.start})
+    return rows
+
+
+# --- from frames ----------------------------------------------------------------------------------------------
+
+
+def crossings(time: Array, height: Array) -> list[float]:
+    """Return the times [s] at which a series of numbers goes from negative to zero or more, between frames on a
+    straight line."""
+    with np.errstate(invalid="ignore"):
+        at = np.flatnonzero((height[:-1] < 0) & (height[1:] >= 0)) + 1
+    part = -height[at - 1] / (height[at] - height[at - 1])
+    return (time[at - 1] + part * (time[at] - time[at - 1])).tolist()
+
+
+def _threshold(recording: Recording, series: Mapping[str, Series], event: a.ThresholdEvent, since: float) -> list[Occurrence]:
+    """A measure passes a value; what is beyond it from the start has not passed it."""
+    measured = series.get(event.measure)
+    if measured is None or measured.problem:
+        raise EventError(measured.problem if measured else f"there is no measure `{event.measure}`")
+    height = measured.values - event.above if event.above is not None else (event.below or 0.0) - measured.values
+    bound = event.above if event.above is not None else event.below
+    return [{"time": t, "measure": event.measure, "value": bound} for t in crossings(recording.states.time, height)]
+
+
+def _rest(recording: Recording, series: Any, event: a.RestEvent, since: float) -> list[Occurrence]:
+    """All are slow for a while; the time is the beginning of the quiet. Turning is not looked at."""
+    time = recording.states.time
+    speeds = [np.linalg.norm(recording.velocity(t), axis=1) for t in recording.cast.select(event.of)]
+    if not len(time):
+        return []
+    height = event.speed - np.max(speeds, axis=0)
+    quiet = (height >= 0) & (time >= since)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], quiet, [False]]).astype(int)))
+    rows = []
+    for first, last in zip(edges[::2], edges[1::2] - 1, strict=True):
+        begin = float(time[first])
+        if first and height[first - 1] < 0:
+            begin = crossings(time[first - 1 : first + 1], height[first - 1 : first + 1])[0]
+        begin = max(begin, since)
+        if time[last] - begin >= event.for_ - 1e-9:
+            rows.append({"time": begin, "of": event.of})
+    return rows
+
+
+def _region(recording: Recording, series: Any, event: a.RegionEvent, since: float) -> list[Occurrence]:
+    """An origin enters or leaves a region."""
+    sign = 1.0 if event.kind == "enters" else -1.0
+    return _passages(recording, event.of, lambda points: sign * depth_inside(event.region, points))
+
+
+def _left_domain(recording: Recording, series: Any, event: a.LeftDomainEvent, since: float) -> list[Occurrence]:
+    """An origin leaves the scene's domain; what starts outside has left it at the start."""
+    domain = recording.case.scene.domain
+    if domain is None:
+        raise EventError("the scene has no domain that could be left")
+    return _passages(recording, event.of, lambda points: -depth_inside(domain, points), from_start=True)
+
+
+def _passages(
+    recording: Recording, selector: str, height: Callable[[Array], Array], from_start: bool = False
+) -> list[Occurrence]:
+    time, rows = recording.states.time, []
+    for target in recording.cast.select(selector):
+        origin = recording.origin(target)
+        high = height(origin)
+        times = crossings(time, high)
+        if from_start and len(high) and high[0] > 0:
+            times.insert(0, float(time[0]))
+        for t in times:
+            rows.append({"time": t, "of": target.label, "pos": [float(np.interp(t, time, column)) for column in origin.T]})
+    return rows
+
+
+def _joint_limit(recording: Recording, series: Any, event: a.JointLimitEvent, since: float) -> list[Occurrence]:
+    """A joint comes to within 0.2 % of its range of an end; again, once it has been 2 % away."""
+    time, rows = recording.states.time, []
+    for label, joint in recording.cast.select_joints(event.of):
+        low, high = joint.limits
+        if joint.kind not in ("hinge", "slider") or (low is None and high is None):
+            raise EventError(f"{label} has no limits")
+        position = recording.states.qpos[:, joint.q[0]].astype(float)
+        span = high - low if low is not None and high is not None else 1.0
+        for end, past in (("lower", low), ("upper", high)):
+            if past is None:
+                continue
+            beyond = (position - past if end == "upper" else past - position) + LIMIT_TOUCH * span
+            arrivals = ([float(time[0])] if len(time) and beyond[0] >= 0 else []) + crossings(time, beyond)
+            before = None
+            for t in arrivals:
+                between = beyond[(time > (before or 0.0)) & (time < t)]
+                if before is None or (len(between) and between.min() < -LIMIT_LEAVE * span):
+                    rows.append({"time": t, "of": label, "end": end, "limit": past})
+                before = t
+    return rows
+
+
+def _released(recording: Recording, series: Any, event: a.ReleasedEvent, since: float) -> list[Occurrence]:
+    """The time at which the case lets go."""
+    controls = recording.case.actions.controls
+    attach = controls.get(event.attach)
+    if not isinstance(attach, a.Attach):
+        raise EventError(f"there is no attach `{event.attach}`")
+    times = sorted(c.at for c in controls.values() if isinstance(c, a.Release) and c.attach == event.attach)
+    return [{"time": t, "between": [attach.body, attach.to]} for t in times if t <= recording.states.end + 1e-9]
+
+
+_FINDERS: dict[str, Callable[[Recording, Mapping[str, Series], Any, float], list[Occurrence]]] = {
+    "contact": _contact, "separation": _separation, "threshold": _threshold, "rest": _rest, "left_domain": _left_domain,
+    "enters": _region, "leaves": _region, "joint_limit": _joint_limit, "released": _released,
+}  # fmt: skip

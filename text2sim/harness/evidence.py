@@ -1,0 +1,196 @@
+"""Evidence: what a recorded run shows, and whether it is what was expected.
+
+A pure function of the recorded states and the case: judging again needs no simulation, and gives the same bytes.
+"""
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from text2sim.harness import diagnostics
+from text2sim.harness.contacts import Episode
+from text2sim.harness.events import EventLog, Occurrence, episode_row, find_events
+from text2sim.harness.expectations import Ending, Finding, judge_expectations
+from text2sim.harness.measures import Series, evaluate
+from text2sim.harness.outcome import read_status
+from text2sim.harness.record import RunRecord, write_atomically
+from text2sim.harness.recording import Recording
+from text2sim.harness.selection import base_name
+from text2sim.harness.states import Array
+from text2sim.harness.visibility import summarise_visibility
+from text2sim.spec_schema.case import Case
+
+EPISODES = 5_000
+"""Most undeclared touches that `events.jsonl` lists."""
+JOINTS = 50
+"""Most joint overshoots that the evidence lists."""
+STOPPED = ("interrupted", "running")
+"""States of a run that someone ended: what it did not reach is open. Of any other it counts as missed."""
+
+
+def judge(run_dir: Path, case: Case) -> dict[str, Any]:
+    """Judge a recorded run; write `events.jsonl`, `measures.csv` and `evidence.json`.
+
+    Args:
+        run_dir: The run folder.
+        case: The case, whose measures, events and expectations may have changed since the run.
+
+    Returns:
+        What stands in `evidence.json`.
+
+    Raises:
+        RunError: if nothing readable was recorded.
+    """
+    recording = Recording.load(run_dir, case)
+    states = recording.states
+    state, message, where = _outcome(run_dir)
+    ending = Ending(states.end, case.scene.duration, state == "finished", state in STOPPED)
+    series = evaluate(recording)
+    with np.errstate(all="ignore"):  # a diverged run holds numbers that overflow
+        events = find_events(recording, series)
+        findings = judge_expectations(case.actions.expect, states.time, series, events, ending)
+        touches, contacts = _touches(recording)
+        verdict, why = _verdict(findings, state, message)
+        evidence = {
+            "case": case.name,
+            "verdict": verdict,
+            "why": why,
+            "state": state,
+            "message": message,
+            "where": where,
+            "time": {"reached": states.end, "duration": case.scene.duration, "dt": states.dt, "frames": states.frames},
+            "expect": {finding.name: finding.as_dict() for finding in findings},
+            "measures": {name: _summary(states.time, row) for name, row in series.items()},
+            "events": {name: _times(events, name) for name in events.occurrences},
+            "energy": diagnostics.energy_account(recording),
+            "penetration": diagnostics.largest_penetration(recording),
+            "non_finite": diagnostics.first_non_finite(recording),
+            "speeds": diagnostics.speed_extremes(recording),
+            "joint_limits": diagnostics.limit_overshoots(recording)[:JOINTS],
+            "driven": recording.cast.driven,
+            "contacts": contacts,
+            "visibility": summarise_visibility(run_dir, list(case.bodies)),
+            "left_out": [*states.losses, *_left_out(contacts)],
+        }
+    plain = to_plain(evidence)
+    rows = sorted([*events.sorted(), *touches], key=lambda row: (row["time"], row["name"] or "", row.get("between", [])))
+    write_atomically(run_dir / "events.jsonl", "".join(dump_line(row) + "\n" for row in rows))
+    write_atomically(run_dir / "measures.csv", _csv(states.time, series))
+    write_atomically(run_dir / "evidence.json", json.dumps(plain, indent=1, sort_keys=True, allow_nan=False) + "\n")
+    return plain
+
+
+def to_plain(value: Any) -> Any:
+    """Return data as strict JSON knows it: numbers with nine digits, None for what is no finite number."""
+    if isinstance(value, Mapping):
+        return {str(key): to_plain(row) for key, row in value.items()}
+    if isinstance(value, np.ndarray):
+        return to_plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [to_plain(row) for row in value]
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    if isinstance(value, int | np.integer):
+        return int(value)
+    if isinstance(value, float | np.floating):
+        return float(f"{value:.9g}") + 0.0 if math.isfinite(value) else None
+    return value if value is None else str(value)
+
+
+def dump_line(row: Mapping[str, Any]) -> str:
+    """Return a record as one line of strict JSON."""
+    return json.dumps(to_plain(row), sort_keys=True, allow_nan=False)
+
+
+def _outcome(run_dir: Path) -> tuple[str, str, Any]:
+    """Return (state, message, where) of a run: from its record, or from what the program itself said."""
+    status = read_status(run_dir / "status.json")
+    where = status.get("where") or None
+    record = RunRecord.read(run_dir)
+    if record is not None and record.state != "running":
+        return record.state, record.message, where or record.where
+    state = str(status.get("state") or "interrupted")
+    return state, "" if state == "finished" else str(status.get("message") or ""), where
+
+
+def _verdict(findings: list[Finding], state: str, message: str) -> tuple[str, str]:
+    """Return (passed, failed or incomplete; the reason)."""
+    missed = [finding.name for finding in findings if finding.ok is False]
+    ended = f"the run {'ended as' if state != 'diverged' else 'has'} {state}{': ' + message if message else ''}"
+    if missed:
+        first = f"{len(missed)} of {len(findings)} expectations missed: {', '.join(missed)}"
+        return "failed", first if state == "finished" else f"{ended}; {first}"
+    if state in STOPPED:
+        return "incomplete", "the run was stopped before its end"
+    if state != "finished":
+        return "failed", ended
+    return "passed", f"all {len(findings)} expectations came true" if findings else "it ran to its end; nothing was expected"
+
+
+def _summary(time: Array, series: Series) -> dict[str, Any]:
+    return {"unit": series.unit, "problem": series.problem or None, **diagnostics.extremes(time, series.values)}
+
+
+def _times(events: EventLog, name: str) -> dict[str, Any]:
+    times = [row["time"] for row in events.occurrences[name]]
+    return {
+        "count": len(times), "first": times[0] if times else None, "last": times[-1] if times else None,
+        "problem": events.problems.get(name),
+    }  # fmt: skip
+
+
+def _touches(recording: Recording) -> tuple[list[Occurrence], dict[str, Any]]:
+    """Return the touches between different bodies as occurrences without a name, and how many there were."""
+    cast, log = recording.cast, recording.contacts
+    targets = list(cast.copies.values())
+    bodies = list(dict.fromkeys(base_name(t.copy) for t in targets))
+    body = np.array([bodies.index(base_name(t.copy)) for t in targets], dtype=np.int64)
+    named = np.array([name in _named_with_itself(recording.case) for name in bodies], dtype=bool)
+    touches = log.between(cast.copy_of_link, cast.copy_of_link)
+    first, second = body[touches.pair[:, 0]], body[touches.pair[:, 1]]
+    listed = (first != second) | named[first]
+    hidden = log.count_episodes(touches.only(~listed))
+    episodes = log.episodes(touches.only(listed), targets, targets)
+    total = len(episodes)
+    if total > EPISODES:
+        episodes = sorted(episodes, key=_weight)[:EPISODES]
+    rows = [{"name": None, "kind": "contact", **episode_row(episode)} for episode in episodes]
+    return rows, {
+        "recorded": log.recorded, "rows": len(log.step), "episodes": total + hidden, "listed": len(episodes),
+        "left_out": total - len(episodes), "within_repeated_bodies": hidden,
+    }  # fmt: skip
+
+
+def _weight(episode: Episode) -> tuple[float, float, str, str]:
+    size = math.hypot(*episode.impulse)
+    return (-size if math.isfinite(size) else -math.inf, episode.start, episode.first, episode.second)
+
+
+def _named_with_itself(case: Case) -> set[str]:
+    """Bodies whose copies the case itself watches touching each other."""
+    pairs = [e.between for e in case.actions.events.values() if e.kind in ("contact", "separation")]  # type: ignore[union-attr]
+    pairs += [(m.of, m.by) for m in case.actions.measures.values() if getattr(m, "by", None)]  # type: ignore[union-attr]
+    bases = [tuple(base_name(name.partition(".")[0]) for name in pair) for pair in pairs]
+    return {a for a, b in bases if a == b}
+
+
+def _left_out(contacts: dict[str, Any]) -> list[str]:
+    rows = []
+    if contacts["left_out"]:
+        rows.append(f"events.jsonl: {contacts['left_out']} of the smaller touches between bodies (it lists {EPISODES})")
+    if contacts["within_repeated_bodies"]:
+        rows.append(f"events.jsonl: {contacts['within_repeated_bodies']} touches between copies of one body")
+    if not contacts["recorded"]:
+        rows.append("contacts were not recorded (scene.record.contacts is false)")
+    return rows
+
+
+def _csv(time: Array, series: Mapping[str, Series]) -> str:
+    table = np.column_stack([time, *(row.values for row in series.values())]) if len(time) else np.zeros((0, 1))
+    lines = [",".join(["time", *series])]
+    lines += [",".join(f"{v:.9g}" if math.isfinite(v) else "" for v in row) for row in table.tolist()]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,74 @@
+"""What a run did and what came of it."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from text2sim.harness.folder import Work
+from text2sim.spec_schema.errors import Problem
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What `run_case` did and what came of it."""
+
+    case: str
+    """Name of the case."""
+    folder: Path
+    """The run folder."""
+    work: Work
+    """How much had to be done."""
+    state: str
+    """One of `record.STATES`."""
+    time: float
+    """Simulated time reached [s]."""
+    message: str
+    """Why the simulation ended early; empty if it did not."""
+    problem: Problem | None
+    """The same, at the line of the case to blame, if that is known."""
+    evidence: dict[str, Any] | None
+    """As in `evidence.json`; None if nothing was recorded."""
+    film: Path | None
+    film_message: str
+    """Why there is no film although there should be one."""
+    report: Path | None
+    stopped: bool
+    """Whether someone asked to stop."""
+    warnings: list[Problem] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    timings: dict[str, float] = field(default_factory=dict)
+    """Wall time of each phase [s] of this call."""
+    wall: float = 0.0
+    """Wall time [s] of this call."""
+
+    @property
+    def expectations(self) -> dict[str, dict[str, Any]]:
+        """The expectations of the case by name: `ok`, `wanted`, `why`, `value`, `unit`, as in `evidence.json`."""
+        return (self.evidence or {}).get("expect", {})
+
+    @property
+    def passed(self) -> bool:
+        """Whether the simulation came to its end and everything expected came true."""
+        return self.state == "finished" and (self.evidence or {}).get("verdict") == "passed"
+
+    def as_dict(self) -> dict[str, Any]:
+        """The result as plain data, for machines."""
+        return {
+            "case": self.case,
+            "folder": str(self.folder),
+            "work": self.work.value,
+            "state": self.state,
+            "time": self.time,
+            "passed": self.passed,
+            "message": self.message,
+            "problem": self.problem.as_dict() if self.problem else None,
+            "expect": self.expectations,
+            "film": str(self.film) if self.film else None,
+            "film_message": self.film_message,
+            "report": str(self.report) if self.report else None,
+            "log": str(self.folder / "log.txt"),
+            "warnings": [p.as_dict() for p in self.warnings],
+            "notes": self.notes,
+            "timings": {name: round(t, 3) for name, t in self.timings.items()},
+            "wall": round(self.wall, 3),
+        }

@@ -1,0 +1,592 @@
+"""Records a rigid-body run of Genesis while it happens, and films it from what was recorded.
+
+`Recorder` writes link poses, joint states and contacts as they come; `film` puts the recorded states back into a built
+scene and draws them. Nothing is drawn while the simulation runs, so a machine without OpenGL simulates all the same.
+
+    OUT/progress.jsonl              one line per moment of progress
+    OUT/states/layout.json          what the columns of the states mean
+    OUT/states/chunk_00000.npz      frames and contacts, each chunk whole on disk before the next begins
+    OUT/geometry/index.json         link -> meshes, poses and colours, over geometry/<hash>.npz
+    OUT/video.mp4, first.png, frames/, visibility.json      written by `film`
+
+Units are SI, quaternions are (w, x, y, z), poses are of each link's authored frame in the world: where Genesis moves the
+frame of a free body to its centre of mass, that shift is taken out again.
+"""
+
+import hashlib
+import json
+import os
+import time
+from fractions import Fraction
+from pathlib import Path
+
+import genesis as gs
+import numpy as np
+from genesis.utils.misc import qd_to_numpy
+
+FRAMES_PER_CHUNK = 100
+SECONDS_PER_CHUNK = 5.0
+CONTACTS_IN_HAND = 200_000
+PROGRESS_PERIOD = 0.2
+JOINT_KINDS = {
+    gs.JOINT_TYPE.FIXED: "fixed",
+    gs.JOINT_TYPE.REVOLUTE: "hinge",
+    gs.JOINT_TYPE.PRISMATIC: "slider",
+    gs.JOINT_TYPE.SPHERICAL: "ball",
+    gs.JOINT_TYPE.FREE: "free",
+}
+QUATERNION_IN_QPOS = {"free": 3, "ball": 0}
+
+
+class NoOpenGL(RuntimeError):
+    """The scene cannot be drawn on this machine; whatever was recorded is unharmed."""
+
+
+class Divergence(RuntimeError):
+    """The state stopped making sense.
+
+    Attributes:
+        body: Copy name of the body it was first seen on, such as `brick[3]`.
+        quantity: `position`, `speed` or `solver`.
+        time: Simulated time [s].
+        value: Offending value, in SI units; may be nan or inf.
+    """
+
+    def __init__(self, body: str, quantity: str, time: float, value: float):
+        super().__init__(f"diverged at t = {time:.4g} s: {quantity} of {body} is {value:.4g}")
+        self.body, self.quantity, self.time, self.value = body, quantity, time, value
+
+
+class Progress:
+    """Appends what a run is doing to `progress.jsonl`, a few lines per second at most."""
+
+    def __init__(self, out: Path):
+        out.mkdir(parents=True, exist_ok=True)
+        self._file = (out / "progress.jsonl").open("a")
+        self._began = self._last = time.monotonic()
+
+    def __call__(self, phase: str, t: float = 0.0, duration: float = 0.0, *, force: bool = False, **more) -> None:
+        """Reports simulated time `t` [s] of `duration` [s] within `phase`; `force` is for beginnings and ends."""
+        now = time.monotonic()
+        if force or now - self._last >= PROGRESS_PERIOD:
+            self._last = now
+            line = {"phase": phase, "t": round(t, 6), "duration": duration, "wall": round(now - self._began, 3), **more}
+            self._file.write(json.dumps(line) + "\n")
+            self._file.flush()
+
+
+def build(scene) -> None:
+    """Builds the scene without opening an OpenGL context.
+
+    The last act of `scene.build()` is to build the visualizer, which needs OpenGL even when nothing is drawn. Here
+    that is left to `film`.
+    """
+    scene.visualizer.build = lambda: None
+    try:
+        scene.build()
+    finally:
+        del scene.visualizer.build
+
+
+class Recorder:
+    """Writes the states and contacts of every rigid body of a built scene.
+
+    Args:
+        scene: Built scene with one environment.
+        bodies: Copy name -> entity, statics included.
+        out: Folder of the run.
+        dt: Length of a step [s].
+        every: Steps between recorded frames. Contacts are kept for every step.
+        duration: Simulated time the run aims at [s].
+        speed_limit: Speed of a centre of mass above which the run has diverged [m/s].
+    """
+
+    def __init__(self, scene, bodies: dict, out: Path, dt: float, every: int, duration: float, *, speed_limit=200.0):
+        self._solver = scene.rigid_solver
+        self._bodies, self._out, self._dt, self._every, self._duration = bodies, Path(out), dt, every, duration
+        self._speed_limit = speed_limit
+        self._progress = Progress(self._out)
+        self._link_bodies = _link_bodies(scene, bodies)
+        self._frames = []
+        self._chunk = 0
+        self._flushed = time.monotonic()
+        self._step = 0
+        self._contacts = _Contacts(self._solver)
+
+    def start(self) -> None:
+        """Writes layout and geometry and records frame 0; call when initial conditions are set."""
+        states = self._out / "states"
+        states.mkdir(parents=True, exist_ok=True)
+        for stale in states.glob("chunk_*.npz"):
+            stale.unlink()
+        self._offsets = _link_offsets(self._solver)
+        self._shifted = np.flatnonzero(np.abs(self._offsets - [0, 0, 0, 1, 0, 0, 0]).max(axis=1) > 1e-9)
+        expected = round(self._duration / self._dt) // self._every + 1
+        layout = {"dt": self._dt, "every": self._every, "duration": self._duration, "n_frames": expected}
+        _write_json(states / "layout.json", layout | _layout(self._solver, self._bodies, self._link_bodies, self._offsets))
+        _write_geometry(self._solver, self._out / "geometry", self._offsets)
+        self._progress("simulate", 0.0, self._duration, force=True)
+        self._record(0.0)
+
+    def after_step(self, step: int) -> None:
+        """Takes in one step.
+
+        Args:
+            step: Number of steps made so far, so 1 after the first.
+
+        Raises:
+            Divergence: A value is not finite or a body is too fast. All sound frames are on disk by then.
+        """
+        self._step = step
+        self._contacts.gather(step)
+        if step % self._every == 0:
+            self._record(step * self._dt)
+            self._progress("simulate", step * self._dt, self._duration)
+        if len(self._frames) >= FRAMES_PER_CHUNK or time.monotonic() - self._flushed > SECONDS_PER_CHUNK:
+            self._flush()
+
+    def diverged(self, error: gs.GenesisException) -> Divergence | None:
+        """Turns the solver's own complaint about nan into a `Divergence`; None if `error` is about something else."""
+        if "nan" not in str(error) and "not finite" not in str(error):
+            return None
+        self._flush()
+        t, frame = self._step * self._dt, self._grab()
+        return self._check(t, frame) or Divergence(self._fastest(frame), "solver", t, float("nan"))
+
+    def close(self, state: str) -> None:
+        """Writes what is in hand; `state` says how the run ended, such as `finished` or `diverged`."""
+        self._flush()
+        self._progress("simulate", self._step * self._dt, self._duration, force=True, state=state)
+
+    def _grab(self) -> dict[str, np.ndarray]:
+        """Reads the whole solver at once, a few microseconds per quantity whatever the number of bodies."""
+        solver = self._solver
+        tensors = {
+            "links_pos": solver.get_links_pos(),
+            "links_quat": solver.get_links_quat(),
+            "links_vel": solver.get_links_vel(ref=gs.link_ref_frame.link_COM),
+            "links_ang": solver.get_links_ang(),
+            "qpos": solver.get_qpos(),
+            "dofs_velocity": solver.get_dofs_velocity(),
+        }
+        frame = {name: tensor.cpu().numpy() for name, tensor in tensors.items()}
+        # The force the last substep applied, clipped to its range: `get_dofs_control_force` would give, at twenty
+        # times the cost, the one that the next substep is going to apply.
+        frame["dofs_control_force"] = qd_to_numpy(solver.dyn_state.dofs.qf_applied, transpose=True, copy=True)[0]
+        return frame
+
+    def _record(self, t: float) -> None:
+        frame = self._grab()
+        divergence = self._check(t, frame)
+        if divergence is not None:
+            self._flush()
+            raise divergence
+        frame["time"] = t
+        self._frames.append(frame)
+
+    def _check(self, t: float, frame: dict[str, np.ndarray]) -> Divergence | None:
+        """Looks for nan and speed. A nan fails both comparisons, so the sound case costs two reductions."""
+        vel, qpos = frame["links_vel"], frame["qpos"]
+        squared = np.einsum("ij,ij->i", vel, vel)
+        if squared.max() <= self._speed_limit**2 and np.dot(qpos, qpos) < np.inf:
+            return None
+        poses = np.concatenate([frame["links_pos"], frame["links_quat"]], axis=1)
+        lost = np.flatnonzero(~np.isfinite(poses).all(axis=1))
+        if len(lost):
+            return Divergence(self._link_bodies[lost[0]], "position", t, float("nan"))
+        speed = float(np.sqrt(np.where(np.isfinite(squared), squared, np.inf).max()))
+        return Divergence(self._fastest(frame), "speed", t, speed)
+
+    def _fastest(self, frame: dict[str, np.ndarray]) -> str:
+        squared = (frame["links_vel"] ** 2).sum(axis=1)
+        return self._link_bodies[int(np.where(np.isfinite(squared), squared, np.inf).argmax())]
+
+    def _flush(self) -> None:
+        self._flushed = time.monotonic()
+        contacts = self._contacts.take()
+        if not self._frames and not len(contacts["contact_step"]):
+            return
+        chunk = {name: np.stack([frame[name] for frame in self._frames]) for name in self._frames[:1] and self._frames[0]}
+        if self._frames and len(self._shifted):
+            offset_pos, offset_quat = self._offsets[self._shifted, :3], self._offsets[self._shifted, 3:]
+            quat = _multiply(chunk["links_quat"][:, self._shifted], offset_quat * [1, -1, -1, -1])
+            chunk["links_pos"][:, self._shifted] -= _rotate(quat, offset_pos)
+            chunk["links_quat"][:, self._shifted] = quat
+        chunk = {name: array if name == "time" else array.astype(np.float32) for name, array in chunk.items()}
+        _write_npz(self._out / "states" / f"chunk_{self._chunk:05d}.npz", chunk | contacts)
+        self._chunk += 1
+        self._frames = []
+
+
+class _Contacts:
+    """Every contact of every step, summed per pair of links before it is written.
+
+    On the CPU the solver's buffers are read in place (10 us a step against 70 us for `collider.get_contacts`). With
+    substeps, a step's contacts are those of its last substep.
+    """
+
+    def __init__(self, solver):
+        self._n_links, self._collider = solver.n_links, solver.collider
+        self._steps, self._rows, self._done, self._in_hand = [], [], [], 0
+        self._in_place = gs.use_zerocopy and gs.backend == gs.cpu and self._collider is not None
+        if self._in_place:
+            state = self._collider.collider_state
+            self._count = qd_to_numpy(state.n_contacts, copy=False)
+            self._order = qd_to_numpy(state.contact_sort_idx, transpose=True, copy=False)[0]
+            fields = (getattr(state.contact_data, name) for name in ("link_a", "link_b", "pos", "normal", "force", "penetration"))
+            self._views = [qd_to_numpy(field, transpose=True, copy=False)[0] for field in fields]
+
+    def gather(self, step: int) -> None:
+        if self._in_place:
+            live = self._order[: self._count[0]]
+            row = [view[live] for view in self._views]
+        elif self._collider is not None:
+            contacts = self._collider.get_contacts(as_tensor=True, to_torch=False)
+            row = [contacts[name] for name in ("link_a", "link_b", "position", "normal", "force", "penetration")]
+        else:
+            return
+        if len(row[0]):
+            self._steps.append(np.full(len(row[0]), step))
+            self._rows.append(row)
+            self._in_hand += len(row[0])
+            if self._in_hand > CONTACTS_IN_HAND:
+                self._reduce()
+
+    def take(self) -> dict[str, np.ndarray]:
+        """Contacts since the last call, n pairs of touching links over all steps, sorted by step, then links.
+
+        Returns:
+            contact_step (n,): Step after which the pair touched, 1 being the first.
+            contact_links (n, 2): Link indices a < b.
+            contact_force (n, 3): Force on b [N]; a feels the opposite.
+            contact_normal_force (n,): Sum of the magnitudes along the contact normals [N].
+            contact_pos (n, 3): Mean point of contact, weighted by force [m].
+            contact_penetration (n,): Deepest overlap [m].
+            contact_count (n,): Points of contact that were summed.
+        """
+        self._reduce()
+        done, self._done = self._done, []
+        return {name: np.concatenate([part[name] for part in done]) for name in done[0]}
+
+    def _reduce(self) -> None:
+        if self._rows:
+            step = np.concatenate(self._steps)
+            a, b, pos, normal, force, depth = (np.concatenate(column) for column in zip(*self._rows, strict=True))
+        else:
+            step = a = b = np.zeros(0, np.int64)
+            pos = normal = force = np.zeros((0, 3), np.float32)
+            depth = np.zeros(0, np.float32)
+        low, high = np.minimum(a, b), np.maximum(a, b)
+        key = (step * self._n_links + low) * self._n_links + high
+        order = np.argsort(key, kind="stable")
+        first = np.flatnonzero(np.diff(key[order], prepend=-1))
+        force = np.where((a > b)[:, None], -force, force)[order]
+        along = np.abs(np.einsum("ij,ij->i", force, normal[order]))
+        weight = (np.linalg.norm(force, axis=1) + 1e-9)[:, None]
+
+        def total(values):
+            return np.add.reduceat(values, first, axis=0) if len(first) else values
+
+        self._done.append({
+            "contact_step": step[order][first].astype(np.int32),
+            "contact_links": np.stack([low, high], axis=1)[order][first].astype(np.int32),
+            "contact_force": total(force).astype(np.float32),
+            "contact_normal_force": total(along).astype(np.float32),
+            "contact_pos": (total(pos[order] * weight) / total(weight)).astype(np.float32),
+            "contact_penetration": np.maximum.reduceat(depth[order], first) if len(first) else depth,
+            "contact_count": np.diff(first, append=len(order)).astype(np.int32),
+        })
+        self._steps, self._rows, self._in_hand = [], [], 0
+
+
+def _link_bodies(scene, bodies: dict) -> list[str]:
+    """Copy name of the body that each link of the solver belongs to."""
+    names = {entity.idx: name for name, entity in bodies.items()}
+    return [names.get(link.entity.idx, link.entity.name) for link in scene.rigid_solver.links]
+
+
+def _link_offsets(solver) -> np.ndarray:
+    """Pose of the solver's frame of each link within the authored frame, shape (L, 7): position and quaternion."""
+    solver_pos, solver_quat, pos, quat = (
+        get(relative=relative).cpu().numpy().astype(float)
+        for relative in (False, True)
+        for get in (solver.get_links_pos, solver.get_links_quat)
+    )
+    inverse = quat * [1, -1, -1, -1]
+    offsets = np.concatenate([_rotate(inverse, solver_pos - pos), _multiply(inverse, solver_quat)], axis=1)
+    offsets[(solver_pos == pos).all(axis=1) & (solver_quat == quat).all(axis=1)] = [0, 0, 0, 1, 0, 0, 0]
+    return offsets
+
+
+def _layout(solver, bodies: dict, link_bodies: list[str], offsets: np.ndarray) -> dict:
+    """Describes the columns of the states: links in order with their inertia, joints with their slices."""
+    mass, com, inertia = (
+        tensor.cpu().numpy().astype(float)
+        for tensor in (solver.get_links_mass(), solver.get_links_COM(), solver.get_links_inertia())
+    )
+    axes = qd_to_numpy(solver.dyn_info.links.inertial_quat, copy=True).reshape(-1, 4).astype(float)
+    com = offsets[:, :3] + _rotate(offsets[:, 3:], com)
+    rotation = _rotate(_multiply(offsets[:, 3:], axes)[:, None], np.eye(3)).swapaxes(1, 2)
+    inertia = rotation @ inertia @ rotation.swapaxes(1, 2)
+    links = [
+        {
+            "body": link_bodies[link.idx],
+            "link": link.name,
+            "mass": float(mass[link.idx]),
+            "com": com[link.idx].tolist(),
+            "inertia": inertia[link.idx].tolist(),
+            "fixed": bool(link.is_fixed),
+        }
+        for link in solver.links
+    ]
+    limits = np.stack([bound.cpu().numpy() for bound in solver.get_dofs_limit()], axis=1).astype(float).tolist()
+    joints = [
+        {
+            "body": name,
+            "joint": joint.name,
+            "kind": JOINT_KINDS[joint.type],
+            "link": joint.link.idx,
+            "q": [joint.q_start, joint.q_start + joint.n_qs],
+            "dofs": [joint.dof_start, joint.dof_start + joint.n_dofs],
+            "limits": [[x if np.isfinite(x) else None for x in pair] for pair in limits[joint.dof_start : joint.dof_end]],
+        }
+        for name, entity in bodies.items()
+        for joint in entity.joints
+    ]
+    gravity = np.asarray(solver.get_gravity().cpu(), float).reshape(3).tolist()
+    engine = {"name": "genesis", "version": gs.__version__, "dtype": str(np.dtype(gs.np_float))}
+    return {"engine": engine, "gravity": gravity, "links": links, "joints": joints}
+
+
+def _write_geometry(solver, folder: Path, offsets: np.ndarray) -> None:
+    """Writes each distinct visual mesh once, and which links wear it where and in what colour."""
+    folder.mkdir(parents=True, exist_ok=True)
+    index = {}
+    for link in solver.links:
+        offset_pos, offset_quat = offsets[link.idx, :3], offsets[link.idx, 3:]
+        index[str(link.idx)] = worn = []
+        for vgeom in link.vgeoms:
+            mesh = vgeom.vmesh
+            arrays = {"vertices": np.asarray(mesh.verts, np.float32), "faces": np.asarray(mesh.faces, np.int32)}
+            if mesh.normals is not None:
+                arrays["normals"] = np.asarray(mesh.normals, np.float32)
+            if mesh.uvs is not None:
+                arrays["uvs"] = np.asarray(mesh.uvs, np.float32)
+            name = hashlib.sha256(b"".join(key.encode() + array.tobytes() for key, array in arrays.items())).hexdigest()[:16]
+            if not (folder / f"{name}.npz").exists():
+                _write_npz(folder / f"{name}.npz", arrays)
+            paint = vgeom.surface.get_rgba()
+            piece = {
+                "mesh": f"{name}.npz",
+                "pos": (offset_pos + _rotate(offset_quat, np.asarray(vgeom.init_pos, float))).tolist(),
+                "quat": _multiply(offset_quat, np.asarray(vgeom.init_quat, float)).tolist(),
+            }
+            if isinstance(paint, gs.textures.ImageTexture):
+                piece |= {"color": [1.0, 1.0, 1.0, 1.0], "texture": _write_texture(folder, paint.image_array)}
+            else:
+                piece["color"] = [float(x) for x in (*paint.color, 1.0)[:4]]
+            worn.append(piece)
+    _write_json(folder / "index.json", index)
+
+
+def _write_texture(folder: Path, image: np.ndarray) -> str:
+    from PIL import Image
+
+    name = f"{hashlib.sha256(image.tobytes()).hexdigest()[:16]}.png"
+    Image.fromarray(image).save(folder / name)
+    return name
+
+
+class States:
+    """The recorded states of a run, read back.
+
+    Attributes:
+        layout: Content of `layout.json`.
+        time: Times of the recorded frames [s], shape (F,).
+    """
+
+    def __init__(self, out: Path):
+        folder = Path(out) / "states"
+        self.layout = json.loads((folder / "layout.json").read_text())
+        chunks = [np.load(path) for path in sorted(folder.glob("chunk_*.npz"))]
+        chunks = [chunk for chunk in chunks if "time" in chunk.files]
+        self.time, self._qpos, self._pos = (
+            np.concatenate([chunk[name] for chunk in chunks]) for name in ("time", "qpos", "links_pos")
+        )
+        starts = [
+            joint["q"][0] + QUATERNION_IN_QPOS[joint["kind"]]
+            for joint in self.layout["joints"]
+            if joint["kind"] in QUATERNION_IN_QPOS
+        ]
+        self._quaternions = np.array(starts, int)[:, None] + np.arange(4)
+        self._links = {}
+        for index, link in enumerate(self.layout["links"]):
+            self._links[link["body"], link["link"]] = index
+            if link["link"] != "world":
+                self._links.setdefault((link["body"], None), index)
+
+    def _between(self, t: float) -> tuple[int, int, float]:
+        after = int(np.clip(np.searchsorted(self.time, t), 1, max(len(self.time) - 1, 1)))
+        before, after = after - 1, min(after, len(self.time) - 1)
+        span = self.time[after] - self.time[before]
+        return before, after, float(np.clip((t - self.time[before]) / span, 0.0, 1.0)) if span else 0.0
+
+    def position(self, body: str, t: float, link: str | None = None) -> np.ndarray:
+        """Position of a body's link (its first one if none is named) at time `t` [m], shape (3,)."""
+        before, after, w = self._between(t)
+        pos = self._pos[:, self._links[body, link]].astype(float)
+        return (1 - w) * pos[before] + w * pos[after]
+
+    def qpos(self, t: float) -> np.ndarray:
+        """Generalized positions at time `t`, shape (Q,): linear in between, spherically linear for orientations."""
+        before, after, w = self._between(t)
+        a, b = self._qpos[before].astype(float), self._qpos[after].astype(float)
+        qpos = (1 - w) * a + w * b
+        qpos[self._quaternions] = _slerp(a[self._quaternions], b[self._quaternions], w)
+        return qpos.astype(np.float32)
+
+
+def film(scene, cameras: dict, out: Path, *, fps, camera_pose, speed=1.0, start=0.0, end=None, samples=8) -> None:
+    """Films recorded states, whether they were simulated a moment ago or by another process.
+
+    Args:
+        scene: Scene of the same program, built by `build`. Its rigid state is overwritten.
+        cameras: Name -> camera added to the scene; the first films `video.mp4`, others `video_<name>.mp4`.
+        out: Folder of the run, with `states/`.
+        fps: Frames of film per second of film.
+        speed: Simulated seconds per second of film.
+        start: Simulated time of the first frame [s].
+        end: Simulated time of the last frame [s]; the end of the recording if that is earlier.
+        camera_pose: Function of (name, t, states) that returns (pos, lookat, up) of a camera.
+        samples: Frames to keep as `frames/<camera>_<k>.png`, each with the share of the picture that each body fills.
+
+    Raises:
+        NoOpenGL: The machine has no usable OpenGL.
+    """
+    from PIL import Image
+
+    out, states, progress = Path(out), States(out), Progress(Path(out))
+    _open_opengl(scene, cameras)
+    last = float(states.time[-1])
+    end = last if end is None else min(end, last)
+    n_frames = max(1, round((end - start) / speed * fps))
+    sampled = np.unique(np.linspace(0, n_frames - 1, samples).round().astype(int)).tolist()
+    (out / "frames").mkdir(exist_ok=True)
+    main = next(iter(cameras))
+    videos = {
+        name: _Video(out / ("video.mp4" if name == main else f"video_{name}.mp4"), camera.res, fps)
+        for name, camera in cameras.items()
+    }
+    visibility = {name: [] for name in cameras}
+    for k in range(n_frames):
+        t = start + k * speed / fps
+        scene.rigid_solver.set_qpos(states.qpos(t))
+        stale = True
+        for name, camera in cameras.items():
+            pos, lookat, up = camera_pose(name, t, states)
+            camera.set_pose(pos=pos, lookat=lookat, up=up)
+            # Genesis redraws by step count, which stands still here: force it, once for all cameras.
+            image = camera.render(force_render=stale)[0]
+            stale = False
+            videos[name].write(image)
+            if name == main and k == 0:
+                Image.fromarray(image).save(out / "first.png")
+            if k in sampled:
+                Image.fromarray(image).save(out / "frames" / f"{name}_{sampled.index(k)}.png")
+                visibility[name].append({"t": t, "shares": _shares(scene, camera, states.layout)})
+        progress("film", t - start, end - start, force=k in (0, n_frames - 1))
+    for video in videos.values():
+        video.close()
+    _write_json(out / "visibility.json", visibility)
+
+
+def _open_opengl(scene, cameras: dict) -> None:
+    try:
+        if not scene.visualizer.is_built:
+            scene.visualizer.build()
+        next(iter(cameras.values())).render(force_render=True)
+    except Exception as error:  # EGL, OSMesa, GLX and pyglet each have their own
+        raise NoOpenGL(f"cannot draw: {error or type(error).__name__}") from error
+
+
+def _shares(scene, camera, layout: dict) -> dict[str, float]:
+    """Fraction of the picture that each visible body fills."""
+    pixels = np.bincount(camera.render(rgb=False, segmentation=True)[2].ravel())
+    shares = {}
+    for index in np.flatnonzero(pixels):
+        key = scene.segmentation_idx_dict[int(index)]
+        if isinstance(key, tuple):  # (entity, link); the background is -1
+            body = layout["links"][key[1]]["body"]
+            shares[body] = shares.get(body, 0.0) + float(pixels[index]) / pixels.sum()
+    return {body: round(share, 6) for body, share in sorted(shares.items())}
+
+
+class _Video:
+    """An H.264 file that browsers play, written frame by frame and named only when whole."""
+
+    def __init__(self, path: Path, size: tuple[int, int], fps: float):
+        import av
+
+        self._av, self._path, self._part = av, path, path.with_suffix(".part")
+        self._container = av.open(str(self._part), "w", format="mp4", options={"movflags": "+faststart"})
+        self._stream = self._container.add_stream("libx264", rate=Fraction(fps).limit_denominator(1000))
+        self._stream.width, self._stream.height, self._stream.pix_fmt = *size, "yuv420p"
+        self._stream.options = {"crf": "18", "preset": "medium", "threads": "2"}  # the bytes depend on the threads
+        codec = self._stream.codec_context
+        codec.colorspace = codec.color_primaries = codec.color_trc = 1  # BT.709
+        codec.color_range = 1  # limited
+
+    def write(self, image: np.ndarray) -> None:
+        """Appends one picture, shape (height, width, 3), uint8."""
+        frame = self._av.VideoFrame.from_ndarray(image, format="rgb24")
+        frame = frame.reformat(format="yuv420p", dst_colorspace="ITU709", dst_color_range="MPEG")
+        self._container.mux(self._stream.encode(frame))
+
+    def close(self) -> None:
+        self._container.mux(self._stream.encode())
+        self._container.close()
+        os.replace(self._part, self._path)
+
+
+def _multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Product of quaternions, shape (..., 4): first turns by b, then by a."""
+    aw, av, bw, bv = a[..., :1], a[..., 1:], b[..., :1], b[..., 1:]
+    w = aw * bw - (av * bv).sum(axis=-1, keepdims=True)
+    return np.concatenate([w, aw * bv + bw * av + np.cross(av, bv)], axis=-1)
+
+
+def _rotate(quat: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Turns vectors, shape (..., 3), by unit quaternions, shape (..., 4)."""
+    twist = 2.0 * np.cross(quat[..., 1:], vector)
+    return vector + quat[..., :1] * twist + np.cross(quat[..., 1:], twist)
+
+
+def _slerp(a: np.ndarray, b: np.ndarray, w: float) -> np.ndarray:
+    """Turns from orientations a to b by the short way, shape (..., 4)."""
+    cosine = (a * b).sum(axis=-1, keepdims=True)
+    b, cosine = np.where(cosine < 0, -b, b), np.abs(cosine).clip(0.0, 1.0)
+    angle = np.arccos(cosine)
+    small = angle < 1e-4
+    sine = np.where(small, 1.0, np.sin(angle))
+    wa, wb = np.sin((1 - w) * angle) / sine, np.sin(w * angle) / sine
+    quat = np.where(small, (1 - w) * a + w * b, wa * a + wb * b)
+    return quat / np.linalg.norm(quat, axis=-1, keepdims=True)
+
+
+def _write_json(path: Path, value) -> None:
+    _replace(path, lambda file: file.write((json.dumps(value, indent=1, allow_nan=False) + "\n").encode()))
+
+
+def _write_npz(path: Path, arrays: dict[str, np.ndarray]) -> None:
+    """Writes arrays without compression; numpy dates every member 1980, so equal arrays give equal bytes."""
+    _replace(path, lambda file: np.savez(file, **arrays))
+
+
+def _replace(path: Path, write) -> None:
+    """Puts a file in place in one motion: a reader or a crash sees the old one or the new one, never a part."""
+    part = path.with_name(path.name + ".part")
+    with part.open("wb") as file:
+        write(file)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(part, path)
