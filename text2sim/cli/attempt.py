@@ -1,7 +1,6 @@
 """Runs one case for a command, and turns what its author can put right into problems."""
 
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from text2sim.cli import exits
 from text2sim.cli.cases import Examined
@@ -11,36 +10,23 @@ from text2sim.harness.result import RunResult
 from text2sim.harness.run import run_case
 from text2sim.spec_schema.errors import MachineError, SpecError, Text2SimError
 
-if TYPE_CHECKING:
-    from text2sim.harness.stop import Stop
 
+def attempt(row: Examined, *, quiet: bool = False, **options: Any) -> RunResult | None:
+    """Run a case that was read.
 
-def attempt(
-    row: Examined,
-    *,
-    runs: Path,
-    timeout: float,
-    memory: float | None,
-    film: bool,
-    force: bool,
-    quiet: bool = False,
-    stop: "Stop | None" = None,
-) -> RunResult | None:
-    """Run a case that was read; None if it could not be run, with the reasons in `row.problems`."""
+    Args:
+        row: The case; its problems are brought up to date.
+        quiet: Show no progress.
+        options: As `run_case` takes them.
+
+    Returns:
+        What came of it; None if it could not be run, with the reasons in `row.problems`.
+    """
     assert row.loaded is not None
     source = row.loaded.source
     try:
         with watch(row.name, quiet=quiet) as on_progress:
-            result = run_case(
-                row.loaded,
-                runs=runs,
-                on_progress=on_progress,
-                timeout=timeout,
-                memory_gb=memory,
-                film=film,
-                force=force,
-                stop=stop,
-            )
+            result = run_case(row.loaded, on_progress=on_progress, **options)
     except Text2SimError as error:
         row.problems = problems_of(error, row.path)
         row.sources = {source.file: source.text} if isinstance(error, SpecError) else {}

@@ -2,7 +2,6 @@
 
 import difflib
 import os
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -52,7 +51,7 @@ def fmt(
             for line in difflib.unified_diff(before, after, shown(file), f"{shown(file)} (canonical)"):
                 say(line.rstrip("\n"))
         elif not as_json:
-            say(f"{'would change' if check else 'changed'}: {shown(file)}", to=sys.stderr if check else None)
+            say(f"{'would change' if check else 'changed'}: {shown(file)}")
     if as_json:
         say_json({"ok": code == exits.OK, "files": documents})
     raise typer.Exit(code)

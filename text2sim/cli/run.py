@@ -18,6 +18,7 @@ Memory = Annotated[
     ),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Simulate again even if nothing changed.")]
+Gpu = Annotated[bool, typer.Option("--gpu", help="Simulate on the CUDA device instead of the CPU.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 
 
@@ -28,6 +29,7 @@ def run_cases(
     memory: Memory = None,
     no_film: Annotated[bool, typer.Option("--no-film", help="Make no film.")] = False,
     force: Force = False,
+    gpu: Gpu = False,
     as_json: AsJson = False,
 ) -> None:
     """Simulate cases, judge what happened, and film it.
@@ -52,11 +54,17 @@ def run_cases(
             say_problems(row.problems, row.sources)
         raise typer.Exit(max(row.exit for row in rows))
 
+    options = {
+        "runs": runs,
+        "timeout": timeout,
+        "memory_gb": memory,
+        "film": not no_film,
+        "force": force,
+        "device": "gpu" if gpu else "cpu",
+    }
     code, documents = exits.OK, []
     for row in rows:
-        result = attempt(
-            row, runs=runs, timeout=timeout, memory=memory, film=not no_film, force=force, quiet=as_json
-        )
+        result = attempt(row, quiet=as_json, **options)
         code = max(code, row.exit if result is None else exit_of(result))
         documents.append(row.as_dict() if result is None else result.as_dict())
         if not as_json:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from text2sim.cli import exits
-from text2sim.cli.run import AsJson, Force, Memory, Runs, Timeout
+from text2sim.cli.run import AsJson, Force, Gpu, Memory, Runs, Timeout
 
 if TYPE_CHECKING:
     from text2sim.cli.cases import Examined
@@ -23,6 +23,7 @@ def run_suite(
     memory: Memory = None,
     film: Annotated[bool, typer.Option("--film", help="Make films too.")] = False,
     force: Force = False,
+    gpu: Gpu = False,
     as_json: AsJson = False,
 ) -> None:
     """Run cases like a test suite: a case passes if everything that it expects came true."""
@@ -34,15 +35,21 @@ def run_suite(
     begun, code = monotonic(), exits.OK
     tally = {"PASS": 0, "FAIL": 0, "ERROR": 0}
     documents: list[dict[str, Any]] = []
+    options = {
+        "runs": runs,
+        "timeout": timeout,
+        "memory_gb": memory,
+        "film": film,
+        "force": force,
+        "device": "gpu" if gpu else "cpu",
+    }
     # On a terminal the live line shows how far it is; elsewhere a suite prints its summary alone.
     quiet = as_json or not sys.stderr.isatty()
     rows = [row for path in find_cases(paths) if pattern in (row := examine(path, plan=False)).name]
     for row in rows:
         result = None
         if row.loaded is not None:
-            result = attempt(
-                row, runs=runs, timeout=timeout, memory=memory, film=film, force=force, quiet=quiet
-            )
+            result = attempt(row, quiet=quiet, **options)
         word = "ERROR" if result is None else "PASS" if result.passed else "FAIL"
         tally[word] += 1
         code = max(code, row.exit if result is None else exit_of(result))

@@ -16,18 +16,17 @@ def capsule_mass(radius: float, length: float, density: float) -> float:
     return density * (math.pi * radius**2 * length + 4 / 3 * math.pi * radius**3)
 
 
-def ball_joint(dynamics: JointDynamics, mass: float, length: float, damping: float, anchor: Vec = (0, 0, 0)) -> TreeJoint:
+def ball_joint(dynamics: JointDynamics, mass: float, length: float, damping: float, armature: float = 0.02) -> TreeJoint:
     """A ball joint that cannot explode.
 
     An undamped tree of ball joints without armature diverges at ordinary time steps. What the author leaves out is
-    scaled with the inertia `mass length^2` of the link: 2 % of it as armature, and `damping` of it per second.
+    scaled with the inertia `mass length^2` of the link: a part `armature` of it, and a part `damping` of it per second.
     """
     inertia = mass * length**2
     return TreeJoint(
         "ball",
-        anchor=anchor,
         damping=dynamics.damping if dynamics.damping is not None else damping * inertia,
-        armature=dynamics.armature if dynamics.armature is not None else 0.02 * inertia,
+        armature=dynamics.armature if dynamics.armature is not None else armature * inertia,
         friction=dynamics.friction,
         spring=dynamics.spring,
     )
@@ -126,7 +125,9 @@ def _strand(name: str, spans: list[tuple[Vec, Vec]], net: Net, density: float, r
     for index in reversed(range(len(spans))):
         start, end = spans[index]
         length = math.dist(start, end)
-        joint = ball_joint(net.joint, capsule_mass(net.radius, length, density), length, damping=1.0)
+        # Bodies far heavier than a strand fall into a net: with the armature of a chain it flew apart under dolls of
+        # a hundred times a link's mass.
+        joint = ball_joint(net.joint, capsule_mass(net.radius, length, density), length, damping=8.0, armature=0.4)
         previous = spans[index - 1][0] if index else (0.0, 0.0, 0.0)
         link = TreeLink(
             f"{name}_{index}",

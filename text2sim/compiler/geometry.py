@@ -297,7 +297,7 @@ class InnerFloor(NamedTuple):
 
 
 def inner_floor(shape: Any) -> InnerFloor | None:
-    """Return the lowest inner floor of a cup, tube or funnel (in a compound: that stands upright), or None."""
+    """Return the lowest inner floor of a cup, tube or funnel (in a compound, an upright one), or None."""
     if isinstance(shape, Compound):
         floors = []
         for part in shape.parts.values():

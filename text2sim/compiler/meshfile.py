@@ -1,13 +1,17 @@
 """Mesh files of a case: read, checked and limited."""
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from text2sim.spec_schema.errors import AssetError
+
+# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
+if TYPE_CHECKING:
+    import numpy as np
+
 
 SUFFIXES = (".obj", ".stl", ".ply", ".glb", ".gltf")
 MAX_BYTES = 64 * 1024 * 1024
@@ -18,13 +22,13 @@ MAX_FACES = 500_000
 class MeshFile:
     """A triangle mesh in its file's unit, with its convex hull."""
 
-    vertices: np.ndarray
+    vertices: "np.ndarray"
     """(n, 3) float"""
-    faces: np.ndarray
+    faces: "np.ndarray"
     """(m, 3) int"""
-    hull_vertices: np.ndarray
+    hull_vertices: "np.ndarray"
     """(k, 3) float"""
-    hull_faces: np.ndarray
+    hull_faces: "np.ndarray"
     """(l, 3) int, counterclockwise from outside"""
     volume: float
     """Enclosed volume, or that of the hull where the surface is not closed."""
@@ -75,7 +79,8 @@ def load_mesh(file: str, folder: Path) -> MeshFile:
 
 @lru_cache(maxsize=64)
 def _read(path: Path, root: Path, _mtime: int, _size: int) -> MeshFile:
-    import trimesh  # here, because it takes as long to import as a whole check
+    import numpy as np
+    import trimesh
 
     try:
         with path.open("rb") as stream:
@@ -84,6 +89,8 @@ def _read(path: Path, root: Path, _mtime: int, _size: int) -> MeshFile:
                 resolver=_Resolver(path.parent, root),
             )  # fmt: skip
         vertices, faces = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, np.int64)  # type: ignore[union-attr]
+    except AssetError:
+        raise
     except Exception as error:  # readers of foreign files fail in every way there is
         raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
     if len(faces) == 0 or not np.isfinite(vertices).all():
@@ -100,20 +107,23 @@ def _read(path: Path, root: Path, _mtime: int, _size: int) -> MeshFile:
     return MeshFile(vertices, faces, np.asarray(hull.vertices), np.asarray(hull.faces), volume, closed)
 
 
-class _Resolver:
+class _Resolver(Mapping[str, bytes]):
     """Gives a mesh file the files that it refers to, as long as they are in the case's folder."""
 
     def __init__(self, parent: Path, root: Path) -> None:
         self.parent, self.root = parent, root
 
-    def get(self, name: str) -> bytes:
+    def __getitem__(self, name: str) -> bytes:
         path = (self.parent / name).resolve()
         if not path.is_relative_to(self.root) or not path.is_file() or path.stat().st_size > MAX_BYTES:
             raise AssetError(f"refers to `{name}`, which is not in the case's folder")
         return path.read_bytes()
 
-    def __getitem__(self, name: str) -> bytes:
-        return self.get(name)
+    def __iter__(self) -> Iterator[str]:
+        return iter(())
 
-    def keys(self) -> list[Any]:
-        return []
+    def __len__(self) -> int:
+        return 0
+
+    def __bool__(self) -> bool:
+        return True

@@ -11,8 +11,7 @@ which settles most pairs). Other bodies and statics are not looked at: choose a 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from text2sim.compiler.geometry import Bounds
 from text2sim.compiler.region import Space
@@ -26,6 +25,11 @@ from text2sim.compiler.rotation import (
     quat_to_rows,
 )
 from text2sim.spec_schema.placement import Packing
+
+# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
+if TYPE_CHECKING:
+    import numpy as np
+
 
 _TRIES = 2000
 _CELLS = [(i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)]
@@ -126,7 +130,7 @@ def _turned(rows: Rows, v: Vec) -> Vec:
     return (a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z)
 
 
-def _orientations(packing: Packing, rng: np.random.Generator) -> Iterator[Quaternion]:
+def _orientations(packing: Packing, rng: "np.random.Generator") -> Iterator[Quaternion]:
     """Random turns, drawn in blocks: one number at a time is slow."""
     while True:
         if packing.turn == "none":
@@ -139,7 +143,7 @@ def _orientations(packing: Packing, rng: np.random.Generator) -> Iterator[Quater
                 yield quat_normalize(row)
 
 
-def _numbers(rng: np.random.Generator) -> Iterator[Vec]:
+def _numbers(rng: "np.random.Generator") -> Iterator[Vec]:
     while True:
         yield from map(tuple, rng.random((512, 3)).tolist())
 
@@ -176,11 +180,14 @@ class _Placed:
                     return False
                 near.append((square, other))
         near.sort(key=lambda item: item[0])
-        return all(_apart(p, rows, grain, *other, gap) for _, other in near)
+        return all(_apart(p, rows, grain, q, others, g, gap) for _, (q, others, g) in near)
 
 
 def _apart(p: Vec, rows: Rows, grain: Grain, q: Vec, other_rows: Rows, other: Grain, gap: float) -> bool:
-    """Whether one of the fifteen axes of two boxes separates them by the gap (a sphere is its own box on any axis)."""
+    """Whether one of the fifteen axes of two boxes separates them by the gap.
+
+    A sphere is a box of its radius on every axis.
+    """
     d = (q[0] - p[0], q[1] - p[1], q[2] - p[2])
     (ha, hb, hc), (ga, gb, gc) = grain.half, other.half
     mine, theirs = tuple(zip(*rows, strict=True)), tuple(zip(*other_rows, strict=True))
@@ -223,6 +230,8 @@ def _apart(p: Vec, rows: Rows, grain: Grain, q: Vec, other_rows: Rows, other: Gr
 def _scatter(
     packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion], space: Space
 ) -> list[Spot | None]:
+    import numpy as np
+
     rng = np.random.Generator(np.random.PCG64(packing.seed))
     turns, numbers = _orientations(packing, rng), _numbers(rng)
     placed = _Placed(2 * max(g.radius for g in grains) + packing.gap, packing.gap)
@@ -251,7 +260,9 @@ def _scatter(
 def _lattice(
     packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion], space: Space
 ) -> list[Spot | None]:
-    """One copy to a cell of a lattice, which is as wide as it can be; each is shifted and turned as its cell allows."""
+    """One copy to a cell of the widest lattice that has enough, shifted and turned as its cell allows."""
+    import numpy as np
+
     rng = np.random.Generator(np.random.PCG64([packing.seed, 1]))
     boxes = [_bounds(quat_to_rows(q), g) for q, g in zip(quats, grains, strict=True)]
     gap = packing.gap

@@ -73,7 +73,7 @@ def pattern_slots(repeat: Line | Grid | Ring | Spiral) -> list[Slot]:
 
 
 def pattern_middle(repeat: Repeat) -> Vec:
-    """Return the point [m] of a pattern, from the body's own position, that counts as its middle in x and y."""
+    """Return what counts as a pattern's middle in x and y [m], from the body's own position."""
     if isinstance(repeat, Line):
         x, y, _ = repeat.step
         return ((repeat.count - 1) / 2 * x, (repeat.count - 1) / 2 * y, 0.0)
@@ -133,7 +133,7 @@ def _row_count(bond: RunningBond, row: int) -> int:
 
 
 def bond_slots(bond: RunningBond, box: Box) -> list[Slot]:
-    """Return the place of every box of a wall, in the body's axes, the middle of the lowest row at the origin.
+    """Return the place of every box of a wall in the body's axes; the middle of the lowest row is the origin.
 
     `gap` separates the boxes of a row; rows lie on each other, because a wall that is built with gaps
     between its rows collapses into them when the run begins. Half boxes are `(length - gap) / 2` long, so

@@ -25,8 +25,8 @@ class Piece:
     """[m]; hulls keep the body's frame."""
     quat: Quaternion = IDENTITY
     size: tuple[float, ...] = ()
-    """box: full lengths; sphere: radius; cylinder: radius, height; capsule: radius, straight length; ellipsoid:
-    half lengths; mesh: scale [m]."""
+    """Box: full lengths; sphere: radius; cylinder: radius, height; capsule: radius, straight length;
+    ellipsoid: half lengths [m]; mesh: scale."""
     vertices: tuple[Vec, ...] = ()
     """Corners [m] of a hull (or of a mesh's convex hull, scaled), in the piece's frame."""
     faces: tuple[tuple[int, int, int], ...] = ()
@@ -80,7 +80,7 @@ def outer_polygon_radius(outer: float, inner: float, segments: int) -> float:
 def wall_pieces(
     bottom: tuple[float, float], top: tuple[float, float], low: float, high: float, segments: int
 ) -> list[Piece]:
-    """Return the staves of a wall around z: wedges with eight corners that meet at their sides and never overlap.
+    """Return the staves of a wall around z: wedges with eight corners that meet at their sides.
 
     Args:
         bottom: Inner and outer radius [m] at the height `low`.

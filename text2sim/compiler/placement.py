@@ -21,17 +21,14 @@ from text2sim.compiler.patterns import (
     copy_variables,
     pattern_middle,
 )
-from text2sim.compiler.relations import Group, PlaceError, settle
+from text2sim.compiler.relations import ORIGIN, Group, PlaceError, settle
 from text2sim.compiler.rotation import IDENTITY, Quaternion, Vec, quat_of
 from text2sim.compiler.sizes import SizeError, Sizes, Spot
 from text2sim.compiler.spread import PatternError, spread
-from text2sim.spec_schema.bodies import Articulated
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError, nearest
 from text2sim.spec_schema.load import LoadedCase
-from text2sim.spec_schema.placement import RELATIONS, Line, Packing, Place
-from text2sim.spec_schema.shapes import Compound
+from text2sim.spec_schema.placement import RELATIONS, Line, Packing, Place, Repeat
 
-ORIGIN: Vec = (0.0, 0.0, 0.0)
 _SELECTOR = re.compile(r"(\w+)(?:\[(?:(\d+)|\*|(\d+):(\d+))\])?(\.\w+)?\Z")
 _OWN = (*RELATIONS, "at", "clearance", "direction")
 
@@ -65,6 +62,7 @@ class _Entry:
     name: str
     root: tuple[str, ...]
     model: Any
+    repeat: Repeat | None
     variables: list[Variables]
     models: list[Any]
 
@@ -93,6 +91,7 @@ class _Placer:
         self.sizes = Sizes(loaded.folder, tree_extents)
         self.problems: list[Problem] = []
         self.copies: dict[str, list[Copy]] = {}
+        self.groups: dict[str, Group] = {}
 
     def place_all(self) -> tuple[dict[str, list[Copy]], list[Problem]]:
         entries: dict[str, _Entry] = {}
@@ -115,9 +114,10 @@ class _Placer:
         self.problems.append(self.loaded.problem(where, str(error), rule=rule, hint=hint))
 
     def _entry(self, name: str, root: tuple[str, ...], model: Any, copy: Callable[..., Any]) -> _Entry:
-        self._check_poses(root, model)
+        if model.pose is not None and model.place is not None:
+            self._report(root, "give either pose or place, not both", "inconsistent")
         if model.repeat is None:
-            return _Entry(name, root, model, [SINGLE], [model])
+            return _Entry(name, root, model, None, [SINGLE], [model])
         count = copy_count(model.repeat)
         if count > MAX_COPIES:
             self._report(
@@ -125,10 +125,10 @@ class _Placer:
                 f"makes {count} copies; at most {MAX_COPIES} are possible",
                 "too-many-copies",
             )
-            return _Entry(name, root, model, [SINGLE], [model])
+            return _Entry(name, root, model, None, [SINGLE], [model])
         variables = copy_variables(model.repeat)
         if not self.loaded.varies(root):
-            return _Entry(name, root, model, variables, [model] * count)
+            return _Entry(name, root, model, model.repeat, variables, [model] * count)
         models = []
         for one in variables:
             try:
@@ -138,27 +138,7 @@ class _Placer:
                 self.problems += error.problems
                 models += [model] * (count - len(models))
                 break
-        return _Entry(name, root, model, variables, models)
-
-    def _check_poses(self, root: tuple[str, ...], model: Any) -> None:
-        if model.pose is not None and model.place is not None:
-            self._report(root, "give either pose or place, not both", "inconsistent")
-        for key, where in (("pose", model.pose), ("place", model.place)):
-            if where is not None and where.quat is not None:
-                self._check_pose((*root, key), where)
-        shape = getattr(model, "shape", None)
-        if isinstance(shape, Compound):
-            for name, part in shape.parts.items():
-                self._check_pose((*root, "shape", "parts", name, "pose"), part.pose)
-        elif isinstance(model, Articulated) and model.links:
-            for name, link in model.links.items():
-                self._check_pose((*root, "links", name, "pose"), link.pose)
-
-    def _check_pose(self, where: tuple[str, ...], pose: Any) -> None:
-        try:
-            quat_of(pose)
-        except ValueError as error:
-            self._report(where, error, "inconsistent")
+        return _Entry(name, root, model, model.repeat, variables, models)
 
     def _order(self, entries: dict[str, _Entry]) -> Iterator[str]:
         """Names in such an order that everything comes after what it is placed in relation to."""
@@ -186,28 +166,22 @@ class _Placer:
 
     def _place(self, entry: _Entry) -> list[Copy]:
         model, root, name = entry.model, entry.root, entry.name
-        start = [
-            Spot(ORIGIN, quat, getattr(m, "shape", None), m)
-            for m, quat in zip(entry.models, _quats(entry.models), strict=True)
-        ]
+        start = [Spot(ORIGIN, IDENTITY, getattr(one, "shape", None), one) for one in entry.models]
+        spots = start
         try:
             spots = self._spots(entry, start)
         except _UnplacedError:
-            spots = start
+            pass
         except PlaceError as error:
             self._report((*root, "place", error.key), error, error.rule, error.hint)
-            spots = start
         except PatternError as error:
             self._report((*root, *error.where), error)
-            spots = start
         except SizeError as error:
             self._report((*root, "place" if model.place else "repeat"), error)
-            spots = start
         except AssetError as error:
             self._report((*root, "shape") if hasattr(model, "shape") else root, error, "asset")
-            spots = start
         line = self.loaded.line(root)
-        if model.repeat is None:
+        if entry.repeat is None:
             return [Copy(name, name, None, SINGLE, model, spots[0].pos, spots[0].quat, spots[0].shape, line)]
         return [
             Copy(f"{name}[{i}]", name, i, variables, spot.model, spot.pos, spot.quat, spot.shape, line)
@@ -215,8 +189,8 @@ class _Placer:
         ]
 
     def _spots(self, entry: _Entry, spots: list[Spot]) -> list[Spot]:
-        """The copies where they start; they come standing at the origin."""
-        model, repeat, place = entry.model, entry.model.repeat, entry.model.place
+        """The copies where they start; they come upright at the origin."""
+        model, repeat, place = entry.model, entry.repeat, entry.model.place
         own = place is not None and any(self.loaded.varies((*entry.root, "place", key)) for key in _OWN)
         if place is not None and isinstance(repeat, Packing):
             raise PatternError(
@@ -224,6 +198,7 @@ class _Placer:
             )
         if place is not None and isinstance(repeat, Line) and repeat.start is not None:
             raise PatternError("a line with a `start` has its place; leave out `start` or `place`", "place")
+        spots = _turned(spots)
         if own:
             spots = [_moved(spot, self._shift(spot.model.place, [spot], ORIGIN)) for spot in spots]
         elif model.pose is not None:
@@ -237,7 +212,11 @@ class _Placer:
         return [_moved(spot, shift) for spot in spots]
 
     def _shift(self, place: Place, spots: list[Spot], middle: Vec) -> Vec:
-        target = Group(self._members(place.target, place.relation), self.sizes)
+        target = self.groups.get(place.target)
+        if target is None:
+            target = self.groups[place.target] = Group(
+                self._members(place.target, place.relation), self.sizes
+            )
         return settle(place, Group(spots, self.sizes), target, middle)
 
     def _members(self, selector: str, key: str) -> list[Spot]:
@@ -264,19 +243,19 @@ class _Placer:
         return [Spot(c.pos, c.quat, c.shape, c.model) for c in copies]
 
 
-def _quats(models: list[Any]) -> list[Quaternion]:
-    """Orientation of every model; what is wrong with one is reported elsewhere."""
-    found: list[Quaternion] = []
-    before: Any = None
-    for model in models:
-        if model is not before:
-            where = model.pose or model.place
+def _turned(spots: list[Spot]) -> list[Spot]:
+    """The copies in the orientation of their poses and places."""
+    found: list[Spot] = []
+    before, quat = None, IDENTITY
+    for spot in spots:
+        if spot.model is not before:
+            before = spot.model
+            where = before.pose or before.place
             try:
                 quat = IDENTITY if where is None else quat_of(where)
-            except ValueError:
-                quat = IDENTITY
-            before = model
-        found.append(quat)
+            except ValueError as error:
+                raise PlaceError(str(error), "quat") from None
+        found.append(spot if quat == IDENTITY else spot._replace(quat=quat))
     return found
 
 

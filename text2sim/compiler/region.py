@@ -26,8 +26,6 @@ class Space:
         self.kind = region.kind
         self.turn: Any = None
         if isinstance(region, BoxRegion):
-            if any(a >= b for a, b in zip(region.min, region.max, strict=True)):
-                raise RegionError("min must be smaller than max along every axis")
             mx, my, mz = ((a + b) / 2 for a, b in zip(region.min, region.max, strict=True))
             hx, hy, hz = ((b - a) / 2 for a, b in zip(region.min, region.max, strict=True))
             self.middle, self.half, self.radius = (mx, my, mz), (hx, hy, hz), 0.0
@@ -92,7 +90,7 @@ class Space:
         return True
 
     def lattice(self, cell: Vec, gap: float) -> list[Vec]:
-        """Return the centres [m] of the upright cells of a lattice that lie inside; cells may stick out by `gap` / 2."""
+        """Return the centres [m] of a lattice's cells that lie inside, but for half the gap around them."""
         half = self.half
         if self.turn is not None:
             hx, hy, hz = (

@@ -22,6 +22,7 @@ from text2sim.compiler.sizes import Sizes, Spot
 from text2sim.compiler.sweep import TOLERANCE, Solid, solids, sweep
 from text2sim.spec_schema.placement import Place
 
+ORIGIN: Vec = (0.0, 0.0, 0.0)
 _DOWN = (0.0, 0.0, -1.0)
 
 
@@ -44,6 +45,7 @@ class Group:
             plane = spot.shape is not None and spot.shape.kind == "plane"
             (self.planes if plane else self.members).append(spot)
         self._bounds: Bounds | None = None
+        self._solids: list[Solid] | None = None
 
     def bounds(self, frame: Quaternion | None = None) -> Bounds:
         """Bounds [m] of all copies but planes, along the axes of the world or of `frame`."""
@@ -70,8 +72,10 @@ class Group:
         low, high = self.bounds()
         return ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2)
 
-    def solids(self, shift: Vec = (0.0, 0.0, 0.0)) -> list[Solid]:
-        """Convex pieces of all copies but planes, moved by `shift` [m]; a tree of links counts as its bounds."""
+    def solids(self, shift: Vec = ORIGIN) -> list[Solid]:
+        """Convex pieces of all copies but planes, moved by `shift` [m]; a tree counts as its bounds."""
+        if shift == ORIGIN and self._solids is not None:
+            return self._solids
         found: list[Solid] = []
         for spot in self.members:
             pos = spot.pos
@@ -83,6 +87,8 @@ class Group:
                 found.append(Solid(Piece("box", size=(lx, ly, lz)), (x, y, z), (1.0, 0.0, 0.0, 0.0)))
             else:
                 found += solids(pieces(spot.shape, self.sizes.folder), at, spot.quat)
+        if shift == ORIGIN:
+            self._solids = found
         return found
 
 

@@ -5,11 +5,15 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from text2sim.compiler.rotation import Quaternion, Vec, quat_to_rows
 from text2sim.spec_schema.shapes import Cone, Cup, Funnel, Torus, Tube
+
+# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
+if TYPE_CHECKING:
+    import numpy as np
+
 
 SIDES = 64
 BAR_SIDES = 32
@@ -19,13 +23,13 @@ Profile = list[tuple[float, float]]
 
 @dataclass(frozen=True, eq=False)
 class VisualMesh:
-    """A closed surface in the body's frame, with a normal for each vertex; sharp edges have doubled vertices."""
+    """A closed surface in the body's frame with a normal for each vertex; sharp edges have them doubled."""
 
-    vertices: np.ndarray
+    vertices: "np.ndarray"
     """(n, 3) float [m]"""
-    faces: np.ndarray
+    faces: "np.ndarray"
     """(m, 3) int, counterclockwise from outside"""
-    normals: np.ndarray
+    normals: "np.ndarray"
     """(n, 3) float, unit length"""
     part: str | None = None
     """Of a compound: name of the part."""
@@ -33,6 +37,8 @@ class VisualMesh:
     @cached_property
     def digest(self) -> str:
         """Hash of the surface to a tenth of a micrometre: equal surfaces share one file."""
+        import numpy as np
+
         content = hashlib.sha256()
         content.update((np.round(self.vertices * 1e7).astype("<i8")).tobytes())
         content.update(self.faces.astype("<i4").tobytes())
@@ -40,6 +46,8 @@ class VisualMesh:
 
     def at(self, pos: Vec, quat: Quaternion, part: str | None) -> "VisualMesh":
         """Return the surface in the frame around (`pos`, `quat`)."""
+        import numpy as np
+
         turn = np.array(quat_to_rows(quat)).T
         return replace(
             self, vertices=self.vertices @ turn + np.array(pos), normals=self.normals @ turn, part=part
@@ -47,6 +55,8 @@ class VisualMesh:
 
     def obj(self) -> str:
         """Return the surface as the text of an .obj file, with its normals."""
+        import numpy as np
+
         lines = [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in (self.vertices + 0.0).tolist()]
         lines += [f"vn {x:.5f} {y:.5f} {z:.5f}" for x, y, z in (np.round(self.normals, 5) + 0.0).tolist()]
         lines += [f"f {a}//{a} {b}//{b} {c}//{c}" for a, b, c in (self.faces + 1).tolist()]
@@ -71,13 +81,17 @@ def surface(shape: Cone | Torus | Tube | Cup | Funnel) -> VisualMesh:
     return _lathe([(inner[0], -h), (outer[0], -h), (outer[1], h), (inner[1], h), (inner[0], -h)])
 
 
-def _turns(sides: int) -> tuple[np.ndarray, np.ndarray]:
+def _turns(sides: int) -> "tuple[np.ndarray, np.ndarray]":
+    import numpy as np
+
     angles = 2 * math.pi * np.arange(sides) / sides
     return np.cos(angles), np.sin(angles)
 
 
 def _lathe(profile: Profile) -> VisualMesh:
-    """Turn a profile (radius, height) about z, solid on its left; round about the axis, sharp at its corners."""
+    """Turn a profile (radius, height) about z, the solid on its left; smooth around z, sharp at corners."""
+    import numpy as np
+
     cos, sin = _turns(SIDES)
     here, there = np.arange(SIDES), (np.arange(SIDES) + 1) % SIDES
     vertices, normals, faces, first = [], [], [], 0
@@ -98,6 +112,8 @@ def _lathe(profile: Profile) -> VisualMesh:
 
 
 def _lathe_smooth(torus: Torus) -> VisualMesh:
+    import numpy as np
+
     cos, sin = _turns(SIDES)
     bar_cos, bar_sin = _turns(BAR_SIDES)
     radius = torus.radius + torus.bar_radius * bar_cos

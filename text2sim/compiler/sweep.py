@@ -19,7 +19,7 @@ _STEPS = 100
 
 
 class Solid:
-    """A piece somewhere in the world: a core, given by its support points, and a rounding radius around it."""
+    """A piece somewhere in the world: a core, known by its support points, and a rounding around it."""
 
     __slots__ = ("ball", "center", "rounding", "support")
 
@@ -50,7 +50,7 @@ def _corners(corners: list[Vec]) -> Support:
     import numpy as np
 
     table = np.array(corners)
-    return lambda d: corners[int((table @ np.array(d)).argmax())]
+    return lambda d: corners[int(np.argmax(table @ np.array(d)))]
 
 
 def _primitive(piece: Piece, p: Vec, rows: tuple[Vec, Vec, Vec]) -> Support:
@@ -131,7 +131,7 @@ def _candidates(
         reach = balls + (mover.ball + gap)
         meets = (across <= reach**2) & (along > -reach)
         for k in np.flatnonzero(meets):
-            yield float(along[k] - math.sqrt(max(reach[k] ** 2 - across[k], 0.0))), mover, others[k]
+            yield float(along[k] - math.sqrt(max(reach[k] ** 2 - across[k], 0.0))), mover, others[int(k)]
 
 
 def distance(a: Solid, b: Solid) -> float:
@@ -159,7 +159,7 @@ def _advance(mover: Solid, other: Solid, m: Vec, gap: float, limit: float) -> fl
 
 
 def _separation(a: Solid, b: Solid, shift: Vec) -> tuple[float, Vec]:
-    """Lower bound of the distance [m] of two cores, `a` moved by `shift`, and the direction from `a` to `b`."""
+    """Lower bound of the distance [m] of two cores, `a` moved by `shift`, and the way from `a` to `b`."""
     sx, sy, sz = shift
     start = (b.center[0] - a.center[0] - sx, b.center[1] - a.center[1] - sy, b.center[2] - a.center[2] - sz)
     v = start if any(start) else (1.0, 0.0, 0.0)

@@ -1,6 +1,7 @@
 """Contacts: which bodies touched when, and what momentum went through it.
 
-With substeps the engine tells of a step the contacts of its last substep alone; impulses take these for the whole step.
+With substeps the engine tells of a step the contacts of its last substep alone; impulses take these for the
+whole step.
 """
 
 from collections.abc import Sequence
@@ -89,7 +90,7 @@ class ContactLog:
 
     @cached_property
     def links(self) -> Array:
-        """(n, 2)"""
+        """Indices of the two links of each row, (n, 2)."""
         return self.states.contact("links").astype(np.int64)
 
     @cached_property
@@ -99,7 +100,7 @@ class ContactLog:
 
     @cached_property
     def depth(self) -> Array:
-        """[m], (n,)"""
+        """Deepest overlap of each row [m], (n,)."""
         return self.states.contact("penetration").astype(float)
 
     @cached_property
@@ -109,12 +110,12 @@ class ContactLog:
 
     @cached_property
     def pos(self) -> Array:
-        """[m], (n, 3)"""
+        """Where each row touched [m], world, (n, 3)."""
         return self.states.contact("pos").astype(float)
 
     @cached_property
     def frame(self) -> Array:
-        """The frame to which each row belongs, (n,): the first one after its step; F for those after the last."""
+        """The frame to which each row belongs, (n,): the first after its step; F where there is none."""
         return np.searchsorted(self.states.steps, self.step, side="left")
 
     def between(self, first: Array, second: Array) -> Touches:
@@ -127,7 +128,13 @@ class ContactLog:
         backward = (first[b] >= 0) & (second[a] >= 0) & ~forward
         rows = np.flatnonzero(forward | backward)
         flip = backward[rows]
-        pair = np.stack([np.where(flip, first[b[rows]], first[a[rows]]), np.where(flip, second[a[rows]], second[b[rows]])], 1)
+        pair = np.stack(
+            [
+                np.where(flip, first[b[rows]], first[a[rows]]),
+                np.where(flip, second[a[rows]], second[b[rows]]),
+            ],
+            1,
+        )
         if first is second:
             swap = pair[:, 0] > pair[:, 1]
             pair[swap] = pair[swap][:, ::-1]
@@ -174,9 +181,17 @@ class ContactLog:
         depth = np.maximum.reduceat(touches.depth, begins)
         return [
             Episode(
-                first[touches.pair[b, 0]].label, second[touches.pair[b, 1]].label,
-                float(touches.step[b] * dt), float(touches.step[e] * dt), bool(touches.step[e] >= self.last_step - GAP),
-                _triple(touches.pos[b]), _triple(impulse[i]), float(normal[i]), float(impact[i]), float(peak[i]), float(depth[i]),
+                first[touches.pair[b, 0]].label,
+                second[touches.pair[b, 1]].label,
+                float(touches.step[b] * dt),
+                float(touches.step[e] * dt),
+                bool(touches.step[e] >= self.last_step - GAP),
+                _triple(touches.pos[b]),
+                _triple(impulse[i]),
+                float(normal[i]),
+                float(impact[i]),
+                float(peak[i]),
+                float(depth[i]),
             )
             for i, (b, e) in enumerate(zip(begins, ends, strict=True))
         ]

@@ -11,7 +11,7 @@ from text2sim.spec_schema.actions import Force, Impulse, Torque
 
 
 def extremes(time: Array, values: Array) -> dict[str, Any]:
-    """Return first, last, smallest and largest value of a series with their times [s]; None where there is none."""
+    """Return first, last, smallest and largest value of a series, with times [s]; None if there is none."""
     finite = np.flatnonzero(np.isfinite(values))
     if not len(finite):
         return dict.fromkeys(("first", "last", "min", "min_at", "max", "max_at"))
@@ -25,19 +25,23 @@ def extremes(time: Array, values: Array) -> dict[str, Any]:
 def energy_account(recording: Recording) -> dict[str, Any]:
     """Return the mechanical energy of all loose bodies over the run, and the work of the motors [J].
 
-    Work is the integral of the motors' force times velocity over hinges and sliders of loose bodies, by trapezoids
-    between frames. `change` is what the energy gained beyond that work: friction, damping and impacts make it negative;
-    a positive one has another source, listed in `not_counted`, or the solver made it up.
+    Work is the integral of the motors' force times velocity over hinges and sliders of loose bodies, by
+    trapezoids between frames. `change` is what the energy gained beyond that work: friction, damping and
+    impacts make it negative; if it is positive, it came from what is `not_counted`, or the solver made it up.
     """
     states, cast = recording.states, recording.cast
     links = np.array([link for target in cast.loose for link in target.links], dtype=np.int64)
     total = (recording.kinetic(links) + recording.potential(links)).sum(axis=1)
     loose = {target.copy for target in cast.loose}
     dofs = [j.dof[0] for j in states.joints if j.kind in ("hinge", "slider") and j.body in loose]
-    power = (states.dofs_force[:, dofs].astype(float) * states.dofs_velocity[:, dofs]).sum(axis=1) if dofs else 0.0 * total
+    power = (
+        (states.dofs_force[:, dofs].astype(float) * states.dofs_velocity[:, dofs]).sum(axis=1)
+        if dofs
+        else 0.0 * total
+    )
     work = float(np.trapezoid(power, states.time)) if states.frames > 1 else 0.0
     row = extremes(states.time, total)
-    known = row["first"] is not None and row["last"] is not None
+    change = None if row["first"] is None else row["last"] - row["first"] - work
     controls = recording.case.actions.controls
     pushes = [name for name, c in controls.items() if isinstance(c, Force | Torque | Impulse)]
     not_counted = [f"work of the control `{name}`" for name in pushes]
@@ -47,7 +51,7 @@ def energy_account(recording: Recording) -> dict[str, Any]:
     return {
         "unit": "J", "start": row["first"], "end": row["last"], "min": row["min"], "min_at": row["min_at"],
         "max": row["max"], "max_at": row["max_at"], "work_of_motors": work,
-        "change": row["last"] - row["first"] - work if known else None, "not_counted": not_counted,
+        "change": change, "not_counted": not_counted,
     }  # fmt: skip
 
 
@@ -66,7 +70,12 @@ def largest_penetration(recording: Recording) -> dict[str, Any] | None:
         return None
     row = rows[np.argmax(log.depth[rows])]
     names = [recording.cast.label_of_link(i) for i in log.links[row]]
-    return {"value": log.depth[row], "unit": "m", "between": names, "time": log.step[row] * recording.states.dt}
+    return {
+        "value": log.depth[row],
+        "unit": "m",
+        "between": names,
+        "time": log.step[row] * recording.states.dt,
+    }
 
 
 def first_non_finite(recording: Recording) -> dict[str, Any] | None:
@@ -79,7 +88,11 @@ def first_non_finite(recording: Recording) -> dict[str, Any] | None:
     if not len(frames):
         return None
     struck = [states.links[i].body for i in np.flatnonzero(bad[frames[0]])]
-    return {"time": states.time[frames[0]], "frame": int(frames[0]), "bodies": list(dict.fromkeys(struck))[:20]}
+    return {
+        "time": states.time[frames[0]],
+        "frame": int(frames[0]),
+        "bodies": list(dict.fromkeys(struck))[:20],
+    }
 
 
 def speed_extremes(recording: Recording) -> dict[str, Any]:
@@ -110,5 +123,14 @@ def limit_overshoots(recording: Recording) -> list[dict[str, Any]]:
             if row["max"] is not None and row["max"] > 0:
                 label = joint.body if joint.name == base_name(joint.body) else f"{joint.body}.{joint.name}"
                 unit = "rad" if joint.kind == "hinge" else "m"
-                found.append({"joint": label, "end": end, "limit": limit, "by": row["max"], "at": row["max_at"], "unit": unit})
+                found.append(
+                    {
+                        "joint": label,
+                        "end": end,
+                        "limit": limit,
+                        "by": row["max"],
+                        "at": row["max_at"],
+                        "unit": unit,
+                    }
+                )
     return sorted(found, key=lambda row: (-row["by"], row["joint"], row["end"]))

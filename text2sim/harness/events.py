@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.harness.geometry import depth_inside
 from text2sim.harness.contacts import Episode
+from text2sim.harness.geometry import depth_inside
 from text2sim.harness.measures import Series
 from text2sim.harness.recording import Recording
 from text2sim.harness.selection import SelectionError
@@ -89,16 +89,23 @@ def _order(row: Occurrence) -> tuple[Any, ...]:
     return row["time"], row["name"] or "", row.get("between", []), row.get("of", "")
 
 
-# --- from contacts --------------------------------------------------------------------------------------------
+# --- from contacts -----------------------------------------------------------------
 
 
 def episode_row(episode: Episode) -> Occurrence:
     """Return a touch as an occurrence. `impulse` is what the first of `between` was given by the second."""
     return {
-        "time": episode.start, "end": episode.end, "ongoing": episode.ongoing, "between": [episode.first, episode.second],
-        "pos": list(episode.pos), "impulse": list(episode.impulse), "normal_impulse": episode.normal_impulse,
-        "impact_impulse": episode.impact_impulse, "peak_force": episode.peak_force, "penetration": episode.depth,
-    }  # fmt: skip
+        "time": episode.start,
+        "end": episode.end,
+        "ongoing": episode.ongoing,
+        "between": [episode.first, episode.second],
+        "pos": list(episode.pos),
+        "impulse": list(episode.impulse),
+        "normal_impulse": episode.normal_impulse,
+        "impact_impulse": episode.impact_impulse,
+        "peak_force": episode.peak_force,
+        "penetration": episode.depth,
+    }
 
 
 def _episodes(recording: Recording, between: tuple[str, str]) -> list[Episode]:
@@ -113,43 +120,65 @@ def _episodes(recording: Recording, between: tuple[str, str]) -> list[Episode]:
 
 
 def _contact(recording: Recording, series: Any, event: a.ContactEvent, since: float) -> list[Occurrence]:
-    """Touches begin. A touch counts if it gives `min_impulse` within its first 50 ms: by resting on something for
-    long enough, a feather gives any impulse."""
-    return [episode_row(e) for e in _episodes(recording, event.between) if e.impact_impulse >= event.min_impulse]
+    """Touches begin.
+
+    A touch counts if it gives `min_impulse` within its first 50 ms: by resting on something for long enough, a
+    feather gives any impulse.
+    """
+    return [
+        episode_row(e) for e in _episodes(recording, event.between) if e.impact_impulse >= event.min_impulse
+    ]
 
 
-def _separation(recording: Recording, series: Any, event: a.SeparationEvent, since: float) -> list[Occurrence]:
-    """Touches end, and there is none of that pair for a while; a touch too near the end of the run is left open."""
+def _separation(
+    recording: Recording, series: Any, event: a.SeparationEvent, since: float
+) -> list[Occurrence]:
+    """Touches end, and there is none of that pair for a while; near the end of the run that stays open."""
     episodes = _episodes(recording, event.between)
     rows = []
     for episode, following in zip(episodes, [*episodes[1:], None], strict=True):
-        same = following is not None and (episode.first, episode.second) == (following.first, following.second)
+        same = following is not None and (episode.first, episode.second) == (
+            following.first,
+            following.second,
+        )
         until = following.start if following is not None and same else recording.states.end
         if until - episode.end >= event.for_ - 1e-9 and not episode.ongoing:
-            rows.append({"time": episode.end, "between": [episode.first, episode.second], "touched_since": episode.start})
+            rows.append(
+                {
+                    "time": episode.end,
+                    "between": [episode.first, episode.second],
+                    "touched_since": episode.start,
+                }
+            )
     return rows
 
 
-# --- from frames ----------------------------------------------------------------------------------------------
+# --- from frames -------------------------------------------------------------------
 
 
 def crossings(time: Array, height: Array) -> list[float]:
-    """Return the times [s] at which a series of numbers goes from negative to zero or more, between frames on a
-    straight line."""
+    """Return the times [s] at which numbers go from negative to zero or more, on straight lines between frames."""
     with np.errstate(invalid="ignore"):
         at = np.flatnonzero((height[:-1] < 0) & (height[1:] >= 0)) + 1
     part = -height[at - 1] / (height[at] - height[at - 1])
     return (time[at - 1] + part * (time[at] - time[at - 1])).tolist()
 
 
-def _threshold(recording: Recording, series: Mapping[str, Series], event: a.ThresholdEvent, since: float) -> list[Occurrence]:
+def _threshold(
+    recording: Recording, series: Mapping[str, Series], event: a.ThresholdEvent, since: float
+) -> list[Occurrence]:
     """A measure passes a value; what is beyond it from the start has not passed it."""
     measured = series.get(event.measure)
     if measured is None or measured.problem:
         raise EventError(measured.problem if measured else f"there is no measure `{event.measure}`")
-    height = measured.values - event.above if event.above is not None else (event.below or 0.0) - measured.values
+    height = (
+        measured.values - event.above if event.above is not None else (event.below or 0.0) - measured.values
+    )
     bound = event.above if event.above is not None else event.below
-    return [{"time": t, "measure": event.measure, "value": bound} for t in crossings(recording.states.time, height)]
+    return [
+        {"time": t, "measure": event.measure, "value": bound}
+        for t in crossings(recording.states.time, height)
+    ]
 
 
 def _rest(recording: Recording, series: Any, event: a.RestEvent, since: float) -> list[Occurrence]:
@@ -159,7 +188,7 @@ def _rest(recording: Recording, series: Any, event: a.RestEvent, since: float) -
     if not len(time):
         return []
     height = event.speed - np.max(speeds, axis=0)
-    quiet = (height >= 0) & (time >= since)
+    quiet = height >= 0
     edges = np.flatnonzero(np.diff(np.concatenate([[False], quiet, [False]]).astype(int)))
     rows = []
     for first, last in zip(edges[::2], edges[1::2] - 1, strict=True):
@@ -178,7 +207,9 @@ def _region(recording: Recording, series: Any, event: a.RegionEvent, since: floa
     return _passages(recording, event.of, lambda points: sign * depth_inside(event.region, points))
 
 
-def _left_domain(recording: Recording, series: Any, event: a.LeftDomainEvent, since: float) -> list[Occurrence]:
+def _left_domain(
+    recording: Recording, series: Any, event: a.LeftDomainEvent, since: float
+) -> list[Occurrence]:
     """An origin leaves the scene's domain; what starts outside has left it at the start."""
     domain = recording.case.scene.domain
     if domain is None:
@@ -197,11 +228,19 @@ def _passages(
         if from_start and len(high) and high[0] > 0:
             times.insert(0, float(time[0]))
         for t in times:
-            rows.append({"time": t, "of": target.label, "pos": [float(np.interp(t, time, column)) for column in origin.T]})
+            rows.append(
+                {
+                    "time": t,
+                    "of": target.label,
+                    "pos": [float(np.interp(t, time, column)) for column in origin.T],
+                }
+            )
     return rows
 
 
-def _joint_limit(recording: Recording, series: Any, event: a.JointLimitEvent, since: float) -> list[Occurrence]:
+def _joint_limit(
+    recording: Recording, series: Any, event: a.JointLimitEvent, since: float
+) -> list[Occurrence]:
     """A joint comes to within 0.2 % of its range of an end; again, once it has been 2 % away."""
     time, rows = recording.states.time, []
     for label, joint in recording.cast.select_joints(event.of):
@@ -231,10 +270,19 @@ def _released(recording: Recording, series: Any, event: a.ReleasedEvent, since: 
     if not isinstance(attach, a.Attach):
         raise EventError(f"there is no attach `{event.attach}`")
     times = sorted(c.at for c in controls.values() if isinstance(c, a.Release) and c.attach == event.attach)
-    return [{"time": t, "between": [attach.body, attach.to]} for t in times if t <= recording.states.end + 1e-9]
+    return [
+        {"time": t, "between": [attach.body, attach.to]} for t in times if t <= recording.states.end + 1e-9
+    ]
 
 
 _FINDERS: dict[str, Callable[[Recording, Mapping[str, Series], Any, float], list[Occurrence]]] = {
-    "contact": _contact, "separation": _separation, "threshold": _threshold, "rest": _rest, "left_domain": _left_domain,
-    "enters": _region, "leaves": _region, "joint_limit": _joint_limit, "released": _released,
-}  # fmt: skip
+    "contact": _contact,
+    "separation": _separation,
+    "threshold": _threshold,
+    "rest": _rest,
+    "left_domain": _left_domain,
+    "enters": _region,
+    "leaves": _region,
+    "joint_limit": _joint_limit,
+    "released": _released,
+}

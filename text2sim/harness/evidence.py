@@ -1,6 +1,7 @@
 """Evidence: what a recorded run shows, and whether it is what was expected.
 
-A pure function of the recorded states and the case: judging again needs no simulation, and gives the same bytes.
+A pure function of the recorded states and the case: judging again needs no simulation, and gives the same
+bytes.
 """
 
 import json
@@ -22,6 +23,7 @@ from text2sim.harness.recording import Recording
 from text2sim.harness.selection import base_name
 from text2sim.harness.states import Array
 from text2sim.harness.visibility import summarise_visibility
+from text2sim.spec_schema.actions import ContactCount, ContactEvent, ContactForce, Penetration, SeparationEvent
 from text2sim.spec_schema.case import Case
 
 EPISODES = 5_000
@@ -62,7 +64,12 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
             "state": state,
             "message": message,
             "where": where,
-            "time": {"reached": states.end, "duration": case.scene.duration, "dt": states.dt, "frames": states.frames},
+            "time": {
+                "reached": states.end,
+                "duration": case.scene.duration,
+                "dt": states.dt,
+                "frames": states.frames,
+            },
             "expect": {finding.name: finding.as_dict() for finding in findings},
             "measures": {name: _summary(states.time, row) for name, row in series.items()},
             "events": {name: _times(events, name) for name in events.occurrences},
@@ -77,10 +84,14 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
             "left_out": [*states.losses, *_left_out(contacts)],
         }
     plain = to_plain(evidence)
-    rows = sorted([*events.sorted(), *touches], key=lambda row: (row["time"], row["name"] or "", row.get("between", [])))
+    rows = sorted(
+        [*events.sorted(), *touches], key=lambda row: (row["time"], row["name"] or "", row.get("between", []))
+    )
     write_atomically(run_dir / "events.jsonl", "".join(dump_line(row) + "\n" for row in rows))
     write_atomically(run_dir / "measures.csv", _csv(states.time, series))
-    write_atomically(run_dir / "evidence.json", json.dumps(plain, indent=1, sort_keys=True, allow_nan=False) + "\n")
+    write_atomically(
+        run_dir / "evidence.json", json.dumps(plain, indent=1, sort_keys=True, allow_nan=False) + "\n"
+    )
     return plain
 
 
@@ -120,7 +131,7 @@ def _outcome(run_dir: Path) -> tuple[str, str, Any]:
 def _verdict(findings: list[Finding], state: str, message: str) -> tuple[str, str]:
     """Return (passed, failed or incomplete; the reason)."""
     missed = [finding.name for finding in findings if finding.ok is False]
-    ended = f"the run {'ended as' if state != 'diverged' else 'has'} {state}{': ' + message if message else ''}"
+    ended = f"the run did not finish ({state}{': ' + message if message else ''})"
     if missed:
         first = f"{len(missed)} of {len(findings)} expectations missed: {', '.join(missed)}"
         return "failed", first if state == "finished" else f"{ended}; {first}"
@@ -128,11 +139,20 @@ def _verdict(findings: list[Finding], state: str, message: str) -> tuple[str, st
         return "incomplete", "the run was stopped before its end"
     if state != "finished":
         return "failed", ended
-    return "passed", f"all {len(findings)} expectations came true" if findings else "it ran to its end; nothing was expected"
+    return (
+        "passed",
+        f"all {len(findings)} expectations came true"
+        if findings
+        else "it ran to its end; nothing was expected",
+    )
 
 
 def _summary(time: Array, series: Series) -> dict[str, Any]:
-    return {"unit": series.unit, "problem": series.problem or None, **diagnostics.extremes(time, series.values)}
+    return {
+        "unit": series.unit,
+        "problem": series.problem or None,
+        **diagnostics.extremes(time, series.values),
+    }
 
 
 def _times(events: EventLog, name: str) -> dict[str, Any]:
@@ -172,8 +192,10 @@ def _weight(episode: Episode) -> tuple[float, float, str, str]:
 
 def _named_with_itself(case: Case) -> set[str]:
     """Bodies whose copies the case itself watches touching each other."""
-    pairs = [e.between for e in case.actions.events.values() if e.kind in ("contact", "separation")]  # type: ignore[union-attr]
-    pairs += [(m.of, m.by) for m in case.actions.measures.values() if getattr(m, "by", None)]  # type: ignore[union-attr]
+    pairs = [e.between for e in case.actions.events.values() if isinstance(e, ContactEvent | SeparationEvent)]
+    for measure in case.actions.measures.values():
+        if isinstance(measure, ContactForce | ContactCount | Penetration) and measure.by is not None:
+            pairs.append((measure.of, measure.by))
     bases = [tuple(base_name(name.partition(".")[0]) for name in pair) for pair in pairs]
     return {a for a, b in bases if a == b}
 
@@ -181,7 +203,9 @@ def _named_with_itself(case: Case) -> set[str]:
 def _left_out(contacts: dict[str, Any]) -> list[str]:
     rows = []
     if contacts["left_out"]:
-        rows.append(f"events.jsonl: {contacts['left_out']} of the smaller touches between bodies (it lists {EPISODES})")
+        rows.append(
+            f"events.jsonl: {contacts['left_out']} of the smaller touches between bodies (it has {EPISODES})"
+        )
     if contacts["within_repeated_bodies"]:
         rows.append(f"events.jsonl: {contacts['within_repeated_bodies']} touches between copies of one body")
     if not contacts["recorded"]:
@@ -190,7 +214,9 @@ def _left_out(contacts: dict[str, Any]) -> list[str]:
 
 
 def _csv(time: Array, series: Mapping[str, Series]) -> str:
-    table = np.column_stack([time, *(row.values for row in series.values())]) if len(time) else np.zeros((0, 1))
+    table = (
+        np.column_stack([time, *(row.values for row in series.values())]) if len(time) else np.zeros((0, 1))
+    )
     lines = [",".join(["time", *series])]
     lines += [",".join(f"{v:.9g}" if math.isfinite(v) else "" for v in row) for row in table.tolist()]
     return "\n".join(lines) + "\n"

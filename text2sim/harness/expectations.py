@@ -55,7 +55,14 @@ class Finding:
 
     def as_dict(self) -> dict[str, Any]:
         """The finding as plain data."""
-        return {"name": self.name, "ok": self.ok, "value": self.value, "unit": self.unit, "wanted": self.wanted, "why": self.why}
+        return {
+            "name": self.name,
+            "ok": self.ok,
+            "value": self.value,
+            "unit": self.unit,
+            "wanted": self.wanted,
+            "why": self.why,
+        }
 
 
 def judge_expectations(
@@ -92,7 +99,11 @@ class _Judge:
         return Finding(name, ok, value, unit, wanted, why)
 
     def _unreached(self, what: str) -> tuple[bool | None, None, str]:
-        return (None if self.ending.stopped else False), None, f"not reached: the run ended at {self.ending.end:.4g} s, {what}"
+        return (
+            (None if self.ending.stopped else False),
+            None,
+            f"not reached: the run ended at {self.ending.end:.4g} s, {what}",
+        )
 
     # --- events ---
 
@@ -104,7 +115,13 @@ class _Judge:
             return False, float(len(inside)), f"happened at {inside[0]:.4g} s{_more(inside)}"
         if self.ending.early and not self.ending.reached(last):
             return self._unreached("and it could still have happened")
-        return True, 0.0, "never happened" if expect.within is None or not times else f"happened only outside, first at {times[0]:.4g} s"
+        return (
+            True,
+            0.0,
+            "never happened"
+            if expect.within is None or not times
+            else f"happened only outside, first at {times[0]:.4g} s",
+        )
 
     def _event(self, expect: Expect) -> tuple[bool | None, float | None, str]:
         times = [row["time"] for row in self.events.occurrences[expect.event or ""]]
@@ -121,11 +138,15 @@ class _Judge:
             return False, value, said
         if expect.count is not None:
             low, high = _counts(expect.count)
-            said = f"happened {len(times)} times" + (f", {said}" if times else "")
+            said = f"happened {len(times)} times" + (f", first at {first:.4g} s" if first is not None else "")
             if len(times) > high:
                 return False, value, said
             if open_end and (len(times) < low or high < float("inf")):
-                return (None if self.ending.stopped else False), value, f"{said}; the run ended at {self.ending.end:.4g} s"
+                return (
+                    (None if self.ending.stopped else False),
+                    value,
+                    f"{said}; the run ended at {self.ending.end:.4g} s",
+                )
             if len(times) < low:
                 return False, value, said
         if expect.before is not None:
@@ -149,14 +170,18 @@ class _Judge:
             return self._unreached("before its first frame")
         if expect.at == "end" and self.ending.early:
             return self._unreached("before its end")
-        at = {"start": self.time[0], "end": self.time[-1]}.get(expect.at, expect.at) if isinstance(expect.at, str) else expect.at
+        at = (
+            {"start": self.time[0], "end": self.time[-1]}.get(expect.at, expect.at)
+            if isinstance(expect.at, str)
+            else expect.at
+        )
         if not self.ending.reached(at):
             return self._unreached(f"before {at:.4g} s")
         value = float(np.interp(at, self.time, series.values))
         return _holds(expect, value), _finite(value), f"{_number(value, series.unit)} at {at:.4g} s"
 
     def _during(self, expect: Expect, series: Series) -> tuple[bool | None, float | None, str]:
-        first, last = (0.0, self.ending.duration) if expect.during == "all" else expect.during  # type: ignore[misc]
+        first, last = expect.during if isinstance(expect.during, tuple) else (0.0, self.ending.duration)
         if not len(self.time) or first > self.ending.end + HAIR and not self.ending.finished:
             return self._unreached(f"before {first:.4g} s")
         time, values = self._clip(first, last, series.values)
@@ -173,7 +198,11 @@ class _Judge:
         if not _holds(expect, value):
             return False, _finite(value), said
         if not whole:
-            return (None if self.ending.stopped else False), _finite(value), f"{said}; the run ended at {self.ending.end:.4g} s"
+            return (
+                (None if self.ending.stopped else False),
+                _finite(value),
+                f"{said}; the run ended at {self.ending.end:.4g} s",
+            )
         return True, _finite(value), said
 
     def _clip(self, first: float, last: float, values: Array) -> tuple[Array, Array]:
@@ -183,7 +212,9 @@ class _Judge:
         inner = (self.time > first + HAIR) & (self.time < last - HAIR)
         ends = np.array([first, last])
         left, right = np.interp(ends, self.time, values)
-        return np.concatenate([[first], self.time[inner], [last]]), np.concatenate([[left], values[inner], [right]])
+        return np.concatenate([[first], self.time[inner], [last]]), np.concatenate(
+            [[left], values[inner], [right]]
+        )
 
 
 def _stat(stat: str, time: Array, values: Array) -> float:
@@ -248,12 +279,17 @@ def wanted_of_event(expect: Expect) -> str:
 
 def wanted_of_measure(expect: Expect, unit: str) -> str:
     """Return what is wanted of a measure, in words."""
-    bounds = [f"{word} {_number(v, unit)}" for word, v in (("above", expect.above), ("below", expect.below)) if v is not None]
+    bounds = [
+        f"{word} {_number(v, unit)}"
+        for word, v in (("above", expect.above), ("below", expect.below))
+        if v is not None
+    ]
     if expect.equals is not None:
         bounds.append(f"within {_number(expect.tolerance or 0.0, unit)} of {_number(expect.equals, unit)}")
     subject = f"`{expect.measure}`" if expect.stat is None else f"{expect.stat} of `{expect.measure}`"
     if expect.at is not None:
         when = f"at the {expect.at}" if isinstance(expect.at, str) else f"at {expect.at:g} s"
     else:
-        when = "all the time" if expect.during == "all" else "from {:g} s to {:g} s".format(*expect.during)  # type: ignore[misc]
+        span = expect.during if isinstance(expect.during, tuple) else None
+        when = f"from {span[0]:g} s to {span[1]:g} s" if span else "all the time"
     return f"{subject} {' and '.join(bounds)} {when}"

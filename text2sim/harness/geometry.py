@@ -57,7 +57,10 @@ class Geometry:
         parts = [np.zeros((0, 3))]
         for row in self._index.get(link, ()):
             quat = np.asarray(row.get("quat", (1, 0, 0, 0)), dtype=float)
-            parts.append(rotate(quat, self._corners(str(row["mesh"]))) + np.asarray(row.get("pos", (0, 0, 0)), dtype=float))
+            parts.append(
+                rotate(quat, self._corners(str(row["mesh"])))
+                + np.asarray(row.get("pos", (0, 0, 0)), dtype=float)
+            )
         return np.concatenate(parts)
 
     def _read_corners(self, mesh: str) -> Array:

@@ -1,10 +1,10 @@
 """Measures: numbers over time, computed from recorded frames. Each formula stands with its function.
 
-A body is meant as a whole: where it has several links, its origin, orientation and turning are those of its root
-link, and its velocity is that of the common centre of mass.
+A body is meant as a whole: where it has several links, its origin, orientation and turning are those of its
+root link, and its velocity is that of the common centre of mass.
 
-Contacts are recorded at every time step, measures are given at frames: to a frame belong the steps since the frame
-before it. The first frame, before which there was no step, shows the contacts that the first step found.
+Contacts are recorded at every time step, measures are given at frames: to a frame belong the steps since the
+frame before it. The first frame, before which there was no step, shows the contacts that the first step found.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,10 +22,21 @@ from text2sim.spec_schema.base import AXES
 
 _COLUMN = {"x": 0, "y": 1, "z": 2}
 _UNITS = {
-    "position": "m", "velocity": "m/s", "speed": "m/s", "angular_speed": "rad/s", "displacement": "m", "tilt": "deg",
-    "extent": "m", "distance": "m", "contact_force": "N", "contact_count": "", "penetration": "m", "energy": "J",
-    "momentum": "kg m/s", "count_in": "",
-}  # fmt: skip
+    "position": "m",
+    "velocity": "m/s",
+    "speed": "m/s",
+    "angular_speed": "rad/s",
+    "displacement": "m",
+    "tilt": "deg",
+    "extent": "m",
+    "distance": "m",
+    "contact_force": "N",
+    "contact_count": "",
+    "penetration": "m",
+    "energy": "J",
+    "momentum": "kg m/s",
+    "count_in": "",
+}
 _JOINT_UNITS = {
     "joint_position": {"hinge": "rad", "slider": "m"},
     "joint_velocity": {"hinge": "rad/s", "slider": "m/s"},
@@ -55,7 +66,9 @@ def evaluate(recording: Recording) -> dict[str, Series]:
                 values, unit = _value(recording, measure)
             found[name] = Series(name, unit, np.asarray(values, dtype=float))
         except (SelectionError, MeasureError) as error:
-            found[name] = Series(name, _UNITS.get(measure.kind, ""), np.full(recording.states.frames, np.nan), str(error))
+            found[name] = Series(
+                name, _UNITS.get(measure.kind, ""), np.full(recording.states.frames, np.nan), str(error)
+            )
     return found
 
 
@@ -68,7 +81,9 @@ def _value(recording: Recording, measure: a.Measure) -> tuple[Array, str]:
         joints = recording.cast.select_joints(measure.of)
         kinds = {joint.kind for _, joint in joints}
         if len(kinds) != 1 or not kinds <= {"hinge", "slider"}:
-            raise MeasureError(f"{measure.of}: only hinges and sliders have a position (got {', '.join(sorted(kinds))})")
+            raise MeasureError(
+                f"{measure.of}: only hinges and sliders have a position (got {', '.join(sorted(kinds))})"
+            )
         values = [_joint(recording, measure.kind, joint) for _, joint in joints]
         unit = _JOINT_UNITS[measure.kind][kinds.pop()]
         return _reduce(measure, values), "" if measure.stat == "count" else unit
@@ -80,12 +95,17 @@ def _value(recording: Recording, measure: a.Measure) -> tuple[Array, str]:
 
 
 def _reduce(measure: Any, values: list[Array]) -> Array:
-    """Make one series of several copies: `max`, `min`, `mean`, `sum`, `range` (max - min), or `count` of those whose
-    value is above and below the bounds."""
+    """Make one series of several copies.
+
+    `max`, `min`, `mean` and `sum` are what they are called, `range` is max - min, `count` is the number of those
+    whose value is above and below the bounds.
+    """
     stack = np.stack(values)
     if measure.stat is None:
         if len(values) > 1:
-            raise MeasureError(f"{measure.of} means {len(values)} bodies: `stat` says how they become one number")
+            raise MeasureError(
+                f"{measure.of} means {len(values)} bodies: `stat` says how they become one number"
+            )
         return stack[0]
     if measure.stat == "count":
         above = stack > (-np.inf if measure.above is None else measure.above)
@@ -96,7 +116,7 @@ def _reduce(measure: Any, values: list[Array]) -> Array:
     return getattr(stack, measure.stat)(axis=0)
 
 
-# --- of one target, then reduced ------------------------------------------------------------------------------
+# --- of one target, then reduced ---------------------------------------------------
 
 
 def _position(recording: Recording, measure: a.Position, target: Target) -> Array:
@@ -145,16 +165,22 @@ def _joint(recording: Recording, kind: str, joint: JointRecord) -> Array:
 
 
 _PER_TARGET: dict[str, Callable[[Recording, Any, Target], Array]] = {
-    "position": _position, "velocity": _velocity, "speed": _speed, "angular_speed": _angular_speed,
-    "displacement": _displacement, "tilt": _tilt,
-}  # fmt: skip
+    "position": _position,
+    "velocity": _velocity,
+    "speed": _speed,
+    "angular_speed": _angular_speed,
+    "displacement": _displacement,
+    "tilt": _tilt,
+}
 
-# --- of all targets together ----------------------------------------------------------------------------------
+# --- of all targets together -------------------------------------------------------
 
 
 def _extent(recording: Recording, measure: a.Extent) -> Array:
-    """Highest or lowest coordinate of the corners of all shapes, or the difference. Shapes are the recorded meshes:
-    exact for flat-sided ones; round ones reach as far as the engine's mesh of them."""
+    """Highest or lowest coordinate of the corners of all shapes, or the difference.
+
+    Shapes are the recorded meshes: exact for flat-sided ones; round ones reach as far as the engine's mesh of them.
+    """
     links = [link for target in recording.cast.select(measure.of) for link in target.links]
     low, high = reach(recording.states, recording.geometry, links, measure.axis)
     if len(low) and np.isnan(low[0]):
@@ -178,12 +204,16 @@ def _distance(recording: Recording, measure: a.Distance) -> Array:
 
 
 def _contact_rows(recording: Recording, of: str, by: str | None) -> tuple[Array, Array]:
-    """Return (rows, sign): the contacts of `of` with `by` (or anything else), and +1 where the first link is in `of`."""
+    """Return the contacts of `of` with `by` (or anything else), and +1 where the first link of the two is in `of`."""
     log = recording.contacts
     if not log.recorded:
         raise MeasureError("no contacts were recorded (scene.record.contacts is false)")
     ours = recording.cast.groups(recording.cast.select(of)) >= 0
-    theirs = np.ones(len(ours), dtype=bool) if by is None else recording.cast.groups(recording.cast.select(by)) >= 0
+    theirs = (
+        np.ones(len(ours), dtype=bool)
+        if by is None
+        else recording.cast.groups(recording.cast.select(by)) >= 0
+    )
     first, second = log.links[:, 0], log.links[:, 1]
     forward, backward = ours[first] & theirs[second], ours[second] & theirs[first]
     rows = np.flatnonzero((forward | backward) & (log.frame < recording.states.frames))
@@ -192,7 +222,7 @@ def _contact_rows(recording: Recording, of: str, by: str | None) -> tuple[Array,
 
 
 def _contact_force(recording: Recording, measure: a.ContactForce) -> Array:
-    """|sum of F dt| / T over the steps that belong to a frame: the size of the mean force, as a scale would show it."""
+    """|sum of F dt| / T over the steps that belong to a frame: the size of the mean force, as a scale shows it."""
     rows, sign = _contact_rows(recording, measure.of, measure.by)
     states, log = recording.states, recording.contacts
     total = np.zeros((states.frames, 3))
@@ -227,11 +257,13 @@ def _frames_with_first(recording: Recording, rows: Array) -> tuple[Array, Array]
     """Return (frame, row) of contacts, with those of the first step once more for the first frame."""
     log, states = recording.contacts, recording.states
     begin = rows[log.step[rows] == states.steps[0] + 1] if states.frames else rows[:0]
-    return np.concatenate([np.zeros(len(begin), dtype=np.int64), log.frame[rows]]), np.concatenate([begin, rows])
+    return np.concatenate([np.zeros(len(begin), dtype=np.int64), log.frame[rows]]), np.concatenate(
+        [begin, rows]
+    )
 
 
 def _links(recording: Recording, of: str | None) -> Array:
-    """Links of a selector, or of all bodies: never statics, and not the driven ones, whose motion is prescribed."""
+    """Links of a selector, or of all bodies: neither statics nor the driven ones, whose motion is prescribed."""
     targets: Sequence[Target] = recording.cast.loose if of is None else recording.cast.select(of)
     return np.array(sorted({link for target in targets for link in target.links}), dtype=np.int64)
 
@@ -255,11 +287,19 @@ def _momentum(recording: Recording, measure: a.Momentum) -> Array:
 
 def _count_in(recording: Recording, measure: a.CountIn) -> Array:
     """Number of copies whose origin lies in the region or on its surface."""
-    inside = [depth_inside(measure.region, recording.origin(t)) >= 0 for t in recording.cast.select(measure.of)]
+    inside = [
+        depth_inside(measure.region, recording.origin(t)) >= 0 for t in recording.cast.select(measure.of)
+    ]
     return np.sum(inside, axis=0)
 
 
 _COLLECTIVE: dict[str, Callable[[Recording, Any], Array]] = {
-    "extent": _extent, "distance": _distance, "contact_force": _contact_force, "contact_count": _contact_count,
-    "penetration": _penetration, "energy": _energy, "momentum": _momentum, "count_in": _count_in,
-}  # fmt: skip
+    "extent": _extent,
+    "distance": _distance,
+    "contact_force": _contact_force,
+    "contact_count": _contact_count,
+    "penetration": _penetration,
+    "energy": _energy,
+    "momentum": _momentum,
+    "count_in": _count_in,
+}

@@ -35,7 +35,7 @@ class Outcome:
     message: str
     """Why it ended early; empty if it did not."""
     film_message: str = ""
-    """Why the film is missing although the simulation came to its end, if the program did not get to say so."""
+    """Why the program ended early after the simulation had come to its end: while it made the film."""
 
 
 def outcome_of(ended: ChildExit, limits: Limits, status: dict[str, Any], log: str, time: float) -> Outcome:

@@ -5,6 +5,7 @@ import re
 import sys
 from contextlib import suppress
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -63,10 +64,13 @@ def run_program(
             command, folder=program, log=log, limits=limits, stop=stop, on_poll=relay.poll, inherit=inherit
         )
     text = read_end(log, begin)
-    outcome = outcome_of(ended, limits, read_status(folder / "status.json"), text, relay.simulated)
+    status = read_status(folder / "status.json")
+    outcome = outcome_of(ended, limits, status, text, _finite(status.get("time"), relay.simulated))
     failed = ended.code != 0 and ended.cause == "ended"
     refused = _NO_FILM.search(text)
-    return Finished(outcome, ended, provenance(program, text) if failed else None, refused[1] if refused else "")
+    return Finished(
+        outcome, ended, provenance(program, text) if failed else None, refused[1] if refused else ""
+    )
 
 
 class _Relay:
@@ -95,11 +99,15 @@ class _Relay:
             building = phase == "build"
             self._build_since = self._clock.wall if building else None
             self._clock.enter(phase, FIRST_TIME if building and not kernels_cached() else "")
-        time, duration = record.get("t"), record.get("duration")
-        if isinstance(time, int | float) and self._phase in ("simulate", "film"):
+        if self._phase in ("simulate", "film"):
+            time = _finite(record.get("t"), 0.0)
             if self._phase == "simulate":
-                self.simulated = float(time)
-            self._clock.tell(float(time), duration=duration if isinstance(duration, int | float) else None)
+                self.simulated = time
+            self._clock.tell(time, duration=_finite(record.get("duration"), 0.0))
+
+
+def _finite(value: object, otherwise: float) -> float:
+    return float(value) if isinstance(value, int | float) and isfinite(value) else otherwise
 
 
 def kernels_cached() -> bool:

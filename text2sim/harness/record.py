@@ -78,5 +78,5 @@ class RunRecord:
 def write_atomically(path: Path, text: str) -> None:
     """Write a file that is complete from the moment on at which it is there."""
     partial = path.with_name(f".{path.name}.{os.getpid()}")
-    partial.write_text(text, "utf-8")
+    partial.write_text(text, "utf-8", newline="")
     os.replace(partial, path)

@@ -43,7 +43,7 @@ class RunResult:
 
     @property
     def expectations(self) -> dict[str, dict[str, Any]]:
-        """The expectations of the case by name: `ok`, `wanted`, `why`, `value`, `unit`, as in `evidence.json`."""
+        """By name, as in `evidence.json`: `ok`, `wanted`, `why`, `value`, `unit`."""
         return (self.evidence or {}).get("expect", {})
 
     @property

@@ -2,17 +2,18 @@
 
 import json
 from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from hashlib import sha256
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from text2sim import __version__, templates
 from text2sim.harness.child import Limits
 from text2sim.harness.folder import Wanted, Work, install_program, install_run, remaining_work, staging
 from text2sim.harness.lock import RunLock
-from text2sim.harness.outcome import EXIT_INTERRUPTED
+from text2sim.harness.machine import device_kind, versions
 from text2sim.harness.program import Finished, run_program
 from text2sim.harness.progress import Clock, OnProgress, ignore
 from text2sim.harness.record import COMPLETE, RunRecord, write_atomically
@@ -24,8 +25,12 @@ if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
     from text2sim.spec_schema.load import LoadedCase
 
+__all__ = ["Compile", "Device", "run_case"]
+
 Compile = Callable[["LoadedCase", Path], "Plan"]
 """Writes the program of a case into a folder and returns its plan."""
+Device = Literal["cpu", "gpu"]
+"""What the engine computes on. The CPU is the faster of the two for a scene of a few hundred bodies."""
 
 
 def run_case(
@@ -60,56 +65,77 @@ def run_case(
         MachineError: if this machine cannot run it.
         RunError: if its run folder is in use, or in the way.
     """
-    if stop is None:
-        with Stop() as stop:
-            return run_case(
-                loaded, runs=runs, on_progress=on_progress, timeout=timeout, memory_gb=memory_gb, film=film,
-                force=force, stop=stop, compile_to=compile_to,
-            )  # fmt: skip
     if compile_to is None:
         from text2sim.compiler.build import compile_case
 
         compile_to = compile_case
     limits = Limits(timeout=timeout, memory=None if memory_gb is None else int(memory_gb * 1e9))
-    clock = Clock(on_progress, loaded.case.scene.duration)
-    genesis = _genesis_version()
-    if device == "gpu" and device_kind() != "cuda":
-        raise MachineError("there is no CUDA device here; `text2sim doctor` says why")
-    clock.enter("compile")
-    with staging(runs) as stage:
-        (stage / "run").mkdir()
-        plan = compile_to(loaded, stage / "run" / "program")
-        name = f"{loaded.case.name}-{plan.sim_digest[:10]}"
-        with RunLock(runs, name) as lock:
-            return _Run(loaded, plan, runs / name, genesis, clock, stop).bring_up_to_date(
-                stage / "run", film=film, force=force, limits=limits, lock=lock
-            )
+    engine = _Engine.find(device)
+    with nullcontext(stop) if stop else Stop() as stop, staging(runs) as stage:
+        clock = Clock(on_progress, loaded.case.scene.duration)
+        clock.enter("compile")
+        staged = stage / "run"
+        staged.mkdir()
+        plan = compile_to(loaded, staged / "program")
+        folder = runs / f"{loaded.case.name}-{plan.sim_digest[:10]}"
+        with RunLock(runs, folder.name) as lock:
+            run = _Run(loaded, plan, folder, engine, limits, clock, stop, lock, film)
+            work = run.work(force=force)
+            run.do(work, staged)
+            return run.result(work)
+
+
+@dataclass(frozen=True)
+class _Engine:
+    """What a simulation depends on besides its program."""
+
+    versions: dict[str, str]
+    device: Device
+
+    @classmethod
+    def find(cls, device: Device) -> "_Engine":
+        found = versions()
+        if "genesis-world" not in found:
+            raise MachineError("Genesis is not installed here; `text2sim doctor` says what is missing")
+        if device == "gpu" and device_kind() != "cuda":
+            raise MachineError("there is no CUDA device here; `text2sim doctor` says why")
+        return cls(found, device)
+
+    def key(self, sim_digest: str) -> dict[str, str]:
+        return {
+            "sim_digest": sim_digest,
+            "templates": _sources_digest(Path(templates.__file__).parent),
+            "genesis": self.versions["genesis-world"],
+            "device": "cuda" if self.device == "gpu" else "cpu",
+        }
 
 
 class _Run:
     """One call of `run_case`, from the compiled program on."""
 
     def __init__(
-        self, loaded: "LoadedCase", plan: "Plan", folder: Path, genesis: str, clock: Clock, stop: Stop
+        self,
+        loaded: "LoadedCase",
+        plan: "Plan",
+        folder: Path,
+        engine: _Engine,
+        limits: Limits,
+        clock: Clock,
+        stop: Stop,
+        lock: RunLock,
+        film: bool,
     ) -> None:
-        from text2sim.harness.machine import device_kind, versions
-
-        self.loaded, self.plan, self.folder, self.clock, self.stop = loaded, plan, folder, clock, stop
-        case_text = loaded.source.text
+        self.loaded, self.plan, self.folder, self.limits = loaded, plan, folder, limits
+        self.clock, self.stop, self.lock, self.film, self.device = clock, stop, lock, film, engine.device
         self.judge_digest = _judge_digest(loaded)
-        self.fresh = RunRecord(
+        self.record = RunRecord(
             case=loaded.case.name,
             state="running",
-            key={
-                "sim_digest": plan.sim_digest,
-                "templates": _folder_digest(Path(templates.__file__).parent)[:16],
-                "genesis": genesis,
-                "device": device_kind(),
-            },
+            key=engine.key(plan.sim_digest),
             text2sim=__version__,
-            case_digest=sha256(case_text.encode()).hexdigest(),
+            case_digest=sha256(loaded.source.text.encode()).hexdigest(),
             seed=plan.seed,
-            versions=versions(),
+            versions=engine.versions,
             duration=loaded.case.scene.duration,
             notes=list(plan.notes),
         )
@@ -117,112 +143,40 @@ class _Run:
         self.problem: Problem | None = None
         self.evidence: dict[str, Any] | None = None
 
-    def bring_up_to_date(
-        self, staged: Path, *, film: bool, force: bool, limits: Limits, lock: RunLock
-    ) -> RunResult:
-        """Do what is not yet done, with the program that lies in `staged`."""
-        wanted = Wanted(self.fresh.key, self.plan.render_digest, self.judge_digest, film)
-        work = Work.SIMULATE if force else remaining_work(self.folder, wanted)
+    def work(self, *, force: bool) -> Work:
+        """What is to be done."""
+        wanted = Wanted(self.record.key, self.plan.render_digest, self.judge_digest, self.film)
+        return Work.SIMULATE if force else remaining_work(self.folder, wanted)
+
+    def do(self, work: Work, staged: Path) -> None:
+        """Do it, with the program that lies in `staged`."""
         if work is Work.SIMULATE:
             self._write_inputs(staged)
-            self.fresh.started = datetime.now(UTC).isoformat(timespec="seconds")
-            self.fresh.write(staged)
+            self.record.started = datetime.now(UTC).isoformat(timespec="seconds")
+            self.record.write(staged)
             install_run(staged, self.folder)
-            record = self.fresh
-            self._simulate(record, limits, lock, film=film)
+            self._simulate()
         else:
-            record = RunRecord.read(self.folder) or self.fresh
-            self._refresh(record, staged)
+            self._refresh(staged, work)
             if work is Work.FILM:
-                self._film(record, limits, lock)
+                self._film_again()
         if work is Work.NOTHING:
-            self.evidence = _read_evidence(self.folder, self.loaded)
+            self.evidence = json.loads((self.folder / "evidence.json").read_text("utf-8"))
         else:
-            self._judge(record)
-        return self._result(record, work)
+            self._judge()
 
-    def _write_inputs(self, folder: Path) -> None:
-        (folder / "case.yaml").write_bytes(self.loaded.source.text.encode())
-        resolved = self.loaded.case.model_dump(mode="json", by_alias=True)
-        write_atomically(folder / "resolved.json", json.dumps(resolved, indent=1) + "\n")
-
-    def _refresh(self, record: RunRecord, staged: Path) -> None:
-        """Bring what does not touch the recorded states to the case as it is now."""
-        if record.case_digest == self.fresh.case_digest and record.text2sim == __version__:
-            return
-        install_program(staged / "program", self.folder / "program")
-        self._write_inputs(self.folder)
-        record.case_digest, record.text2sim = self.fresh.case_digest, __version__
-        record.notes = self.fresh.notes
-        record.write(self.folder)
-
-    def _simulate(self, record: RunRecord, limits: Limits, lock: RunLock, *, film: bool) -> None:
-        done = self._run_program(() if film else ("--no-film",), limits, lock)
-        outcome = done.outcome
-        record.state, record.time, record.message = outcome.state, outcome.time, outcome.message
-        record.exit_code, record.wall = done.ended.code, round(done.ended.wall, 3)
-        record.peak_memory = done.ended.peak_memory
-        if film and record.state in COMPLETE:
-            self._keep_film(record, done, outcome.film_message)
-        if record.state != "finished":
-            self._blame(record, done)
-        if done.ended.log_left_out:
-            record.notes.append(f"log.txt lacks {done.ended.log_left_out} bytes from its middle")
-        record.write(self.folder)
-
-    def _film(self, record: RunRecord, limits: Limits, lock: RunLock) -> None:
-        record.render_digest = ""
-        record.write(self.folder)
-        (self.folder / "video.mp4").unlink(missing_ok=True)
-        done = self._run_program(("--film-only",), limits, lock)
-        self._keep_film(record, done, done.outcome.film_message or done.outcome.message)
-        record.write(self.folder)
-
-    def _run_program(self, flags: tuple[str, ...], limits: Limits, lock: RunLock) -> Finished:
-        if self.device == "gpu":
-            flags = (*flags, "--backend", "gpu")
-        return run_program(
-            self.folder, flags=flags, limits=limits, stop=self.stop, clock=self.clock, inherit=(lock.fileno,)
-        )
-
-    def _keep_film(self, record: RunRecord, done: Finished, reason: str) -> None:
-        if (self.folder / "video.mp4").is_file():
-            record.render_digest = self.plan.render_digest
-        else:
-            self.film_message = done.no_film or reason or "the program made none"
-
-    def _blame(self, record: RunRecord, done: Finished) -> None:
-        line, code = done.blame or (1, "")
-        record.where = {"line": line, "code": code} if done.blame else None
-        if done.blame:
-            message = f"engine: {record.message}"
-            self.problem = Problem("", message, line, 1, self.loaded.source.file, rule="engine")
-
-    def _judge(self, record: RunRecord) -> None:
-        if not any((self.folder / "states").glob("chunk_*.npz")):
-            return  # it ended before there was anything to judge
-        from text2sim.harness.evidence import judge
-        from text2sim.harness.report import write_report
-
-        record.judge_digest = ""
-        record.write(self.folder)
-        self.clock.enter("judge")
-        try:
-            self.evidence = judge(self.folder, self.loaded.case)
-        except RunError as error:
-            record.notes.append(f"nothing could be judged: {error}")
-            return
-        self.clock.enter("report")
-        write_report(self.folder, self.loaded.case)
-        record.judge_digest = self.judge_digest
-
-    def _result(self, record: RunRecord, work: Work) -> RunResult:
-        timings = self.clock.finish()
+    def result(self, work: Work) -> RunResult:
+        """Write down what it took, and say what came of it."""
+        timings, record = self.clock.finish(), self.record
         if work is not Work.NOTHING:
             record.timings |= {name: round(t, 3) for name, t in timings.items()}
             record.write(self.folder)
         video, report = self.folder / "video.mp4", self.folder / "report.html"
         current = record.render_digest == self.plan.render_digest and video.is_file()
+        if self.evidence is not None:
+            # The file is sorted by name; people read expectations in the order in which the case lists them.
+            expect = self.evidence["expect"]
+            self.evidence["expect"] = {name: expect[name] for name in self.loaded.case.actions.expect}
         return RunResult(
             case=record.case,
             folder=self.folder,
@@ -235,43 +189,102 @@ class _Run:
             film=video if current else None,
             film_message=self.film_message,
             report=report if report.is_file() else None,
-            stopped=self.stop.count > 0 or record.exit_code == EXIT_INTERRUPTED,
+            stopped=self.stop.count > 0,
             warnings=list(self.plan.warnings),
             notes=list(record.notes),
             timings=timings,
             wall=self.clock.wall,
         )
 
+    def _write_inputs(self, folder: Path) -> None:
+        write_atomically(folder / "case.yaml", self.loaded.source.text)
+        resolved = self.loaded.case.model_dump(mode="json", by_alias=True)
+        write_atomically(folder / "resolved.json", json.dumps(resolved, indent=1) + "\n")
 
-def _genesis_version() -> str:
-    try:
-        return version("genesis-world")
-    except PackageNotFoundError:
-        raise MachineError("Genesis is not installed here; `text2sim doctor` says what is missing") from None
+    def _refresh(self, staged: Path, work: Work) -> None:
+        """Take up the record that lies there; bring all but the states to the case as it is now."""
+        fresh, self.record = self.record, RunRecord.read(self.folder) or self.record
+        if work is Work.NOTHING and self.record.case_digest == fresh.case_digest:
+            return
+        install_program(staged / "program", self.folder / "program")
+        self._write_inputs(self.folder)
+        self.record.case_digest, self.record.text2sim = fresh.case_digest, fresh.text2sim
+        self.record.notes = fresh.notes
+        self.record.write(self.folder)
 
+    def _simulate(self) -> None:
+        record = self.record
+        done = self._run_program(() if self.film else ("--no-film",))
+        outcome = done.outcome
+        record.state, record.time, record.message = outcome.state, outcome.time, outcome.message
+        record.exit_code, record.wall = done.ended.code, round(done.ended.wall, 3)
+        record.peak_memory = done.ended.peak_memory
+        if self.film and record.state in COMPLETE:
+            self._keep_film(done, outcome.film_message)
+        if record.state != "finished" and done.blame is not None:
+            line, code = done.blame
+            record.where = {"line": line, "code": code}
+            file = self.loaded.source.file
+            self.problem = Problem("", f"engine: {record.message}", line, 1, file, rule="engine")
+        if done.ended.log_left_out:
+            record.notes.append(f"log.txt lacks {done.ended.log_left_out} bytes from its middle")
+        record.write(self.folder)
 
-def _read_evidence(folder: Path, loaded: "LoadedCase") -> dict[str, Any]:
-    evidence = json.loads((folder / "evidence.json").read_text("utf-8"))
-    # The file is sorted by name; people read expectations in the order in which the case lists them.
-    order = {
-        name: evidence["expect"][name] for name in loaded.case.actions.expect if name in evidence["expect"]
-    }
-    return evidence | {"expect": order}
+    def _film_again(self) -> None:
+        self.record.render_digest = ""
+        self.record.write(self.folder)
+        (self.folder / "video.mp4").unlink(missing_ok=True)
+        done = self._run_program(("--film-only",))
+        self._keep_film(done, done.outcome.film_message or done.outcome.message)
+        self.record.write(self.folder)
+
+    def _run_program(self, flags: tuple[str, ...]) -> Finished:
+        if self.device == "gpu":
+            flags = (*flags, "--backend", "gpu")
+        return run_program(
+            self.folder,
+            flags=flags,
+            limits=self.limits,
+            stop=self.stop,
+            clock=self.clock,
+            inherit=(self.lock.fileno,),
+        )
+
+    def _keep_film(self, done: Finished, reason: str) -> None:
+        if (self.folder / "video.mp4").is_file():
+            self.record.render_digest = self.plan.render_digest
+        else:
+            self.film_message = done.no_film or reason or "the program made none"
+
+    def _judge(self) -> None:
+        if not any((self.folder / "states").glob("chunk_*.npz")):
+            return  # it ended before there was anything to judge
+        from text2sim.harness.evidence import judge
+        from text2sim.harness.report import write_report
+
+        self.record.judge_digest = ""
+        self.record.write(self.folder)
+        self.clock.enter("judge")
+        try:
+            self.evidence = judge(self.folder, self.loaded.case)
+        except RunError as error:
+            self.record.notes.append(f"nothing could be judged: {error}")
+            return
+        self.clock.enter("report")
+        write_report(self.folder, self.loaded.case)
+        self.record.judge_digest = self.judge_digest
 
 
 def _judge_digest(loaded: "LoadedCase") -> str:
-    """Digest of all that evidence depends on besides the recorded states, and of the code that makes it."""
+    """Digest of all that evidence depends on besides recorded states, and of the code that makes it."""
     case = loaded.case.model_dump_json(by_alias=True, exclude={"render": True})
-    return sha256((case + _folder_digest(Path(__file__).parent)).encode()).hexdigest()
+    return sha256((case + _sources_digest(Path(__file__).parent)).encode()).hexdigest()
 
 
-def _folder_digest(folder: Path) -> str:
-    """Digest of the sources in a folder of the package: while we develop, a version number says too little."""
+def _sources_digest(folder: Path) -> str:
+    # A version number says too little between two releases: a changed template is another program.
     digest = sha256()
     for path in sorted(folder.rglob("*")):
         if path.suffix in (".py", ".j2"):
             digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
-    return digest.hexdigest()
-
-
-__all__ = ["Compile", "RunResult", "run_case"]
+    return digest.hexdigest()[:16]

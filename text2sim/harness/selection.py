@@ -71,7 +71,7 @@ class Cast:
         return [target for name, target in self.copies.items() if self._kind(name) == "body"]
 
     def label_of_link(self, link: int) -> str:
-        """Return how the language names a link: by its copy, and by its own name where the copy has several."""
+        """Return how the language names a link: by its copy, and by its own name if the copy has several."""
         record = self.states.links[link]
         several = sum(self.states.links[i].name != WORLD for i in self.copies[record.body].links) > 1
         return f"{record.body}.{record.name}" if several else record.body
@@ -105,7 +105,7 @@ class Cast:
         return found
 
     def select_joints(self, selector: str) -> list[tuple[str, JointRecord]]:
-        """Return the joints that a selector means, each with its label. A mounted body stands for its one joint.
+        """Return the joints that a selector means, each with its label; a mounted body stands for its one joint.
 
         Raises:
             SelectionError: if that was not recorded.
@@ -135,7 +135,9 @@ class Cast:
             first, _, last = index.partition(":")
             chosen = all_copies[int(first) : int(last)] if last else all_copies[int(first) : int(first) + 1]
         if not chosen:
-            raise SelectionError(f"`{match['body']}` has {len(all_copies)} copies, counted from 0 (asked for {selector})")
+            raise SelectionError(
+                f"`{match['body']}` has {len(all_copies)} copies, counted from 0 (asked for {selector})"
+            )
         return chosen, match["part"]
 
     def groups(self, targets: Iterable[Target]) -> Array:

@@ -9,14 +9,16 @@ from text2sim.harness.selection import base_name
 
 
 def read_samples(run_dir: Path) -> dict[str, list[tuple[float, dict[str, float]]]]:
-    """Return for each camera its sampled pictures in order: time [s], and the share of the picture of each copy.
+    """Return for each camera its sampled pictures in order: time [s], and share of the picture by copy.
 
     Empty where there is no film.
     """
     try:
         data = json.loads((run_dir / "visibility.json").read_text("utf-8"))
         return {
-            str(camera): [(float(row["t"]), {str(k): float(v) for k, v in row["shares"].items()}) for row in rows]
+            str(camera): [
+                (float(row["t"]), {str(k): float(v) for k, v in row["shares"].items()}) for row in rows
+            ]
             for camera, rows in data.items()
         }
     except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
@@ -48,4 +50,8 @@ def _camera(rows: list[tuple[float, dict[str, float]]], bodies: Sequence[str]) -
                 row["pictures"] += 1
                 if share > row["largest"]:
                     row["largest"], row["at"] = share, time
-    return {"pictures": len(rows), "bodies": seen, "never_seen": [body for body in bodies if body not in seen]}
+    return {
+        "pictures": len(rows),
+        "bodies": seen,
+        "never_seen": [body for body in bodies if body not in seen],
+    }

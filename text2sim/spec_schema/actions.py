@@ -29,6 +29,7 @@ class InitialVelocity(Model):
 
     kind: Literal["initial_velocity"]
     body: Selector
+    """A free rigid body or a ragdoll, or its copies."""
     linear: Vec3 = (0.0, 0.0, 0.0)
     """Of the centre of mass [m/s], in the world."""
     angular: Vec3 = (0.0, 0.0, 0.0)
@@ -106,7 +107,9 @@ class Attach(Model):
 
     kind: Literal["attach"]
     body: Selector
+    """What is attached: a body, or one link of it."""
     to: Selector
+    """What it is attached to: a body or static, or one link. Copies pair one to one, or all with the one."""
     at: Seconds = 0.0
     """Time [s]."""
 
@@ -132,6 +135,7 @@ Stat = Literal["max", "min", "mean", "sum", "range", "count"]
 
 class _Of(Model):
     of: Selector
+    """A body, its copies, or a link of it."""
     stat: Stat | None = None
     """How several copies become one number; needed if there are several. `count` counts those that are
     `above` or `below`."""
@@ -153,6 +157,7 @@ class Position(_Of):
 
     kind: Literal["position"]
     axis: AxisName
+    """Which coordinate."""
 
 
 class Velocity(_Of):
@@ -160,6 +165,7 @@ class Velocity(_Of):
 
     kind: Literal["velocity"]
     axis: AxisName
+    """Which component."""
 
 
 class Speed(_Of):
@@ -187,6 +193,7 @@ class Tilt(_Of):
 
     kind: Literal["tilt"]
     axis: AxisName = "z"
+    """Which of the body's own axes."""
 
 
 class JointPosition(_Of):
@@ -212,7 +219,9 @@ class Extent(Model):
 
     kind: Literal["extent"]
     of: Selector
+    """A body or its copies."""
     axis: AxisName
+    """Which coordinate."""
     stat: Literal["max", "min", "range"]
     """The highest or lowest coordinate of all, or the difference."""
 
@@ -222,6 +231,7 @@ class Distance(Model):
 
     kind: Literal["distance"]
     between: tuple[Selector, Selector]
+    """Two bodies, links, or sets of copies."""
 
 
 class ContactForce(Model):
@@ -229,7 +239,9 @@ class ContactForce(Model):
 
     kind: Literal["contact_force"]
     of: Selector
+    """What is pushed on."""
     by: Selector | None = None
+    """What pushes; anything if left out."""
 
 
 class ContactCount(Model):
@@ -237,7 +249,9 @@ class ContactCount(Model):
 
     kind: Literal["contact_count"]
     of: Selector
+    """A body or its copies."""
     by: Selector | None = None
+    """What they touch; anything if left out."""
 
 
 class Penetration(Model):
@@ -245,7 +259,9 @@ class Penetration(Model):
 
     kind: Literal["penetration"]
     of: Selector
+    """A body or its copies."""
     by: Selector | None = None
+    """What they overlap with; anything if left out."""
 
 
 class Energy(Model):
@@ -255,6 +271,7 @@ class Energy(Model):
     of: Selector | None = None
     """All bodies if left out."""
     part: Literal["kinetic", "potential", "total"] = "total"
+    """Which part of it."""
 
 
 class Momentum(Model):
@@ -264,6 +281,7 @@ class Momentum(Model):
     of: Selector | None = None
     """All bodies if left out."""
     axis: AxisName
+    """Which component."""
 
 
 class CountIn(Model):
@@ -271,7 +289,9 @@ class CountIn(Model):
 
     kind: Literal["count_in"]
     of: Selector
+    """A body and its copies."""
     region: Region
+    """Where they are counted."""
 
 
 Measure = Annotated[
@@ -308,6 +328,7 @@ class ContactEvent(_Event):
 
     kind: Literal["contact"]
     between: tuple[Selector, Selector]
+    """Two bodies, links, or sets of copies; physics has to move one of them."""
     min_impulse: NonNegative = 0.0
     """Ignore touches that give less than this [N s]."""
 
@@ -317,6 +338,7 @@ class SeparationEvent(_Event):
 
     kind: Literal["separation"]
     between: tuple[Selector, Selector]
+    """Two bodies, links, or sets of copies; physics has to move one of them."""
     for_: Seconds = Field(default=0.05, alias="for")
     """Time [s] without touch."""
 
@@ -326,8 +348,11 @@ class ThresholdEvent(_Event):
 
     kind: Literal["threshold"]
     measure: Name
+    """Name of a measure."""
     above: Real | None = None
+    """It rises to this value."""
     below: Real | None = None
+    """It falls to this value."""
 
     @model_validator(mode="after")
     def _one_bound(self) -> "ThresholdEvent":
@@ -341,6 +366,7 @@ class RestEvent(_Event):
 
     kind: Literal["rest"]
     of: Selector
+    """A body or its copies."""
     speed: Positive = 0.02
     """All are slower than this [m/s] …"""
     for_: Positive = Field(default=0.2, alias="for")
@@ -352,6 +378,7 @@ class LeftDomainEvent(_Event):
 
     kind: Literal["left_domain"]
     of: Selector
+    """A body or its copies."""
 
 
 class RegionEvent(_Event):
@@ -359,7 +386,9 @@ class RegionEvent(_Event):
 
     kind: Literal["enters", "leaves"]
     of: Selector
+    """A body or its copies."""
     region: Region
+    """Which region."""
 
 
 class JointLimitEvent(_Event):
@@ -367,6 +396,7 @@ class JointLimitEvent(_Event):
 
     kind: Literal["joint_limit"]
     of: Selector
+    """A mounted body, its copies, or a joint."""
 
 
 class ReleasedEvent(_Event):
@@ -374,6 +404,7 @@ class ReleasedEvent(_Event):
 
     kind: Literal["released"]
     attach: Name
+    """Name of the control that attached it."""
 
 
 Event = Annotated[
@@ -396,6 +427,7 @@ class Expect(Model):
     (`at` a time, or `during` a span) that must be `above`, `below` or near a value (`equals` and `tolerance`)."""
 
     event: Name | None = None
+    """Name of the event that it is about."""
     within: Window | None = None
     """The first time of the event lies in this span [s]."""
     never: Bool = False
@@ -406,6 +438,7 @@ class Expect(Model):
     """The event's first time is earlier than that of this other event."""
 
     measure: Name | None = None
+    """Name of the measure that it is about."""
     at: Seconds | Literal["start", "end"] | None = None
     """Time [s] at which the measure is read."""
     during: Window | Literal["all"] | None = None
@@ -413,8 +446,11 @@ class Expect(Model):
     stat: Literal["max", "min", "mean", "range"] | None = None
     """With `during`: one number for the span."""
     above: Real | None = None
+    """It is larger than this."""
     below: Real | None = None
+    """It is smaller than this."""
     equals: Real | None = None
+    """It is this, within `tolerance`."""
     tolerance: Positive | None = None
     """With `equals`: largest difference."""
 

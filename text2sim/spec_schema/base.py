@@ -6,19 +6,13 @@ quaternions are (w, x, y, z); z points up.
 
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictBool, StrictInt, StringConstraints, WithJsonSchema, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictBool, StrictInt, StringConstraints, model_validator
 
 
 class Model(BaseModel):
     """A mapping of the language: closed (unknown keys are errors), immutable and finite."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
-
-
-def vector(length: int) -> WithJsonSchema:
-    """JSON Schema of a list of so many numbers."""
-    # Language servers speak draft-07, which knows no `prefixItems`: say the length plainly.
-    return WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": length, "maxItems": length})
 
 
 Real = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -30,7 +24,6 @@ Seconds = NonNegative
 Integer = StrictInt
 Count = Annotated[StrictInt, Field(ge=1, le=100_000)]
 Bool = StrictBool
-
 
 
 def _nonzero(value: tuple[float, ...]) -> tuple[float, ...]:
@@ -45,15 +38,15 @@ def _ordered(value: tuple[float, float]) -> tuple[float, float]:
     return value
 
 
-Vec2 = Annotated[tuple[Real, Real], vector(2)]
-Vec3 = Annotated[tuple[Real, Real, Real], vector(3)]
-Size2 = Annotated[tuple[Positive, Positive], vector(2)]
-Size3 = Annotated[tuple[Positive, Positive, Positive], vector(3)]
-Quat = Annotated[tuple[Real, Real, Real, Real], vector(4), AfterValidator(_nonzero)]
+Vec2 = tuple[Real, Real]
+Vec3 = tuple[Real, Real, Real]
+Size2 = tuple[Positive, Positive]
+Size3 = tuple[Positive, Positive, Positive]
+Quat = Annotated[tuple[Real, Real, Real, Real], AfterValidator(_nonzero)]
 """Orientation (w, x, y, z); normalised when it is resolved."""
-Window = Annotated[tuple[Seconds, Seconds], vector(2), AfterValidator(_ordered)]
+Window = Annotated[tuple[Seconds, Seconds], AfterValidator(_ordered)]
 """A span of simulated time [s], (from, to)."""
-Range = Annotated[tuple[Real, Real], vector(2), AfterValidator(_ordered)]
+Range = Annotated[tuple[Real, Real], AfterValidator(_ordered)]
 """A lowest and a highest value."""
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,47}$")]
@@ -68,8 +61,23 @@ Selector = Annotated[
 AxisName = Literal["x", "y", "z"]
 AXES: dict[str, tuple[float, float, float]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
-Axis = Annotated[tuple[Real, Real, Real], vector(3), AfterValidator(_nonzero)] | AxisName
+Axis = Annotated[tuple[Real, Real, Real], AfterValidator(_nonzero)] | AxisName
 """A direction: ``x``, ``y``, ``z`` or a vector (normalised when it is resolved)."""
+
+
+class Bounds(Model):
+    """An upright box of space."""
+
+    min: Vec3
+    """Lowest corner [m]."""
+    max: Vec3
+    """Highest corner [m]."""
+
+    @model_validator(mode="after")
+    def _not_empty(self) -> "Bounds":
+        if any(high <= low for low, high in zip(self.min, self.max, strict=True)):
+            raise ValueError("every coordinate of max must be larger than that of min")
+        return self
 
 
 class Pose(Model):

@@ -70,6 +70,7 @@ class _Placed(Model):
     repeat: Repeat | None = None
     """Make several copies."""
     look: Look = Look()
+    """Colour and surface."""
 
     @model_validator(mode="after")
     def _one_position(self) -> "_Placed":
@@ -83,7 +84,9 @@ class Rigid(_Placed):
 
     kind: Literal["rigid"]
     shape: Shape
+    """What it is shaped like."""
     material: Material = Material()
+    """Mass and contact."""
     mount: Mount = FreeMount(kind="free")
     """How it hangs in the world."""
 
@@ -93,7 +96,9 @@ class Driven(_Placed):
 
     kind: Literal["driven"]
     shape: Shape
+    """What it is shaped like."""
     material: Material = Material()
+    """Contact; its mass does not matter."""
     motion: Motion
     """How it moves."""
 
@@ -125,6 +130,7 @@ class Link(Model):
     parent: Name | None = None
     """The link it hangs on; exactly one link, the root, has none."""
     shape: Shape
+    """What the link is shaped like."""
     pose: Pose = Pose()
     """Its frame in the parent's frame, at the start (the root: in the body's frame)."""
     joint: Joint | None = None
@@ -185,8 +191,11 @@ class Payload(Model):
     """What hangs at the end of a chain."""
 
     shape: SolidShape
+    """What it is shaped like."""
     material: Material = Material()
+    """Mass and contact."""
     look: Look | None = None
+    """Colour and surface, if they differ from the chain's."""
 
 
 class Chain(_Placed):
@@ -208,6 +217,7 @@ class Chain(_Placed):
     joint: JointDynamics = JointDynamics()
     """Of every joint; damping and armature are derived if left out."""
     material: Material = Material(density=7800.0)
+    """Of the bars."""
 
 
 class Net(_Placed):
@@ -225,6 +235,7 @@ class Net(_Placed):
     joint: JointDynamics = JointDynamics()
     """Of every joint; damping and armature are derived if left out."""
     material: Material = Material()
+    """Of the strands."""
 
 
 class Ragdoll(_Placed):
@@ -236,6 +247,7 @@ class Ragdoll(_Placed):
     joint: JointDynamics = JointDynamics()
     """Of every joint; damping and armature are derived if left out."""
     material: Material = Material()
+    """Of the whole doll."""
     limb_spread: Fraction = 0.3
     """0: arms and legs straight down; 1: spread wide."""
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
-from text2sim.spec_schema.base import Fraction, vector
+from text2sim.spec_schema.base import Fraction
 from text2sim.spec_schema.errors import nearest
 
 # The names of CSS (https://www.w3.org/TR/css-color-4/#named-colors) as `name rrggbb`, and after them some things
@@ -87,5 +87,5 @@ def _known(word: str) -> str:
 
 ColorName = Annotated[str, AfterValidator(_known)]
 """A name of CSS, a material (`terracotta`, `steel`), or `#rrggbb`."""
-Color = ColorName | Annotated[tuple[Fraction, Fraction, Fraction], vector(3)]
+Color = ColorName | tuple[Fraction, Fraction, Fraction]
 """A name, `#rrggbb`, or three numbers in 0..1 (sRGB)."""

@@ -19,7 +19,7 @@ Step = str | int
 Path = tuple[Step, ...]
 
 # libyaml where it is there: ten times as fast, with the same events.
-_Parser: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
+open_parser: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 
 
 class Node:
@@ -118,7 +118,7 @@ class _Composer:
         self.cache: dict[str, Scalar] = {}
 
     def compose(self) -> Document:
-        parser = _Parser(mask(self.source.text))
+        parser = open_parser(mask(self.source.text))
         data: Any = None
         root: Node | None = None
         count = 0

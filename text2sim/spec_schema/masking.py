@@ -1,8 +1,9 @@
-"""Hides what stands in `${…}` from the YAML parser.
+"""Hides what stands in `${…}` and in the brackets of `brick[3]` from the YAML parser.
 
-`[${speed}, 0, 0]` and `{size: ${brick}}` read well but are not YAML: braces, commas and colons end a plain scalar
-inside a flow collection. So before parsing, every character of an expression that means something to YAML is
-replaced by one of the private use area; lines and columns stay what they are, and the scalars are mapped back.
+`[${speed}, 0, 0]`, `{size: ${brick}}` and `{body: brick[3]}` read well but are not YAML: braces, brackets, commas
+and colons end a plain scalar inside a flow collection. So before parsing, every character there that means
+something to YAML is replaced by one of the private use area; lines and columns stay what they are, and the scalars
+are mapped back.
 """
 
 import re
@@ -15,6 +16,7 @@ _BREAKS = {0x85: _FIRST + 100, 0x2028: _FIRST + 101, 0x2029: _FIRST + 102}
 _UNMASK = {v: chr(k) for k, v in (_MASK | _BREAKS).items()}
 _PRIVATE = re.compile("[\ue000-\ue0ff]")
 _START = re.compile(r"\$\{")
+_BRACKETS = re.compile(r"(?<=\w)\[(?:[\d:*]|\$\ue000[^\ue001\n]*\ue001)+\]")
 _INSIDE = re.compile(r"[{}\r\n]")
 
 MARK = chr(_MASK[ord("{")])
@@ -22,11 +24,18 @@ MARK = chr(_MASK[ord("{")])
 
 
 def mask(text: str) -> str:
-    """Replace the inside of every `${…}` of balanced braces on one line; the length stays the same."""
+    """Replace what is inside every `${…}` of balanced braces on one line, and the brackets of every selector.
+
+    The length stays the same.
+    """
     if any(chr(c) in text for c in _BREAKS):
         text = text.translate(_BREAKS)
-    if "${" not in text:
-        return text
+    if "${" in text:
+        text = _mask_expressions(text)
+    return _BRACKETS.sub(lambda found: found[0].translate(_MASK), text) if "[" in text else text
+
+
+def _mask_expressions(text: str) -> str:
     pieces, done = [], 0
     while found := _START.search(text, done):
         end = closing_brace(text, found.end())

@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from text2sim.spec_schema.base import Bool, Fraction, Integer, Model, NonNegative, Positive, Real, Vec3
 from text2sim.spec_schema.colors import Color, ColorName
@@ -20,6 +20,12 @@ class Material(Model):
     restitution: Real | None = Field(default=None, ge=0.0, le=0.995)
     """Bounce: speed after over speed before, between two bodies of this material. The engine has no such
     coefficient; it is made from the damping of the contact, which needs a short time step."""
+
+    @model_validator(mode="after")
+    def _one_mass(self) -> "Material":
+        if self.density is not None and self.mass is not None:
+            raise ValueError("give either density or mass, not both")
+        return self
 
 
 class Vary(Model):

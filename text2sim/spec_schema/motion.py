@@ -12,6 +12,7 @@ class Constant(Model):
 
     kind: Literal["constant"]
     value: Real
+    """The value."""
     start: Seconds = 0.0
     """Time [s] from which it holds."""
 
@@ -70,9 +71,11 @@ class Sine(Model):
 
     kind: Literal["sine"]
     amplitude: Real
+    """Largest difference from `offset`."""
     frequency: Positive
     """Cycles per second [Hz]."""
     offset: Real = 0.0
+    """Mean value."""
     phase_deg: Real = 0.0
     """Phase [deg] at `start`."""
     start: Seconds = 0.0

@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from text2sim.spec_schema.base import (
     Axis,
     Bool,
+    Bounds,
     Count,
     Integer,
     Model,
@@ -46,7 +47,7 @@ class Place(Model):
     behind: Selector | None = None
     """Beside it, on the +y side."""
     touching: Selector | None = None
-    """Moved from the side `from` towards its centre until the two surfaces meet."""
+    """Moved from the side `direction` towards its centre until the two surfaces meet."""
     at: Vec2 | None = None
     """World x and y [m] (on, above, below, inside); the other's centre if left out."""
     direction: Axis = Field(default=(0.0, 0.0, 1.0))
@@ -81,6 +82,7 @@ class Line(Model):
 
     kind: Literal["line"]
     count: Count
+    """How many copies."""
     step: Vec3
     """From one copy to the next [m]."""
     start: Vec3 | None = None
@@ -102,6 +104,7 @@ class Ring(Model):
 
     kind: Literal["ring"]
     count: Count
+    """How many copies."""
     radius: Positive
     """Radius [m]."""
     start_deg: Real = 0.0
@@ -117,6 +120,7 @@ class Spiral(Model):
 
     kind: Literal["spiral"]
     count: Count
+    """How many copies."""
     inner_radius: Positive
     """Radius [m] at the first copy."""
     spacing: Positive
@@ -132,6 +136,7 @@ class Stack(Model):
 
     kind: Literal["stack"]
     count: Count
+    """How many copies."""
     gap: NonNegative = 0.0
     """Gap [m] between neighbours."""
 
@@ -141,21 +146,19 @@ class RunningBond(Model):
 
     kind: Literal["running_bond"]
     rows: Count
+    """Rows of boxes on top of each other."""
     columns: Count
+    """Boxes in a row."""
     gap: NonNegative = 0.0
     """Gap [m] between neighbours."""
     ends: Literal["half", "open"] = "half"
     """`half` closes every second row with half boxes; `open` leaves the ends toothed (the end boxes hang over)."""
 
 
-class BoxRegion(Model):
+class BoxRegion(Bounds):
     """An upright box of space."""
 
     kind: Literal["box"]
-    min: Vec3
-    """Lowest corner [m]."""
-    max: Vec3
-    """Highest corner [m]."""
 
 
 class CylinderRegion(Model):
@@ -190,6 +193,7 @@ class Packing(Model):
 
     kind: Literal["packing"]
     count: Count
+    """How many copies."""
     region: Region
     """Where they lie; every copy is wholly inside."""
     seed: Integer = Field(default=0, ge=0)

@@ -1,9 +1,78 @@
 """Whether everything that a case names is there, and fits."""
 
-from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.bodies import Articulated
+from text2sim.spec_schema.cast import Cast
+from text2sim.spec_schema.circles import find_circles
+from text2sim.spec_schema.control_references import check_controls
+from text2sim.spec_schema.document import Path
+from text2sim.spec_schema.errors import Problem, sort_problems
+from text2sim.spec_schema.event_references import check_events
+from text2sim.spec_schema.expect_references import check_expectations
 from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.measure_references import check_measures
+from text2sim.spec_schema.render import Follow
+from text2sim.spec_schema.tree_references import check_tree
 
 
 def check_references(loaded: LoadedCase) -> list[Problem]:
-    """Check every name and selector of a case; return what is wrong, in the order of the file."""
-    return []
+    """Check every name and selector of a case.
+
+    Returns:
+        What is wrong, in the order of the file. Whatever needs geometry is left to the compiler, and so are the
+        links of files, chains, nets and ragdolls.
+    """
+    cast = Cast(loaded)
+    _check_names(cast)
+    _check_places(cast)
+    _check_time(cast)
+    for name, body in cast.bodies.items():
+        if isinstance(body, Articulated):
+            check_tree(cast, name, body)
+    check_controls(cast)
+    check_measures(cast)
+    check_events(cast)
+    check_expectations(cast)
+    _check_cameras(cast)
+    return sort_problems(cast.problems)
+
+
+def _check_names(cast: Cast) -> None:
+    for name in cast.bodies:
+        if name in cast.statics:
+            line = cast.loaded.line(("scene", "statics", name))
+            message = f"`{name}` is the name of a static, too (line {line}); a name stands for one thing"
+            cast.report(("bodies", name), message, "duplicate-name", key=True)
+
+
+def _check_places(cast: Cast) -> None:
+    targets: dict[str, str] = {}
+    roots: dict[str, Path] = {}
+    for section, models in ((("scene", "statics"), cast.statics), (("bodies",), cast.bodies)):
+        for name, model in models.items():
+            roots[name] = (*section, name)
+            if model.place is None:
+                continue
+            found = cast.find(model.place.target, (*section, name, "place", model.place.relation), parts=False)
+            if found is not None:
+                targets[name] = found.name
+    for circle in find_circles(targets):
+        message = f"is placed in relation to itself: {' -> '.join([*circle, circle[0]])}"
+        cast.report((*roots[circle[0]], "place"), message, "circular-place", key=True)
+
+
+def _check_time(cast: Cast) -> None:
+    case = cast.loaded.case
+    if case.scene.dt > case.scene.duration:
+        message = f"the time step is longer than the whole run ({case.scene.duration:g} s)"
+        cast.report(("scene", "dt"), message, "time-step")
+    if case.render.during is not None and case.render.during[0] >= case.scene.duration:
+        message = f"the film would start when the run is over ({case.scene.duration:g} s)"
+        cast.report(("render", "during"), message, "after-end")
+
+
+def _check_cameras(cast: Cast) -> None:
+    for name, camera in cast.loaded.case.render.cameras.items():
+        field = "body" if isinstance(camera, Follow) else "look_at"
+        target = getattr(camera, field)
+        if isinstance(target, str):
+            cast.find(target, ("render", "cameras", name, field))

@@ -8,7 +8,7 @@ from text2sim.spec_schema.base import Integer, Model, Name, NonNegative, Positiv
 from text2sim.spec_schema.colors import Color
 
 Target = Vec3 | Selector
-"""A point [m], or a body whose place (of its first copy, if there are several) is looked at."""
+"""A point [m], or a body that is looked at (the middle of its copies, if there are several)."""
 
 
 class _Camera(Model):
@@ -73,6 +73,7 @@ class Dolly(_Camera):
     to: Vec3
     """Where it ends [m]."""
     look_at: Target
+    """What it looks at (a body: where that is at the start)."""
 
 
 Camera = Annotated[Still | Follow | Orbit | Dolly, Field(discriminator="kind")]
@@ -85,7 +86,9 @@ class Sun(Model):
     direction: Vec3 = (-0.4, 0.5, -1.0)
     """The way the light goes."""
     color: Color = "white"
+    """Colour of the light."""
     strength: NonNegative = 3.0
+    """Brightness."""
 
 
 class Softbox(Model):
@@ -95,7 +98,9 @@ class Softbox(Model):
     direction: Vec3
     """The way the light goes."""
     color: Color = "white"
+    """Colour of the light."""
     strength: NonNegative = 3.0
+    """Brightness."""
 
 
 class Lamp(Model):
@@ -105,7 +110,9 @@ class Lamp(Model):
     pos: Vec3
     """Where it stands [m]."""
     color: Color = "white"
+    """Colour of the light."""
     strength: NonNegative = 10.0
+    """Brightness."""
 
 
 Light = Annotated[Sun | Softbox | Lamp, Field(discriminator="kind")]

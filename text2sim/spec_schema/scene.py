@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from text2sim.spec_schema.base import Bool, Integer, Model, Name, Pose, Positive, Vec3
+from text2sim.spec_schema.base import Bool, Bounds, Integer, Model, Name, Pose, Positive, Vec3
 from text2sim.spec_schema.materials import Look, Material
 from text2sim.spec_schema.placement import Place, Repeat
 from text2sim.spec_schema.shapes import StaticShape
@@ -47,20 +47,17 @@ class Record(Model):
     """Keep every contact of every time step."""
 
 
-class Domain(Model):
+class Domain(Bounds):
     """The space in which the bodies are expected to stay; `left_domain` events refer to it."""
-
-    min: Vec3
-    """Lowest corner [m]."""
-    max: Vec3
-    """Highest corner [m]."""
 
 
 class Static(Model):
     """Something that never moves."""
 
     shape: StaticShape
+    """What it is shaped like."""
     material: Material = Material()
+    """Friction and bounce; it needs no mass."""
     pose: Pose | None = None
     """Where it is; the origin if left out."""
     place: Place | None = None
@@ -68,6 +65,7 @@ class Static(Model):
     repeat: Repeat | None = None
     """Make several copies."""
     look: Look = Look()
+    """Colour and surface."""
 
 
 class Scene(Model):
@@ -86,9 +84,13 @@ class Scene(Model):
     max_speed: Positive = 1000.0
     """A body faster than this [m/s] counts as diverged, and the run stops."""
     contact: Contact = Contact()
+    """How bodies touch."""
     solver: Solver = Solver()
+    """The constraint solver."""
     record: Record = Record()
+    """What a run keeps."""
     domain: Domain | None = None
+    """The space in which the bodies are expected to stay."""
     statics: dict[Name, Static] = Field(default_factory=dict)
     """What never moves, by name."""
 

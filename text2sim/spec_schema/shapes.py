@@ -156,6 +156,7 @@ class Part(Model):
     """One piece of a compound."""
 
     shape: "SolidShape"
+    """What the piece is shaped like."""
     pose: Pose = Pose()
     """Where the piece sits in the body's frame."""
     density: Positive | None = None

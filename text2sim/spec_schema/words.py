@@ -92,13 +92,24 @@ def slot_of(annotation: Any, metadata: Iterable[Any] = (), discriminator: str | 
 
 @cache
 def fields_of(model: type[BaseModel]) -> dict[str, tuple[str, Slot]]:
-    """Fields of a model as they are written in YAML: attribute and slot by key."""
+    """Fields of a model as they are written in YAML, in canonical order: attribute and slot by key."""
     fields = {}
-    for attribute, field in model.model_fields.items():
+    for attribute in _ordered(model):
+        field = model.model_fields[attribute]
         key = field.alias or attribute
         discriminator = field.discriminator if isinstance(field.discriminator, str) else None
         fields[key] = (attribute, slot_of(field.annotation, field.metadata, discriminator))
     return fields
+
+
+def _ordered(model: type[BaseModel]) -> list[str]:
+    """Attributes in the order in which they are written: first what it is, then what is its own, then the common."""
+    own = [name for layer in model.__mro__ for name in layer.__dict__.get("__annotations__", {})]
+    names = dict.fromkeys([*_FIRST, *own])
+    return [name for name in names if name in model.model_fields]
+
+
+_FIRST = ("kind", "of", "event", "measure")
 
 
 @cache
@@ -109,10 +120,10 @@ def kinds_of(model: type[BaseModel]) -> tuple[str, ...]:
 
 
 def bounds_of(slot: Slot) -> dict[str, Any]:
-    """Bounds of a slot: gt, ge, lt, le, pattern, max_length."""
+    """Bounds of a slot: gt, ge, lt, le, pattern, min_length, max_length."""
     bounds: dict[str, Any] = {}
     for note in slot.metadata:
-        for name in ("gt", "ge", "lt", "le", "pattern", "max_length"):
+        for name in ("gt", "ge", "lt", "le", "pattern", "min_length", "max_length"):
             value = getattr(note, name, None)
             if value is not None:
                 bounds[name] = value

@@ -1,0 +1,99 @@
+"""`run` and `test` on recordings that were made by hand: what they print, and their exit codes."""
+
+from pathlib import Path
+
+import pytest
+from conftest import CASE, Cli, prepare_run, write_case
+
+from text2sim.harness.lock import RunLock
+
+
+@pytest.fixture
+def folder(case: Path, tmp_path: Path) -> Path:
+    """The run folder of `case`."""
+    return prepare_run(case, tmp_path / "runs").relative_to(tmp_path)
+
+
+def test_run_ends_with_film_and_report(cli: Cli, case: Path, folder: Path):
+    answer = cli("run", case)
+    assert answer.code == 0
+    lines = answer.out.splitlines()
+    assert lines[-2:] == [f"film: {folder}/video.mp4", f"report: {folder}/report.html"]
+    assert "fall: finished, 2 of 2 expectations came true, unchanged in" in lines[-3]
+    assert lines[0].split()[:2] == ["ok", "starts_high"]
+    assert lines[1].split()[:2] == ["ok", "falls"]
+
+
+def test_an_expectation_that_fails_is_exit_code_one(cli: Cli, case: Path, folder: Path):
+    (case / "case.yaml").write_text(CASE.replace("below: 1", "below: 0"))
+    answer = cli("run", case)
+    assert answer.code == 1
+    assert "FAIL  falls        `height` below 0 m at the end: 0.095 m at 1 s" in answer.out
+    assert "judged again" in answer.out
+    assert "fall: judging" in answer.err
+
+
+def test_run_speaks_json(cli: Cli, case: Path, folder: Path):
+    answer = cli("run", case, "--json")
+    assert (answer.code, answer.err) == (0, "")
+    (run,) = answer.json["runs"]
+    assert (run["state"], run["passed"], run["work"]) == ("finished", True, "unchanged")
+    assert run["expect"]["falls"]["ok"] is True
+    assert run["folder"] == str(folder)
+
+
+def test_all_cases_are_checked_before_one_is_run(cli: Cli, case: Path, folder: Path, tmp_path: Path):
+    bad = write_case(tmp_path / "bad", CASE.replace("of: ball", "of: bell"))
+    answer = cli("run", case, bad)
+    assert answer.code == 2
+    assert answer.out == ""
+    assert "did you mean `ball`?" in answer.err
+    answer = cli("run", bad, "--json")
+    assert (answer.code, answer.json["ok"]) == (2, False)
+
+
+def test_a_run_in_use_is_said_in_a_line(cli: Cli, case: Path, folder: Path):
+    with RunLock(Path("runs"), folder.name):
+        answer = cli("run", case)
+    assert answer.code == 2
+    assert "is being run by another text2sim" in answer.err
+
+
+def test_a_file_in_place_of_the_runs_is_said_in_a_line(cli: Cli, case: Path, tmp_path: Path):
+    (tmp_path / "file").touch()
+    answer = cli("run", case, "--runs", "file")
+    assert answer.code == 2
+    assert "not a folder" in answer.err
+
+
+def test_a_suite_says_a_line_for_each_case(cli: Cli, case: Path, folder: Path, tmp_path: Path):
+    write_case(tmp_path / "cases" / "bad", "text2sim: 1\nname: bad\n")
+    lost = write_case(
+        tmp_path / "cases" / "lost", CASE.replace("fall\n", "lost\n").replace("below: 1", "below: 0")
+    )
+    prepare_run(lost, tmp_path / "runs")
+    answer = cli("test", "cases")
+    lines = answer.out.splitlines()
+    assert answer.code == 2
+    assert lines[0] == "ERROR bad"
+    assert lines[1].startswith("PASS fall (2/2) ")
+    assert lines[2].startswith("FAIL lost (1/2) ")
+    assert lines[3].startswith("    falls: `height` below 0 m")
+    assert lines[4].startswith("1 passed, 1 failed, 1 in error in ")
+    assert cli("test", "cases", "-k", "lost").code == 1
+    answer = cli("test", "cases", "-k", "fall", "--json")
+    assert answer.code == 0
+    assert [(row["case"], row["result"]) for row in answer.json["cases"]] == [("fall", "pass")]
+
+
+def test_a_suite_without_cases_is_wrong_input(cli: Cli, case: Path):
+    assert cli("test", case, "-k", "nothing").code == 2
+    assert cli("test", "nowhere").code == 2
+
+
+@pytest.mark.slow
+def test_the_doctor_speaks_json(cli: Cli):
+    answer = cli("doctor", "--json")
+    assert answer.code in (0, 3)
+    assert answer.json["ok"] is (answer.code == 0)
+    assert {"python", "genesis"} <= {row["name"] for row in answer.json["findings"]}

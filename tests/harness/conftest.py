@@ -1,0 +1,193 @@
+"""Recordings made by hand, in the format of `text2sim/templates/recorder.py`."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from text2sim.spec_schema.case import Case
+
+IDENTITY = (1.0, 0.0, 0.0, 0.0)
+
+
+class WrittenRun:
+    """A run folder under construction: bodies move as functions of time say, and touch when told to."""
+
+    def __init__(self, folder: Path, duration: float = 1.0, dt: float = 0.01, every: int = 1) -> None:
+        self.folder, self.dt, self.every = folder, dt, every
+        self.step = np.arange(0, round(duration / dt) + 1, every)
+        self.time = self.step * dt
+        self.duration = duration
+        self.links: list[dict[str, Any]] = []
+        self.joints: list[dict[str, Any]] = []
+        self.columns: list[dict[str, Any]] = []
+        self.dofs: list[tuple[Any, Any, Any]] = []
+        self.contacts: list[tuple[Any, ...]] = []
+        self.geometry: dict[str, list[dict[str, Any]]] = {}
+
+    def add_link(
+        self, body: str, *, link: str | None = None, mass: float = 1.0, pos: Any = (0.0, 0.0, 0.0), quat: Any = IDENTITY,
+        vel: Any = (0.0, 0.0, 0.0), ang: Any = (0.0, 0.0, 0.0), com: Any = (0.0, 0.0, 0.0), inertia: Any = None,
+        fixed: bool = False,
+    ) -> int:  # fmt: skip
+        """Add a link; motions are arrays over all frames, or constant. Return its index."""
+        index = len(self.links)
+        tensor = np.eye(3) * 0.1 if inertia is None else np.asarray(inertia)
+        self.links.append(
+            {
+                "body": body,
+                "link": link or f"{body}_baselink",
+                "mass": mass,
+                "com": list(com),
+                "inertia": tensor.tolist(),
+                "fixed": fixed,
+            }
+        )
+        self.columns.append({"links_pos": pos, "links_quat": quat, "links_vel": vel, "links_ang": ang})
+        return index
+
+    def add_joint(
+        self,
+        body: str,
+        joint: str,
+        kind: str,
+        q: Any = 0.0,
+        dq: Any = 0.0,
+        force: Any = 0.0,
+        limits: Any = (None, None),
+    ) -> None:
+        """Add a hinge or slider."""
+        n = len(self.dofs)
+        self.joints.append(
+            {
+                "body": body,
+                "joint": joint,
+                "kind": kind,
+                "link": 0,
+                "q": [n, n + 1],
+                "dofs": [n, n + 1],
+                "limits": [list(limits)],
+            }
+        )
+        self.dofs.append((q, dq, force))
+
+    def touch(
+        self,
+        a: int,
+        b: int,
+        steps: Any,
+        force_on_b: Any,
+        *,
+        normal: float | None = None,
+        depth: float = 0.001,
+        pos: Any = (0, 0, 0),
+    ) -> None:
+        """Let two links (a < b) touch during steps."""
+        size = float(np.linalg.norm(force_on_b)) if normal is None else normal
+        self.contacts += [(int(step), (a, b), tuple(force_on_b), tuple(pos), depth, size) for step in steps]
+
+    def add_box(self, link: int, half: Any, pos: Any = (0.0, 0.0, 0.0), quat: Any = IDENTITY) -> None:
+        """Give a link a box."""
+        corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * np.asarray(half)
+        self.add_mesh(link, f"box{link}", corners, pos, quat)
+
+    def add_mesh(
+        self, link: int, name: str, vertices: Any, pos: Any = (0.0, 0.0, 0.0), quat: Any = IDENTITY
+    ) -> None:
+        """Give a link a mesh."""
+        (self.folder / "geometry").mkdir(parents=True, exist_ok=True)
+        np.savez(
+            self.folder / "geometry" / f"{name}.npz",
+            vertices=np.asarray(vertices, np.float32),
+            faces=np.zeros((0, 3), np.int32),
+        )
+        row = {"mesh": f"{name}.npz", "pos": list(pos), "quat": list(quat), "color": [1, 1, 1, 1]}
+        self.geometry.setdefault(str(link), []).append(row)
+
+    def write(self, state: str = "finished", chunk: int = 40, upto: int | None = None, **status: Any) -> Path:
+        """Write it down; frames from `upto` on are left out."""
+        states = self.folder / "states"
+        states.mkdir(parents=True, exist_ok=True)
+        layout = {"dt": self.dt, "every": self.every, "duration": self.duration, "gravity": [0.0, 0.0, -9.81]}
+        (states / "layout.json").write_text(json.dumps(layout | {"links": self.links, "joints": self.joints}))
+        if self.geometry:
+            (self.folder / "geometry" / "index.json").write_text(json.dumps(self.geometry))
+        frames = len(self.time) if upto is None else upto
+        arrays = {
+            name: self._stack(name, width)
+            for name, width in (("links_pos", 3), ("links_quat", 4), ("links_vel", 3), ("links_ang", 3))
+        }
+        for number, name in enumerate(("qpos", "dofs_velocity", "dofs_control_force")):
+            rows = [np.broadcast_to(dof[number], len(self.time)) for dof in self.dofs]
+            arrays[name] = np.stack(rows, 1) if rows else np.zeros((len(self.time), 0))
+        arrays = {name: array.astype(np.float32) for name, array in arrays.items()} | {"time": self.time}
+        done = -1
+        for number, first in enumerate(range(0, frames, chunk)):
+            last = min(first + chunk, frames)
+            until = int(self.step[last - 1])
+            part = {name: array[first:last] for name, array in arrays.items()}
+            np.savez(states / f"chunk_{number:05d}.npz", **part, **self._contacts(done, until))
+            done = until
+        end = float(self.time[frames - 1]) if frames else 0.0
+        (self.folder / "status.json").write_text(json.dumps({"state": state, "time": end, **status}))
+        return self.folder
+
+    def _stack(self, name: str, width: int) -> np.ndarray:
+        columns = [np.broadcast_to(np.asarray(c[name], float), (len(self.time), width)) for c in self.columns]
+        return np.stack(columns, axis=1)
+
+    def _contacts(self, after: int, until: int) -> dict[str, np.ndarray]:
+        rows = sorted((row for row in self.contacts if after < row[0] <= until), key=lambda row: row[:2])
+        shapes = {
+            "step": (),
+            "links": (2,),
+            "force": (3,),
+            "pos": (3,),
+            "penetration": (),
+            "normal_force": (),
+        }
+        types = {"step": np.int32, "links": np.int32}
+        return {
+            f"contact_{name}": np.array([row[i] for row in rows], types.get(name, np.float32)).reshape(
+                -1, *shape
+            )
+            for i, (name, shape) in enumerate(shapes.items())
+        } | {"contact_count": np.ones(len(rows), np.int32)}
+
+
+@pytest.fixture
+def new_run(tmp_path: Path) -> Callable[..., WrittenRun]:
+    """Return a function that begins a recording in a folder of its own."""
+
+    def begin(**options: Any) -> WrittenRun:
+        folder = tmp_path / f"run{len(list(tmp_path.glob('run*')))}"
+        folder.mkdir()
+        return WrittenRun(folder, **options)
+
+    return begin
+
+
+@pytest.fixture
+def make_case() -> Callable[..., Case]:
+    """Return a function that makes a case around actions; bodies are unit balls unless they are given."""
+
+    def make(
+        bodies: Any = ("ball",),
+        duration: float = 1.0,
+        scene: Any = None,
+        statics: Any = ("floor",),
+        **actions: Any,
+    ) -> Case:
+        ball = {"kind": "rigid", "shape": {"kind": "sphere", "radius": 0.1}}
+        plane = {"shape": {"kind": "plane"}}
+        return Case.model_validate({
+            "text2sim": 1, "name": "case", "prompt": "A ball falls.",
+            "scene": {"duration": duration, "statics": dict.fromkeys(statics, plane), **(scene or {})},
+            "bodies": bodies if isinstance(bodies, dict) else dict.fromkeys(bodies, ball),
+            "actions": actions,
+        })  # fmt: skip
+
+    return make

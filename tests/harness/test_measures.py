@@ -1,0 +1,274 @@
+"""Measures against motions whose every number is known."""
+
+import numpy as np
+import pytest
+
+from text2sim.harness.measures import Series, evaluate
+from text2sim.harness.recording import Recording
+
+G = 9.81
+
+
+def turn(angle, axis):
+    """Quaternions (F, 4) of turns about a unit axis."""
+    half = np.atleast_1d(angle) / 2
+    return np.column_stack([np.cos(half), np.outer(np.sin(half), axis)])
+
+
+def measured(folder, case) -> dict[str, Series]:
+    return evaluate(Recording.load(folder, case))
+
+
+@pytest.fixture
+def measure(make_case):
+    """Return a function that evaluates one measure of a written run."""
+
+    def one(run, bodies=("ball",), statics=("floor",), scene=None, **measure) -> Series:
+        case = make_case(bodies=bodies, statics=statics, scene=scene, measures={"m": measure})
+        return measured(run.write() if hasattr(run, "write") else run, case)["m"]
+
+    return one
+
+
+@pytest.fixture
+def fall(new_run):
+    """Two kilograms falling from ten metres."""
+    run = new_run()
+    t = run.time
+    down = np.outer(np.ones_like(t), [0.0, 0.0, 1.0])
+    run.add_link("floor", fixed=True, mass=1e9)
+    run.add_link("ball", mass=2.0, pos=down * (10 - G / 2 * t**2)[:, None], vel=down * (-G * t)[:, None])
+    return run
+
+
+@pytest.mark.parametrize(
+    ("wanted", "unit", "expected"),
+    [
+        ({"kind": "position", "of": "ball", "axis": "z"}, "m", lambda t: 10 - G / 2 * t**2),
+        ({"kind": "velocity", "of": "ball", "axis": "z"}, "m/s", lambda t: -G * t),
+        ({"kind": "speed", "of": "ball"}, "m/s", lambda t: G * t),
+        ({"kind": "displacement", "of": "ball"}, "m", lambda t: G / 2 * t**2),
+        ({"kind": "displacement", "of": "ball", "axis": "z"}, "m", lambda t: -G / 2 * t**2),
+        ({"kind": "energy", "part": "kinetic"}, "J", lambda t: (G * t) ** 2),
+        ({"kind": "energy", "part": "potential"}, "J", lambda t: 2 * G * (10 - G / 2 * t**2)),
+        ({"kind": "energy"}, "J", lambda t: 200 * G / 10 + 0 * t),
+        ({"kind": "momentum", "axis": "z"}, "kg m/s", lambda t: -2 * G * t),
+        ({"kind": "distance", "between": ["ball", "floor"]}, "m", lambda t: 10 - G / 2 * t**2),
+        ({"kind": "tilt", "of": "ball"}, "deg", lambda t: 0 * t),
+    ],
+)
+def test_free_fall(fall, measure, wanted, unit, expected):
+    series = measure(fall, **wanted)
+    assert series.unit == unit
+    np.testing.assert_allclose(series.values, expected(fall.time), rtol=1e-6, atol=1e-5)
+
+
+def test_a_body_whose_origin_is_not_its_centre_of_mass(new_run, measure):
+    run = new_run()
+    w = 3.0
+    angle = w * run.time
+    vel = np.column_stack([0 * angle, -np.sin(angle), np.cos(angle)]) * 0.5 * w
+    run.add_link(
+        "ball",
+        mass=2.0,
+        com=(0, 0.5, 0),
+        quat=turn(angle, [1, 0, 0]),
+        vel=vel,
+        ang=(w, 0, 0),
+        inertia=np.diag([0.3, 9, 9]),
+    )
+    folder = run.write()
+    kinetic, potential = (
+        measure(folder, kind="energy", part=part).values for part in ("kinetic", "potential")
+    )
+    np.testing.assert_allclose(kinetic, 0.5 * 2 * (0.5 * w) ** 2 + 0.5 * 0.3 * w**2, rtol=1e-5)
+    np.testing.assert_allclose(potential, 2 * G * 0.5 * np.sin(angle), atol=1e-4)
+    np.testing.assert_allclose(measure(folder, kind="angular_speed", of="ball").values, w, rtol=1e-6)
+
+
+def test_the_inertia_turns_with_the_body(new_run, measure):
+    run = new_run()
+    # Lying on its side, the body's z axis points along x of the world: spinning about that has the small inertia.
+    run.add_link("ball", quat=turn(np.pi / 2, [0, 1, 0]), ang=(4.0, 0, 0), inertia=np.diag([5, 5, 0.5]))
+    np.testing.assert_allclose(measure(run, kind="energy", part="kinetic").values, 0.5 * 0.5 * 16, rtol=1e-5)
+
+
+def test_tilt_is_exact_for_small_and_large_angles(new_run, measure):
+    run = new_run()
+    angle = np.linspace(0, np.pi, len(run.time))
+    angle[1] = 1e-4
+    run.add_link("ball", quat=turn(angle, [1, 0, 0]))
+    folder = run.write()
+    np.testing.assert_allclose(
+        measure(folder, kind="tilt", of="ball").values, np.degrees(angle), rtol=2e-3, atol=1e-5
+    )
+    np.testing.assert_allclose(measure(folder, kind="tilt", of="ball", axis="x").values, 0, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("stat", "expected"), [("max", 3.0), ("min", 1.0), ("mean", 2.0), ("sum", 6.0), ("range", 2.0)]
+)
+def test_several_copies_become_one_number(new_run, measure, stat, expected):
+    run = new_run(duration=0.1)
+    for i in range(3):
+        run.add_link(f"brick[{i}]", vel=(i + 1.0, 0, 0))
+    series = measure(run, bodies=("brick",), kind="speed", of="brick", stat=stat)
+    np.testing.assert_allclose(series.values, expected)
+
+
+def test_counting_and_choosing_copies(new_run, measure):
+    run = new_run(duration=0.1)
+    for i in range(5):
+        run.add_link(f"brick[{i}]", vel=(float(i), 0, 0), pos=(0, 0, float(i)))
+    folder = run.write()
+    of = {"bodies": ("brick",), "kind": "speed"}
+    assert measure(folder, of="brick[*]", stat="count", above=1.0, **of).values[0] == 3
+    assert measure(folder, of="brick", stat="count", above=1.0, below=4.0, **of).values[0] == 2
+    assert measure(folder, of="brick[1:3]", stat="sum", **of).values[0] == 3
+    assert measure(folder, of="brick[4]", **of).values[0] == 4
+    assert measure(folder, of="brick", stat="count", above=1.0, **of).unit == ""
+    assert "5 copies" in measure(folder, of="brick[7]", **of).problem
+    assert "stat" in measure(folder, of="brick", **of).problem
+    region = {"kind": "sphere", "center": [0, 0, 1], "radius": 1.0}
+    assert measure(folder, bodies=("brick",), kind="count_in", of="brick", region=region).values[0] == 3
+
+
+def test_joints(new_run, measure):
+    run = new_run()
+    run.add_link("drum")
+    run.add_joint("drum", "drum", "hinge", q=2 * run.time, dq=2.0, force=-5.0)
+    folder = run.write()
+    of = {"bodies": ("drum",), "of": "drum"}
+    position = measure(folder, kind="joint_position", **of)
+    np.testing.assert_allclose(position.values, 2 * run.time, atol=1e-6)
+    assert (position.unit, measure(folder, kind="joint_velocity", **of).values[3]) == ("rad", 2.0)
+    force = measure(folder, kind="joint_force", **of)
+    assert (force.unit, force.values[0]) == ("N m", -5.0)
+    assert "no such joint" in measure(folder, bodies=("drum",), kind="joint_position", of="drum.hand").problem
+
+
+def test_a_body_of_several_links_moves_as_its_common_centre(new_run, measure):
+    run = new_run(duration=0.1)
+    run.add_link("arm", link="world", mass=0.0, fixed=True)
+    run.add_link("arm", link="upper", mass=1.0, vel=(4, 0, 0), pos=(1, 0, 0))
+    run.add_link("arm", link="hand", mass=3.0, vel=(0, 0, 0), pos=(2, 0, 0))
+    folder = run.write()
+    assert measure(folder, bodies=("arm",), kind="speed", of="arm").values[0] == 1.0
+    assert measure(folder, bodies=("arm",), kind="speed", of="arm.upper").values[0] == 4.0
+    assert measure(folder, bodies=("arm",), kind="position", axis="x", of="arm").values[0] == 1.0
+    assert "upper" in measure(folder, bodies=("arm",), kind="speed", of="arm.foot").problem
+
+
+def test_extent_follows_a_turning_box(new_run, measure):
+    run = new_run()
+    angle = np.linspace(0, np.pi / 2, len(run.time))
+    link = run.add_link("ball", quat=turn(angle, [0, 1, 0]), pos=np.outer(run.time, [0, 0, 1.0]))
+    run.add_box(link, (0.3, 0.1, 0.1))
+    folder = run.write()
+    half = 0.3 * np.sin(angle) + 0.1 * np.cos(angle)
+    for stat, expected in (("max", run.time + half), ("min", run.time - half), ("range", 2 * half)):
+        np.testing.assert_allclose(
+            measure(folder, kind="extent", of="ball", axis="z", stat=stat).values, expected, atol=1e-5
+        )
+
+
+def test_extent_of_a_detailed_mesh_is_that_of_its_corners(new_run, measure):
+    run = new_run(duration=0.2)
+    rng = np.random.default_rng(1)
+    corners = rng.normal(size=(500, 3))
+    quat = turn(rng.uniform(0, 6, len(run.time)), [0.6, 0.0, 0.8])
+    link = run.add_link("ball", quat=quat)
+    run.add_mesh(link, "cloud", corners)
+    from scipy.spatial.transform import Rotation
+
+    turned = [Rotation.from_quat(q, scalar_first=True).apply(corners)[:, 1].max() for q in quat]
+    np.testing.assert_allclose(
+        measure(run, kind="extent", of="ball", axis="y", stat="max").values, turned, atol=1e-5
+    )
+
+
+def test_a_flat_mesh_has_an_extent_and_a_body_without_shape_has_none(new_run, measure):
+    run = new_run(duration=0.1)
+    link = run.add_link("ball")
+    run.add_link("ghost")
+    flat = np.column_stack([np.random.default_rng(0).uniform(-1, 1, (100, 2)), np.zeros(100)])
+    run.add_mesh(link, "sheet", flat)
+    folder = run.write()
+    assert measure(folder, kind="extent", of="ball", axis="z", stat="range").values[0] == 0.0
+    assert (
+        "no recorded shape"
+        in measure(folder, bodies=("ball", "ghost"), kind="extent", of="ghost", axis="z", stat="max").problem
+    )
+
+
+def test_a_mesh_cannot_name_a_file_elsewhere(new_run, measure):
+    run = new_run(duration=0.1)
+    link = run.add_link("ball")
+    np.savez(run.folder / "secret.npz", vertices=np.ones((3, 3)))
+    run.add_box(link, (1, 1, 1))
+    run.geometry["0"] = [{"mesh": "../secret.npz"}]
+    assert "no recorded shape" in measure(run, kind="extent", of="ball", axis="z", stat="max").problem
+
+
+def test_contact_force_is_that_of_a_scale(new_run, measure):
+    run = new_run(every=2)
+    floor, ball, other = run.add_link("floor"), run.add_link("ball"), run.add_link("other")
+    # The force flickers between two steps of one frame; a scale shows its mean. The first frame shows the first step.
+    run.touch(floor, ball, range(1, 101, 2), (0, 0, 30.0), depth=0.002)
+    run.touch(floor, ball, range(2, 101, 2), (0, 0, 10.0), depth=0.001)
+    run.touch(ball, other, range(50, 101), (5.0, 0, 0))
+    folder = run.write()
+    both = {"bodies": ("ball", "other"), "statics": ("floor",)}
+    force = measure(folder, kind="contact_force", of="ball", by="floor", **both).values
+    np.testing.assert_allclose(force[0], 30.0)
+    np.testing.assert_allclose(force[1:], 20.0)
+    everything = measure(folder, kind="contact_force", of="ball", **both).values
+    np.testing.assert_allclose(everything[-1], np.hypot(20, 5))
+    np.testing.assert_allclose(
+        measure(folder, kind="contact_count", of="ball", **both).values, 1 + (run.step >= 50)
+    )
+    np.testing.assert_allclose(
+        measure(folder, kind="contact_count", of="ball", by="other", **both).values, run.step >= 50
+    )
+    np.testing.assert_allclose(
+        measure(folder, kind="penetration", of="other", **both).values, 0.001 * (run.step >= 50)
+    )
+    np.testing.assert_allclose(measure(folder, kind="penetration", of="floor", **both).values, 0.002)
+
+
+def test_forces_between_copies_of_one_set_cancel(new_run, measure):
+    run = new_run(duration=0.1)
+    a, b = run.add_link("brick[0]"), run.add_link("brick[1]")
+    run.touch(a, b, range(1, 11), (7.0, 0, 0))
+    folder = run.write()
+    assert measure(folder, bodies=("brick",), kind="contact_force", of="brick").values.max() == 0.0
+    assert measure(folder, bodies=("brick",), kind="contact_force", of="brick[1]").values.min() == 7.0
+    assert measure(folder, bodies=("brick",), kind="contact_count", of="brick").values.max() == 1
+
+
+def test_contacts_that_were_not_recorded_are_no_zero(new_run, measure):
+    run = new_run(duration=0.1)
+    run.add_link("ball")
+    series = measure(run, scene={"record": {"contacts": False}}, kind="contact_count", of="ball")
+    assert "not recorded" in series.problem or "no contacts were recorded" in series.problem
+    assert np.isnan(series.values).all()
+
+
+def test_all_bodies_are_those_that_move_freely(new_run, measure):
+    run = new_run(duration=0.1)
+    run.add_link("floor", mass=1e6, pos=(0, 0, 1.0))
+    run.add_link("ball", mass=2.0, vel=(3, 0, 0))
+    run.add_link("paddle", mass=50.0, vel=(1, 0, 0))
+    sphere = {"kind": "sphere", "radius": 0.1}
+    bodies = {
+        "ball": {"kind": "rigid", "shape": sphere},
+        "paddle": {
+            "kind": "driven",
+            "shape": sphere,
+            "motion": {"kind": "oscillate", "amplitude": 1.0, "frequency": 1.0},
+        },
+    }
+    folder = run.write()
+    assert measure(folder, bodies=bodies, kind="momentum", axis="x").values[0] == 6.0
+    assert measure(folder, bodies=bodies, kind="energy").values[0] == pytest.approx(9.0)
+    assert measure(folder, bodies=bodies, kind="momentum", of="paddle", axis="x").values[0] == 50.0

@@ -1,0 +1,185 @@
+"""The one canonical form of a case: order, indentation, quotes. Comments stay.
+
+Keys stand in the order of the language, names in the order of their author. Sections and bodies are written line by
+line; anything smaller goes on one line if it fits.
+"""
+
+from collections.abc import Mapping
+from typing import Any, get_args, get_origin
+
+from pydantic import BaseModel
+
+from text2sim.spec_schema.case import Case
+from text2sim.spec_schema.document import Path, parse_document
+from text2sim.spec_schema.layout import Entry, plain_layout, written_layout
+from text2sim.spec_schema.source import Source, check_source
+from text2sim.spec_schema.words import Slot, fields_of, is_model, slot_of, structure_of
+from text2sim.spec_schema.writing import block_lines, key, scalar
+
+WIDTH = 110
+INDENT = 2
+SECTIONS = ("scene", "bodies", "actions", "render")
+ANY = "*"
+
+_SPREAD: tuple[Path, ...] = (
+    (),
+    ("scene",),
+    ("scene", "statics"),
+    ("bodies",),
+    ("bodies", ANY),
+    ("bodies", ANY, "links"),
+    ("actions",),
+    ("actions", ANY),
+    ("render",),
+    ("render", "cameras"),
+    ("render", "lights"),
+)
+"""Mappings that are written line by line even if they would fit on one."""
+
+
+def format_text(text: str, file: str = "case.yaml") -> str:
+    """Bring the text of a case into canonical form; the data stays the same.
+
+    Raises:
+        SpecError: If the text is not YAML that the language accepts. The case need not be valid otherwise.
+    """
+    return format_source(check_source(Source(text, file)))
+
+
+def format_source(source: Source) -> str:
+    """Bring a file that was read into canonical form; see `format_text`."""
+    document = parse_document(source)
+    root, head, foot = written_layout(document)
+    lines = [*head, *_Writer().document(root)]
+    if foot:
+        lines += ["", *foot]
+    text = "\n".join(_trimmed(lines)) + "\n"
+    again = parse_document(Source(text, source.file))
+    if again.data != document.data:
+        raise AssertionError("the canonical form says something else than the original")
+    return text
+
+
+def dump_case(case: Case | Mapping[str, Any]) -> str:
+    """Write a case, or its plain data (in which `${…}` may stand), in canonical form."""
+    if isinstance(case, Case):
+        case = case.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
+    return "\n".join(_trimmed(_Writer().document(plain_layout(dict(case))))) + "\n"
+
+
+def _trimmed(lines: list[str]) -> list[str]:
+    """Without blank lines at the start and the end, and with one for several."""
+    rows: list[str] = []
+    for line in lines:
+        if line or (rows and rows[-1]):
+            rows.append(line)
+    while rows and not rows[-1]:
+        rows.pop()
+    return rows
+
+
+class _Writer:
+    def document(self, root: Entry) -> list[str]:
+        """Lines of a whole document."""
+        if not isinstance(root.value, list) or not root.value:
+            return [_flow(root)]
+        return self._block(root, slot_of(Case), (), 0)
+
+    def _block(self, entry: Entry, slot: Slot | None, path: Path, indent: int) -> list[str]:
+        """Lines of a collection, one or more for each of its entries."""
+        margin = " " * indent
+        lines: list[str] = []
+        slot = _chosen(slot, entry)
+        for child in _in_order(entry, slot):
+            inner = (*path, child.key if child.key is not None else ANY)
+            before = child.before
+            if path == () and child.key in SECTIONS:
+                before = ["", *before]
+            lines += [margin + row if row else "" for row in before]
+            lines += self._entry(child, _inside(slot, child), inner, indent)
+            lines += [margin + row for row in child.after]
+        # A blank line above the first entry would part it from its key.
+        return lines[1:] if lines[:1] == [""] else lines
+
+    def _entry(self, entry: Entry, slot: Slot | None, path: Path, indent: int) -> list[str]:
+        margin = " " * indent
+        lead = margin + ("-" if entry.key is None else key(entry.key) + ":")
+        trail = f"  {entry.trail}" if entry.trail else ""
+        if isinstance(entry.value, str):
+            rows = block_lines(entry.value, WIDTH - indent - INDENT) if len(lead) + len(entry.value) >= WIDTH or "\n" in entry.value else None
+            if rows is not None:
+                body = [f"{margin}{' ' * INDENT}{row}" if row else "" for row in rows[1:]]
+                return [f"{lead} {rows[0]}{trail}", *body]
+        if not isinstance(entry.value, list):
+            return [f"{lead} {scalar(entry.value, flow=False)}{trail}"]
+        text = f"{lead} {_flow(entry, slot)}"
+        spread = entry.value and (entry.has_comments or _spread(path, entry))
+        if not spread and (len(text) <= WIDTH or not entry.value):
+            return [text + trail]
+        if not spread and not entry.mapping and all(not isinstance(item.value, list) for item in entry.value):
+            return self._filled(entry, lead, indent, trail)
+        return [lead + trail, *self._block(entry, slot, path, indent + INDENT)]
+
+    def _filled(self, entry: Entry, lead: str, indent: int, trail: str) -> list[str]:
+        """A long list of scalars, as many on each line as fit."""
+        rows = [lead + " ["]
+        words = [scalar(item.value, flow=True) for item in entry.value]
+        for number, word in enumerate(words):
+            word += "," if number < len(words) - 1 else "]"
+            gap = "" if rows[-1].endswith("[") else " "
+            if len(rows[-1]) + len(gap) + len(word) > WIDTH and rows[-1].strip():
+                rows.append(" " * (indent + INDENT) + word)
+            else:
+                rows[-1] += gap + word
+        rows[-1] += trail
+        return rows
+
+
+def _flow(entry: Entry, slot: Slot | None = None) -> str:
+    """A value on one line."""
+    if not isinstance(entry.value, list):
+        return scalar(entry.value, flow=True)
+    slot = _chosen(slot, entry)
+    inner = [(child, _flow(child, _inside(slot, child))) for child in _in_order(entry, slot)]
+    if not entry.mapping:
+        return "[" + ", ".join(text for _, text in inner) + "]"
+    return "{" + ", ".join(f"{key(child.key or '')}: {text}" for child, text in inner) + "}"
+
+
+def _in_order(entry: Entry, slot: Slot | None) -> list[Entry]:
+    """Entries of a collection in canonical order: keys of a model as the language has them, all else as written."""
+    if not entry.mapping or slot is None or not is_model(slot.base):
+        return entry.value
+    ranks = {key: rank for rank, key in enumerate(fields_of(slot.base))}
+    return sorted(entry.value, key=lambda child: ranks.get(child.key or "", len(ranks)))
+
+
+def _chosen(slot: Slot | None, entry: Entry) -> Slot | None:
+    """The alternative of a union that a collection is written for, None if that cannot be told."""
+    if slot is None or not isinstance(entry.value, list):
+        return None
+    if slot.discriminator is not None:
+        kind = next((child.value for child in entry.value if child.key == "kind"), None)
+        model: type[BaseModel] | None = slot.models.get(kind) if isinstance(kind, str) else None
+        return slot_of(model) if model is not None else None
+    if len(slot.members) > 1:
+        given = structure_of({} if entry.mapping else [])
+        fitting = [member for member in slot.members if member.structure == given]
+        return _chosen(fitting[0], entry) if len(fitting) == 1 else None
+    return slot
+
+
+def _inside(slot: Slot | None, child: Entry) -> Slot | None:
+    """What the language takes for an entry of a collection."""
+    if slot is None:
+        return None
+    if is_model(slot.base):
+        field = fields_of(slot.base).get(child.key or "")
+        return field[1] if field is not None else None
+    return slot_of(get_args(slot.base)[1]) if get_origin(slot.base) is dict else None
+
+
+def _spread(path: Path, entry: Entry) -> bool:
+    return entry.mapping and any(
+        len(path) == len(form) and all(want in (ANY, step) for want, step in zip(form, path, strict=True)) for form in _SPREAD
+    )

@@ -1,0 +1,19 @@
+"""Circles among names that refer to each other."""
+
+from collections.abc import Mapping
+
+
+def find_circles(following: Mapping[str, str]) -> list[list[str]]:
+    """Circles of a graph in which each name has at most one successor, each from its first name on."""
+    circles: list[list[str]] = []
+    seen: set[str] = set()
+    for start in following:
+        way: list[str] = []
+        name = start
+        while name in following and name not in seen:
+            seen.add(name)
+            way.append(name)
+            name = following[name]
+        if name in way:
+            circles.append(way[way.index(name) :])
+    return circles

@@ -1,0 +1,45 @@
+"""Selectors taken apart: `brick`, `brick[*]`, `brick[3]`, `brick[2:5]`, `arm[1].hand`."""
+
+import re
+from dataclasses import dataclass
+
+_FORM = re.compile(r"(?P<body>\w+)(?:\[(?P<index>[\d:*]+)\])?(?:\.(?P<part>\w+))?\Z", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What a selector says."""
+
+    body: str
+    """Name of a body or static."""
+    first: int | None = None
+    """Number of the first copy; None for every copy."""
+    last: int | None = None
+    """One more than the number of the last copy."""
+    part: str | None = None
+    """Link or joint."""
+    indexed: bool = False
+    """Whether there are brackets."""
+
+    def count(self, copies: int) -> int:
+        """How many it means, of so many copies."""
+        if self.first is None or self.last is None:
+            return copies
+        return max(0, min(self.last, copies) - self.first)
+
+
+def parse_selector(text: str) -> Selection:
+    """Take a selector apart.
+
+    Raises:
+        ValueError: If it is none; the models accept no such text.
+    """
+    found = _FORM.match(text)
+    if found is None:
+        raise ValueError(f"`{text}` is not a selector")
+    index = found["index"]
+    if index is None or index == "*":
+        return Selection(found["body"], None, None, found["part"], index is not None)
+    first, colon, last = index.partition(":")
+    start = int(first)
+    return Selection(found["body"], start, int(last) if colon else start + 1, found["part"], True)

@@ -1,0 +1,88 @@
+"""Whether the links of an articulated body make a tree, and its other names fit."""
+
+from math import degrees, radians
+
+from text2sim.spec_schema.bodies import Articulated, HingeJoint, Link, SliderJoint
+from text2sim.spec_schema.cast import Cast
+from text2sim.spec_schema.circles import find_circles
+from text2sim.spec_schema.document import Path
+from text2sim.spec_schema.errors import nearest
+
+WORLD = "world"
+
+
+def check_tree(cast: Cast, name: str, body: Articulated) -> None:
+    """Check the links, joints, loops and start positions of one body."""
+    root: Path = ("bodies", name)
+    links = body.links
+    if links is None:
+        if body.loops:
+            cast.report((*root, "loops"), "loops go with links; a file has its own", "tree", key=True)
+        return
+    if body.joints:
+        message = "joints changes those of a file; with links, give each link its own"
+        cast.report((*root, "joints"), message, "tree", key=True)
+    _check_roots(cast, root, links)
+    _check_loops(cast, root, body, links)
+    _check_initial(cast, root, body, links)
+
+
+def _check_roots(cast: Cast, root: Path, links: dict[str, Link]) -> None:
+    first: str | None = None
+    for name, link in links.items():
+        where = (*root, "links", name)
+        if name == WORLD:
+            cast.report(where, f"`{WORLD}` stands for the world; choose another name", "tree", key=True)
+        if link.parent is None:
+            if first is not None:
+                message = f"only one link, the root, has no parent, and `{first}` has none already"
+                cast.report(where, message, "tree", nearest("parent", ["parent"]), key=True)
+            elif link.joint is not None:
+                message = "the root has no joint; whether it moves freely is said by `base`"
+                cast.report((*where, "joint"), message, "tree", key=True)
+            first = first or name
+            continue
+        if link.parent not in links:
+            message = f"there is no link `{link.parent}`"
+            cast.report((*where, "parent"), message, "unknown-link", nearest(link.parent, links))
+        if link.joint is None:
+            message = "`joint` is missing: a link without one of its own has `joint: {kind: fixed}`"
+            cast.report(where, message, "tree", key=True)
+    for circle in find_circles({name: link.parent for name, link in links.items() if link.parent is not None}):
+        message = f"links hang on each other in a circle: {' -> '.join([*circle, circle[0]])}"
+        cast.report((*root, "links", circle[0], "parent"), message, "circular-tree")
+    if first is None and all(link.parent in links for link in links.values()):
+        cast.report((*root, "links"), "one link, the root, must have no parent", "tree", key=True)
+
+
+def _check_loops(cast: Cast, root: Path, body: Articulated, links: dict[str, Link]) -> None:
+    for name, loop in body.loops.items():
+        where = (*root, "loops", name, "between")
+        for index, link in enumerate(loop.between):
+            if link in links or (index == 1 and link == WORLD):
+                continue
+            message = f"there is no link `{link}`"
+            if link == WORLD:
+                message = f"`{WORLD}` comes second: the anchor is in the frame of the first"
+            cast.report((*where, index), message, "unknown-link", nearest(link, links))
+        if loop.between[0] == loop.between[1]:
+            cast.report(where, "a loop is between two different links", "tree")
+
+
+def _check_initial(cast: Cast, root: Path, body: Articulated, links: dict[str, Link]) -> None:
+    for name, value in body.initial.items():
+        where = (*root, "initial", name)
+        movable = [link for link, model in links.items() if isinstance(model.joint, HingeJoint | SliderJoint)]
+        if name not in movable:
+            what = f"`{name}` has no hinge or slider" if name in links else f"there is no joint `{name}`"
+            cast.report(where, what, "unknown-joint", nearest(name, movable), key=True)
+            continue
+        joint = links[name].joint
+        if isinstance(joint, HingeJoint) and joint.range_deg is not None:
+            low, high = (radians(angle) for angle in joint.range_deg)
+            if not low <= value <= high:
+                message = f"starts outside its range: {degrees(value):g} deg is not from {degrees(low):g} to {degrees(high):g}"
+                cast.report(where, message, "range")
+        elif isinstance(joint, SliderJoint) and joint.range is not None and not joint.range[0] <= value <= joint.range[1]:
+            message = f"starts outside its range: {value:g} m is not from {joint.range[0]:g} to {joint.range[1]:g}"
+            cast.report(where, message, "range")
