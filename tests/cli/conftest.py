@@ -1,67 +1,13 @@
-"""The command line called in this process, and run folders that need no engine."""
+"""The command line called in this process."""
 
-import json
 import os
-from collections.abc import Callable
-from dataclasses import dataclass
+import shutil
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
+from handmade import CASE, Answer, Cli, prepare_run, write_case
 
 from text2sim.cli.main import run
-from text2sim.compiler.build import compile_case
-from text2sim.harness.run import run_case
-from text2sim.spec_schema.load import load_case
-
-CASE = """\
-text2sim: 1
-name: fall
-scene:
-  duration: 1.0
-  statics:
-    floor: {shape: {kind: plane}}
-bodies:
-  ball:
-    kind: rigid
-    shape: {kind: sphere, radius: 0.1}
-    pose: {pos: [0, 0, 5]}
-actions:
-  measures:
-    height: {kind: position, of: ball, axis: z}
-  expect:
-    starts_high: {measure: height, at: start, above: 4}
-    falls: {measure: height, at: end, below: 1}
-"""
-
-STAND_IN = """
-import json, shutil, sys
-from pathlib import Path
-OUT = Path(sys.argv[sys.argv.index("--out") + 1])
-if "--film-only" not in sys.argv:
-    shutil.copytree(Path(__file__).parent / "recording", OUT / "states")
-    (OUT / "status.json").write_text(json.dumps({"state": "finished", "time": 1.0}))
-if "--no-film" not in sys.argv:
-    (OUT / "video.mp4").write_bytes(b"film")
-"""
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What a command said."""
-
-    code: int
-    out: str
-    err: str
-
-    @property
-    def json(self) -> Any:
-        """The one document on the output stream."""
-        return json.loads(self.out)
-
-
-Cli = Callable[..., Answer]
 
 
 @pytest.fixture
@@ -86,42 +32,15 @@ def case(tmp_path: Path) -> Path:
     return write_case(tmp_path / "cases" / "fall", CASE)
 
 
-def write_case(folder: Path, text: str) -> Path:
-    folder.mkdir(parents=True)
-    (folder / "case.yaml").write_text(text)
-    return folder
+@pytest.fixture(scope="session")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run folder of the case `fall`, made once: to judge and to draw takes a second."""
+    folder = tmp_path_factory.mktemp("recorded")
+    return prepare_run(write_case(folder / "fall", CASE), folder / "runs")
 
 
-def prepare_run(case: Path, runs: Path) -> Path:
-    """Give a case a finished run, recorded by hand, that `text2sim run` takes for its own."""
-
-    def compile_to(loaded: Any, out: Path) -> Any:
-        plan = compile_case(loaded, out)
-        (out / "main.py").write_text(STAND_IN)
-        _record(out / "recording")
-        return plan
-
-    return run_case(load_case(case), runs=runs, compile_to=compile_to).folder
-
-
-def _record(folder: Path) -> None:
-    time = np.linspace(0.0, 1.0, 101)
-    place = {"mass": 1.0, "com": [0, 0, 0], "inertia": np.eye(3).tolist()}
-    links = [
-        {"body": "floor", "link": "floor", "fixed": True, **place},
-        {"body": "ball", "link": "ball", "fixed": False, **place},
-    ]
-    layout = {"dt": 0.01, "every": 1, "gravity": [0, 0, -9.81], "duration": 1.0, "links": links, "joints": []}
-    pos = np.zeros((len(time), 2, 3))
-    pos[:, 1, 2] = 5 - 4.905 * time**2
-    quat = np.broadcast_to([1.0, 0, 0, 0], (len(time), 2, 4))
-    still, none = np.zeros((len(time), 2, 3)), np.zeros((len(time), 0))
-    contacts = {"step": (), "links": (2,), "force": (3,), "pos": (3,), "penetration": (), "normal_force": ()}
-    folder.mkdir()
-    (folder / "layout.json").write_text(json.dumps(layout))
-    np.savez(
-        folder / "chunk_00000.npz",
-        time=time, links_pos=pos, links_quat=quat, links_vel=still, links_ang=still,
-        qpos=none, dofs_velocity=none, dofs_control_force=none,
-        **{f"contact_{name}": np.zeros((0, *shape)) for name, shape in contacts.items()},
-    )  # fmt: skip
+@pytest.fixture
+def folder(case: Path, recorded: Path, tmp_path: Path) -> Path:
+    """The run folder of `case`, from the working directory."""
+    shutil.copytree(recorded, tmp_path / "runs" / recorded.name)
+    return Path("runs") / recorded.name

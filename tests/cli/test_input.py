@@ -1,4 +1,4 @@
-"""Commands on files that people wrote: check, compile, fmt, new, schema; and what is said when something is wrong."""
+"""Commands on files that people wrote, and what is said when something is wrong with them."""
 
 import json
 import os
@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from conftest import CASE, Cli, write_case
+from handmade import CASE, Cli, write_case
 
 
 def test_help_names_every_command(cli: Cli):
@@ -25,7 +25,7 @@ def test_an_unknown_command_is_wrong_input(cli: Cli):
     assert "chekc" in answer.err
 
 
-# --- check ----------------------------------------------------------------------------------------------------
+# --- check -----------------------------------------------------------------------------------------------
 
 
 def test_a_good_case_is_ok(cli: Cli, case: Path):
@@ -40,13 +40,13 @@ def test_explain_gives_reasons(cli: Cli, case: Path):
 
 
 def test_all_problems_are_said_at_their_places(cli: Cli, tmp_path: Path):
-    text = CASE.replace("radius: 0.1", "radius: -0.1").replace("of: ball", "fo: ball")
+    text = CASE.replace("radius: 0.1", "radius: -0.1").replace("axis: z", "axsi: z")
     folder = write_case(tmp_path / "broken", text)
     answer = cli("check", folder / "case.yaml")
     assert answer.code == 2
-    assert f"{folder}/case.yaml:9:" in answer.err
-    assert f"{folder}/case.yaml:13:" in answer.err
-    assert "did you mean `of`?" in answer.err
+    assert f"{folder}/case.yaml:10:" in answer.err
+    assert f"{folder}/case.yaml:14:" in answer.err
+    assert "did you mean `axis`?" in answer.err
     assert "radius: -0.1" in answer.err
     assert "Traceback" not in answer.err
 
@@ -112,7 +112,7 @@ finally:
     begun = time.monotonic()
     answer = subprocess.run([sys.executable, "-c", code, case], capture_output=True, text=True, check=True)
     assert "heavy: []" in answer.stdout
-    assert time.monotonic() - begun < 2.0  # 0.4 s on a machine with nothing else to do
+    assert time.monotonic() - begun < 5.0  # 0.4 s on a machine with nothing else to do
 
 
 def test_a_reader_that_has_enough_is_no_error(case: Path):
@@ -141,7 +141,7 @@ def test_an_error_of_ours_says_so_and_where_the_details_are(
     Path(answer.json["details"]).unlink()
 
 
-# --- compile --------------------------------------------------------------------------------------------------
+# --- compile ---------------------------------------------------------------------------------------------
 
 
 def test_compile_writes_the_program(cli: Cli, case: Path):
@@ -170,16 +170,16 @@ def test_compile_says_what_is_wrong_and_writes_nothing(cli: Cli, tmp_path: Path)
     folder = write_case(tmp_path / "bad", CASE.replace("radius: 0.1", "radius: 0"))
     answer = cli("compile", folder, "--json")
     assert answer.code == 2
-    assert answer.json["problems"][0]["line"] == 9
+    assert answer.json["problems"][0]["line"] == 10
     assert not (folder / "program").exists()
 
 
-# --- fmt ------------------------------------------------------------------------------------------------------
+# --- fmt -------------------------------------------------------------------------------------------------
 
 
 def test_fmt_rewrites_once(cli: Cli, case: Path):
     file = case / "case.yaml"
-    file.write_text(CASE.replace("{kind: plane}", "{  kind: plane  }  # flat"))
+    file.write_text(CASE.replace("{kind: plane}}", "{  kind: plane  }}  # flat"))
     file.chmod(0o640)
     assert cli("fmt", "--check", case).code == 1
     diff = cli("fmt", "--diff", case)
@@ -210,7 +210,7 @@ def test_fmt_says_what_is_no_yaml(cli: Cli, tmp_path: Path):
     assert (folder / "case.yaml").read_text() == "text2sim: [1\n"
 
 
-# --- new, schema ----------------------------------------------------------------------------------------------
+# --- new, schema -----------------------------------------------------------------------------------------
 
 
 def test_a_new_case_is_good_and_canonical(cli: Cli):

@@ -3,15 +3,9 @@
 from pathlib import Path
 
 import pytest
-from conftest import CASE, Cli, prepare_run, write_case
+from handmade import CASE, Cli, prepare_run, write_case
 
 from text2sim.harness.lock import RunLock
-
-
-@pytest.fixture
-def folder(case: Path, tmp_path: Path) -> Path:
-    """The run folder of `case`."""
-    return prepare_run(case, tmp_path / "runs").relative_to(tmp_path)
 
 
 def test_run_ends_with_film_and_report(cli: Cli, case: Path, folder: Path):
@@ -55,8 +49,11 @@ def test_all_cases_are_checked_before_one_is_run(cli: Cli, case: Path, folder: P
 def test_a_run_in_use_is_said_in_a_line(cli: Cli, case: Path, folder: Path):
     with RunLock(Path("runs"), folder.name):
         answer = cli("run", case)
+        document = cli("run", case, "--json").json
     assert answer.code == 2
+    assert answer.err.splitlines()[-1].startswith("cases/fall/case.yaml: ")
     assert "is being run by another text2sim" in answer.err
+    assert "another text2sim" in document["runs"][0]["error"]
 
 
 def test_a_file_in_place_of_the_runs_is_said_in_a_line(cli: Cli, case: Path, tmp_path: Path):
@@ -64,6 +61,13 @@ def test_a_file_in_place_of_the_runs_is_said_in_a_line(cli: Cli, case: Path, tmp
     answer = cli("run", case, "--runs", "file")
     assert answer.code == 2
     assert "not a folder" in answer.err
+
+
+def test_what_the_machine_lacks_is_exit_code_three(cli: Cli, case: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("CUDA_VISIBLE_DEVICES", "")
+    answer = cli("run", case, "--gpu")
+    assert answer.code == 3
+    assert answer.err == "cases/fall/case.yaml: there is no CUDA device here; `text2sim doctor` says why\n"
 
 
 def test_a_suite_says_a_line_for_each_case(cli: Cli, case: Path, folder: Path, tmp_path: Path):

@@ -10,6 +10,7 @@ import pytest
 
 from text2sim.spec_schema.case import Case
 
+ORIGIN = (0.0, 0.0, 0.0)
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 
 
@@ -29,9 +30,9 @@ class WrittenRun:
         self.geometry: dict[str, list[dict[str, Any]]] = {}
 
     def add_link(
-        self, body: str, *, link: str | None = None, mass: float = 1.0, pos: Any = (0.0, 0.0, 0.0), quat: Any = IDENTITY,
-        vel: Any = (0.0, 0.0, 0.0), ang: Any = (0.0, 0.0, 0.0), com: Any = (0.0, 0.0, 0.0), inertia: Any = None,
-        fixed: bool = False,
+        self, body: str, *, link: str | None = None, mass: float = 1.0, fixed: bool = False,
+        pos: Any = ORIGIN, quat: Any = IDENTITY, vel: Any = ORIGIN, ang: Any = ORIGIN, com: Any = ORIGIN,
+        inertia: Any = None,
     ) -> int:  # fmt: skip
         """Add a link; motions are arrays over all frames, or constant. Return its index."""
         index = len(self.links)
@@ -89,14 +90,12 @@ class WrittenRun:
         size = float(np.linalg.norm(force_on_b)) if normal is None else normal
         self.contacts += [(int(step), (a, b), tuple(force_on_b), tuple(pos), depth, size) for step in steps]
 
-    def add_box(self, link: int, half: Any, pos: Any = (0.0, 0.0, 0.0), quat: Any = IDENTITY) -> None:
+    def add_box(self, link: int, half: Any, pos: Any = ORIGIN, quat: Any = IDENTITY) -> None:
         """Give a link a box."""
         corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * np.asarray(half)
         self.add_mesh(link, f"box{link}", corners, pos, quat)
 
-    def add_mesh(
-        self, link: int, name: str, vertices: Any, pos: Any = (0.0, 0.0, 0.0), quat: Any = IDENTITY
-    ) -> None:
+    def add_mesh(self, link: int, name: str, vertices: Any, pos: Any = ORIGIN, quat: Any = IDENTITY) -> None:
         """Give a link a mesh."""
         (self.folder / "geometry").mkdir(parents=True, exist_ok=True)
         np.savez(
@@ -129,7 +128,7 @@ class WrittenRun:
             last = min(first + chunk, frames)
             until = int(self.step[last - 1])
             part = {name: array[first:last] for name, array in arrays.items()}
-            np.savez(states / f"chunk_{number:05d}.npz", **part, **self._contacts(done, until))
+            np.savez(states / f"chunk_{number:05d}.npz", **(part | self._contacts(done, until)))  # type: ignore[arg-type]
             done = until
         end = float(self.time[frames - 1]) if frames else 0.0
         (self.folder / "status.json").write_text(json.dumps({"state": state, "time": end, **status}))

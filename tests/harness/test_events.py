@@ -31,7 +31,7 @@ def times(log: EventLog, name: str = "e") -> list[float]:
 
 @pytest.fixture
 def collision(new_run):
-    """A ball of 1 kg at 2 m/s hits another and stops: 2 N s in four steps from 0.5 s on, then a later, lighter touch."""
+    """A ball of 1 kg at 2 m/s hits another and stops: 2 N s from 0.5 s on; later a lighter touch."""
     run = new_run()
     floor, ball, other = run.add_link("floor"), run.add_link("ball"), run.add_link("other")
     assert floor == 0

@@ -81,7 +81,7 @@ def test_a_run_that_is_as_expected_passes(drop, case):
         "between": ["floor", "ball"],
         "time": pytest.approx(0.45),
     }
-    assert found["speeds"]["ball"]["max"] == pytest.approx(0.44 * G, rel=1e-5)
+    assert found["speeds"]["ball"]["linear"]["max"] == pytest.approx(0.44 * G, rel=1e-5)
     assert "floor" not in found["speeds"]
     assert found["joint_limits"] == [
         {
@@ -137,8 +137,13 @@ def test_editing_an_expectation_judges_anew_without_a_run(drop, make_case, case)
     found = judge(folder, other)
     assert found["verdict"] == "failed"
     assert found["expect"]["flies"] == {
-        "name": "flies", "ok": False, "value": pytest.approx(0.1), "unit": "m", "wanted": "`height` above 5 m at the end", "why": "0.1 m at 1 s"
-    }  # fmt: skip
+        "name": "flies",
+        "ok": False,
+        "value": pytest.approx(0.1),
+        "unit": "m",
+        "wanted": "`height` above 5 m at the end",
+        "why": "0.1 m at 1 s",
+    }
 
 
 def test_a_diverged_run_fails_and_names_the_body(drop, case):
@@ -200,6 +205,46 @@ def test_without_frames_and_without_measures_there_is_still_evidence(new_run, ma
     assert (folder / "measures.csv").read_text() == "time\n"
 
 
+EVERY_MEASURE = {
+    "a": {"kind": "position", "of": "ball", "axis": "z"},
+    "b": {"kind": "velocity", "of": "ball", "axis": "z"},
+    "c": {"kind": "angular_speed", "of": "ball"},
+    "d": {"kind": "displacement", "of": "ball"},
+    "e": {"kind": "tilt", "of": "ball"},
+    "f": {"kind": "joint_position", "of": "drum"},
+    "g": {"kind": "joint_force", "of": "drum"},
+    "h": {"kind": "extent", "of": "ball", "axis": "z", "stat": "range"},
+    "i": {"kind": "distance", "between": ["ball", "drum"]},
+    "j": {"kind": "contact_force", "of": "ball"},
+    "k": {"kind": "contact_count", "of": "ball"},
+    "l": {"kind": "penetration", "of": "ball"},
+    "m": {"kind": "energy"},
+    "n": {"kind": "momentum", "axis": "x"},
+    "o": {"kind": "count_in", "of": "ball", "region": {"kind": "sphere", "center": [0, 0, 0], "radius": 9.0}},
+}
+EVERY_EVENT = {
+    "a": {"kind": "contact", "between": ["ball", "floor"]},
+    "b": {"kind": "separation", "between": ["ball", "floor"]},
+    "c": {"kind": "threshold", "measure": "a", "above": 0.5},
+    "d": {"kind": "rest", "of": "ball"},
+    "e": {"kind": "left_domain", "of": "ball"},
+    "f": {"kind": "enters", "of": "ball", "region": {"kind": "box", "min": [0, 0, 0], "max": [1, 1, 1]}},
+    "g": {"kind": "joint_limit", "of": "drum"},
+}
+
+
+@pytest.mark.parametrize("frames", [0, 1, 2])
+def test_nothing_needs_more_than_a_few_frames(drop, make_case, frames):
+    scene = {"domain": {"min": [-5, -5, -5], "max": [5, 5, 5]}}
+    case = make_case(bodies=("ball", "drum"), scene=scene, measures=EVERY_MEASURE, events=EVERY_EVENT)
+    drop.add_box(1, (0.1, 0.1, 0.1))
+    found = judge(drop.write(state="failed", upto=frames), case)
+    assert [
+        row["problem"] for row in (*found["measures"].values(), *found["events"].values()) if row["problem"]
+    ] == []
+    assert all((row["first"] is None) == (frames == 0) for row in found["measures"].values())
+
+
 def test_prescribed_motion_and_pushes_are_declared(new_run, make_case):
     run = new_run(duration=0.1)
     run.add_link("ball", mass=1.0)
@@ -253,8 +298,13 @@ def test_touches_within_a_repeated_body_are_counted_and_not_listed(pile, make_ca
     found = judge(pile, make_case(bodies=("brick",)))
     assert len(listed(pile)) == 60
     assert found["contacts"] == {
-        "recorded": True, "rows": 119, "episodes": 119, "listed": 60, "left_out": 0, "within_repeated_bodies": 59
-    }  # fmt: skip
+        "recorded": True,
+        "rows": 119,
+        "episodes": 119,
+        "listed": 60,
+        "left_out": 0,
+        "within_repeated_bodies": 59,
+    }
     assert "59 touches between copies" in found["left_out"][0]
 
 

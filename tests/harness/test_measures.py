@@ -88,7 +88,7 @@ def test_a_body_whose_origin_is_not_its_centre_of_mass(new_run, measure):
 
 def test_the_inertia_turns_with_the_body(new_run, measure):
     run = new_run()
-    # Lying on its side, the body's z axis points along x of the world: spinning about that has the small inertia.
+    # The body lies on its side, its z axis along x of the world: spinning about that has the small inertia.
     run.add_link("ball", quat=turn(np.pi / 2, [0, 1, 0]), ang=(4.0, 0, 0), inertia=np.diag([5, 5, 0.5]))
     np.testing.assert_allclose(measure(run, kind="energy", part="kinetic").values, 0.5 * 0.5 * 16, rtol=1e-5)
 
@@ -213,7 +213,7 @@ def test_a_mesh_cannot_name_a_file_elsewhere(new_run, measure):
 def test_contact_force_is_that_of_a_scale(new_run, measure):
     run = new_run(every=2)
     floor, ball, other = run.add_link("floor"), run.add_link("ball"), run.add_link("other")
-    # The force flickers between two steps of one frame; a scale shows its mean. The first frame shows the first step.
+    # The force flickers between the two steps of a frame: a scale shows its mean; frame 0 has step 1.
     run.touch(floor, ball, range(1, 101, 2), (0, 0, 30.0), depth=0.002)
     run.touch(floor, ball, range(2, 101, 2), (0, 0, 10.0), depth=0.001)
     run.touch(ball, other, range(50, 101), (5.0, 0, 0))

@@ -1,7 +1,6 @@
 """The report: one page that shows everything, needs nothing, and trusts nobody."""
 
 import json
-import re
 from html.parser import HTMLParser
 
 import numpy as np
@@ -94,8 +93,9 @@ def test_the_page_tells_the_whole_story_and_needs_no_other_file(fall, make_case)
     ).write(folder)
     page = show(folder, make_case(**ACTIONS))
     for words in (
-        "failed", "A ball falls.", "`height` below 0.5 m from 0.4 s to 1 s", "at worst", "first happened at 0.26 s",
-        "solver = newton: few enough bodies", "# the case", "abc123", "3.11", "0.003 m", "landing", "Never seen" if False else "10 %",
+        "failed", "A ball falls.", "height below 0.5 m from 0.4 s to 1 s", "at worst",
+        "first happened at 0.26 s", "solver = newton: few enough bodies", "# the case", "abc123", "3.11",
+        "0.003 m", "landing", "10 %",
     ):  # fmt: skip
         assert words in page.words, words
     addresses = [
@@ -114,7 +114,7 @@ def test_plots_are_pictures_of_legible_size(fall, make_case):
     show(folder, make_case(**ACTIONS))
     with Image.open(folder / "plots" / "height.png") as picture:
         assert picture.width >= 800
-        assert len(picture.convert("RGB").getcolors(1 << 20)) > 20
+        assert len(picture.convert("RGB").getcolors(1 << 20) or ()) > 20
 
 
 def test_a_large_film_is_linked(fall, make_case, monkeypatch):
@@ -126,7 +126,7 @@ def test_a_large_film_is_linked(fall, make_case, monkeypatch):
     assert "video" not in page.tags
 
 
-HOSTILE = "<script>alert(1)</script><img src=x onerror=alert(2)>\"'`{{ 7*7 }}</pre></style>$x$"
+HOSTILE = "<script>alert(1)</script><img src=x onerror=alert(2)>\"'`<i>`{{ 7*7 }}</pre></style>$x$"
 
 
 def test_hostile_strings_stay_strings(fall, make_case):
@@ -147,11 +147,8 @@ def test_hostile_strings_stay_strings(fall, make_case):
     assert page.words.count("<script>alert(1)</script>") >= 8
     assert "script" not in page.tags
     assert not [name for name, _ in page.attributes if name.startswith("on")]
-    assert "49" not in re.findall(r"`\{\{ 7\*7 \}\}|49", page.words)
-    policy = dict(zip([n for n, _ in page.attributes], [v for _, v in page.attributes], strict=True))[
-        "content"
-    ]
-    assert policy
+    assert "{{ 7*7 }}" in page.words
+    assert "i" not in page.tags
 
 
 def test_the_policy_of_the_page_forbids_scripts(fall, make_case):

@@ -4,8 +4,12 @@ The programs are real processes, but of plain Python: they copy a recording that
 """
 
 import json
+import os
+import signal
 import subprocess
 import sys
+import threading
+import time
 from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
@@ -183,10 +187,12 @@ def test_a_film_that_fails_is_reported_and_tried_again(stage: Stage):
 
 def test_force_simulates_again_and_keeps_what_was_there(silent: Stage):
     first = silent.run(film=False)
-    (first.folder / "mark").touch()
-    assert silent.run(film=False, force=True).work is Work.SIMULATE
-    assert not (first.folder / "mark").exists()
-    assert (silent.runs / f"{first.folder.name}.previous" / "mark").exists()
+    chunk = Path("states/chunk_00000.npz")
+    (first.folder / chunk).write_text("much work")
+    for _ in range(2):  # what replaced it recorded nothing, and does not push it out
+        assert silent.run(film=False, force=True).work is Work.SIMULATE
+        assert not (first.folder / chunk).exists()
+        assert (silent.runs / f"{first.folder.name}.previous" / chunk).read_text() == "much work"
 
 
 @pytest.mark.parametrize("contents", ['{"state": "fini', '{"case": "fall", "state": "finished", "key": 3}'])
@@ -265,6 +271,36 @@ def test_a_stopped_run_is_judged_by_what_was_recorded(stage: Stage):
     assert result.evidence["verdict"] == "incomplete"
     assert result.report is not None
     assert stage.run().work is Work.SIMULATE
+
+
+def test_ctrl_c_stops_the_program_gently_and_a_case_is_judged_by_what_it_recorded(
+    stage: Stage, tmp_path: Path
+):
+    ready = tmp_path / "ready"
+    stage.body = f"""
+import signal
+def end(number, frame):
+    (OUT / "status.json").write_text('{{"state": "interrupted"}}')
+    sys.exit(130)
+signal.signal(signal.SIGINT, end)
+shutil.copytree(RECORDING, OUT, dirs_exist_ok=True)
+(OUT / "progress.jsonl").write_text('{{"phase": "simulate", "t": 0.5}}\\n')
+Path({str(ready)!r}).touch()
+time.sleep(60)
+"""
+
+    def press() -> None:
+        while not ready.exists():
+            time.sleep(0.02)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    before, notes = signal.getsignal(signal.SIGINT), []
+    threading.Thread(target=press, daemon=True).start()
+    result = stage.run(film=False, on_progress=lambda progress: notes.append(progress.note))
+    assert (result.state, result.stopped, result.time) == ("interrupted", True, 0.5)
+    assert result.evidence is not None
+    assert any("once more to kill" in note for note in notes)
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_a_diverged_run_is_not_simulated_again(stage: Stage):

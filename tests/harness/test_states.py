@@ -58,7 +58,7 @@ def test_pickled_objects_are_not_loaded(folder):
     path = folder / "states" / "chunk_00000.npz"
     with np.load(path) as chunk:
         arrays = dict(chunk)
-    np.savez(path, **(arrays | {"time": np.array([{}] * 40, dtype=object)}))
+    np.savez(path, **(arrays | {"time": np.array([{}] * 40, dtype=object)}))  # type: ignore[arg-type]
     states = RunStates.load(folder)
     assert states.frames == 0
     assert "damaged" in states.losses[0]

@@ -2,13 +2,11 @@
 
 from typing import Any
 
-from text2sim.cli import exits
 from text2sim.cli.cases import Examined
 from text2sim.cli.live import watch
-from text2sim.cli.output import problems_of
 from text2sim.harness.result import RunResult
 from text2sim.harness.run import run_case
-from text2sim.spec_schema.errors import MachineError, SpecError, Text2SimError
+from text2sim.spec_schema.errors import Text2SimError
 
 
 def attempt(row: Examined, *, quiet: bool = False, **options: Any) -> RunResult | None:
@@ -23,15 +21,12 @@ def attempt(row: Examined, *, quiet: bool = False, **options: Any) -> RunResult 
         What came of it; None if it could not be run, with the reasons in `row.problems`.
     """
     assert row.loaded is not None
-    source = row.loaded.source
     try:
         with watch(row.name, quiet=quiet) as on_progress:
             result = run_case(row.loaded, on_progress=on_progress, **options)
     except Text2SimError as error:
-        row.problems = problems_of(error, row.path)
-        row.sources = {source.file: source.text} if isinstance(error, SpecError) else {}
-        row.exit = exits.MACHINE if isinstance(error, MachineError) else exits.INPUT
+        row.blame(error)
         return None
     row.problems = result.warnings
-    row.sources = {source.file: source.text}
+    row.collect_sources()
     return result

@@ -1,14 +1,15 @@
 """Which cases a command is about, and what is wrong with them."""
 
 import os
+import sys
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.cli import exits
-from text2sim.cli.output import problems_of
-from text2sim.spec_schema.errors import MachineError, Problem, Text2SimError
+from text2sim.cli.output import reason, say, say_problems, shown
+from text2sim.spec_schema.errors import MachineError, Problem, SpecError, Text2SimError
 
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
@@ -30,6 +31,8 @@ class Examined:
     problems: list[Problem] = field(default_factory=list)
     sources: dict[str, str] = field(default_factory=dict)
     """Text by file name, for excerpts."""
+    failure: str = ""
+    """What is wrong, where no line of the case is to blame."""
     exit: int = exits.OK
 
     @property
@@ -52,9 +55,39 @@ class Examined:
             "ok": self.ok,
             "problems": [problem.as_dict() for problem in self.problems],
         }
+        if self.failure:
+            document["error"] = self.failure
         if self.plan is not None:
             document["notes"] = list(self.plan.notes)
         return document
+
+    def blame(self, error: Exception) -> None:
+        """Take note of an error that its author, or the owner of the machine, can put right."""
+        self.exit = exits.MACHINE if isinstance(error, MachineError) else exits.INPUT
+        self.problems = error.problems if isinstance(error, SpecError) else []
+        self.failure = "" if self.problems else reason(error)
+        self.collect_sources()
+
+    def collect_sources(self) -> None:
+        """Read the lines that the problems are about."""
+        texts = {file: self._text(file) for file in {problem.file for problem in self.problems}}
+        self.sources = {file: text for file, text in texts.items() if text}
+
+    def say(self) -> None:
+        """Print what is wrong."""
+        if self.failure:
+            say(f"{shown(self.path)}: {self.failure}", to=sys.stderr)
+        say_problems(self.problems, self.sources)
+
+    def _text(self, file: str) -> str:
+        from text2sim.spec_schema.source import read_source
+
+        if self.loaded is not None and file == self.loaded.source.file:
+            return self.loaded.source.text
+        try:
+            return read_source(Path(file)).text
+        except SpecError:
+            return ""
 
 
 def examine(path: Path, *, plan: bool = True) -> Examined:
@@ -70,11 +103,9 @@ def examine(path: Path, *, plan: bool = True) -> Examined:
 
             found.plan = plan_case(found.loaded)
             found.problems = list(found.plan.warnings)
+            found.collect_sources()
     except (Text2SimError, OSError) as error:
-        found.problems = problems_of(error, found.path)
-        found.exit = exits.MACHINE if isinstance(error, MachineError) else exits.INPUT
-    for file in {problem.file for problem in found.problems}:
-        found.sources[file] = _text(found, file)
+        found.blame(error)
     return found
 
 
@@ -106,14 +137,3 @@ def _below(folder: Path, depth: int) -> Iterable[Path]:
             yield path
         elif depth > 0:
             yield from _below(path, depth - 1)
-
-
-def _text(found: Examined, file: str) -> str:
-    from text2sim.spec_schema.source import read_source
-
-    if found.loaded is not None and file == found.loaded.source.file:
-        return found.loaded.source.text
-    try:
-        return read_source(Path(file)).text
-    except Text2SimError:
-        return ""

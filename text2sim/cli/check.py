@@ -20,7 +20,7 @@ def check(
 ) -> None:
     """Find everything that is wrong with cases, without running them."""
     from text2sim.cli.cases import examine, find_cases
-    from text2sim.cli.output import say, say_json, say_problems, shown
+    from text2sim.cli.output import say, say_json, shown
 
     rows = []
     for path in find_cases(cases):
@@ -28,7 +28,7 @@ def check(
         rows.append(row)
         if as_json:
             continue
-        say_problems(row.problems, row.sources)
+        row.say()
         if row.plan is not None:
             say(f"{shown(row.path)}: ok{_counts(row.problems)}")
             if explain:

@@ -5,8 +5,6 @@ from typing import Annotated
 
 import typer
 
-from text2sim.cli import exits
-
 
 def compile_cases(
     case: Annotated[Path, typer.Argument(help="A case folder or case.yaml file.")],
@@ -18,30 +16,30 @@ def compile_cases(
 ) -> None:
     """Write the Genesis program of a case, to read it or to run it by hand."""
     from text2sim.cli.cases import examine
-    from text2sim.cli.output import say, say_json, say_problems, shown
+    from text2sim.cli.output import say, say_json, shown
     from text2sim.compiler.build import compile_case
     from text2sim.harness.folder import install_program, staging
-    from text2sim.spec_schema.errors import SpecError
+    from text2sim.spec_schema.errors import Text2SimError
 
     row = examine(case, plan=False)
     program = (out if out is not None else row.path.parent / "program").absolute()
     files: list[str] = []
     if row.loaded is not None:
-        row.sources = {row.loaded.source.file: row.loaded.source.text}
         with staging(program.parent) as stage:
             try:
                 row.plan = compile_case(row.loaded, stage / "program")
-            except SpecError as error:
-                row.problems, row.exit = error.problems, exits.INPUT
+            except Text2SimError as error:
+                row.blame(error)
             else:
                 row.problems = list(row.plan.warnings)
+                row.collect_sources()
                 install_program(stage / "program", program)
                 files = sorted(str(p.relative_to(program)) for p in program.rglob("*") if p.is_file())
     if as_json:
         written = {"program": str(program), "files": files} if files else {}
         say_json(row.as_dict() | written)
         raise typer.Exit(row.exit)
-    say_problems(row.problems, row.sources)
+    row.say()
     for file in files:
         say(shown(program / file))
     raise typer.Exit(row.exit)

@@ -7,8 +7,8 @@ import traceback
 
 from text2sim import __version__
 from text2sim.cli import exits
-from text2sim.cli.output import say, say_json, say_problems
-from text2sim.spec_schema.errors import MachineError, Problem, SpecError, Text2SimError
+from text2sim.cli.output import reason, say, say_json, say_problems
+from text2sim.spec_schema.errors import MachineError, SpecError, Text2SimError
 
 _MACHINE_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.ENOMEM, errno.EMFILE, errno.EIO})
 
@@ -37,15 +37,11 @@ def fail(error: Exception, *, as_json: bool) -> int:
 
 def _fail_plainly(error: Text2SimError | OSError, *, as_json: bool) -> int:
     code = exits.MACHINE if isinstance(error, MachineError) else exits.INPUT
-    message = str(error)
+    message = reason(error)
     if isinstance(error, OSError):
-        message = f"{error.filename}: {error.strerror}" if error.filename else error.strerror or str(error)
         code = exits.MACHINE if error.errno in _MACHINE_ERRORS else exits.INPUT
     if as_json:
-        rule = type(error).__name__.removesuffix("Error").lower()
-        say_json(
-            {"ok": False, "error": message, "problems": [Problem("", message, file="", rule=rule).as_dict()]}
-        )
+        say_json({"ok": False, "error": message})
     else:
         say(f"text2sim: {message}", to=sys.stderr)
     return code

@@ -19,8 +19,8 @@ def fmt(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Bring cases into their one canonical form: order, indentation, quotes. Comments stay."""
-    from text2sim.cli.cases import case_file, find_cases
-    from text2sim.cli.output import problems_of, say, say_json, say_problems, shown
+    from text2sim.cli.cases import Examined, case_file, find_cases
+    from text2sim.cli.output import say, say_json, shown
     from text2sim.spec_schema.canonical import format_source
     from text2sim.spec_schema.errors import Text2SimError
     from text2sim.spec_schema.source import read_source
@@ -35,11 +35,12 @@ def fmt(
             if changed and not (check or diff):
                 _replace(file, text)
         except (Text2SimError, OSError) as error:
-            code = exits.INPUT
-            problems = problems_of(error, file)
-            documents.append({"file": str(file), "problems": [problem.as_dict() for problem in problems]})
+            row = Examined(file)
+            row.blame(error)
+            code = max(code, row.exit)
+            documents.append(row.as_dict())
             if not as_json:
-                say_problems(problems, {})
+                row.say()
             continue
         documents.append({"file": str(file), "changed": changed, "problems": []})
         if not changed:

@@ -82,7 +82,7 @@ def _live(name: str) -> Iterator["OnProgress"]:
             if progress.note:
                 live.console.print(progress.note, style="dim", markup=False, highlight=False)
             if progress.fraction is None:
-                fields |= {"total": None, "numbers": ""}
+                fields |= {"total": None, "completed": 0, "numbers": ""}
             else:
                 fields |= {"total": progress.duration, "completed": progress.t, "numbers": _numbers(progress)}
             live.update(task, **fields)

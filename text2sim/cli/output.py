@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TextIO
 
-from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError, format_problems
+from text2sim.spec_schema.errors import Problem, format_problems
 
 
 def say(text: str = "", *, to: TextIO | None = None) -> None:
@@ -39,17 +39,11 @@ def shown(path: Path) -> str:
         return str(path)
 
 
-def problems_of(error: Exception, file: Path) -> list[Problem]:
-    """Return any error that a user can put right as located problems."""
-    if isinstance(error, SpecError):
-        return error.problems
-    rule = (
-        type(error).__name__.removesuffix("Error").lower()
-        if isinstance(error, Text2SimError)
-        else "unreadable"
-    )
-    message = (error.strerror or str(error)) if isinstance(error, OSError) else str(error)
-    return [Problem("", message, file=shown(file), rule=rule)]
+def reason(error: Exception) -> str:
+    """Return what an error says to a user who can put it right."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    return str(error)
 
 
 def seconds(value: float | None) -> str:

@@ -41,7 +41,7 @@ def run_cases(
     """
     from text2sim.cli.attempt import attempt
     from text2sim.cli.cases import examine, find_cases
-    from text2sim.cli.output import say_json, say_problems
+    from text2sim.cli.output import say_json
     from text2sim.cli.verdict import exit_of, say_result
 
     # All are read before the first runs: a slip in the last should not show after an hour.
@@ -51,7 +51,7 @@ def run_cases(
         if as_json:
             say_json({"ok": False, "runs": [row.as_dict() for row in rows]})
         for row in () if as_json else rows:
-            say_problems(row.problems, row.sources)
+            row.say()
         raise typer.Exit(max(row.exit for row in rows))
 
     options = {
@@ -68,7 +68,7 @@ def run_cases(
         code = max(code, row.exit if result is None else exit_of(result))
         documents.append(row.as_dict() if result is None else result.as_dict())
         if not as_json:
-            say_problems(row.problems, row.sources)
+            row.say()
             if result is not None:
                 say_result(row, result)
         if result is not None and result.stopped:

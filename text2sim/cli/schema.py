@@ -14,11 +14,14 @@ def schema(
     """Print the JSON Schema of the language, for editors and for models."""
     from text2sim.cli.output import say, shown
     from text2sim.harness.record import write_atomically
+    from text2sim.spec_schema.errors import RunError
     from text2sim.spec_schema.json_schema import schema_text
 
     text = schema_text()
     if out is None:
         print(text, end="")
         return
+    if out.is_dir() or not out.absolute().parent.is_dir():
+        raise RunError(f"{shown(out)}: {'is a folder' if out.is_dir() else 'there is no such folder'}")
     write_atomically(out, text)
     say(shown(out))

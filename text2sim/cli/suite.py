@@ -75,12 +75,12 @@ def run_suite(
 
 
 def _say_row(word: str, row: "Examined", result: "RunResult | None") -> None:
-    from text2sim.cli.output import expectation_rows, say, say_problems, seconds
+    from text2sim.cli.output import expectation_rows, say, seconds
     from text2sim.cli.verdict import say_failure
 
     if result is None:
         say(f"ERROR {row.name}")
-        say_problems(row.problems, row.sources)
+        row.say()
         return
     rows = expectation_rows(result.expectations)
     passed = sum(ok is True for ok, _, _ in rows)

@@ -164,7 +164,7 @@ def _check_bounce(loaded: LoadedCase, settings: Settings, bounce: dict[str, floa
         return [loaded.problem(pointer, f"restitution {largest:g} with contact timeconst {settings.timeconst:g} s would gain energy at a "
                                f"substep of {step:g} s; it needs scene.substeps of at least {needed}, or a longer timeconst",
                                rule="restitution-step")]
-    if settings.timeconst > 0.05:
+    if settings.timeconst > 0.05 and loaded.case.scene.contact.timeconst is None:
         needed = settings.timeconst / 0.05 * settings.substeps
         return [loaded.problem(pointer, f"restitution {largest:g} at a substep of {step:g} s needs contacts that last {settings.timeconst:.2g} s "
                                f"and are soft; with scene.substeps of {needed:.0f} or more they would be crisp", rule="soft-bounce", severity="warning")]

@@ -123,6 +123,8 @@ def _substeps(scene: Scene, traits: Traits, why: dict[str, str]) -> int:
 
     if traits.loose > 1:
         need(0.005, "at 10 ms stacked and piled bodies sink into each other")
+    if traits.loose > CROWD:
+        need(0.0025, "at 5 ms and more the bodies of a dense pile sink into each other")
     if traits.chains or traits.loops:
         need(0.0025, "trees of ball joints and closed loops drift or explode at longer steps")
     if traits.fastest > 0:

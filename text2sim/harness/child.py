@@ -61,6 +61,8 @@ class ChildExit:
     """How long it ran [s]."""
     peak_memory: int
     """Largest resident memory [bytes] seen."""
+    memory_limit: int
+    """What it might use [bytes]."""
     log_left_out: int
     """Bytes that did not fit into the log."""
 
@@ -139,7 +141,7 @@ def run_child(
             process.wait()
             left_out = pump.finish()
         on_poll()
-    return ChildExit(watch.cause, process.returncode, watch.wall, watch.peak, left_out)
+    return ChildExit(watch.cause, process.returncode, watch.wall, watch.peak, memory_limit, left_out)
 
 
 class _Watch:

@@ -4,13 +4,13 @@ With substeps the engine tells of a step the contacts of its last substep alone;
 whole step.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
-from text2sim.harness.selection import Cast, Target
+from text2sim.harness.selection import Cast
 from text2sim.harness.states import Array, RunStates
 
 GAP = 2
@@ -36,35 +36,39 @@ class Touches:
     pos: Array
     """Where the largest force acts [m], (n, 3)."""
 
-    def only(self, chosen: Array) -> "Touches":
-        """The chosen rows."""
-        return Touches(*(getattr(self, f.name)[chosen] for f in fields(self)))
-
 
 @dataclass(frozen=True)
-class Episode:
-    """Two things touching from a time to a time."""
+class Episodes:
+    """Spans of time during which pairs of things touched, one row each, sorted by pair, then start."""
 
-    first: str
-    second: str
-    start: float
-    """[s]"""
-    end: float
-    """[s]"""
-    ongoing: bool
-    """They still touched when the recording ended."""
-    pos: tuple[float, float, float]
-    """Where they first touched [m]."""
-    impulse: tuple[float, float, float]
-    """Given to the first by the second over the whole episode [N s]."""
-    normal_impulse: float
-    """Integral of the normal force over the episode [N s]."""
-    impact_impulse: float
-    """Size of the momentum given in the first 50 ms [N s]."""
-    peak_force: float
-    """Largest normal force in a step [N]."""
-    depth: float
-    """Deepest overlap [m]."""
+    pair: Array
+    """Numbers (first, second) of the pair, shape (n, 2)."""
+    start: Array
+    """Time of the first touch [s], (n,)."""
+    end: Array
+    """Time of the last touch [s], (n,)."""
+    ongoing: Array
+    """Whether they still touched when the recording ended, (n,)."""
+    pos: Array
+    """Where they first touched [m], (n, 3)."""
+    impulse: Array
+    """Given to the first by the second [N s], world, (n, 3)."""
+    normal_impulse: Array
+    """Integral of the normal force [N s], (n,)."""
+    impact_impulse: Array
+    """Size of the momentum given in the first 50 ms [N s], (n,)."""
+    peak_force: Array
+    """Largest normal force in a step [N], (n,)."""
+    depth: Array
+    """Deepest overlap [m], (n,)."""
+
+
+Rows = TypeVar("Rows", Touches, Episodes)
+
+
+def choose(rows: Rows, chosen: Array) -> Rows:
+    """Return the chosen rows: a mask, or numbers of rows in a new order."""
+    return type(rows)(*(getattr(rows, column.name)[chosen] for column in fields(rows)))
 
 
 @dataclass(frozen=True)
@@ -165,36 +169,30 @@ class ContactLog:
         """Return how many episodes there are, without making them."""
         return len(_begins(touches))
 
-    def episodes(self, touches: Touches, first: Sequence[Target], second: Sequence[Target]) -> list[Episode]:
-        """Join touches of consecutive steps into episodes, sorted by pair, then start."""
-        if not len(touches.step):
-            return []
+    def episodes(self, touches: Touches) -> Episodes:
+        """Join touches of consecutive steps into episodes."""
         dt = self.states.dt
         begins = _begins(touches)
+        if not len(begins):
+            none = np.zeros(0)
+            return Episodes(
+                touches.pair, none, none, none, touches.force, touches.force, none, none, none, none
+            )
         ends = np.append(begins[1:], len(touches.step)) - 1
         since = touches.step - np.repeat(touches.step[begins], ends - begins + 1)
         early = (since * dt < IMPACT - 1e-9)[:, None]
-        impulse = np.add.reduceat(touches.force, begins) * dt
-        impact = np.linalg.norm(np.add.reduceat(touches.force * early, begins), axis=1) * dt
-        normal = np.add.reduceat(touches.normal, begins) * dt
-        peak = np.maximum.reduceat(touches.normal, begins)
-        depth = np.maximum.reduceat(touches.depth, begins)
-        return [
-            Episode(
-                first[touches.pair[b, 0]].label,
-                second[touches.pair[b, 1]].label,
-                float(touches.step[b] * dt),
-                float(touches.step[e] * dt),
-                bool(touches.step[e] >= self.last_step - GAP),
-                _triple(touches.pos[b]),
-                _triple(impulse[i]),
-                float(normal[i]),
-                float(impact[i]),
-                float(peak[i]),
-                float(depth[i]),
-            )
-            for i, (b, e) in enumerate(zip(begins, ends, strict=True))
-        ]
+        return Episodes(
+            pair=touches.pair[begins],
+            start=touches.step[begins] * dt,
+            end=touches.step[ends] * dt,
+            ongoing=touches.step[ends] >= self.last_step - GAP,
+            pos=touches.pos[begins],
+            impulse=np.add.reduceat(touches.force, begins) * dt,
+            normal_impulse=np.add.reduceat(touches.normal, begins) * dt,
+            impact_impulse=np.linalg.norm(np.add.reduceat(touches.force * early, begins), axis=1) * dt,
+            peak_force=np.maximum.reduceat(touches.normal, begins),
+            depth=np.maximum.reduceat(touches.depth, begins),
+        )
 
 
 def _begins(touches: Touches) -> Array:
@@ -209,7 +207,3 @@ def _changes(*columns: Array) -> Array:
     if len(new):
         new[1:] = np.logical_or.reduce([column[1:] != column[:-1] for column in columns])
     return new
-
-
-def _triple(row: Array) -> tuple[float, float, float]:
-    return float(row[0]), float(row[1]), float(row[2])

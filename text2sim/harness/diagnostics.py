@@ -26,7 +26,7 @@ def energy_account(recording: Recording) -> dict[str, Any]:
     """Return the mechanical energy of all loose bodies over the run, and the work of the motors [J].
 
     Work is the integral of the motors' force times velocity over hinges and sliders of loose bodies, by
-    trapezoids between frames. `change` is what the energy gained beyond that work: friction, damping and
+    trapezoids between frames: as exact as frames are close to each other. `change` is what the energy gained beyond that work: friction, damping and
     impacts make it negative; if it is positive, it came from what is `not_counted`, or the solver made it up.
     """
     states, cast = recording.states, recording.cast
@@ -96,16 +96,20 @@ def first_non_finite(recording: Recording) -> dict[str, Any] | None:
 
 
 def speed_extremes(recording: Recording) -> dict[str, Any]:
-    """Return the largest speed [m/s] of each body, when, and of which copy."""
+    """Return the largest speed [m/s] and angular speed [rad/s] of each body, with when and of which copy."""
     found: dict[str, Any] = {}
     for name, target in recording.cast.copies.items():
         if recording.cast.is_static(name) or not recording.states.frames:
             continue
-        speed = np.linalg.norm(recording.velocity(target), axis=1)
-        row = extremes(recording.states.time, speed)
-        body = base_name(name)
-        if row["max"] is not None and (body not in found or row["max"] > found[body]["max"]):
-            found[body] = {"max": row["max"], "at": row["max_at"], "copy": name, "unit": "m/s"}
+        rows = (
+            ("linear", "m/s", recording.velocity(target)),
+            ("angular", "rad/s", recording.states.ang[:, target.root].astype(float)),
+        )
+        for key, unit, vectors in rows:
+            row = extremes(recording.states.time, np.linalg.norm(vectors, axis=1))
+            fastest = found.setdefault(base_name(name), {})
+            if row["max"] is not None and (key not in fastest or row["max"] > fastest[key]["max"]):
+                fastest[key] = {"max": row["max"], "at": row["max_at"], "copy": name, "unit": unit}
     return found
 
 

@@ -3,17 +3,17 @@
 Contacts have the resolution of a time step; what is read from frames is interpolated between them.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 
-from text2sim.harness.contacts import Episode
+from text2sim.harness.contacts import Episodes, choose
 from text2sim.harness.geometry import depth_inside
 from text2sim.harness.measures import Series
 from text2sim.harness.recording import Recording
-from text2sim.harness.selection import SelectionError
+from text2sim.harness.selection import SelectionError, Target
 from text2sim.harness.states import Array
 from text2sim.spec_schema import actions as a
 
@@ -92,23 +92,27 @@ def _order(row: Occurrence) -> tuple[Any, ...]:
 # --- from contacts -----------------------------------------------------------------
 
 
-def episode_row(episode: Episode) -> Occurrence:
-    """Return a touch as an occurrence. `impulse` is what the first of `between` was given by the second."""
-    return {
-        "time": episode.start,
-        "end": episode.end,
-        "ongoing": episode.ongoing,
-        "between": [episode.first, episode.second],
-        "pos": list(episode.pos),
-        "impulse": list(episode.impulse),
-        "normal_impulse": episode.normal_impulse,
-        "impact_impulse": episode.impact_impulse,
-        "peak_force": episode.peak_force,
-        "penetration": episode.depth,
-    }
+def episode_rows(episodes: Episodes, first: Sequence[Target], second: Sequence[Target]) -> list[Occurrence]:
+    """Return touches as occurrences. `impulse` is what the first of `between` was given by the second."""
+    plain = {column.name: getattr(episodes, column.name).tolist() for column in fields(episodes)}
+    return [
+        {
+            "time": plain["start"][i],
+            "end": plain["end"][i],
+            "ongoing": plain["ongoing"][i],
+            "between": [first[a].label, second[b].label],
+            "pos": plain["pos"][i],
+            "impulse": plain["impulse"][i],
+            "normal_impulse": plain["normal_impulse"][i],
+            "impact_impulse": plain["impact_impulse"][i],
+            "peak_force": plain["peak_force"][i],
+            "penetration": plain["depth"][i],
+        }
+        for i, (a, b) in enumerate(plain["pair"])
+    ]
 
 
-def _episodes(recording: Recording, between: tuple[str, str]) -> list[Episode]:
+def _episodes(recording: Recording, between: tuple[str, str]) -> tuple[Episodes, list[Target], list[Target]]:
     if not recording.contacts.recorded:
         raise EventError("no contacts were recorded (scene.record.contacts is false)")
     cast = recording.cast
@@ -116,48 +120,37 @@ def _episodes(recording: Recording, between: tuple[str, str]) -> list[Episode]:
     second = first if between[0] == between[1] else cast.select(between[1])
     groups = cast.groups(first)
     touches = recording.contacts.between(groups, groups if second is first else cast.groups(second))
-    return recording.contacts.episodes(touches, first, second)
+    return recording.contacts.episodes(touches), first, second
 
 
 def _contact(recording: Recording, series: Any, event: a.ContactEvent, since: float) -> list[Occurrence]:
     """Touches begin.
 
-    A touch counts if it gives `min_impulse` within its first 50 ms: by resting on something for long enough, a
-    feather gives any impulse.
+    A touch counts if it gives `min_impulse` within its first 50 ms: by resting on something for long enough,
+    a feather gives any impulse.
     """
-    return [
-        episode_row(e) for e in _episodes(recording, event.between) if e.impact_impulse >= event.min_impulse
-    ]
+    episodes, first, second = _episodes(recording, event.between)
+    return episode_rows(choose(episodes, episodes.impact_impulse >= event.min_impulse), first, second)
 
 
 def _separation(
     recording: Recording, series: Any, event: a.SeparationEvent, since: float
 ) -> list[Occurrence]:
-    """Touches end, and there is none of that pair for a while; near the end of the run that stays open."""
-    episodes = _episodes(recording, event.between)
-    rows = []
-    for episode, following in zip(episodes, [*episodes[1:], None], strict=True):
-        same = following is not None and (episode.first, episode.second) == (
-            following.first,
-            following.second,
-        )
-        until = following.start if following is not None and same else recording.states.end
-        if until - episode.end >= event.for_ - 1e-9 and not episode.ongoing:
-            rows.append(
-                {
-                    "time": episode.end,
-                    "between": [episode.first, episode.second],
-                    "touched_since": episode.start,
-                }
-            )
-    return rows
+    """Touches end, and there is none for a while; near the end of the run that stays open."""
+    episodes, first, second = _episodes(recording, event.between)
+    until = np.append(episodes.start[1:], recording.states.end)
+    last = np.append((episodes.pair[1:] != episodes.pair[:-1]).any(axis=1), True)
+    until = np.where(last[: len(episodes.end)], recording.states.end, until[: len(episodes.end)])
+    over = (until - episodes.end >= event.for_ - 1e-9) & ~episodes.ongoing.astype(bool)
+    rows = episode_rows(choose(episodes, over), first, second)
+    return [{"time": r["end"], "between": r["between"], "touched_since": r["time"]} for r in rows]
 
 
 # --- from frames -------------------------------------------------------------------
 
 
 def crossings(time: Array, height: Array) -> list[float]:
-    """Return the times [s] at which numbers go from negative to zero or more, on straight lines between frames."""
+    """Return the times [s] at which numbers rise from below zero, on straight lines between frames."""
     with np.errstate(invalid="ignore"):
         at = np.flatnonzero((height[:-1] < 0) & (height[1:] >= 0)) + 1
     part = -height[at - 1] / (height[at] - height[at - 1])

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from text2sim.harness import diagnostics
-from text2sim.harness.contacts import Episode
-from text2sim.harness.events import EventLog, Occurrence, episode_row, find_events
+from text2sim.harness.contacts import choose
+from text2sim.harness.events import EventLog, Occurrence, episode_rows, find_events
 from text2sim.harness.expectations import Ending, Finding, judge_expectations
 from text2sim.harness.measures import Series, evaluate
 from text2sim.harness.outcome import read_status
@@ -23,7 +23,13 @@ from text2sim.harness.recording import Recording
 from text2sim.harness.selection import base_name
 from text2sim.harness.states import Array
 from text2sim.harness.visibility import summarise_visibility
-from text2sim.spec_schema.actions import ContactCount, ContactEvent, ContactForce, Penetration, SeparationEvent
+from text2sim.spec_schema.actions import (
+    ContactCount,
+    ContactEvent,
+    ContactForce,
+    Penetration,
+    SeparationEvent,
+)
 from text2sim.spec_schema.case import Case
 
 EPISODES = 5_000
@@ -173,21 +179,24 @@ def _touches(recording: Recording) -> tuple[list[Occurrence], dict[str, Any]]:
     touches = log.between(cast.copy_of_link, cast.copy_of_link)
     first, second = body[touches.pair[:, 0]], body[touches.pair[:, 1]]
     listed = (first != second) | named[first]
-    hidden = log.count_episodes(touches.only(~listed))
-    episodes = log.episodes(touches.only(listed), targets, targets)
-    total = len(episodes)
+    hidden = log.count_episodes(choose(touches, ~listed))
+    episodes = log.episodes(choose(touches, listed))
+    total = len(episodes.start)
     if total > EPISODES:
-        episodes = sorted(episodes, key=_weight)[:EPISODES]
-    rows = [{"name": None, "kind": "contact", **episode_row(episode)} for episode in episodes]
+        size = np.linalg.norm(episodes.impulse, axis=1)
+        hardest = np.lexsort(
+            (*episodes.pair.T[::-1], episodes.start, -np.where(np.isfinite(size), size, np.inf))
+        )
+        episodes = choose(episodes, hardest[:EPISODES])
+    rows = [{"name": None, "kind": "contact", **row} for row in episode_rows(episodes, targets, targets)]
     return rows, {
-        "recorded": log.recorded, "rows": len(log.step), "episodes": total + hidden, "listed": len(episodes),
-        "left_out": total - len(episodes), "within_repeated_bodies": hidden,
-    }  # fmt: skip
-
-
-def _weight(episode: Episode) -> tuple[float, float, str, str]:
-    size = math.hypot(*episode.impulse)
-    return (-size if math.isfinite(size) else -math.inf, episode.start, episode.first, episode.second)
+        "recorded": log.recorded,
+        "rows": len(log.step),
+        "episodes": total + hidden,
+        "listed": len(rows),
+        "left_out": total - len(rows),
+        "within_repeated_bodies": hidden,
+    }
 
 
 def _named_with_itself(case: Case) -> set[str]:

@@ -170,11 +170,7 @@ class _Judge:
             return self._unreached("before its first frame")
         if expect.at == "end" and self.ending.early:
             return self._unreached("before its end")
-        at = (
-            {"start": self.time[0], "end": self.time[-1]}.get(expect.at, expect.at)
-            if isinstance(expect.at, str)
-            else expect.at
-        )
+        at = moment(expect.at, self.time)
         if not self.ending.reached(at):
             return self._unreached(f"before {at:.4g} s")
         value = float(np.interp(at, self.time, series.values))
@@ -215,6 +211,13 @@ class _Judge:
         return np.concatenate([[first], self.time[inner], [last]]), np.concatenate(
             [[left], values[inner], [right]]
         )
+
+
+def moment(at: float | str | None, time: Array) -> float:
+    """Return the time [s] that `at` means: itself, or the `start` or `end` of the recording."""
+    if isinstance(at, str):
+        return float(time[0] if at == "start" else time[-1])
+    return at or 0.0
 
 
 def _stat(stat: str, time: Array, values: Array) -> float:

@@ -56,6 +56,8 @@ def staging(parent: Path) -> Iterator[Path]:
         folder = Path(tempfile.mkdtemp(prefix=".staging-", dir=parent))
     except (FileExistsError, NotADirectoryError) as error:
         raise RunError(f"{parent}: not a folder") from error
+    except (FileNotFoundError, PermissionError) as error:
+        raise RunError(f"{parent}: cannot write there: {error.strerror}") from error
     try:
         yield folder
     finally:
@@ -63,13 +65,14 @@ def staging(parent: Path) -> Iterator[Path]:
 
 
 def install_run(staged: Path, folder: Path) -> None:
-    """Put a fresh run folder in place; what was there before stays, once, as `<name>.previous`."""
+    """Put a fresh run folder in place; the last one that recorded something stays as `<name>.previous`."""
     if folder.is_symlink():
         raise RunError(f"{folder} is a symbolic link; remove it, or choose another --runs")
-    if folder.exists():
+    if any((folder / "states").glob("chunk_*.npz")):
         previous = folder.with_name(f"{folder.name}.previous")
         _discard(previous, staged.parent)
         os.rename(folder, previous)
+    _discard(folder, staged.parent)
     os.rename(staged, folder)
 
 

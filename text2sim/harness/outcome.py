@@ -63,7 +63,8 @@ def outcome_of(ended: ChildExit, limits: Limits, status: dict[str, Any], log: st
 
 def _state(ended: ChildExit, limits: Limits, said: str, log: str) -> tuple[str, str]:
     if ended.cause == "memory":
-        return "out_of_memory", f"it used {ended.peak_memory / GIGA:.1f} GB of memory, more than it may"
+        used, limit = ended.peak_memory / GIGA, ended.memory_limit / GIGA
+        return "out_of_memory", f"it used {used:.2g} GB of memory, more than its {limit:.2g} GB"
     if ended.cause == "timeout":
         return "timeout", f"it took longer than {limits.timeout:g} s"
     if ended.cause == "stopped" or ended.code == EXIT_INTERRUPTED:

@@ -1,7 +1,7 @@
 """Plots of what was measured: one for each measure, and one of the energy.
 
-Colours are those of Okabe and Ito, which people who confuse red and green can tell apart; every kind of line has
-a dash pattern of its own besides.
+Colours are those of Okabe and Ito, which people who confuse red and green can tell apart; every kind of line
+has a dash pattern of its own besides.
 """
 
 from collections.abc import Mapping, Sequence
@@ -76,9 +76,10 @@ def plot_series(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=SIZE, dpi=DPI, layout="constrained", facecolor="white")
+    figure = Figure(figsize=SIZE, dpi=DPI, facecolor="white")
     FigureCanvasAgg(figure)
-    axes = figure.subplots()
+    # Fixed margins: fitting them to the labels takes longer than drawing all the rest.
+    axes = figure.add_axes((0.145, 0.15, 0.83, 0.75))
     several = len(lines) > 1
     for line in lines:
         finite = np.where(np.isfinite(line.values), line.values, np.nan)
@@ -92,6 +93,7 @@ def plot_series(
     axes.set_title(title, fontsize=9, loc="left", parse_math=False, wrap=True)
     axes.set_xlabel("time [s]", fontsize=8)
     axes.set_ylabel(f"[{unit}]" if unit else "number", fontsize=8)
+    axes.yaxis.set_label_coords(-0.125, 0.5)
     if several or bounds:
         axes.legend(fontsize=7, loc="best", framealpha=0.85)
     path.parent.mkdir(exist_ok=True)
@@ -152,4 +154,6 @@ def _draw_events(axes: "Axes", events: Sequence[Mapping[str, Any]]) -> None:
     for number, (name, time) in enumerate(list(named.items())[:LABELLED]):
         axes.axvline(time, color=GREY, linewidth=0.8, linestyle=":")
         y = 0.98 - 0.085 * (number % 4)
-        axes.text(time, y, f" {name}", fontsize=6.5, color="#333333", transform=height, va="top", clip_on=True)
+        axes.text(
+            time, y, f" {name}", fontsize=6.5, color="#333333", transform=height, va="top", clip_on=True
+        )

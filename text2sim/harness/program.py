@@ -17,6 +17,7 @@ from text2sim.harness.stop import Stop
 
 FIRST_TIME = "compiling physics kernels: over a minute the first time on this machine"
 NEW_KIND = "still compiling physics kernels: every new combination of options does so once"
+STOPPING = "stopping, and keeping what was recorded; once more to kill it"
 _NO_FILM = re.compile(r"^no film: (.*)$", re.MULTILINE)
 PATIENCE = 30.0
 """Wall time [s] of a build after which the user wants to know why."""
@@ -56,7 +57,7 @@ def run_program(
     folder = folder.resolve()
     program, log = folder / "program", folder / "log.txt"
     begin = log.stat().st_size if log.is_file() else 0
-    relay = _Relay(folder / "progress.jsonl", clock)
+    relay = _Relay(folder / "progress.jsonl", clock, stop)
     clock.enter("start")
     command = (sys.executable, "main.py", "--out", str(folder), *flags)
     with stop.gently():
@@ -76,9 +77,10 @@ def run_program(
 class _Relay:
     """Passes on what the program says about its progress, and explains a long silence."""
 
-    def __init__(self, path: Path, clock: Clock) -> None:
+    def __init__(self, path: Path, clock: Clock, stop: Stop) -> None:
         self._tail = ProgressTail(path)
-        self._clock = clock
+        self._clock, self._stop = clock, stop
+        self._stopping = False
         self._phase = "start"
         self._build_since: float | None = None
         self.simulated = 0.0
@@ -87,6 +89,9 @@ class _Relay:
     def poll(self) -> None:
         for record in self._tail.read():
             self._take(record)
+        if self._stop.count and not self._stopping:
+            self._stopping = True
+            self._clock.tell(self.simulated, note=STOPPING)
         if self._build_since is not None and self._clock.wall - self._build_since > PATIENCE:
             self._build_since = None
             if kernels_cached():

@@ -48,8 +48,8 @@ class Recording:
     def kinetic(self, links: Array) -> Array:
         """Kinetic energy of links [J], shape (F, n): 1/2 m v.v + 1/2 w.I w.
 
-        v is the velocity of the centre of mass, w the angular velocity. w.I w has the same value in every frame,
-        so w is turned into the link's frame, where I is constant. Inertia of rotors (armature) is not counted.
+        v is the velocity of the centre of mass, w the angular velocity. w.I w has the same value in every
+        frame, so w is turned into the link's, where I is constant. Rotors (armature) are not counted.
         """
         v = self.states.vel[:, links].astype(float)
         w = rotate_back(self.states.quat[:, links].astype(float), self.states.ang[:, links].astype(float))

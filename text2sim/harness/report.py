@@ -11,6 +11,7 @@ import numpy as np
 
 from text2sim.harness.contact_sheet import write_contact_sheet
 from text2sim.harness.diagnostics import energy_series
+from text2sim.harness.expectations import moment
 from text2sim.harness.outcome import clean, read_end
 from text2sim.harness.plots import GREEN, ORANGE, Bound, Line, plot_series
 from text2sim.harness.record import RunRecord, write_atomically
@@ -41,11 +42,7 @@ def write_report(run_dir: Path, case: Case) -> Path:
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters |= {
-        "number": _number,
-        "seconds": _seconds,
-        "percent": lambda share: f"{100 * share:.2g} %",
-    }
+    environment.filters |= {"number": _number, "seconds": _seconds, "percent": _percent, "prose": _prose}
     template = resources.files("text2sim.harness").joinpath("report.html.j2").read_text("utf-8")
     page = environment.from_string(template).render(_contents(run_dir, case))
     path = run_dir / "report.html"
@@ -61,12 +58,18 @@ def _contents(run_dir: Path, case: Case) -> dict[str, Any]:
     touches = [row for row in events if not row["name"]]
     touches.sort(key=lambda row: -sum(x * x for x in row.get("impulse") or [0.0] if x is not None))
     films, linked = _films(run_dir)
+    # What was missed comes first.
+    found = [row for name in case.actions.expect if (row := evidence.get("expect", {}).get(name))]
+    found.sort(key=lambda row: {False: 0, None: 1, True: 2}[row["ok"]])
     return {
         "case": case,
         "evidence": evidence,
         "record": record,
         "verdict": evidence.get("verdict", "incomplete"),
-        "why": evidence.get("why") or (record.message if record else "") or "there is nothing to judge",
+        "why": _sentence(
+            evidence.get("why") or (record.message if record else "") or "there is nothing to judge"
+        ),
+        "expect": found,
         "declared": declared[:OCCURRENCES],
         "declared_left_out": max(0, len(declared) - OCCURRENCES),
         "touches": touches[:TOUCHES],
@@ -147,16 +150,9 @@ def _bound(name: str, expect: Expect, measure: str, evidence: dict[str, Any], ti
     if expect.measure != measure or expect.stat in ("mean", "range") or not len(time):
         return None
     if expect.at is not None:
-        at = (
-            {"start": float(time[0]), "end": float(time[-1])}.get(expect.at)
-            if isinstance(expect.at, str)
-            else expect.at
-        )
-        start = end = at if at is not None else float(time[-1])
+        start = end = moment(expect.at, time)
     else:
-        start, end = (
-            (float(time[0]), float(time[-1])) if expect.during == "all" else expect.during or (0.0, 0.0)
-        )
+        start, end = expect.during if isinstance(expect.during, tuple) else (float(time[0]), float(time[-1]))
     low, high = expect.above, expect.below
     if expect.equals is not None and expect.tolerance is not None:
         low, high = expect.equals - expect.tolerance, expect.equals + expect.tolerance
@@ -249,6 +245,25 @@ def _number(value: Any, unit: str = "") -> str:
     if isinstance(value, list | tuple):
         return f"({', '.join(_number(x) for x in value)}) {unit}".rstrip()
     return f"{value:.4g} {unit}".rstrip() if isinstance(value, int | float) else str(value)
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:].rstrip(".") + "."
+
+
+def _percent(share: Any) -> str:
+    return f"{100 * share:.2g} %"
+
+
+def _prose(text: Any) -> Any:
+    """Return text as HTML, with what stands in backticks set as code."""
+    from markupsafe import Markup, escape
+
+    parts = str(text).split("`")
+    if len(parts) % 2 == 0:  # a stray one means nothing
+        return escape(text)
+    marked = (escape(p) if i % 2 == 0 else Markup("<code>{}</code>").format(p) for i, p in enumerate(parts))
+    return Markup("").join(marked)
 
 
 def _seconds(value: Any) -> str:

@@ -254,7 +254,8 @@ class _Run:
         if (self.folder / "video.mp4").is_file():
             self.record.render_digest = self.plan.render_digest
         else:
-            self.film_message = done.no_film or reason or "the program made none"
+            stopped = "stopped on request" if done.ended.cause == "stopped" else ""
+            self.film_message = stopped or done.no_film or reason or "the program made none"
 
     def _judge(self) -> None:
         if not any((self.folder / "states").glob("chunk_*.npz")):

@@ -105,7 +105,7 @@ class Cast:
         return found
 
     def select_joints(self, selector: str) -> list[tuple[str, JointRecord]]:
-        """Return the joints that a selector means, each with its label; a mounted body stands for its one joint.
+        """Return the joints that a selector means, with labels; a mounted body stands for its one joint.
 
         Raises:
             SelectionError: if that was not recorded.

@@ -1,4 +1,4 @@
-"""Requests to stop: Ctrl-C and SIGTERM, counted while a program runs."""
+"""Requests to stop: Ctrl-C, SIGTERM and a closed terminal, counted while a program runs."""
 
 import signal
 from collections.abc import Iterator
@@ -7,11 +7,13 @@ from threading import current_thread, main_thread
 from types import FrameType
 from typing import Any
 
+SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+
 
 class Stop:
     """Counts requests to stop while there is something to end gently; elsewhere they interrupt as usual.
 
-    A `with` block takes the two signals over. Outside the main thread, where Python allows no handlers, only
+    A `with` block takes the signals over. Outside the main thread, where Python allows no handlers, only
     `request` counts.
     """
 
@@ -36,8 +38,10 @@ class Stop:
 
     def __enter__(self) -> "Stop":
         if current_thread() is main_thread():
-            for number in (signal.SIGINT, signal.SIGTERM):
-                self._before[number] = signal.signal(number, self._signalled)
+            for number in SIGNALS:
+                # What a shell told us to ignore (`nohup`, jobs in the background) stays ignored.
+                if signal.getsignal(number) is not signal.SIG_IGN:
+                    self._before[number] = signal.signal(number, self._signalled)
         return self
 
     def __exit__(self, *_: object) -> None:

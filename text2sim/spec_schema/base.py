@@ -4,9 +4,20 @@ Units are SI throughout; angles are radians except in fields whose name ends in 
 quaternions are (w, x, y, z); z points up.
 """
 
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictBool, StrictInt, StringConstraints, model_validator
+
+
+@dataclass(frozen=True)
+class Noun:
+    """What a kind of text is called in messages."""
+
+    one: str
+    many: str
+    form: str = ""
+    """How it is written."""
 
 
 class Model(BaseModel):
@@ -49,12 +60,17 @@ Window = Annotated[tuple[Seconds, Seconds], AfterValidator(_ordered)]
 Range = Annotated[tuple[Real, Real], AfterValidator(_ordered)]
 """A lowest and a highest value."""
 
-Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,47}$")]
+Name = Annotated[
+    str,
+    StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,47}$"),
+    Noun("a name", "names", "a letter, then letters, digits or _, at most 48 in all"),
+]
 """A letter, then letters, digits or underscores: 48 characters at most."""
 
 Selector = Annotated[
     str,
     StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*(\[(\d{1,6}|\*|\d{1,6}:\d{1,6})\])?(\.[A-Za-z][A-Za-z0-9_]*)?$"),
+    Noun("a selector", "selectors", "`brick`, `brick[*]`, `brick[3]`, `brick[2:5]` or `arm.hand`"),
 ]
 """Which bodies: ``brick`` (every copy), ``brick[3]``, ``brick[2:5]`` (2, 3, 4), ``arm.hand`` (a link or joint)."""
 

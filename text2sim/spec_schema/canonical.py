@@ -13,7 +13,7 @@ from text2sim.spec_schema.case import Case
 from text2sim.spec_schema.document import Path, parse_document
 from text2sim.spec_schema.layout import Entry, plain_layout, written_layout
 from text2sim.spec_schema.source import Source, check_source
-from text2sim.spec_schema.words import Slot, fields_of, is_model, slot_of, structure_of
+from text2sim.spec_schema.words import Slot, fields_of, is_model, slot_of
 from text2sim.spec_schema.writing import block_lines, key, scalar
 
 WIDTH = 110
@@ -163,7 +163,7 @@ def _chosen(slot: Slot | None, entry: Entry) -> Slot | None:
         model: type[BaseModel] | None = slot.models.get(kind) if isinstance(kind, str) else None
         return slot_of(model) if model is not None else None
     if len(slot.members) > 1:
-        given = structure_of({} if entry.mapping else [])
+        given = "mapping" if entry.mapping else "list"
         fitting = [member for member in slot.members if member.structure == given]
         return _chosen(fitting[0], entry) if len(fitting) == 1 else None
     return slot

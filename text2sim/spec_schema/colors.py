@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
-from text2sim.spec_schema.base import Fraction
+from text2sim.spec_schema.base import Fraction, Noun
 from text2sim.spec_schema.errors import nearest
 
 # The names of CSS (https://www.w3.org/TR/css-color-4/#named-colors) as `name rrggbb`, and after them some things
@@ -85,7 +85,7 @@ def _known(word: str) -> str:
     return word
 
 
-ColorName = Annotated[str, AfterValidator(_known)]
+ColorName = Annotated[str, AfterValidator(_known), Noun("a colour", "colours")]
 """A name of CSS, a material (`terracotta`, `steel`), or `#rrggbb`."""
 Color = ColorName | tuple[Fraction, Fraction, Fraction]
 """A name, `#rrggbb`, or three numbers in 0..1 (sRGB)."""

@@ -7,19 +7,21 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from text2sim.spec_schema.base import Name
 from text2sim.spec_schema.document import Document, Path, Step
 from text2sim.spec_schema.errors import Problem, nearest
 from text2sim.spec_schema.words import (
     Slot,
     bounds_of,
     describe,
+    fits,
     fields_of,
     is_model,
     kinds_of,
+    noun_of,
     range_of,
     show,
     slot_of,
-    structure_of,
 )
 
 
@@ -43,7 +45,13 @@ def diagnose(document: Document, error: ValidationError, model: type[BaseModel],
             finding = _say(place, details)
             path = (*root, *finding.path)
             found[document.problem(path, finding.message, key=finding.key, rule=finding.rule, hint=finding.hint)] = None
-    return list(found)
+    # Whatever the above cannot follow is still said, if not as well.
+    return list(found) or [document.problem(root, _plainly(error), rule="value")]
+
+
+def _plainly(error: ValidationError) -> str:
+    details = error.errors(include_url=False)[0]
+    return f"{'.'.join(map(str, details['loc']))}: {details['msg']}"
 
 
 @dataclass
@@ -68,12 +76,13 @@ def _follow(slot: Slot, data: Any, loc: list[Step], kind: str) -> _Place | None:
         if slot.discriminator is not None and loc:
             slot = slot_of(slot.models[str(loc.pop(0))])
         elif slot.discriminator is None and len(slot.members) > 1:
-            given = structure_of(data)
-            fitting = [member for member in slot.members if member.structure == given]
-            if len(fitting) != 1 or (given == "text" and kind != "value_error"):
+            fitting = [member for member in slot.members if fits(member, data)]
+            if len(fitting) != 1:
                 return _Place(path, slot, data, [], alternatives=True)
-            if loc and _structure_of_label(str(loc.pop(0))) != given:
+            if not loc or not _is_label_of(str(loc.pop(0)), fitting[0]):
                 return None
+            if kind in ("literal_error", "string_pattern_mismatch"):
+                return _Place(path, slot, data, [], alternatives=True)
             slot = fitting[0]
             continue
         if not loc:
@@ -106,7 +115,6 @@ def _has(data: Any, step: Step) -> bool:
 
 _FUNCTION = re.compile(r"^function-\w+\[\w+\(\), ")
 _LABELS = (
-    (("tuple", "list"), "list"),
     (("tagged-union", "dict", "model"), "mapping"),
     (("literal", "str", "constrained-str"), "text"),
     (("float", "int", "constrained-float", "constrained-int"), "number"),
@@ -114,11 +122,14 @@ _LABELS = (
 )
 
 
-def _structure_of_label(label: str) -> str:
-    """What pydantic's name for an alternative of a union stands for."""
+def _is_label_of(label: str, slot: Slot) -> bool:
+    """Whether pydantic's name for an alternative of a union is that of a slot."""
     while found := _FUNCTION.match(label):
         label = label[found.end() :]
-    return next((structure for starts, structure in _LABELS if label.startswith(starts)), "mapping")
+    origin = get_origin(slot.base)
+    if origin in (tuple, list):
+        return label.startswith(origin.__name__)
+    return slot.structure == next((what for starts, what in _LABELS if label.startswith(starts)), "mapping")
 
 
 # --- words ----------------------------------------------------------------------------------------------------
@@ -197,6 +208,8 @@ def _bad_kind(place: _Place) -> _Finding:
         return _Finding(place.path, f"`kind` is missing: one of {', '.join(kinds)}", "missing-kind", key=True)
     kind = place.data["kind"]
     message = f"unknown kind {_quoted(kind)}; there are {', '.join(kinds)}"
+    if kind == "plane":
+        message += "; only a static can be a plane"
     return _Finding((*place.path, "kind"), message, "unknown-kind", nearest(kind, kinds))
 
 
@@ -215,16 +228,12 @@ def _no_alternative(place: _Place) -> _Finding:
 
 
 def _bad_text(place: _Place) -> _Finding:
-    what = describe(place.slot)
-    form = {
-        "a name": "a letter, then letters, digits or _, at most 48 in all",
-        "a selector": "`brick`, `brick[*]`, `brick[3]`, `brick[2:5]` or `arm.hand`",
-    }.get(what, "")
-    return _Finding(place.path, f"{_quoted(place.data)} is not {what}" + (f": {form}" if form else ""), "form")
+    noun = noun_of(place.slot)
+    return _Finding(place.path, f"{_quoted(place.data)} is not {noun.one}: {noun.form}", "form")
 
 
 def _bad_name(place: _Place) -> _Finding:
-    message = f"{_quoted(str(place.path[-1]))} is not a name: a letter, then letters, digits or _, at most 48 in all"
+    message = f"{_quoted(str(place.path[-1]))} is not a name: {noun_of(slot_of(Name)).form}"
     return _Finding(place.path, message, "form", key=True)
 
 

@@ -7,11 +7,11 @@ from typing import Any
 import yaml
 
 from text2sim.spec_schema.errors import Problem, SpecError, sort_problems
-from text2sim.spec_schema.masking import MARK, mask, unmask
+from text2sim.spec_schema.masking import MARK, find_unclosed, mask, unmask
 from text2sim.spec_schema.scalars import Scalar, resolve
 from text2sim.spec_schema.source import Source
 
-MAX_NODES = 500_000
+MAX_NODES = 300_000
 MAX_DEPTH = 40
 MAX_SCALAR = 20_000
 
@@ -239,9 +239,6 @@ class _Composer:
             written = self.source.text[event.start_mark.index : event.end_mark.index]
             if "\\" in written and (_ESCAPED.search(written) or _CONTROL.search(text)):
                 self._add(event.start_mark, "the text has an escape for a character that is not allowed", "character")
-            text = _ESCAPE_IN_MASK.sub(r"\1", text)
-        elif event.style == "'":
-            text = text.replace(_MASKED_QUOTE * 2, _MASKED_QUOTE)
         return unmask(text)
 
     def _refuse(self, event: Any) -> None:
@@ -262,13 +259,9 @@ class _Composer:
 _KEY = object()
 """Stands where a mapping waits for its next key."""
 _PLAIN = (None, "")
-_MASKED_QUOTE = mask("${'}")[2]
-_MASKED_BACKSLASH = mask("${\\}")[2]
-_MASKED_DOUBLE = mask('${"}')[2]
 # Escapes for the private use area would be taken for masks, those for control characters hide what a text says.
 _ESCAPED = re.compile(r"\\u[eE][0-9a-fA-F]{3}|\\U0000[eE]|\\U000[fF]|\\U0010")
-_CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ufeff]")
-_ESCAPE_IN_MASK = re.compile(f"{_MASKED_BACKSLASH}([{_MASKED_DOUBLE}{_MASKED_BACKSLASH}])")
+_CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\u202a-\u202e\u2066-\u2069\ufeff]")
 
 
 # What the parser says, and what it means to someone who writes a case.
@@ -287,8 +280,12 @@ _SYNTAX = (
 
 
 def _syntax_problem(source: Source, error: yaml.YAMLError) -> Problem:
-    text = unmask(str(getattr(error, "problem", None) or error))
     mark = getattr(error, "problem_mark", None)
+    unclosed = find_unclosed(source.text)
+    if unclosed is not None and (mark is None or unclosed < mark.index):
+        line, column = source.place(unclosed)
+        return Problem("", "`${` has no closing brace on its line", line, column, source.file, rule="expression")
+    text = unmask(str(getattr(error, "problem", None) or error))
     if "quoted scalar" in str(getattr(error, "context", "")):
         mark = getattr(error, "context_mark", None) or mark
     line, column = (mark.line + 1, mark.column + 1) if mark is not None else (1, 1)

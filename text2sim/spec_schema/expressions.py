@@ -61,10 +61,8 @@ class Expression:
         """
         try:
             return _evaluate(self._tree, names)
-        except (ArithmeticError, ValueError) as error:
-            if isinstance(error, ExpressionError):
-                raise
-            raise ExpressionError(f"`{self.text}`: {_reason(error)}") from None
+        except OverflowError:
+            raise ExpressionError(f"the result is larger than {MAX_NUMBER:g}") from None
 
 
 @lru_cache(maxsize=4096)
@@ -315,10 +313,6 @@ def _show(value: object) -> str:
     return str(value)
 
 
-def _reason(error: Exception) -> str:
-    return "it is too large" if isinstance(error, OverflowError) else "it has no value there"
-
-
 # --- functions ------------------------------------------------------------------------------------------------
 
 
@@ -359,7 +353,7 @@ _OF_NUMBERS: dict[str, tuple[Callable[..., int | float], int, int]] = {
     "sqrt": (math.sqrt, 1, 1),
     "exp": (math.exp, 1, 1),
     "log": (math.log, 1, 2),
-    "abs": (abs, 1, 1),
+    "abs": (lambda value: abs(value), 1, 1),
     "floor": (math.floor, 1, 1),
     "ceil": (math.ceil, 1, 1),
     "round": (_round, 1, 2),

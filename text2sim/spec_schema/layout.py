@@ -150,18 +150,32 @@ def _attach(reader: _Reader, lines: list[str]) -> list[str]:
     alone = {comment.line: comment for comment in reader.comments if comment.alone}
     for number, (first, *_) in starts.items():
         gap = _gap_above(number, alone, lines)
-        above = next((i for i, row in enumerate(gap) if isinstance(row, Comment) and row.column <= first.column), len(gap))
-        for row in gap[:above]:
-            if isinstance(row, Comment):
-                _attach_below(reader, row)
-        # The blank lines above the first comment go with it.
-        while above > 0 and not isinstance(gap[above - 1], Comment):
-            above -= 1
+        above = _attach_below(reader, starts, gap, first.column)
         first.before = _squeezed(gap[above:])
-    for row in _gap_above(len(lines), alone, lines):
-        if isinstance(row, Comment):
-            _attach_below(reader, row)
+    gap = _gap_above(len(lines), alone, lines)
+    below = _attach_below(reader, starts, gap, 0)
+    reader.root.after += [row.text for row in gap[below:] if row is not None]
     return _take_head(reader)
+
+
+def _attach_below(reader: _Reader, starts: dict[int, list[Entry]], gap: list[Comment | None], column: int) -> int:
+    """Give the comments that stand deeper than the next entry to the end of the block that they stand in.
+
+    Returns:
+        Number of rows of the gap that are used up; the rest goes with the next entry.
+    """
+    used = 0
+    for number, row in enumerate(gap):
+        if row is None:
+            continue
+        owner = next((entry for entry in reversed(reader.entries) if entry.line < row.line), None)
+        while owner is not None and (owner.column > row.column or starts[owner.line][0] is not owner):
+            owner = owner.parent if owner.parent is not reader.root else None
+        if owner is None or owner.column <= column:
+            break
+        owner.after.append(row.text)
+        used = number + 1
+    return used
 
 
 def _gap_above(number: int, alone: dict[int, Comment], lines: list[str]) -> list[Comment | None]:
@@ -193,16 +207,6 @@ def _attach_trail(reader: _Reader, comment: Comment, starting: list[Entry]) -> N
         owner.trail = comment.text
     else:
         owner.after.append(comment.text)
-
-
-def _attach_below(reader: _Reader, comment: Comment) -> None:
-    """A comment below the last entry of a block goes with the entry at whose indentation it stands."""
-    owner = next((entry for entry in reversed(reader.entries) if entry.line < comment.line), reader.root)
-    while owner.parent is not None and owner.column > comment.column:
-        owner = owner.parent
-    if owner.parent is reader.root and comment.column == 0:
-        owner = reader.root
-    owner.after.append(comment.text)
 
 
 def _take_head(reader: _Reader) -> list[str]:

@@ -8,7 +8,8 @@ are mapped back.
 
 import re
 
-_HIDDEN = "{}[],:#&*!|>'\"%@`?-<=~^\\ "
+# Quotes and backslashes stay: around and inside an expression they mean what they mean in YAML.
+_HIDDEN = "{}[],:#&*!|>%@`?-<=~^ "
 _FIRST = 0xE000
 _MASK = {ord(c): _FIRST + i for i, c in enumerate(_HIDDEN)}
 # YAML 1.2 takes these for content, the parser (of YAML 1.1) for ends of lines.
@@ -53,6 +54,15 @@ def _mask_expressions(text: str) -> str:
 def unmask(text: str) -> str:
     """Undo `mask`."""
     return text.translate(_UNMASK) if _PRIVATE.search(text) else text
+
+
+def find_unclosed(text: str) -> int | None:
+    """Index of the first `${`, outside comments, whose brace is not closed on its line."""
+    for found in _START.finditer(text):
+        line = text[text.rfind("\n", 0, found.start()) + 1 : found.start()]
+        if closing_brace(text, found.end()) is None and "#" not in line:
+            return found.start()
+    return None
 
 
 def closing_brace(text: str, start: int) -> int | None:

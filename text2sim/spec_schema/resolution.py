@@ -2,6 +2,7 @@
 
 import copy
 from collections.abc import Iterator, Mapping
+from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 from text2sim.spec_schema.document import Document, Path
@@ -11,8 +12,6 @@ from text2sim.spec_schema.interpolation import Interpolation, parse_interpolatio
 
 COPY_VARIABLES: dict[str, int | float] = {"i": 0, "n": 1, "u": 0.0, "row": 0, "column": 0, "layer": 0}
 """What varies from copy to copy, with the values that stand for a body without copies."""
-
-MAX_CHAIN = 16
 
 
 class Resolver:
@@ -127,56 +126,58 @@ class _Cascade(Exception):
 
 
 class _Parameters(Mapping[str, Value]):
-    """The parameters, each evaluated when it is first asked for."""
+    """The parameters, by name."""
 
     def __init__(self, resolver: Resolver) -> None:
         self._resolver = resolver
-        data = resolver.document.data
-        params = data.get("params") if isinstance(data, dict) else None
-        self._raw: dict[str, Any] = params if isinstance(params, dict) else {}
+        params = _mapping(resolver.document.data, "params")
+        self._raw: dict[str, Any] = params
         self._values: dict[str, Value] = {}
-        self._open: list[str] = []
         self._failed: set[str] = set()
         taken = {*RESERVED, *COPY_VARIABLES}
         for name, value in self._raw.items():
             if name in taken:
                 message = f"`{name}` already means something in expressions; choose another name"
-                resolver.problems.append(resolver.document.problem(("params", name), message, key=True, rule="taken-name"))
+                problem = resolver.document.problem(("params", name), message, key=True, rule="taken-name")
+                resolver.problems.append(problem)
             self._check(("params", name), value)
 
     def evaluate_all(self) -> None:
-        """Evaluate every parameter, so that each is reported whether or not it is used."""
-        for name in self._raw:
+        """Evaluate every parameter, each after those that it uses."""
+        needs: dict[str, set[str]] = {name: set() for name in self._raw}
+        for path, site in self._resolver.sites.items():
+            if path[0] == "params" and len(path) > 1:
+                needs[str(path[1])] |= site.names & self._raw.keys()
+        for name in self._order(needs):
             try:
-                self[name]
-            except (ExpressionError, _Cascade):
-                pass
+                if name not in self._failed:
+                    self._values[name] = self._resolve(("params", name), self._raw[name])
+            except _Cascade:
+                self._failed.add(name)
+
+    def _order(self, needs: dict[str, set[str]]) -> list[str]:
+        while True:
+            try:
+                return list(TopologicalSorter(needs).static_order())
+            except CycleError as error:
+                circle: list[str] = error.args[1][:0:-1]
+                first = min(circle, key=list(self._raw).index)
+                turn = circle.index(first)
+                way = " → ".join([*circle[turn:], *circle[:turn], first])
+                message = f"params refer to each other in a circle: {way}"
+                sites = [p for p in self._resolver.sites if p[:2] == ("params", first)]
+                self._resolver.fail(sites[0], ExpressionError(message, rule="cycle"))
+                for name in circle:
+                    needs[name] = set()
+                self._failed |= set(circle)
 
     def __getitem__(self, name: str) -> Value:
-        if name in self._values:
-            return self._values[name]
         if name in self._failed:
             raise _Cascade
-        if name in self._open:
-            chain = " → ".join([*self._open[self._open.index(name) :], name])
-            raise ExpressionError(f"params refer to each other in a circle: {chain}", rule="cycle")
-        if len(self._open) >= MAX_CHAIN:
-            message = f"params refer to each other more than {MAX_CHAIN} deep; write each after those that it uses"
-            raise ExpressionError(message, rule="cycle")
-        self._open.append(name)
-        try:
-            value = self._resolve(("params", name), self._raw[name])
-        except _Cascade:
-            self._failed.add(name)
-            raise
-        finally:
-            self._open.pop()
-        self._values[name] = value
-        return value
+        return self._values[name]
 
     def _resolve(self, path: Path, value: Any) -> Value:
         if path in self._resolver.broken:
-            self._failed.add(str(path[1]))
             raise _Cascade
         if isinstance(value, list):
             return [self._resolve((*path, index), item) for index, item in enumerate(value)]
@@ -186,7 +187,6 @@ class _Parameters(Mapping[str, Value]):
             return self._resolver.sites[path].evaluate(self)
         except ExpressionError as error:
             self._resolver.fail(path, error)
-            self._failed.add(str(path[1]))
             raise _Cascade from None
 
     def _check(self, path: Path, value: Any) -> None:

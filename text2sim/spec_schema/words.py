@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from text2sim.spec_schema.base import Name, Selector
+from text2sim.spec_schema.base import Noun
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,15 @@ _STRUCTURES: dict[Any, str] = {
     tuple: "list",
     dict: "mapping",
 }
+
+
+def fits(slot: Slot, value: object) -> bool:
+    """Whether a value is written like what a slot takes: a list of numbers for a vector, text for a word."""
+    if slot.structure != structure_of(value):
+        return False
+    if isinstance(value, list) and value:
+        return slot_of(get_args(slot.base)[0]).structure == structure_of(value[0])
+    return True
 
 
 def structure_of(value: object) -> str:
@@ -151,7 +160,7 @@ def describe(slot: Slot) -> str:
     if slot.base in (int, float):
         return ("a whole number" if slot.base is int else "a number") + range_of(slot)
     if slot.base is str:
-        return _text(slot)
+        return noun_of(slot).one
     return "a mapping"
 
 
@@ -175,22 +184,16 @@ def _plural(slot: Slot) -> str:
     if slot.base in (int, float):
         return ("whole numbers" if slot.base is int else "numbers") + range_of(slot)
     if slot.base is str:
-        return {"a name": "names", "a selector": "selectors"}.get(_text(slot), "texts")
+        return noun_of(slot).many
     if get_origin(slot.base) in (tuple, list):
         inner = describe(slot).removeprefix("a list of ")
         return f"lists of {inner}"
     return "values"
 
 
-def _text(slot: Slot) -> str:
-    pattern = bounds_of(slot).get("pattern")
-    if pattern is None:
-        return "text"
-    return {_NAME: "a name", _SELECTOR: "a selector"}.get(pattern, f"text like {pattern}")
-
-
-_NAME = bounds_of(slot_of(Name))["pattern"]
-_SELECTOR = bounds_of(slot_of(Selector))["pattern"]
+def noun_of(slot: Slot) -> Noun:
+    """What a text is called."""
+    return next((note for note in slot.metadata if isinstance(note, Noun)), Noun("text", "texts"))
 
 
 def show(value: object) -> str:

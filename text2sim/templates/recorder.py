@@ -1,16 +1,15 @@
 """Records a rigid-body run of Genesis while it happens, and films it from what was recorded.
 
-`Recorder` writes link poses, joint states and contacts as they come; `film` puts the recorded states back into a built
-scene and draws them. Nothing is drawn while the simulation runs, so a machine without OpenGL simulates all the same.
+Nothing is drawn while the simulation runs, so a machine without OpenGL simulates all the same.
 
-    OUT/progress.jsonl              one line per moment of progress
-    OUT/states/layout.json          what the columns of the states mean
-    OUT/states/chunk_00000.npz      frames and contacts, each chunk whole on disk before the next begins
-    OUT/geometry/index.json         link -> meshes, poses and colours, over geometry/<hash>.npz
-    OUT/video.mp4, first.png, frames/, visibility.json      written by `film`
+    OUT/progress.jsonl           one line per moment of progress
+    OUT/states/layout.json       what the columns of the states mean
+    OUT/states/chunk_00000.npz   frames and contacts; each chunk is whole on disk before the next begins
+    OUT/geometry/index.json      link -> meshes, poses and colours, over geometry/<hash>.npz
+    OUT/video.mp4, first.png, frames/, visibility.json, written by `film`
 
-Units are SI, quaternions are (w, x, y, z), poses are of each link's authored frame in the world: where Genesis moves the
-frame of a free body to its centre of mass, that shift is taken out again.
+SI units, quaternions (w, x, y, z). Poses are of each link's authored frame in the world: where Genesis moves the frame
+of a free body to its centre of mass, that shift is taken out again.
 """
 
 import hashlib
@@ -28,6 +27,8 @@ FRAMES_PER_CHUNK = 100
 SECONDS_PER_CHUNK = 5.0
 CONTACTS_IN_HAND = 200_000
 PROGRESS_PERIOD = 0.2
+BEGAN = time.monotonic()
+
 JOINT_KINDS = {
     gs.JOINT_TYPE.FIXED: "fixed",
     gs.JOINT_TYPE.REVOLUTE: "hinge",
@@ -35,7 +36,10 @@ JOINT_KINDS = {
     gs.JOINT_TYPE.SPHERICAL: "ball",
     gs.JOINT_TYPE.FREE: "free",
 }
-QUATERNION_IN_QPOS = {"free": 3, "ball": 0}
+QUATERNION_AT = {"free": 3, "ball": 0}  # within the joint's slice of qpos
+INVERSE = np.array([1.0, -1.0, -1.0, -1.0])
+IDENTITY = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+NO_CONTACTS = [np.zeros(0, int)] * 2 + [np.zeros((0, 3), np.float32)] * 3 + [np.zeros(0, np.float32)]
 
 
 class NoOpenGL(RuntimeError):
@@ -61,16 +65,16 @@ class Progress:
     """Appends what a run is doing to `progress.jsonl`, a few lines per second at most."""
 
     def __init__(self, out: Path):
-        out.mkdir(parents=True, exist_ok=True)
-        self._file = (out / "progress.jsonl").open("a")
-        self._began = self._last = time.monotonic()
+        Path(out).mkdir(parents=True, exist_ok=True)
+        self._file = (Path(out) / "progress.jsonl").open("a")
+        self._last = 0.0
 
     def __call__(self, phase: str, t: float = 0.0, duration: float = 0.0, *, force: bool = False, **more) -> None:
         """Reports simulated time `t` [s] of `duration` [s] within `phase`; `force` is for beginnings and ends."""
-        now = time.monotonic()
-        if force or now - self._last >= PROGRESS_PERIOD:
-            self._last = now
-            line = {"phase": phase, "t": round(t, 6), "duration": duration, "wall": round(now - self._began, 3), **more}
+        wall = time.monotonic() - BEGAN
+        if force or wall - self._last >= PROGRESS_PERIOD:
+            self._last = wall
+            line = {"phase": phase, "t": round(t, 6), "duration": duration, "wall": round(wall, 3), **more}
             self._file.write(json.dumps(line) + "\n")
             self._file.flush()
 
@@ -102,16 +106,14 @@ class Recorder:
     """
 
     def __init__(self, scene, bodies: dict, out: Path, dt: float, every: int, duration: float, *, speed_limit=200.0):
-        self._solver = scene.rigid_solver
-        self._bodies, self._out, self._dt, self._every, self._duration = bodies, Path(out), dt, every, duration
-        self._speed_limit = speed_limit
-        self._progress = Progress(self._out)
-        self._link_bodies = _link_bodies(scene, bodies)
-        self._frames = []
-        self._chunk = 0
-        self._flushed = time.monotonic()
-        self._step = 0
+        self._solver, self._bodies, self._out = scene.rigid_solver, bodies, Path(out)
+        self._dt, self._every, self._duration, self._speed_limit = dt, every, duration, speed_limit
+        self._progress = Progress(out)
         self._contacts = _Contacts(self._solver)
+        names = {entity.idx: name for name, entity in bodies.items()}
+        self._link_bodies = [names.get(link.entity.idx, link.entity.name) for link in self._solver.links]
+        self._frames, self._chunk, self._step = [], 0, 0
+        self._flushed = time.monotonic()
         links, dofs = self._solver.dyn_state.links, self._solver.dyn_state.dofs
         self._reads = {
             "links_pos": _reader(links.pos),
@@ -132,11 +134,11 @@ class Recorder:
         for stale in states.glob("chunk_*.npz"):
             stale.unlink()
         self._offsets = _link_offsets(self._solver)
-        self._shifted = np.flatnonzero(np.abs(self._offsets - [0, 0, 0, 1, 0, 0, 0]).max(axis=1) > 1e-9)
+        self._shifted = np.flatnonzero((self._offsets != IDENTITY).any(axis=1))
         expected = round(self._duration / self._dt) // self._every + 1
-        layout = {"dt": self._dt, "every": self._every, "duration": self._duration, "n_frames": expected}
-        _write_json(states / "layout.json", layout | _layout(self._solver, self._bodies, self._link_bodies, self._offsets))
-        _write_geometry(self._solver, self._out / "geometry", self._offsets)
+        run = {"dt": self._dt, "every": self._every, "duration": self._duration, "n_frames": expected}
+        _write_json(states / "layout.json", run | _layout(self._solver, self._bodies, self._link_bodies, self._offsets))
+        _write_geometry(self._solver, self._offsets, self._out / "geometry")
         self._progress("simulate", 0.0, self._duration, force=True)
         self._record(0.0)
 
@@ -158,8 +160,8 @@ class Recorder:
             self._flush()
 
     def diverged(self, error: gs.GenesisException) -> Divergence | None:
-        """Turns the solver's own complaint about nan into a `Divergence`; None if `error` is about something else."""
-        if "nan" not in str(error) and "not finite" not in str(error):
+        """Turns the solver's complaint about nan into a `Divergence`; None if `error` is about something else."""
+        if "'nan'" not in str(error) and "not finite" not in str(error):
             return None
         self._flush()
         t, frame = self._step * self._dt, {name: read() for name, read in self._reads.items()}
@@ -173,7 +175,7 @@ class Recorder:
 
     def _record(self, t: float) -> None:
         frame = {name: read() for name, read in self._reads.items()}
-        # One reduction clears nearly every frame: it passes neither nan nor a fast body.
+        # One reduction clears nearly every frame: neither nan nor a fast body passes it.
         if not np.dot(frame["dofs_velocity"], frame["dofs_velocity"]) <= self._speed_limit**2:
             divergence = self._check(t, frame)
             if divergence is not None:
@@ -188,42 +190,40 @@ class Recorder:
         if len(lost):
             return Divergence(self._link_bodies[lost[0]], "position", t, float("nan"))
         speed = np.linalg.norm(_velocity_of_com(frame), axis=-1)
-        speed[~np.isfinite(speed)] = np.inf
-        if speed.max() > self._speed_limit:
-            return Divergence(self._link_bodies[int(speed.argmax())], "speed", t, float(speed.max()))
-        return None
+        fastest = int(speed.argmax())  # nan counts as the largest
+        if speed[fastest] <= self._speed_limit:
+            return None
+        return Divergence(self._link_bodies[fastest], "speed", t, float(speed[fastest]))
 
     def _flush(self) -> None:
         self._flushed = time.monotonic()
         contacts = self._contacts.take()
-        if not self._frames and not len(contacts["contact_step"]):
-            return
         chunk = {}
         if self._frames:
             chunk = {name: np.stack([frame[name] for frame in self._frames]) for name in self._frames[0]}
             chunk["links_vel"] = _velocity_of_com(chunk)
             del chunk["links_lever"]
-            offset_pos, offset_quat = self._offsets[self._shifted, :3], self._offsets[self._shifted, 3:]
-            quat = _multiply(chunk["links_quat"][:, self._shifted], offset_quat * [1, -1, -1, -1])
-            chunk["links_pos"][:, self._shifted] -= _rotate(quat, offset_pos)
+            offsets = self._offsets[self._shifted]
+            quat = _multiply(chunk["links_quat"][:, self._shifted], offsets[:, 3:] * INVERSE)
+            chunk["links_pos"][:, self._shifted] -= _rotate(quat, offsets[:, :3])
             chunk["links_quat"][:, self._shifted] = quat
             chunk = {name: array if name == "time" else array.astype(np.float32) for name, array in chunk.items()}
+        elif not len(contacts["contact_step"]):
+            return
         _write_npz(self._out / "states" / f"chunk_{self._chunk:05d}.npz", chunk | contacts)
-        self._chunk += 1
-        self._frames = []
+        self._frames, self._chunk = [], self._chunk + 1
 
 
 class _Contacts:
     """Every contact of every step, summed per pair of links before it is written.
 
-    On the CPU the solver's buffers are read in place (10 us a step against 70 us for `collider.get_contacts`). With
-    substeps, a step's contacts are those of its last substep.
+    On the CPU the solver's buffers are read in place, 10 us a step against 70 us for `collider.get_contacts`. Where a
+    step has substeps, its contacts are those of the last.
     """
 
     def __init__(self, solver):
-        self._n_links, self._collider = solver.n_links, solver.collider
-        self._steps, self._rows, self._done, self._in_hand = [], [], [], 0
-        self._views = None
+        self._n_links, self._collider, self._views = solver.n_links, solver.collider, None
+        self._steps, self._rows, self._sums, self._in_hand = [], [NO_CONTACTS], [], 0
         if self._collider is not None and _in_place():
             state = self._collider.collider_state
             data = state.contact_data
@@ -233,23 +233,22 @@ class _Contacts:
             self._views = [qd_to_numpy(field, transpose=True, copy=False)[0] for field in fields]
 
     def gather(self, step: int) -> None:
+        if self._collider is None:
+            return
         if self._views is not None:
             live = self._order[: self._count[0]]
             row = [view[live] for view in self._views]
-        elif self._collider is not None:
+        else:
             contacts = self._collider.get_contacts(as_tensor=True, to_torch=False)
             row = [contacts[name] for name in ("link_a", "link_b", "position", "normal", "force", "penetration")]
-        else:
-            return
-        if len(row[0]):
-            self._steps.append((step, len(row[0])))
-            self._rows.append(row)
-            self._in_hand += len(row[0])
-            if self._in_hand > CONTACTS_IN_HAND:
-                self._reduce()
+        self._steps.append((step, len(row[0])))
+        self._rows.append(row)
+        self._in_hand += len(row[0])
+        if self._in_hand > CONTACTS_IN_HAND:
+            self._sum()
 
     def take(self) -> dict[str, np.ndarray]:
-        """Contacts since the last call, n pairs of touching links over all steps, sorted by step, then links.
+        """Contacts since the last call: n pairs of touching links, over all steps, sorted by step, then by link.
 
         Returns:
             contact_step (n,): Step after which the pair touched, 1 being the first.
@@ -260,39 +259,33 @@ class _Contacts:
             contact_penetration (n,): Deepest overlap [m].
             contact_count (n,): Points of contact that were summed.
         """
-        self._reduce()
-        done, self._done = self._done, []
-        return {name: np.concatenate([part[name] for part in done]) for name in done[0]}
+        self._sum()
+        sums, self._sums = self._sums, []
+        return {name: np.concatenate([part[name] for part in sums]) for name in sums[0]}
 
-    def _reduce(self) -> None:
-        if self._rows:
-            step = np.repeat(*np.array(self._steps).T)
-            a, b, pos, normal, force, depth = (np.concatenate(column) for column in zip(*self._rows, strict=True))
-        else:
-            step = a = b = np.zeros(0, np.int64)
-            pos = normal = force = np.zeros((0, 3), np.float32)
-            depth = np.zeros(0, np.float32)
+    def _sum(self) -> None:
+        step = np.repeat(*np.array(self._steps or [(0, 0)]).T)
+        a, b, pos, normal, force, depth = (np.concatenate(column) for column in zip(*self._rows, strict=True))
         low, high = np.minimum(a, b), np.maximum(a, b)
         key = (step * self._n_links + low) * self._n_links + high
         order = np.argsort(key, kind="stable")
         first = np.flatnonzero(np.diff(key[order], prepend=-1))
-        force = np.where((a > b)[:, None], -force, force)[order]
+        force, pos = np.where((a > b)[:, None], -force, force)[order], pos[order]
         along = np.abs(np.einsum("ij,ij->i", force, normal[order]))
-        weight = (np.linalg.norm(force, axis=1) + 1e-9)[:, None]
-
-        def total(values):
-            return np.add.reduceat(values, first, axis=0) if len(first) else values
-
-        self._done.append({
-            "contact_step": step[order][first].astype(np.int32),
-            "contact_links": np.stack([low, high], axis=1)[order][first].astype(np.int32),
-            "contact_force": total(force).astype(np.float32),
-            "contact_normal_force": total(along).astype(np.float32),
-            "contact_pos": (total(pos[order] * weight) / total(weight)).astype(np.float32),
-            "contact_penetration": np.maximum.reduceat(depth[order], first) if len(first) else depth,
-            "contact_count": np.diff(first, append=len(order)).astype(np.int32),
-        })
-        self._steps, self._rows, self._in_hand = [], [], 0
+        weight = np.linalg.norm(force, axis=1, keepdims=True) + np.float32(1e-9)
+        mean = np.add.reduceat(pos * weight, first) / np.add.reduceat(weight, first)
+        self._sums.append(
+            {
+                "contact_step": step[order][first].astype(np.int32),
+                "contact_links": np.stack([low, high], axis=1)[order][first].astype(np.int32),
+                "contact_force": np.add.reduceat(force, first).astype(np.float32),
+                "contact_normal_force": np.add.reduceat(along, first).astype(np.float32),
+                "contact_pos": mean.astype(np.float32),
+                "contact_penetration": np.maximum.reduceat(depth[order], first).astype(np.float32),
+                "contact_count": np.diff(first, append=len(order)).astype(np.int32),
+            }
+        )
+        self._steps, self._rows, self._in_hand = [], [NO_CONTACTS], 0
 
 
 def _in_place() -> bool:
@@ -309,27 +302,20 @@ def _reader(field):
 def _velocity_of_com(frame: dict[str, np.ndarray]) -> np.ndarray:
     """Velocity of each link's centre of mass [m/s], shape (..., L, 3).
 
-    The solver keeps the velocity of the link's point at the centre of mass of its whole tree, `lever` away.
+    The solver keeps the velocity of the link's point at the centre of mass of its whole tree, a lever away.
     """
     return frame["links_vel"] + np.cross(frame["links_ang"], frame["links_lever"])
 
 
-def _link_bodies(scene, bodies: dict) -> list[str]:
-    """Copy name of the body that each link of the solver belongs to."""
-    names = {entity.idx: name for name, entity in bodies.items()}
-    return [names.get(link.entity.idx, link.entity.name) for link in scene.rigid_solver.links]
-
-
 def _link_offsets(solver) -> np.ndarray:
     """Pose of the solver's frame of each link within the authored frame, shape (L, 7): position and quaternion."""
-    solver_pos, solver_quat, pos, quat = (
+    own_pos, own_quat, pos, quat = (
         get(relative=relative).cpu().numpy().astype(float)
         for relative in (False, True)
         for get in (solver.get_links_pos, solver.get_links_quat)
     )
-    inverse = quat * [1, -1, -1, -1]
-    offsets = np.concatenate([_rotate(inverse, solver_pos - pos), _multiply(inverse, solver_quat)], axis=1)
-    offsets[(solver_pos == pos).all(axis=1) & (solver_quat == quat).all(axis=1)] = [0, 0, 0, 1, 0, 0, 0]
+    offsets = np.concatenate([_rotate(quat * INVERSE, own_pos - pos), _multiply(quat * INVERSE, own_quat)], axis=1)
+    offsets[(own_pos == pos).all(axis=1) & (own_quat == quat).all(axis=1)] = IDENTITY
     return offsets
 
 
@@ -341,8 +327,9 @@ def _layout(solver, bodies: dict, link_bodies: list[str], offsets: np.ndarray) -
     )
     axes = qd_to_numpy(solver.dyn_info.links.inertial_quat, copy=True).reshape(-1, 4).astype(float)
     com = offsets[:, :3] + _rotate(offsets[:, 3:], com)
-    rotation = _rotate(_multiply(offsets[:, 3:], axes)[:, None], np.eye(3)).swapaxes(1, 2)
-    inertia = rotation @ inertia @ rotation.swapaxes(1, 2)
+    turn = _rotate(_multiply(offsets[:, 3:], axes)[:, None], np.eye(3)).swapaxes(1, 2)
+    inertia = turn @ inertia @ turn.swapaxes(1, 2)
+    limits = np.stack([bound.cpu().numpy() for bound in solver.get_dofs_limit()], axis=1).astype(float).tolist()
     links = [
         {
             "body": link_bodies[link.idx],
@@ -354,62 +341,64 @@ def _layout(solver, bodies: dict, link_bodies: list[str], offsets: np.ndarray) -
         }
         for link in solver.links
     ]
-    limits = np.stack([bound.cpu().numpy() for bound in solver.get_dofs_limit()], axis=1).astype(float).tolist()
+    limits = [[x if np.isfinite(x) else None for x in pair] for pair in limits]
     joints = [
         {
             "body": name,
             "joint": joint.name,
             "kind": JOINT_KINDS[joint.type],
             "link": joint.link.idx,
-            "q": [joint.q_start, joint.q_start + joint.n_qs],
-            "dofs": [joint.dof_start, joint.dof_start + joint.n_dofs],
-            "limits": [[x if np.isfinite(x) else None for x in pair] for pair in limits[joint.dof_start : joint.dof_end]],
+            "q": [joint.q_start, joint.q_end],
+            "dofs": [joint.dof_start, joint.dof_end],
+            "limits": limits[joint.dof_start : joint.dof_end],
         }
         for name, entity in bodies.items()
         for joint in entity.joints
     ]
-    gravity = np.asarray(solver.get_gravity().cpu(), float).reshape(3).tolist()
-    engine = {"name": "genesis", "version": gs.__version__, "dtype": str(np.dtype(gs.np_float))}
+    gravity = solver.get_gravity().cpu().numpy().astype(float).reshape(3).tolist()
+    engine = {"name": "genesis", "version": gs.__version__, "dtype": np.dtype(gs.np_float).name}
     return {"engine": engine, "gravity": gravity, "links": links, "joints": joints}
 
 
-def _write_geometry(solver, folder: Path, offsets: np.ndarray) -> None:
+def _write_geometry(solver, offsets: np.ndarray, folder: Path) -> None:
     """Writes each distinct visual mesh once, and which links wear it where and in what colour."""
     folder.mkdir(parents=True, exist_ok=True)
     index = {}
     for link in solver.links:
-        offset_pos, offset_quat = offsets[link.idx, :3], offsets[link.idx, 3:]
-        index[str(link.idx)] = worn = []
-        for vgeom in link.vgeoms:
-            mesh = vgeom.vmesh
-            arrays = {"vertices": np.asarray(mesh.verts, np.float32), "faces": np.asarray(mesh.faces, np.int32)}
-            if mesh.normals is not None:
-                arrays["normals"] = np.asarray(mesh.normals, np.float32)
-            if mesh.uvs is not None:
-                arrays["uvs"] = np.asarray(mesh.uvs, np.float32)
-            name = hashlib.sha256(b"".join(key.encode() + array.tobytes() for key, array in arrays.items())).hexdigest()[:16]
-            if not (folder / f"{name}.npz").exists():
-                _write_npz(folder / f"{name}.npz", arrays)
-            paint = vgeom.surface.get_rgba()
-            piece = {
-                "mesh": f"{name}.npz",
-                "pos": (offset_pos + _rotate(offset_quat, np.asarray(vgeom.init_pos, float))).tolist(),
-                "quat": _multiply(offset_quat, np.asarray(vgeom.init_quat, float)).tolist(),
+        pos, quat = offsets[link.idx, :3], offsets[link.idx, 3:]
+        index[link.idx] = [
+            {
+                "mesh": _write_mesh(folder, vgeom.vmesh),
+                "pos": (pos + _rotate(quat, np.asarray(vgeom.init_pos, float))).tolist(),
+                "quat": _multiply(quat, np.asarray(vgeom.init_quat, float)).tolist(),
+                **_write_paint(folder, vgeom.surface.get_rgba()),
             }
-            if isinstance(paint, gs.textures.ImageTexture):
-                piece |= {"color": [1.0, 1.0, 1.0, 1.0], "texture": _write_texture(folder, paint.image_array)}
-            else:
-                piece["color"] = [float(x) for x in (*paint.color, 1.0)[:4]]
-            worn.append(piece)
+            for vgeom in link.vgeoms
+        ]
     _write_json(folder / "index.json", index)
 
 
-def _write_texture(folder: Path, image: np.ndarray) -> str:
+def _write_mesh(folder: Path, mesh) -> str:
+    arrays = {"vertices": mesh.verts, "faces": mesh.faces, "normals": mesh.normals, "uvs": mesh.uvs}
+    arrays = {
+        name: np.asarray(array, np.int32 if name == "faces" else np.float32)
+        for name, array in arrays.items()
+        if array is not None
+    }
+    name = _digest(*(array for pair in arrays.items() for array in (pair[0].encode(), pair[1].tobytes()))) + ".npz"
+    if not (folder / name).exists():
+        _write_npz(folder / name, arrays)
+    return name
+
+
+def _write_paint(folder: Path, paint) -> dict:
+    if not isinstance(paint, gs.textures.ImageTexture):
+        return {"color": [float(x) for x in (*paint.color, 1.0)[:4]]}
     from PIL import Image
 
-    name = f"{hashlib.sha256(image.tobytes()).hexdigest()[:16]}.png"
-    Image.fromarray(image).save(folder / name)
-    return name
+    name = _digest(paint.image_array.tobytes()) + ".png"
+    Image.fromarray(paint.image_array).save(folder / name)
+    return {"color": [1.0, 1.0, 1.0, 1.0], "texture": name}
 
 
 class States:
@@ -424,41 +413,37 @@ class States:
         folder = Path(out) / "states"
         self.layout = json.loads((folder / "layout.json").read_text())
         chunks = [np.load(path) for path in sorted(folder.glob("chunk_*.npz"))]
-        chunks = [chunk for chunk in chunks if "time" in chunk.files]
+        chunks = [chunk for chunk in chunks if "time" in chunk]
         self.time, self._qpos, self._pos = (
             np.concatenate([chunk[name] for chunk in chunks]) for name in ("time", "qpos", "links_pos")
         )
-        starts = [
-            joint["q"][0] + QUATERNION_IN_QPOS[joint["kind"]]
-            for joint in self.layout["joints"]
-            if joint["kind"] in QUATERNION_IN_QPOS
-        ]
+        turning = [joint for joint in self.layout["joints"] if joint["kind"] in QUATERNION_AT]
+        starts = [joint["q"][0] + QUATERNION_AT[joint["kind"]] for joint in turning]
         self._quaternions = np.array(starts, int)[:, None] + np.arange(4)
-        self._links = {}
-        for index, link in enumerate(self.layout["links"]):
-            self._links[link["body"], link["link"]] = index
-            if link["link"] != "world":
-                self._links.setdefault((link["body"], None), index)
-
-    def _between(self, t: float) -> tuple[int, int, float]:
-        after = int(np.clip(np.searchsorted(self.time, t), 1, max(len(self.time) - 1, 1)))
-        before, after = after - 1, min(after, len(self.time) - 1)
-        span = self.time[after] - self.time[before]
-        return before, after, float(np.clip((t - self.time[before]) / span, 0.0, 1.0)) if span else 0.0
+        links = [*enumerate(self.layout["links"])]
+        self._links = {(link["body"], None): i for i, link in reversed(links) if link["link"] != "world"}
+        self._links |= {(link["body"], link["link"]): i for i, link in links}
 
     def position(self, body: str, t: float, link: str | None = None) -> np.ndarray:
-        """Position of a body's link (its first one if none is named) at time `t` [m], shape (3,)."""
-        before, after, w = self._between(t)
+        """Position of a link of a body (its first if none is named) at time `t` [m], shape (3,)."""
+        a, b, w = self._around(t)
         pos = self._pos[:, self._links[body, link]].astype(float)
-        return (1 - w) * pos[before] + w * pos[after]
+        return (1 - w) * pos[a] + w * pos[b]
 
     def qpos(self, t: float) -> np.ndarray:
         """Generalized positions at time `t`, shape (Q,): linear in between, spherically linear for orientations."""
-        before, after, w = self._between(t)
-        a, b = self._qpos[before].astype(float), self._qpos[after].astype(float)
+        i, j, w = self._around(t)
+        a, b = self._qpos[i].astype(float), self._qpos[j].astype(float)
         qpos = (1 - w) * a + w * b
         qpos[self._quaternions] = _slerp(a[self._quaternions], b[self._quaternions], w)
         return qpos.astype(np.float32)
+
+    def _around(self, t: float) -> tuple[int, int, float]:
+        """Recorded frames before and after time `t`, and how far `t` is from the one to the other, 0 to 1."""
+        last = len(self.time) - 1
+        b = min(int(np.searchsorted(self.time, t)), last)
+        a = max(b - 1, 0)
+        return a, b, 1.0 if a == b else float(np.clip((t - self.time[a]) / (self.time[b] - self.time[a]), 0.0, 1.0))
 
 
 def film(scene, cameras: dict, out: Path, *, fps, camera_pose, speed=1.0, start=0.0, end=None, samples=8) -> None:
@@ -480,31 +465,27 @@ def film(scene, cameras: dict, out: Path, *, fps, camera_pose, speed=1.0, start=
     """
     from PIL import Image
 
-    out, states, progress = Path(out), States(out), Progress(Path(out))
+    out, states, progress = Path(out), States(out), Progress(out)
     _open_opengl(scene, cameras)
+    (out / "frames").mkdir(exist_ok=True)
     last = float(states.time[-1])
     end = last if end is None else min(end, last)
     n_frames = max(1, round((end - start) / speed * fps))
     sampled = np.unique(np.linspace(0, n_frames - 1, samples).round().astype(int)).tolist()
-    (out / "frames").mkdir(exist_ok=True)
     main = next(iter(cameras))
-    videos = {
-        name: _Video(out / ("video.mp4" if name == main else f"video_{name}.mp4"), camera.res, fps)
-        for name, camera in cameras.items()
-    }
+    paths = {name: out / ("video.mp4" if name == main else f"video_{name}.mp4") for name in cameras}
+    videos = {name: _Video(paths[name], camera.res, fps) for name, camera in cameras.items()}
     visibility = {name: [] for name in cameras}
     for k in range(n_frames):
         t = start + k * speed / fps
         scene.rigid_solver.set_qpos(states.qpos(t))
-        stale = True
         for name, camera in cameras.items():
             pos, lookat, up = camera_pose(name, t, states)
             camera.set_pose(pos=pos, lookat=lookat, up=up)
-            # Genesis redraws by step count, which stands still here: force it, once for all cameras.
-            image = camera.render(force_render=stale)[0]
-            stale = False
+            # Genesis redraws when the step count moves, which it does not here: force it, once for all cameras.
+            image = camera.render(force_render=name == main)[0]
             videos[name].write(image)
-            if name == main and k == 0:
+            if k == 0 and name == main:
                 Image.fromarray(image).save(out / "first.png")
             if k in sampled:
                 Image.fromarray(image).save(out / "frames" / f"{name}_{sampled.index(k)}.png")
@@ -520,7 +501,7 @@ def _open_opengl(scene, cameras: dict) -> None:
         if not scene.visualizer.is_built:
             scene.visualizer.build()
         next(iter(cameras.values())).render(force_render=True)
-    except Exception as error:  # EGL, OSMesa, GLX and pyglet each have their own
+    except Exception as error:  # EGL, OSMesa, GLX and pyglet each raise their own
         raise NoOpenGL(f"cannot draw: {error or type(error).__name__}") from error
 
 
@@ -528,12 +509,12 @@ def _shares(scene, camera, layout: dict) -> dict[str, float]:
     """Fraction of the picture that each visible body fills."""
     pixels = np.bincount(camera.render(rgb=False, segmentation=True)[2].ravel())
     shares = {}
-    for index in np.flatnonzero(pixels):
-        key = scene.segmentation_idx_dict[int(index)]
-        if isinstance(key, tuple):  # (entity, link); the background is -1
+    for index in np.flatnonzero(pixels).tolist():
+        key = scene.segmentation_idx_dict[index]
+        if isinstance(key, tuple):  # (entity, link), as VisOptions has it by default; the background is -1
             body = layout["links"][key[1]]["body"]
-            shares[body] = shares.get(body, 0.0) + float(pixels[index]) / pixels.sum()
-    return {body: round(share, 6) for body, share in sorted(shares.items())}
+            shares[body] = shares.get(body, 0.0) + pixels[index] / pixels.sum()
+    return {body: round(float(share), 6) for body, share in sorted(shares.items())}
 
 
 class _Video:
@@ -542,14 +523,13 @@ class _Video:
     def __init__(self, path: Path, size: tuple[int, int], fps: float):
         import av
 
-        self._av, self._path, self._part = av, path, path.with_suffix(".part")
+        self._av, self._path, self._part = av, path, path.with_name(path.name + ".part")
         self._container = av.open(str(self._part), "w", format="mp4", options={"movflags": "+faststart"})
         self._stream = self._container.add_stream("libx264", rate=Fraction(fps).limit_denominator(1000))
         self._stream.width, self._stream.height, self._stream.pix_fmt = *size, "yuv420p"
         self._stream.options = {"crf": "18", "preset": "medium", "threads": "2"}  # the bytes depend on the threads
         codec = self._stream.codec_context
-        codec.colorspace = codec.color_primaries = codec.color_trc = 1  # BT.709
-        codec.color_range = 1  # limited
+        codec.colorspace = codec.color_primaries = codec.color_trc = codec.color_range = 1  # BT.709, limited range
 
     def write(self, image: np.ndarray) -> None:
         """Appends one picture, shape (height, width, 3), uint8."""
@@ -564,7 +544,7 @@ class _Video:
 
 
 def _multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Product of quaternions, shape (..., 4): first turns by b, then by a."""
+    """Product of quaternions, shape (..., 4): turns by b, then by a."""
     aw, av, bw, bv = a[..., :1], a[..., 1:], b[..., :1], b[..., 1:]
     w = aw * bw - (av * bv).sum(axis=-1, keepdims=True)
     return np.concatenate([w, aw * bv + bw * av + np.cross(av, bv)], axis=-1)
@@ -577,15 +557,19 @@ def _rotate(quat: np.ndarray, vector: np.ndarray) -> np.ndarray:
 
 
 def _slerp(a: np.ndarray, b: np.ndarray, w: float) -> np.ndarray:
-    """Turns from orientations a to b by the short way, shape (..., 4)."""
+    """Turns by the fraction w of the short way from orientations a to b, shape (..., 4)."""
     cosine = (a * b).sum(axis=-1, keepdims=True)
-    b, cosine = np.where(cosine < 0, -b, b), np.abs(cosine).clip(0.0, 1.0)
-    angle = np.arccos(cosine)
-    small = angle < 1e-4
-    sine = np.where(small, 1.0, np.sin(angle))
-    wa, wb = np.sin((1 - w) * angle) / sine, np.sin(w * angle) / sine
-    quat = np.where(small, (1 - w) * a + w * b, wa * a + wb * b)
+    angle = np.arccos(np.abs(cosine).clip(0.0, 1.0))
+    near = angle < 1e-4
+    sine = np.where(near, 1.0, np.sin(angle))
+    wa = np.where(near, 1 - w, np.sin((1 - w) * angle) / sine)
+    wb = np.where(near, w, np.sin(w * angle) / sine)
+    quat = wa * a + np.where(cosine < 0, -wb, wb) * b
     return quat / np.linalg.norm(quat, axis=-1, keepdims=True)
+
+
+def _digest(*parts: bytes) -> str:
+    return hashlib.sha256(b"".join(parts)).hexdigest()[:16]
 
 
 def _write_json(path: Path, value) -> None:
@@ -593,7 +577,7 @@ def _write_json(path: Path, value) -> None:
 
 
 def _write_npz(path: Path, arrays: dict[str, np.ndarray]) -> None:
-    """Writes arrays without compression; numpy dates every member 1980, so equal arrays give equal bytes."""
+    """Writes arrays uncompressed; numpy dates every member 1980, so equal arrays make equal bytes."""
     _replace(path, lambda file: np.savez(file, **arrays))
 
 

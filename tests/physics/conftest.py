@@ -1,0 +1,183 @@
+"""Tiny cases, compiled by our compiler, run by the programs it writes, and judged from the states they record."""
+
+import itertools
+import json
+import select
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from text2sim.compiler.build import compile_case
+from text2sim.harness.geometry import rotate
+from text2sim.harness.measures import evaluate
+from text2sim.harness.recording import Recording
+from text2sim.harness.selection import Target
+from text2sim.harness.states import Array, LinkRecord, RunStates
+from text2sim.spec_schema.case import Case
+from text2sim.spec_schema.load import load_case
+
+PATIENCE = 540.0
+"""Longest wait [s] for one case: a bare machine compiles the engine's kernels on the way."""
+
+
+class Worker:
+    """The process in which all programs run; a crash costs one case, and the next one starts it anew."""
+
+    def __init__(self, log: Path) -> None:
+        self._log = log
+        self._process: subprocess.Popen[str] | None = None
+
+    def run(self, program: Path, out: Path) -> None:
+        """Run the program in one folder and let it write into another."""
+        process = self._process or self._start()
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.write(json.dumps({"program": str(program), "out": str(out)}) + "\n")
+        process.stdin.flush()
+        ready, _, _ = select.select([process.stdout], [], [], PATIENCE)
+        answer = process.stdout.readline() if ready else ""
+        if not answer:
+            self.stop()
+            ended = "died" if ready else f"did not answer within {PATIENCE:g} s"
+            pytest.fail(f"the worker {ended} (rc {process.returncode}):\n{self._log.read_text()[-3000:]}")
+        if error := json.loads(answer)["error"]:
+            pytest.fail(f"{program} failed:\n{error}")
+
+    def stop(self) -> None:
+        """End the process, if there is one."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+            self._process = None
+
+    def _start(self) -> subprocess.Popen[str]:
+        self._process = subprocess.Popen(
+            [sys.executable, str(Path(__file__).with_name("worker.py"))],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log.open("a"), text=True,
+        )  # fmt: skip
+        return self._process
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A recorded case. Arrays over frames are float64, shape (F, 3) unless said otherwise; names are selectors."""
+
+    folder: Path
+    """Of the run: `program/`, `states/`, `geometry/`."""
+    case: Case
+
+    @cached_property
+    def recording(self) -> Recording:
+        return Recording.load(self.folder, self.case)
+
+    @property
+    def states(self) -> RunStates:
+        return self.recording.states
+
+    @property
+    def time(self) -> Array:
+        """Times of the frames [s], shape (F,)."""
+        return self.states.time
+
+    def _target(self, name: str) -> Target:
+        (target,) = self.recording.cast.select(name)
+        return target
+
+    def link(self, name: str) -> LinkRecord:
+        """Mass, centre and inertia of the (first) link of a body."""
+        return self.states.links[self._target(name).root]
+
+    def pos(self, name: str) -> Array:
+        """Origin [m]."""
+        return self.states.pos[:, self._target(name).root].astype(float)
+
+    def com(self, name: str) -> Array:
+        """Centre of mass of the (first) link [m]."""
+        return self.pos(name) + rotate(self.quat(name), np.array(self.link(name).com))
+
+    def quat(self, name: str) -> Array:
+        """Orientation (w, x, y, z), shape (F, 4)."""
+        return self.states.quat[:, self._target(name).root].astype(float)
+
+    def turn(self, name: str) -> Array:
+        """Rotation matrices, from the body's frame to the world's, shape (F, 3, 3)."""
+        quat = self.quat(name)
+        return np.stack([rotate(quat, axis) for axis in np.eye(3)], axis=-1)
+
+    def vel(self, name: str) -> Array:
+        """Velocity of the centre of mass of the (first) link [m/s]."""
+        return self.states.vel[:, self._target(name).root].astype(float)
+
+    def ang(self, name: str) -> Array:
+        """Angular velocity [rad/s]."""
+        return self.states.ang[:, self._target(name).root].astype(float)
+
+    def spin(self, name: str) -> Array:
+        """Angular momentum about the centre of mass of the (first) link [kg m2/s]: R I R' w."""
+        turn, inertia = self.turn(name), np.array(self.link(name).inertia)
+        return np.einsum("fij,jk,flk,fl->fi", turn, inertia, turn, self.ang(name))
+
+    def joint(self, name: str) -> tuple[Array, Array, Array]:
+        """Position, velocity and motor force of a hinge or slider, each of shape (F,)."""
+        ((_, joint),) = self.recording.cast.select_joints(name)
+        columns = self.states.qpos[:, joint.q[0]], *(
+            rows[:, joint.dof[0]] for rows in (self.states.dofs_velocity, self.states.dofs_force)
+        )
+        q, dq, force = (column.astype(float) for column in columns)
+        return q, dq, force
+
+    def contact(self, a: str, b: str) -> tuple[Array, Array, Array]:
+        """Steps (n,), forces on `a` (n, 3) [N] and depths (n,) [m] of the contacts of two bodies, over all steps."""
+        log = self.states
+        first, second = (list(self._target(name).links) for name in (a, b))
+        links = log.contact("links")
+        forth = np.isin(links[:, 0], first) & np.isin(links[:, 1], second)
+        back = np.isin(links[:, 1], first) & np.isin(links[:, 0], second)
+        rows = forth | back
+        sign = np.where(back, 1.0, -1.0)[rows, None]
+        return log.contact("step")[rows], sign * log.contact("force")[rows], log.contact("penetration")[rows]
+
+    def measure(self, name: str) -> Array:
+        """A measure of the case, shape (F,)."""
+        series = evaluate(self.recording)[name]
+        assert not series.problem, series.problem
+        return series.values
+
+
+Simulate = Callable[..., Trial]
+
+
+@pytest.fixture(scope="session")
+def worker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Worker]:
+    """Return the process in which programs run."""
+    worker = Worker(tmp_path_factory.mktemp("worker") / "log.txt")
+    yield worker
+    worker.stop()
+
+
+@pytest.fixture(scope="session")
+def simulate(worker: Worker, tmp_path_factory: pytest.TempPathFactory) -> Simulate:
+    """Return a function that simulates a case.
+
+    It takes the text below `name`, and values for the names that the text uses in `${...}`.
+    """
+    count = itertools.count()
+
+    def run(text: str, **params: Any) -> Trial:
+        folder = tmp_path_factory.mktemp(f"trial_{next(count)}_", numbered=False)
+        head = {"text2sim": 1, "name": "trial", "params": params}
+        lines = [f"{key}: {json.dumps(value)}" for key, value in head.items()]
+        (folder / "case.yaml").write_text("\n".join(lines) + "\n" + text)
+        loaded = load_case(folder)
+        compile_case(loaded, folder / "program")
+        worker.run(folder / "program", folder)
+        return Trial(folder, loaded.case)
+
+    return run

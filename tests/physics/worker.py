@@ -1,0 +1,53 @@
+"""Runs compiled programs one after the other in one process, through their own functions.
+
+A second rigid scene in a process builds in a fraction of a second, the first takes ten. Every line of the standard
+input is an order, `{"program": folder, "out": folder}`; every line of the standard output an answer, `{"error": null}`
+or a traceback. What the engine prints goes to the standard error.
+"""
+
+import importlib
+import json
+import os
+import sys
+import traceback
+from pathlib import Path
+
+MODULES = ("main", "scene", "bodies", "actions", "render", "recorder")
+
+
+def fresh_main(program: str):
+    """Import the program in a folder as if no other had been imported before."""
+    for name in MODULES:
+        sys.modules.pop(name, None)
+    importlib.invalidate_caches()
+    sys.path.insert(0, program)
+    try:
+        return importlib.import_module("main")
+    finally:
+        sys.path.remove(program)
+
+
+def main() -> None:
+    """Serve orders until the input ends."""
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    sys.dont_write_bytecode = True
+    started = False
+    for line in sys.stdin:
+        order = json.loads(line)
+        error = None
+        try:
+            program = fresh_main(order["program"])
+            if not started:
+                program.start_engine(program.gs.cpu)
+                started = True
+            scene, bodies, _ = program.assemble(with_cameras=False)
+            program.simulate(scene, bodies, Path(order["out"]))
+        except Exception:
+            error = traceback.format_exc()
+        answers.write(json.dumps({"error": error}) + "\n")
+        answers.flush()
+
+
+if __name__ == "__main__":
+    main()

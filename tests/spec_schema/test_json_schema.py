@@ -1,0 +1,121 @@
+"""The published JSON Schema is fresh, and takes what the language takes."""
+
+import json
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from text2sim import spec_schema
+from text2sim.spec_schema.json_schema import build_schema, schema_text
+from text2sim.spec_schema.language_reference import language_reference, load_examples
+from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.references import check_references
+from text2sim.spec_schema.document import parse_document
+from text2sim.spec_schema.source import Source
+
+ROOT = Path(spec_schema.__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def validator():
+    schema = build_schema()
+    jsonschema.Draft7Validator.check_schema(schema)
+    return jsonschema.Draft7Validator(schema)
+
+
+def test_the_schema_is_fresh():
+    committed = Path(spec_schema.__file__).with_name("case.schema.json").read_text("utf-8")
+    assert committed == schema_text(), "write it: text2sim schema --out text2sim/spec_schema/case.schema.json"
+
+
+def test_the_reference_is_fresh():
+    committed = (ROOT / "docs/language.md").read_text("utf-8")
+    command = "python -m text2sim.spec_schema.language_reference > docs/language.md"
+    assert committed == language_reference(), f"write it: {command}"
+
+
+def test_a_valid_case_is_valid(validator, stage):
+    loaded = stage()
+    validator.validate(loaded.raw)
+    validator.validate(loaded.data)
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        {"/bodies/ball/shape/radius": -1},
+        {"/bodies/ball/shape/radius": True},
+        {"/bodies/ball/shape/radius": "big"},
+        {"/bodies/ball/shape/height": 1},
+        {"/bodies/ball/shape/kind": "shpere"},
+        {"/bodies/ball/pose/pos": [0, 0]},
+        {"/bodies/9b": {"kind": "ragdoll", "height": 1}},
+        {"/scene/duration": None},
+        {"/render/cameras/main/look_at": "a b"},
+    ],
+)
+def test_what_is_wrong_is_wrong(validator, stage, edit):
+    loaded = stage()
+    data = json.loads(json.dumps(loaded.raw))
+    ((where, value),) = edit.items()
+    *way, last = where.strip("/").split("/")
+    target = data
+    for step in way:
+        target = target[step]
+    if value is None:
+        del target[last]
+    else:
+        target[last] = value
+    assert not validator.is_valid(data)
+
+
+PARENTS = {
+    "shapes": "/bodies/ball",
+    "mounts": "/bodies/ball",
+    "repeats": "/bodies/ball",
+    "regions": "/actions/measures/it",
+    "bodies": "/bodies",
+    "motions": "/bodies/paddle",
+    "schedules": "/actions/controls/it",
+    "controls": "/actions/controls",
+    "measures": "/actions/measures",
+    "events": "/actions/events",
+    "expectations": "/actions/expect",
+    "cameras": "/render/cameras",
+    "lights": "/render/lights",
+}
+FRAMES = {
+    "regions": {"kind": "count_in", "of": "brick"},
+    "schedules": {"kind": "force", "body": "ball", "force": [0, 0, 1]},
+}
+EXAMPLES = [(section, kind) for section, kinds in load_examples().items() for kind in kinds]
+
+
+@pytest.mark.parametrize(("section", "kind"), EXAMPLES)
+def test_every_example_is_valid(validator, stage, section, kind):
+    fragment = parse_document(Source(load_examples()[section][kind])).data
+    parent = "/scene/statics/floor" if kind == "plane" else PARENTS[section]
+    edits = {}
+    if section in FRAMES:
+        edits[parent] = {**FRAMES[section], **fragment}
+    else:
+        edits = {f"{parent}/{key}": value for key, value in fragment.items()}
+    if section == "expectations":
+        edits["/actions/measures/ball_speed"] = {"kind": "speed", "of": "ball"}
+    if section in ("mounts", "repeats"):  # a ball that hangs or is many is not launched
+        edits |= {"/actions": {}}
+    loaded = stage(edits)
+    assert check_references(loaded) == []
+    validator.validate(loaded.raw)
+
+
+def test_an_example_for_every_kind():
+    """The reference fails to build if a kind has no example; an example without a kind would be dead."""
+    text = language_reference()
+    assert all(example in text for kinds in load_examples().values() for example in kinds.values())
+
+
+def test_what_the_schema_says_of_expressions_holds(validator):
+    text = 'text2sim: 1\nname: a\nparams: {r: 1}\nscene: {duration: ${r}}\nbodies: {b: {kind: ragdoll, height: ${r + 1}, pose: {pos: [${r}, 0, 0]}}}\n'
+    validator.validate(load_text(text).raw)

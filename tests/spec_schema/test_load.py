@@ -1,0 +1,194 @@
+"""Problems land on the right character, in the words of the language; copies differ where they should."""
+
+from pathlib import Path
+
+import pytest
+from small_case import only_problem, problems_of, small
+
+from text2sim.spec_schema.document import parse_pointer, pointer
+from text2sim.spec_schema.errors import SpecError
+from text2sim.spec_schema.load import load_case, load_text
+
+MANY = """\
+text2sim: 1
+name: many
+scene:
+  duration: yes
+  gravty: [0, 0, -9]
+  contact: {model: rigid, friction_cone: eliptic}
+bodies:
+  ball:
+    kind: rigid
+    shape: {kind: sphere, radius: -1, height: 3}
+    pose: {pos: [0, 0]}
+  cube: {shape: {kind: box, size: [1, 1, 1]}}
+  9b: {kind: ragdoll, height: 2}
+  rope: {kind: chain, links: 1.5, link_length: 0.1, radius: true}
+actions:
+  controls:
+    push: {kind: force, body: ball, force: [1, 0, x]}
+    go: {kind: drive, joint: ball, position: {kind: rampp, to: 1}}
+    none:
+  expect:
+    hit: {event: a, above: 3}
+"""
+
+
+def test_every_problem_at_once_each_in_its_place():
+    found = [(p.line, p.column, p.rule, p.path, p.hint) for p in problems_of(MANY)]
+    assert found == [
+        (4, 13, "type", "/scene/duration", None),
+        (5, 3, "unknown-key", "/scene/gravty", "gravity"),
+        (6, 42, "unknown-word", "/scene/contact/friction_cone", "elliptic"),
+        (10, 35, "range", "/bodies/ball/shape/radius", None),
+        (10, 39, "unknown-key", "/bodies/ball/shape/height", None),
+        (11, 17, "length", "/bodies/ball/pose/pos", None),
+        (12, 3, "missing-kind", "/bodies/cube", None),
+        (13, 3, "form", "/bodies/9b", None),
+        (14, 30, "type", "/bodies/rope/links", None),
+        (14, 61, "type", "/bodies/rope/radius", None),
+        (17, 51, "type", "/actions/controls/push/force/2", None),
+        (18, 53, "unknown-kind", "/actions/controls/go/position/kind", "ramp"),
+        (19, 5, "type", "/actions/controls/none", None),
+        (21, 5, "inconsistent", "/actions/expect/hit", None),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (small(radius="true"), "needs a number greater than 0; true is not a number"),
+        (small(radius="big"), "needs a number greater than 0 (got the text 'big')"),
+        (small(radius="0"), "must be greater than 0 (got 0)"),
+        (small(radius=""), "needs a number greater than 0 (got nothing)"),
+        (small(ball=", pose: {pos: [1, 2]}"), "needs 3 numbers (got 2)"),
+        (small(ball=", pose: {pos: [1, 2, 3, 4]}"), "needs 3 numbers (got 4)"),
+        (small(ball=", pose: 3"), "needs a mapping (got 3)"),
+        (small(ball=", mount: {kind: hinge, axis: w}"), "needs 3 numbers, or one of x, y, z (got the text 'w')"),
+        (small(ball=", mount: {kind: hinge, axis: [0, 0]}"), "needs 3 numbers (got 2)"),
+        (small(ball=", mount: {kind: hinge, axis: [0, 0, 0]}"), "must not be zero: it has no direction"),
+        (small(ball=", mount: {kind: hinge, axis: 3}"), "needs 3 numbers, or one of x, y, z (got 3)"),
+        (small(ball=", mount: {kind: hing}"), "unknown kind `hing`; there are free, fixed, hinge, slider, ball"),
+        (small(ball=", mount: {}"), "`kind` is missing: one of free, fixed, hinge, slider, ball"),
+        (small(ball=", mount: {kind: hinge, range_deg: [10, -10]}"), "the second number must not be smaller than the first"),
+        (small(ball=", material: {friction: 9}"), "must be from 0.01 to 5 (got 9)"),
+        (small(ball=", material: {density: 1, mass: 1}"), "give either density or mass, not both"),
+        (small(ball=", repeat: {kind: line, count: 2.5, step: [1, 0, 0]}"), "needs a whole number from 1 to 100000 (got 2.5)"),
+        (small(ball=", repeat: {kind: grid, counts: [2], spacing: 1}"), "3 whole numbers from 1 to 100000, or 2"),
+        (small(ball=", repeat: {kind: line, step: [1, 0, 0]}"), "`count` is missing: `kind: line` needs it"),
+        (small(ball=", look: {color: terracota}"), "unknown colour `terracota`"),
+        (small(ball=", look: {color: [red, gren]}"), "unknown colour `gren`"),
+        (small(ball=", look: {color: [2, 0, 0]}"), "must be from 0 to 1 (got 2)"),
+        (small(ball=", look: {color: 3}"), "needs a colour, 3 numbers from 0 to 1, or a list of colours (got 3)"),
+        (small(ball=", look: {color: [1, 0]}"), "needs 3 numbers from 0 to 1 (got 2)"),
+        (small(ball=", place: {on: 'a b'}"), "`a b` is not a selector"),
+        (small(ball=", place: {at: [0, 0]}"), "exactly one of on, above, below"),
+        (small(scene=", domain: {min: [0, 0, 0], max: [1, 1, 0]}"), "every coordinate of max must be larger"),
+        (small(top="render: {resolution: [641, 480]}"), "resolution must be even"),
+        (small(top="prompt: 3"), "needs text (got 3)"),
+        (small().replace("text2sim: 1", "text2sim: 2"), "this is version 1 of the language (got 2)"),
+        (small().replace("text2sim: 1\n", ""), "`text2sim` is missing"),
+        (small().replace("kind: sphere, ", "kind: plane, ").replace("radius: 0.1", ""), "only a static can be a plane"),
+    ],
+)  # fmt: skip
+def test_messages_are_in_the_words_of_the_language(text, says):
+    assert says in only_problem(text).message
+
+
+def test_a_field_that_is_named_like_a_kind_does_not_lead_astray():
+    text = small(top="actions: {controls: {a: {kind: force, force: [1, 0, 0], body: 3}}}")
+    assert only_problem(text).path == "/actions/controls/a/body"
+
+
+def test_names_of_attributes_are_no_keys():
+    text = small(top="render: {cameras: {c: {kind: still, from_: [1, 1, 1], look_at: ball}}}")
+    assert [(p.rule, p.hint) for p in problems_of(text)] == [("missing", None), ("unknown-key", "from")]
+
+
+def test_a_case_is_a_folder_or_its_file(tmp_path: Path):
+    (tmp_path / "case.yaml").write_text(small(), "utf-8")
+    for path in (tmp_path, tmp_path / "case.yaml"):
+        loaded = load_case(path)
+        assert loaded.path == tmp_path / "case.yaml"
+        assert loaded.folder == tmp_path
+        assert loaded.case.name == "small"
+
+
+REPEATED = """\
+text2sim: 1
+name: hooks
+params: {gap: 0.1}
+scene: {duration: 1}
+bodies:
+  hook:
+    kind: rigid
+    shape: {kind: sphere, radius: "${0.01 * (i + 1)}"}
+    mount: {kind: slider, actuator: {stiffness: "${100 * n}"}}
+    repeat: {kind: line, count: 4, step: ["${gap}", 0, 0]}
+    look: {color: "${'red' if i % 2 == 0 else 'white'}"}
+  ring: {kind: ragdoll, height: 1, repeat: {kind: stack, count: 4}}
+actions:
+  controls:
+    open: {kind: drive, joint: "hook[1:3]", position: {kind: ramp, to: "${-gap * i}", end: 1}}
+    hang: {kind: attach, body: hook, to: "ring[${n - 1 - i}]"}
+    close: {kind: drive, joint: hook, velocity: "${gap}"}
+"""
+
+
+def test_copies_differ_where_expressions_say_so():
+    loaded = load_text(REPEATED)
+    assert loaded.case.bodies["hook"].shape.radius == 0.01
+    copies = [loaded.body_copy("hook", {"i": i, "n": 4}) for i in range(4)]
+    assert [round(copy.shape.radius, 9) for copy in copies] == [0.01, 0.02, 0.03, 0.04]
+    assert [copy.look.color for copy in copies] == ["red", "white", "red", "white"]
+    assert {copy.mount.actuator.stiffness for copy in copies} == {400.0}
+    assert [loaded.control_copy("open", {"i": i}).position.to for i in (1, 2)] == [-0.1, -0.2]
+    assert loaded.control_copy("hang", {"i": 1, "n": 4}).to == "ring[2]"
+    # What does not vary is the same object for every copy.
+    assert loaded.body_copy("ring", {"i": 3, "n": 4}) is loaded.case.bodies["ring"]
+
+
+def test_what_varies_is_known_at_every_depth():
+    loaded = load_text(REPEATED)
+    varying = ["/bodies/hook", "/bodies/hook/shape", "/bodies/hook/shape/radius", "/actions/controls/open", "/actions/controls/hang/to"]
+    same = ["/bodies/hook/repeat", "/bodies/hook/shape/kind", "/bodies/ring", "/actions/controls/close", "/params"]
+    assert all(loaded.varies(where) for where in varying)
+    assert not any(loaded.varies(where) for where in same)
+
+
+def test_a_copy_that_goes_wrong_is_located():
+    loaded = load_text(REPEATED.replace("0.01 * (i + 1)", "0.03 - 0.01 * i"))
+    assert loaded.body_copy("hook", {"i": 2, "n": 4}).shape.radius == pytest.approx(0.01)
+    with pytest.raises(SpecError) as caught:
+        loaded.body_copy("hook", {"i": 3, "n": 4})
+    (problem,) = caught.value.problems
+    assert (problem.path, problem.line, problem.column) == ("/bodies/hook/shape/radius", 8, 35)
+    assert problem.message == "copy 3: must be greater than 0 (got 0)"
+
+
+@pytest.mark.parametrize(
+    ("edit", "says"),
+    [
+        (("count: 4, step", 'count: "${n}", step'), "not known where the copies are made"),
+        (('joint: "hook[1:3]"', 'joint: "hook[${i}]"'), "counts the copies that `joint` names"),
+        (("duration: 1", 'duration: "${n}"'), "known only in a body or static that has repeat"),
+    ],
+)
+def test_copy_variables_have_their_place(edit, says):
+    assert says in only_problem(REPEATED.replace(*edit)).message
+
+
+def test_lines_and_problems_by_pointer():
+    loaded = load_text(REPEATED)
+    assert loaded.line("/bodies/hook/repeat/step") == 10
+    assert loaded.line(("actions", "controls", "hang")) == 16
+    assert loaded.line("/bodies/hook/repeat/nothing/here") == 10
+    problem = loaded.problem("/bodies/hook/look", "is too red", key=True, rule="taste")
+    assert (problem.line, problem.column, problem.rule, problem.path) == (11, 5, "taste", "/bodies/hook/look")
+    assert loaded.problem("/bodies/hook/repeat/step/0", "x", rule="r").column == 43
+
+
+def test_pointers_and_paths():
+    assert pointer(("a/b", 0, "c~d")) == "/a~1b/0/c~0d"
+    assert parse_pointer("/a~1b/0/c~0d") == ("a/b", 0, "c~d")
+    assert parse_pointer("") == ()

@@ -1,0 +1,51 @@
+"""How problems are shown and sorted."""
+
+import json
+
+from small_case import problems_of, small
+
+from text2sim.spec_schema.errors import Problem, SpecError, format_problems, nearest
+
+
+def test_a_problem_is_shown_with_its_line_and_a_caret():
+    text = small(radius="-1")
+    assert format_problems(problems_of(text), text).splitlines() == [
+        "case.yaml:6:53: error: must be greater than 0 (got -1) [range]",
+        "      ball: {kind: rigid, shape: {kind: sphere, radius: -1}}",
+        "                                                        ^  at /bodies/ball/shape/radius",
+    ]
+
+
+def test_the_nearest_word_is_named():
+    text = small(ball=", materal: {}")
+    assert "did you mean `material`? [unknown-key]" in format_problems(problems_of(text), {"case.yaml": text})
+
+
+def test_long_lines_are_cut_around_the_place():
+    text = small(top="prompt: ''", ball=f", look: {{color: {'x' * 300}}}")
+    shown = format_problems(problems_of(text), text).splitlines()
+    assert max(map(len, shown[1:])) < 160
+    assert shown[1][shown[2].index("^") :].startswith("xxx")
+
+
+def test_without_a_source_there_is_no_excerpt():
+    assert len(format_problems(problems_of(small(radius="-1"))).splitlines()) == 1
+
+
+def test_problems_are_sorted_by_place_and_said_once():
+    late, early = Problem("/b", "x", 2, 1), Problem("/a", "y", 1, 7)
+    assert SpecError([late, early, late]).problems == [early, late]
+
+
+def test_a_problem_is_plain_data_for_machines():
+    problem = Problem("/a", "x", 2, 1, "f.yaml", "b", "rule")
+    assert json.loads(json.dumps(problem.as_dict())) == {
+        "path": "/a", "message": "x", "line": 2, "column": 1, "file": "f.yaml", "hint": "b", "rule": "rule", "severity": "error",
+    }  # fmt: skip
+
+
+def test_nearest_words():
+    assert nearest("radious", ["radius", "height"]) == "radius"
+    assert nearest("Sphere", ["sphere", "box"]) == "sphere"
+    assert nearest("zzz", ["sphere", "box"]) is None
+    assert nearest(None, ["sphere"]) is None

@@ -1,0 +1,148 @@
+"""Every rule about names fires where it should, alone, and nowhere in a valid case."""
+
+from typing import Any
+
+import pytest
+
+from text2sim.spec_schema.references import check_references
+
+CONTROL, MEASURE, EVENT, EXPECT = (f"/actions/{part}/it" for part in ("controls", "measures", "events", "expect"))
+LINKS = "/bodies/arm/links"
+SPHERE = {"kind": "sphere", "radius": 0.1}
+
+FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
+    # rule, where, hint, edits
+    ("unknown-body", "/bodies/brick/place/on", "floor", {"/bodies/brick/place/on": "flor"}),
+    ("unknown-body", "/render/cameras/main/look_at", "ball", {"/render/cameras/main/look_at": "bal"}),
+    ("unknown-body", f"{CONTROL}/body", "brick", {CONTROL: {"kind": "force", "body": "brik", "force": [0, 0, 1]}}),
+    ("no-copies", f"{MEASURE}/of", "ball", {MEASURE: {"kind": "speed", "of": "ball[0]"}}),
+    ("no-such-copy", f"{MEASURE}/of", None, {MEASURE: {"kind": "speed", "of": "brick[12]"}}),
+    ("no-such-copy", f"{MEASURE}/of", None, {MEASURE: {"kind": "speed", "of": "brick[5:5]", "stat": "max"}}),
+    ("no-such-copy", f"{MEASURE}/of", None, {MEASURE: {"kind": "speed", "of": "brick[5:13]", "stat": "max"}}),
+    ("unknown-link", f"{MEASURE}/of", "hand", {MEASURE: {"kind": "speed", "of": "arm.hnd"}}),
+    ("unknown-link", f"{MEASURE}/of", "ball", {MEASURE: {"kind": "speed", "of": "ball.hand"}}),
+    ("part", "/bodies/ball/place/on", "arm", {"/bodies/ball/pose": None, "/bodies/ball/place": {"on": "arm.hand"}}),
+    ("duplicate-name", "/bodies/floor", None, {"/bodies/floor": {"kind": "ragdoll", "height": 1.0}}),
+    ("circular-place", "/scene/statics/floor/place", None, {"/scene/statics/floor/place": {"on": "brick"}}),
+    ("time-step", "/scene/dt", None, {"/scene/dt": 0.1, "/scene/duration": 0.05, "/actions": {}}),
+    ("after-end", "/render/during", None, {"/render/during": [3, 4]}),
+    # articulated bodies
+    ("tree", f"{LINKS}/second", None, {f"{LINKS}/second": {"shape": SPHERE}}),
+    ("tree", f"{LINKS}/base/joint", None, {f"{LINKS}/base/joint": {"kind": "fixed"}}),
+    ("tree", f"{LINKS}/hand", None, {f"{LINKS}/hand/joint": None}),
+    ("tree", "/bodies/arm/joints", None, {"/bodies/arm/joints": {"elbow": {"damping": 1}}}),
+    ("unknown-link", f"{LINKS}/hand/parent", "elbow", {f"{LINKS}/hand/parent": "elbw"}),
+    ("circular-tree", f"{LINKS}/elbow/parent", None, {f"{LINKS}/elbow/parent": "hand"}),
+    ("unknown-link", "/bodies/arm/loops/l/between/1", "base", {"/bodies/arm/loops": {"l": {"between": ["hand", "bas"]}}}),
+    ("unknown-link", "/bodies/arm/loops/l/between/0", None, {"/bodies/arm/loops": {"l": {"between": ["world", "base"]}}}),
+    ("tree", "/bodies/arm/loops/l/between", None, {"/bodies/arm/loops": {"l": {"between": ["hand", "hand"]}}}),
+    ("unknown-joint", "/bodies/arm/initial/hand", None, {"/bodies/arm/initial": {"hand": 0.1}}),
+    ("unknown-joint", "/bodies/arm/initial/elbo", "elbow", {"/bodies/arm/initial": {"elbo": 0.1}}),
+    ("range", "/bodies/arm/initial/elbow", None, {"/bodies/arm/initial": {"elbow": 2.0}}),
+    # controls
+    ("not-free", f"{CONTROL}/body", None, {CONTROL: {"kind": "initial_velocity", "body": "drum"}}),
+    ("not-free", f"{CONTROL}/body", None, {CONTROL: {"kind": "initial_velocity", "body": "floor"}}),
+    ("not-dynamic", f"{CONTROL}/body", None, {CONTROL: {"kind": "impulse", "body": "paddle", "impulse": [1, 0, 0], "at": 1}}),
+    ("not-dynamic", f"{CONTROL}/body", None, {CONTROL: {"kind": "torque", "body": "nail", "torque": [1, 0, 0]}}),
+    ("no-joint", f"{CONTROL}/joint", None, {CONTROL: {"kind": "drive", "joint": "ball", "position": 1}}),
+    ("no-joint", f"{CONTROL}/joint", None, {CONTROL: {"kind": "drive", "joint": "doll", "position": 1}}),
+    ("no-joint", f"{CONTROL}/joint", "arm.elbow", {CONTROL: {"kind": "drive", "joint": "arm", "position": 1}}),
+    ("no-joint", f"{CONTROL}/joint", None, {CONTROL: {"kind": "drive", "joint": "arm.hand", "position": 1}}),
+    ("no-actuator", f"{CONTROL}/joint", None,
+     {f"{LINKS}/elbow/joint/actuator": None, CONTROL: {"kind": "drive", "joint": "arm.elbow", "force": 1}}),
+    ("no-gain", f"{CONTROL}/position", None, {CONTROL: {"kind": "drive", "joint": "drum", "position": 1}}),
+    ("no-gain", "/actions/controls/turn/velocity", None, {"/bodies/drum/mount/actuator": {"stiffness": 5}}),
+    ("not-dynamic", f"{CONTROL}/body", None, {CONTROL: {"kind": "attach", "body": "floor", "to": "ball"}}),
+    ("itself", f"{CONTROL}/to", None, {CONTROL: {"kind": "attach", "body": "ball", "to": "ball"}}),
+    ("pairs", f"{CONTROL}/to", None, {CONTROL: {"kind": "attach", "body": "brick", "to": "hook"}}),
+    ("no-such-copy", f"{CONTROL}/to", None, {CONTROL: {"kind": "attach", "body": "brick", "to": "brick[${i + 1}]"}}),
+    ("unknown-attach", f"{CONTROL}/attach", "grip", {CONTROL: {"kind": "release", "attach": "grib", "at": 1}}),
+    ("unknown-attach", f"{CONTROL}/attach", None, {CONTROL: {"kind": "release", "attach": "launch", "at": 1}}),
+    ("order", "/actions/controls/let_go/at", None, {"/actions/controls/grip/at": 2}),
+    ("after-end", f"{CONTROL}/during", None,
+     {CONTROL: {"kind": "force", "body": "ball", "force": [0, 0, 1], "during": [4, 5]}}),
+    # measures
+    ("needs-stat", MEASURE, None, {MEASURE: {"kind": "speed", "of": "brick"}}),
+    ("not-dynamic", f"{MEASURE}/of", None, {MEASURE: {"kind": "tilt", "of": "floor"}}),
+    ("no-joint", f"{MEASURE}/of", None, {MEASURE: {"kind": "joint_velocity", "of": "ball"}}),
+    ("itself", f"{MEASURE}/between/1", None, {MEASURE: {"kind": "distance", "between": ["ball", "ball"]}}),
+    ("unknown-body", f"{MEASURE}/by", "ball", {MEASURE: {"kind": "contact_force", "of": "floor", "by": "bal"}}),
+    ("contacts-not-recorded", "/actions/events/impact", None, {"/scene/record": {"contacts": False}}),
+    # events
+    ("driven-subject", f"{EVENT}/between", None, {EVENT: {"kind": "contact", "between": ["paddle", "floor"]}}),
+    ("itself", f"{EVENT}/between/1", None, {EVENT: {"kind": "separation", "between": ["ball", "ball"]}}),
+    ("driven-subject", f"{EVENT}/of", None, {EVENT: {"kind": "rest", "of": "paddle"}}),
+    ("not-dynamic", f"{EVENT}/of", None, {EVENT: {"kind": "rest", "of": "nail"}}),
+    ("driven-subject", f"{EVENT}/measure", None, {EVENT: {"kind": "threshold", "measure": "paddle_height", "above": 1}}),
+    ("unknown-measure", f"{EVENT}/measure", "height", {EVENT: {"kind": "threshold", "measure": "heigth", "above": 1}}),
+    ("unknown-event", f"{EVENT}/after", "impact", {EVENT: {"kind": "rest", "of": "ball", "after": "impct"}}),
+    ("circular-after", "/actions/events/impact/after", None, {"/actions/events/impact/after": "settled"}),
+    ("no-domain", EVENT, None, {"/scene/domain": None, EVENT: {"kind": "left_domain", "of": "ball"}}),
+    ("no-limit", f"{EVENT}/of", None, {EVENT: {"kind": "joint_limit", "of": "drum"}}),
+    ("unknown-attach", f"{EVENT}/attach", "grip", {EVENT: {"kind": "released", "attach": "gripp"}}),
+    ("unknown-attach", f"{EVENT}/attach", None, {"/actions/controls/let_go": None, EVENT: {"kind": "released", "attach": "grip"}}),
+    # expectations
+    ("unknown-event", f"{EXPECT}/event", "impact", {EXPECT: {"event": "impac"}}),
+    ("unknown-event", f"{EXPECT}/before", "settled", {EXPECT: {"event": "impact", "before": "setled"}}),
+    ("impossible", f"{EXPECT}/before", None, {EXPECT: {"event": "impact", "before": "impact"}}),
+    ("impossible", f"{EXPECT}/count", None, {EXPECT: {"event": "impact", "count": [3, 2]}}),
+    ("impossible", f"{EXPECT}/count", None, {EXPECT: {"event": "impact", "count": -1}}),
+    ("after-end", f"{EXPECT}/within", None, {EXPECT: {"event": "impact", "within": [4, 5]}}),
+    ("unknown-measure", f"{EXPECT}/measure", "height", {EXPECT: {"measure": "hight", "at": 1, "above": 1}}),
+    ("after-end", f"{EXPECT}/at", None, {EXPECT: {"measure": "height", "at": 3.5, "above": 1}}),
+    ("after-end", f"{EXPECT}/during", None, {EXPECT: {"measure": "height", "during": [1, 3.5], "above": 1}}),
+    ("impossible", EXPECT, None, {EXPECT: {"measure": "height", "at": 1, "above": 2, "below": 1}}),
+    ("impossible", EXPECT, None, {EXPECT: {"measure": "height", "at": 1, "equals": 2, "tolerance": 0.1, "below": 1}}),
+    ("driven-subject", f"{EXPECT}/measure", None, {EXPECT: {"measure": "paddle_height", "at": 1, "above": 1}}),
+]  # fmt: skip
+
+SILENT: list[dict[str, Any]] = [
+    {},
+    {MEASURE: {"kind": "speed", "of": "brick[2:5]", "stat": "max"}},
+    {MEASURE: {"kind": "speed", "of": "brick[3]"}},
+    {MEASURE: {"kind": "position", "of": "floor", "axis": "z"}},
+    {MEASURE: {"kind": "contact_force", "of": "paddle", "by": "ball"}, EVENT: {"kind": "threshold", "measure": "it", "above": 1}},
+    {EVENT: {"kind": "contact", "between": ["paddle", "ball"]}},
+    {EVENT: {"kind": "contact", "between": ["brick", "brick"]}},
+    {EVENT: {"kind": "joint_limit", "of": "hook"}},
+    {CONTROL: {"kind": "attach", "body": "brick", "to": "ball"}},
+    {CONTROL: {"kind": "attach", "body": "brick[0:8]", "to": "hook"}},
+    {CONTROL: {"kind": "attach", "body": "brick", "to": "brick[${(i + 1) % n}]"}},
+    {CONTROL: {"kind": "initial_velocity", "body": "doll", "linear": [1, 0, 0]}},
+    {CONTROL: {"kind": "force", "body": "arm.hand", "force": [0, 0, 1]}},
+    # What only the compiler knows is left to it.
+    {CONTROL: {"kind": "force", "body": "doll.head", "force": [0, 0, 1]}},
+    {"/bodies/arm/links": None, "/bodies/arm/initial": None, "/bodies/arm/file": "assets/arm.xml"},
+    {"/bodies/arm/loops": {"l": {"between": ["hand", "world"]}}},
+    {EXPECT: {"measure": "height", "at": 3, "above": 1}},
+]
+
+
+@pytest.mark.parametrize(("rule", "where", "hint", "edits"), FIRING)
+def test_fires_alone(stage, rule, where, hint, edits):
+    problems = check_references(stage(edits))
+    assert [(p.rule, p.path, p.hint) for p in problems] == [(rule, where, hint)]
+
+
+@pytest.mark.parametrize("edits", SILENT)
+def test_stays_silent(stage, edits):
+    assert check_references(stage(edits)) == []
+
+
+def test_a_rule_points_at_the_line(stage):
+    loaded = stage({EXPECT: {"event": "impac"}})
+    (problem,) = check_references(loaded)
+    line = loaded.source.lines[problem.line - 1]
+    assert line[problem.column - 1 :].startswith("impac}")
+
+
+def test_all_at_once_in_the_order_of_the_file(stage):
+    edits = {EXPECT: {"event": "impac"}, MEASURE: {"kind": "speed", "of": "bal"}, "/bodies/brick/place/on": "flor"}
+    problems = check_references(stage(edits))
+    assert [p.rule for p in problems] == ["unknown-body", "unknown-body", "unknown-event"]
+    assert [p.line for p in problems] == sorted(p.line for p in problems)
+
+
+def test_what_comes_too_late_to_matter_is_a_warning(stage):
+    edits = {CONTROL: {"kind": "impulse", "body": "ball", "impulse": [1, 0, 0], "at": 3}}
+    assert [p.severity for p in check_references(stage(edits))] == ["warning"]
