@@ -11,6 +11,7 @@ import numpy as np
 
 from text2sim.harness.contact_sheet import write_contact_sheet
 from text2sim.harness.diagnostics import energy_series
+from text2sim.harness.evidence import STOPPED
 from text2sim.harness.expectations import moment
 from text2sim.harness.outcome import clean, read_end
 from text2sim.harness.plots import GREEN, ORANGE, Bound, Line, plot_series
@@ -65,7 +66,8 @@ def _contents(run_dir: Path, case: Case) -> dict[str, Any]:
         "case": case,
         "evidence": evidence,
         "record": record,
-        "verdict": evidence.get("verdict", "incomplete"),
+        "verdict": evidence.get("verdict")
+        or ("failed" if record and record.state not in STOPPED else "incomplete"),
         "why": _sentence(
             evidence.get("why") or (record.message if record else "") or "there is nothing to judge"
         ),

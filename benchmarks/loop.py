@@ -1,0 +1,34 @@
+"""One process of a benchmark: time the loop of a program, recorded or bare. Prints seconds and frames as JSON."""
+
+import json
+import sys
+import time
+from pathlib import Path
+
+program, mode, steps, out = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), Path(sys.argv[4])
+sys.path.insert(0, str(program))
+
+import genesis as gs  # noqa: E402
+import main  # noqa: E402
+from actions import Actions  # noqa: E402
+from recorder import Recorder  # noqa: E402
+from scene import DT, RECORD_EVERY, start_engine  # noqa: E402
+
+start_engine(gs.cpu)
+scene, bodies, _ = main.assemble(with_cameras=False)
+actions = Actions(scene, bodies)
+if mode == "recorded":
+    recorder = Recorder(scene, bodies, out, DT, RECORD_EVERY, steps * DT, speed_limit=1e3)
+    recorder.start()
+    began = time.perf_counter()
+    for step in range(steps):
+        actions.before_step(step)
+        scene.step()
+        recorder.after_step(step + 1)
+    recorder.close("finished")
+else:
+    began = time.perf_counter()
+    for step in range(steps):
+        actions.before_step(step)
+        scene.step()
+print(json.dumps({"seconds": time.perf_counter() - began}))

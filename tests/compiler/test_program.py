@@ -1,0 +1,93 @@
+"""What holds for every program: plain imports, same bytes, and no word of the author that becomes code."""
+
+import ast
+import sys
+from pathlib import Path
+
+import pytest
+
+from text2sim.compiler.build import compile_case, plan_case
+from text2sim.compiler.literal import Code, comment, identifier, literal
+from text2sim.spec_schema.load import load_case
+
+ALLOWED = {"genesis", "numpy", "av", "PIL", "scene", "bodies", "actions", "render", "recorder", *sys.stdlib_module_names}
+
+CASE = """\
+text2sim: 1
+name: probe
+prompt: "'''); import os; os.system('x') #"
+scene: {duration: 1.0, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  ball:
+    kind: rigid
+    shape: {kind: sphere, radius: 0.1}
+    pose: {pos: [0, 0, 1]}
+  class:
+    kind: rigid
+    shape: {kind: capsule, radius: 0.1, length: 0.2}
+    pose: {pos: [1, 0, 1]}
+"""
+
+
+def write(folder: Path, text: str) -> Path:
+    (folder / "case.yaml").write_text(text)
+    return folder
+
+
+def test_program_imports_engine_numpy_and_standard_library_only(cases: Path, tmp_path: Path) -> None:
+    for case in sorted(path.parent for path in cases.glob("*/case.yaml")):
+        compile_case(load_case(case), tmp_path / case.name)
+    for module in tmp_path.rglob("*.py"):
+        for node in ast.walk(ast.parse(module.read_text())):
+            names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            assert {name.split(".")[0] for name in names} <= ALLOWED, module
+
+
+def test_same_case_same_bytes(tmp_path: Path) -> None:
+    case = load_case(write(tmp_path, CASE))
+    compile_case(case, tmp_path / "a")
+    compile_case(load_case(tmp_path), tmp_path / "b")
+    read = [{p.name: p.read_bytes() for p in sorted((tmp_path / x).rglob("*")) if p.is_file()} for x in "ab"]
+    assert read[0] == read[1]
+
+
+def test_keywords_are_fine_as_names_and_prompts_stay_out_of_the_program(tmp_path: Path) -> None:
+    compile_case(load_case(write(tmp_path, CASE)), tmp_path / "program")
+    text = "".join(p.read_text() for p in (tmp_path / "program").glob("*.py"))
+    assert "def add_class(scene)" in text
+    assert "os.system" not in text
+
+
+def test_entities_carry_the_line_of_the_case(tmp_path: Path) -> None:
+    compile_case(load_case(write(tmp_path, CASE)), tmp_path / "program")
+    bodies = (tmp_path / "program/bodies.py").read_text()
+    assert "# case.yaml:6\n" in bodies
+    assert "# case.yaml:10\n" in bodies
+
+
+def test_looks_and_film_do_not_change_what_is_simulated(tmp_path: Path) -> None:
+    base = plan_case(load_case(write(tmp_path, CASE)))
+    painted = plan_case(load_case(write(tmp_path, CASE + "    look: {color: red}\nrender: {fps: 50}\n# a remark\n")))
+    heavier = plan_case(load_case(write(tmp_path, CASE + "    material: {density: 2000}\n")))
+    assert base.sim_digest == painted.sim_digest != heavier.sim_digest
+    assert base.render_digest != painted.render_digest
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), object(), {1, 2}, b"x"])
+def test_what_has_no_literal_is_refused(value: object) -> None:
+    with pytest.raises((TypeError, ValueError)):
+        literal(value)
+
+
+@pytest.mark.parametrize("value", ["'); import os #", '"""', "\\", "\n", "{{ x }}", "\u2028", 0.1, -0.0, 10**30, (1,), [], {"a": (1.5, None)}])
+def test_literals_come_back_as_they_were(value: object) -> None:
+    assert ast.literal_eval(literal(value)) == value
+
+
+def test_only_our_own_text_is_code() -> None:
+    assert literal(Code("a + b")) == "a + b"
+    assert literal("a + b") == "'a + b'"
+    with pytest.raises(ValueError, match="identifier"):
+        identifier("a\nimport os")
+    assert "\n" not in comment("a\nimport os") and '"' not in comment('"""')

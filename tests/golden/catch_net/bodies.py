@@ -1,0 +1,76 @@
+"""The bodies of catch_net: everything that moves."""
+
+from pathlib import Path
+
+import genesis as gs
+
+HERE = Path(__file__).resolve().parent
+
+
+def add_net(scene):
+    """Add net."""
+    return {
+        # case.yaml:18
+        "net": scene.add_entity(
+            gs.morphs.MJCF(
+                file=str(HERE / "models/net.xml"),
+                pos=(0.0, 0.0, 1.4),
+                default_armature=None,  # the engine would add 0.1 to every hinge and slider
+                align=False,
+            ),
+            material=gs.materials.Rigid(),
+            surface=gs.surfaces.Default(color=(1.0, 0.549, 0.0, 1.0), roughness=0.9, metallic=0.0),
+            name="net",
+        )
+    }
+
+
+def add_doll(scene):
+    """Add 4 copies of doll."""
+    copies = [
+        # pos, quat, color
+        ((0.0, 0.1, 1.8), (0.707106781, 0.707106781, 0.0, 0.0), (0.8627, 0.0784, 0.2353, 1.0)),
+        (
+            (0.0675463181, -0.0737393716, 2.18),
+            (0.560985527, 0.560985527, 0.430459335, 0.430459335),
+            (0.1804, 0.5451, 0.3412, 1.0),
+        ),
+        (
+            (-0.0996164609, 0.00874989834, 2.56),
+            (0.183012702, 0.183012702, 0.683012702, 0.683012702),
+            (0.2745, 0.5098, 0.7059, 1.0),
+        ),
+        (
+            (0.0793667864, 0.0608351315, 2.94),
+            (-0.27059805, -0.27059805, 0.653281482, 0.653281482),
+            (0.4, 0.2, 0.6, 1.0),
+        ),
+    ]
+    return {
+        # case.yaml:27
+        f"doll[{i}]": scene.add_entity(
+            gs.morphs.MJCF(
+                file=str(HERE / "models/doll.xml"),
+                pos=pos,
+                quat=quat,
+                default_armature=None,  # the engine would add 0.1 to every hinge and slider
+                align=False,
+            ),
+            material=gs.materials.Rigid(),
+            surface=gs.surfaces.Default(color=color, roughness=0.4, metallic=0.0),
+            name=f"doll[{i}]",
+        )
+        for i, (pos, quat, color) in enumerate(copies)
+    }
+
+
+def add_bodies(scene):
+    """Add everything that moves; return the entities by name."""
+    return {
+        **add_net(scene),
+        **add_doll(scene),
+    }
+
+
+def configure(bodies):
+    """Set what can be set only after the scene is built."""

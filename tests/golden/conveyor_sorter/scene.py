@@ -1,0 +1,102 @@
+"""The stage of conveyor_sorter: time, gravity, solver, and what never moves."""
+
+from pathlib import Path
+
+import genesis as gs
+
+HERE = Path(__file__).resolve().parent
+DT = 0.01  # time step [s]
+STEPS = 900  # 9.0 s of simulated time
+RECORD_EVERY = 1  # steps from one recorded frame to the next
+MAX_SPEED = 1000.0  # a body faster than this [m/s] has diverged
+
+
+def start_engine(backend):
+    """Start the engine; once in a process."""
+    gs.init(backend=backend, precision="32", seed=0, logging_level="warning")
+
+
+def make_scene(vis_options=None):
+    """Return an empty scene."""
+    return gs.Scene(
+        sim_options=gs.options.SimOptions(
+            dt=DT,
+            substeps=4,
+            gravity=(0.0, 0.0, -9.81),
+        ),
+        rigid_options=gs.options.RigidOptions(
+            constraint_solver=gs.constraint_solver.Newton,  # few enough bodies for the exact solver
+            iterations=50,
+            friction_cone=gs.friction_cone.pyramidal,  # survives hard impacts; elliptic does not creep on slopes
+            constraint_timeconst=0.005,  # two substeps: the stiffest contact that stays stable
+            max_collision_pairs=704,  # 16 for each of 44 convex pieces
+        ),
+        vis_options=vis_options or gs.options.VisOptions(),
+        show_viewer=False,
+    )
+
+
+def add_floor(scene):
+    """Add floor."""
+    return {
+        # case.yaml:14
+        "floor": scene.add_entity(
+            gs.morphs.Plane(plane_size=(14.0, 14.0), pos=(0.0, 0.0, 0.0)),
+            material=gs.materials.Rigid(friction=0.5),
+            surface=gs.surfaces.Default(color=(0.5451, 0.5922, 0.6392, 1.0), roughness=0.9, metallic=0.0),
+            name="floor",
+        )
+    }
+
+
+def add_rail(scene):
+    """Add 2 copies of rail."""
+    copies = [
+        # pos
+        ((0.6, -0.24, 0.42),),
+        ((0.6, 0.24, 0.42),),
+    ]
+    return {
+        # case.yaml:15
+        f"rail[{i}]": scene.add_entity(
+            gs.morphs.Box(size=(2.1, 0.03, 0.06), pos=pos, fixed=True),
+            material=gs.materials.Rigid(rho=1000.0, friction=0.5),
+            surface=gs.surfaces.Default(color=(0.2235, 0.2588, 0.2941, 1.0), roughness=0.9, metallic=0.0),
+            name=f"rail[{i}]",
+        )
+        for i, (pos,) in enumerate(copies)
+    }
+
+
+def add_bin(scene):
+    """Add 3 copies of bin."""
+    copies = [
+        # pos, color
+        ((0.6, -0.52, 0.0), (0.8039, 0.3608, 0.3608, 1.0)),
+        ((1.1, -0.52, 0.0), (0.1804, 0.5451, 0.3412, 1.0)),
+        ((1.9, 0.0, 0.0), (0.2745, 0.5098, 0.7059, 1.0)),
+    ]
+    return {
+        # case.yaml:20
+        f"bin[{i}]": scene.add_entity(
+            gs.morphs.MJCF(
+                file=str(HERE / "models/bin.xml"),
+                pos=pos,
+                default_armature=None,  # the engine would add 0.1 to every hinge and slider
+                align=False,
+            ),
+            material=gs.materials.Rigid(),
+            surface=gs.surfaces.Default(color=color, roughness=0.4, metallic=0.0),
+            name=f"bin[{i}]",
+        )
+        for i, (pos, color) in enumerate(copies)
+    }
+
+
+def add_statics(scene):
+    """Add what never moves; return the entities by name."""
+    return {
+        **add_floor(scene),
+        **add_rail(scene),
+        **add_bin(scene),
+    }
