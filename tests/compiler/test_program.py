@@ -10,7 +10,7 @@ from text2sim.compiler.build import compile_case, plan_case
 from text2sim.compiler.literal import Code, comment, identifier, literal
 from text2sim.spec_schema.load import load_case
 
-ALLOWED = {"genesis", "numpy", "av", "PIL", "scene", "bodies", "actions", "render", "recorder", *sys.stdlib_module_names}
+ALLOWED = {"genesis", "numpy", "av", "PIL", "scene", "bodies", "actions", "render", "recorder", "film", *sys.stdlib_module_names}
 
 CASE = """\
 text2sim: 1

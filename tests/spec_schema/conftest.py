@@ -14,6 +14,7 @@ from text2sim.spec_schema.source import read_source
 
 STAGE = Path(__file__).with_name("stage.yaml")
 
+
 @pytest.fixture
 def stage() -> Callable[..., LoadedCase]:
     """Load the stage with values set at JSON Pointers; None takes a value away."""

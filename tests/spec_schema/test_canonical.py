@@ -119,7 +119,10 @@ def test_the_data_stays_the_same():
 
 def test_a_case_need_not_be_valid_to_be_formatted():
     text = format_text("bodies: {b: {zebra: 1, kind: horse, shape: 2}}\nfoo: {on: off, 'no': yes, x: null}\n")
-    assert text == 'bodies:\n  b:\n    zebra: 1\n    kind: horse\n    shape: 2\nfoo: {on: "off", no: "yes", x: null}\n'
+    assert (
+        text
+        == 'bodies:\n  b:\n    zebra: 1\n    kind: horse\n    shape: 2\nfoo: {on: "off", no: "yes", x: null}\n'
+    )
 
 
 def test_what_is_not_yaml_is_not_formatted():
@@ -149,11 +152,17 @@ def test_long_lists_are_filled():
                                    "line \u2028 end", "nbsp\u00a0x", "a  b", "$${x}", "it's", 'say "x"', "\x85"])  # fmt: skip
 def test_any_text_survives(value):
     text = dump_case({"name": value, "params": {"a": [value, {"b": value}], "b": value}, "prompt": value})
-    assert data_of(text) == {"name": value, "prompt": value, "params": {"a": [value, {"b": value}], "b": value}}
+    assert data_of(text) == {
+        "name": value,
+        "prompt": value,
+        "params": {"a": [value, {"b": value}], "b": value},
+    }
     assert format_text(text) == text
 
 
-@pytest.mark.parametrize("value", [0, -1, 10**14, 0.1, -2.5, 1e-7, 1.5e300, 5e-324, 1e16, 7800.0, True, False, None])
+@pytest.mark.parametrize(
+    "value", [0, -1, 10**14, 0.1, -2.5, 1e-7, 1.5e300, 5e-324, 1e16, 7800.0, True, False, None]
+)
 def test_any_number_survives(value):
     found = data_of(dump_case({"params": {"a": value, "b": [value]}}))["params"]
     assert found == {"a": value, "b": [value]}
@@ -185,10 +194,20 @@ scalars = st.one_of(
     st.none(), st.booleans(), st.integers(-(10**12), 10**12), st.floats(allow_nan=False, allow_infinity=False),
     st.text(alphabet=st.characters(exclude_categories=["Cs", "Cc", "Co", "Cn", "Cf"]), max_size=20), st.sampled_from(["${a}", "x[3]", "on", "a b"]),
 )  # fmt: skip
-trees = st.recursive(scalars, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(names, inner, max_size=4), max_leaves=20)
+trees = st.recursive(
+    scalars,
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(names, inner, max_size=4),
+    max_leaves=20,
+)
 
 
-@given(st.dictionaries(st.sampled_from(["bodies", "scene", "params", "actions", "render", "name", "zebra"]), trees, min_size=1))
+@given(
+    st.dictionaries(
+        st.sampled_from(["bodies", "scene", "params", "actions", "render", "name", "zebra"]),
+        trees,
+        min_size=1,
+    )
+)
 @settings(max_examples=80, deadline=None)
 def test_any_data_survives(data):
     text = dump_case(data)
@@ -199,7 +218,11 @@ def test_any_data_survives(data):
 comments = st.sampled_from(["", "", "  # c"])
 
 
-@given(st.lists(st.tuples(st.integers(0, 2), names, comments, st.booleans(), st.booleans()), min_size=1, max_size=12))
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 2), names, comments, st.booleans(), st.booleans()), min_size=1, max_size=12
+    )
+)
 @settings(max_examples=80, deadline=None)
 def test_comments_survive_wherever_they_stand(rows):
     """Random outlines with comments above, beside and below their entries."""

@@ -7,11 +7,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_case import only_problem, problems_of, small
 
-from text2sim.spec_schema.expressions import ExpressionError, parse_expression
+from text2sim.spec_schema.expressions import parse_expression
 from text2sim.spec_schema.interpolation import parse_interpolation
 from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.values import ExpressionError
 
-NAMES = {"rows": 8, "brick": [0.24, 0.11, 0.07], "speed": 12.5, "color": "red", "flag": True, "table": [[1, 2], [3, 4]]}
+NAMES = {
+    "rows": 8,
+    "brick": [0.24, 0.11, 0.07],
+    "speed": 12.5,
+    "color": "red",
+    "flag": True,
+    "table": [[1, 2], [3, 4]],
+}
 
 
 def evaluate(text: str):
@@ -131,11 +139,18 @@ def test_an_expression_has_to_be_closed():
 )  # fmt: skip
 def test_problems_are_located_and_not_repeated(text, rule, path, place, hint):
     problem = only_problem(text)
-    assert (problem.rule, problem.path, (problem.line, problem.column), problem.hint) == (rule, path, place, hint)
+    assert (problem.rule, problem.path, (problem.line, problem.column), problem.hint) == (
+        rule,
+        path,
+        place,
+        hint,
+    )
 
 
 def test_params_may_use_each_other_in_any_order():
-    loaded = load_text(small(top='params: {a: "${b + 1}", b: "${c[0]}", c: [2, "${d}"], d: x}', radius="${a / 10}"))
+    loaded = load_text(
+        small(top='params: {a: "${b + 1}", b: "${c[0]}", c: [2, "${d}"], d: x}', radius="${a / 10}")
+    )
     assert loaded.data["params"] == {"a": 3, "b": 2, "c": [2, "x"], "d": "x"}
     assert loaded.case.bodies["ball"].shape.radius == 0.3
     assert loaded.raw["params"]["a"] == "${b + 1}"
@@ -149,3 +164,15 @@ def test_a_long_chain_of_params_is_no_problem():
 def test_every_circle_is_reported_once():
     text = small(top='params: {a: "${b}", b: "${a}", c: "${c}", d: "${a + c}"}')
     assert [(p.rule, p.path) for p in problems_of(text)] == [("cycle", "/params/a"), ("cycle", "/params/c")]
+
+
+def test_lists_and_texts_that_grow_without_bound_are_refused():
+    def grown(first: str, more: str) -> str:
+        rows = ", ".join(f'a{i + 1}: "{more.replace("a", f"a{i}")}"' for i in range(20))
+        return small(top=f"params: {{a0: {first}, {rows}}}")
+
+    assert only_problem(grown("[1, 2]", "${[" + ", ".join(["a"] * 100) + "]}")).message.startswith("the list has more than")
+    assert only_problem(grown("xy", "${a}" * 100)).message.startswith("the text is longer than")
+    uses = ", ".join(f'b{i}: "${{a}}"' for i in range(300))
+    many = small(top=f"params: {{a: [{', '.join(['1'] * 2000)}], {uses}}}")
+    assert problems_of(many)[0].rule == "too-large"

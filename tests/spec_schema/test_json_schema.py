@@ -7,11 +7,11 @@ import jsonschema
 import pytest
 
 from text2sim import spec_schema
+from text2sim.spec_schema.document import parse_document
 from text2sim.spec_schema.json_schema import build_schema, schema_text
 from text2sim.spec_schema.language_reference import language_reference, load_examples
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.references import check_references
-from text2sim.spec_schema.document import parse_document
 from text2sim.spec_schema.source import Source
 
 ROOT = Path(spec_schema.__file__).parents[2]
@@ -117,5 +117,5 @@ def test_an_example_for_every_kind():
 
 
 def test_what_the_schema_says_of_expressions_holds(validator):
-    text = 'text2sim: 1\nname: a\nparams: {r: 1}\nscene: {duration: ${r}}\nbodies: {b: {kind: ragdoll, height: ${r + 1}, pose: {pos: [${r}, 0, 0]}}}\n'
+    text = "text2sim: 1\nname: a\nparams: {r: 1}\nscene: {duration: ${r}}\nbodies: {b: {kind: ragdoll, height: ${r + 1}, pose: {pos: [${r}, 0, 0]}}}\n"
     validator.validate(load_text(text).raw)

@@ -150,8 +150,20 @@ def test_copies_differ_where_expressions_say_so():
 
 def test_what_varies_is_known_at_every_depth():
     loaded = load_text(REPEATED)
-    varying = ["/bodies/hook", "/bodies/hook/shape", "/bodies/hook/shape/radius", "/actions/controls/open", "/actions/controls/hang/to"]
-    same = ["/bodies/hook/repeat", "/bodies/hook/shape/kind", "/bodies/ring", "/actions/controls/close", "/params"]
+    varying = [
+        "/bodies/hook",
+        "/bodies/hook/shape",
+        "/bodies/hook/shape/radius",
+        "/actions/controls/open",
+        "/actions/controls/hang/to",
+    ]
+    same = [
+        "/bodies/hook/repeat",
+        "/bodies/hook/shape/kind",
+        "/bodies/ring",
+        "/actions/controls/close",
+        "/params",
+    ]
     assert all(loaded.varies(where) for where in varying)
     assert not any(loaded.varies(where) for where in same)
 

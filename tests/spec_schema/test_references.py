@@ -6,7 +6,9 @@ import pytest
 
 from text2sim.spec_schema.references import check_references
 
-CONTROL, MEASURE, EVENT, EXPECT = (f"/actions/{part}/it" for part in ("controls", "measures", "events", "expect"))
+CONTROL, MEASURE, EVENT, EXPECT = (
+    f"/actions/{part}/it" for part in ("controls", "measures", "events", "expect")
+)
 LINKS = "/bodies/arm/links"
 SPHERE = {"kind": "sphere", "radius": 0.1}
 
@@ -101,7 +103,10 @@ SILENT: list[dict[str, Any]] = [
     {MEASURE: {"kind": "speed", "of": "brick[2:5]", "stat": "max"}},
     {MEASURE: {"kind": "speed", "of": "brick[3]"}},
     {MEASURE: {"kind": "position", "of": "floor", "axis": "z"}},
-    {MEASURE: {"kind": "contact_force", "of": "paddle", "by": "ball"}, EVENT: {"kind": "threshold", "measure": "it", "above": 1}},
+    {
+        MEASURE: {"kind": "contact_force", "of": "paddle", "by": "ball"},
+        EVENT: {"kind": "threshold", "measure": "it", "above": 1},
+    },
     {EVENT: {"kind": "contact", "between": ["paddle", "ball"]}},
     {EVENT: {"kind": "contact", "between": ["brick", "brick"]}},
     {EVENT: {"kind": "joint_limit", "of": "hook"}},
@@ -137,7 +142,11 @@ def test_a_rule_points_at_the_line(stage):
 
 
 def test_all_at_once_in_the_order_of_the_file(stage):
-    edits = {EXPECT: {"event": "impac"}, MEASURE: {"kind": "speed", "of": "bal"}, "/bodies/brick/place/on": "flor"}
+    edits = {
+        EXPECT: {"event": "impac"},
+        MEASURE: {"kind": "speed", "of": "bal"},
+        "/bodies/brick/place/on": "flor",
+    }
     problems = check_references(stage(edits))
     assert [p.rule for p in problems] == ["unknown-body", "unknown-body", "unknown-event"]
     assert [p.line for p in problems] == sorted(p.line for p in problems)

@@ -61,9 +61,9 @@ def test_a_key_is_given_once():
         ("a: @b\n", "syntax", 1, 4),
         ("a: b: c\n", "syntax", 1, 5),
         ("a:\n  b: 1\n c: 2\n", "syntax", 3, 2),
-        ("a: \"\\0\"\n", "character", 1, 4),
-        ("a: \"\\u202e\"\n", "character", 1, 4),
-        ("a: \"\\ue000\"\n", "character", 1, 4),
+        ('a: "\\0"\n', "character", 1, 4),
+        ('a: "\\u202e"\n', "character", 1, 4),
+        ('a: "\\ue000"\n', "character", 1, 4),
         ("", "empty", 1, 1),
         ("# nothing\n", "empty", 1, 1),
         ("- 1\n", "type", 1, 1),
@@ -129,7 +129,9 @@ def test_a_missing_file_is_a_problem_of_the_case(tmp_path):
 
 
 def test_expressions_and_selectors_need_no_quotes():
-    data = parse_document(Source("a: {b: ${x[0]}, c: [${y, 1}, brick[*], arm[1].hand, hook[${i + 1}]]}\n")).data
+    data = parse_document(
+        Source("a: {b: ${x[0]}, c: [${y, 1}, brick[*], arm[1].hand, hook[${i + 1}]]}\n")
+    ).data
     assert data == {"a": {"b": "${x[0]}", "c": ["${y, 1}", "brick[*]", "arm[1].hand", "hook[${i + 1}]"]}}
 
 

@@ -1,7 +1,7 @@
 """From a loaded case to a plan, and from a plan to the program's folder."""
 
 import json
-from dataclasses import asdict, replace
+from dataclasses import fields, is_dataclass, replace
 from hashlib import sha256
 from math import ceil
 from pathlib import Path
@@ -180,23 +180,22 @@ def _digest(content: Any) -> str:
 
 def _sim_digest(plan: Plan) -> str:
     """Digest of what the simulation depends on: no looks, no lines of the case, no film, no notes."""
-    content = asdict(plan)
-    for key in ("render", "notes", "warnings", "sim_digest", "render_digest", "files", "settings"):
-        del content[key]
-    content["settings"] = {key: value for key, value in asdict(plan.settings).items() if key != "why"}
-    content["files"] = {path: sha256(data).hexdigest() for path, data in plan.files.items()}
-    return _digest({"plan": _without(content, {"line", "surface", "control"}), "compiler": __version__})
+    skipped = {"render", "notes", "warnings", "sim_digest", "render_digest", "why", "line", "surface", "control"}
+    return _digest({"plan": _plain(plan, skipped), "compiler": __version__})
 
 
 def _render_digest(plan: Plan) -> str:
     """Digest of what the film depends on besides the states."""
-    surfaces = [asdict(e)["surface"] for g in (*plan.statics, *plan.bodies) for e in g.entities]
+    surfaces = [_plain(e.surface, set()) for g in (*plan.statics, *plan.bodies) for e in g.entities]
     return _digest({"render": plan.render, "surfaces": surfaces, "compiler": __version__})
 
 
-def _without(value: Any, keys: set[str]) -> Any:
+def _plain(value: Any, skipped: set[str]) -> Any:
+    """Return a value as data that JSON can hold, without the fields named in `skipped`."""
+    if is_dataclass(value):
+        return {f.name: _plain(getattr(value, f.name), skipped) for f in fields(value) if f.name not in skipped}
     if isinstance(value, dict):
-        return {k: _without(v, keys) for k, v in value.items() if k not in keys}
+        return {key: _plain(item, skipped) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_without(v, keys) for v in value]
-    return value
+        return [_plain(item, skipped) for item in value]
+    return sha256(value).hexdigest() if isinstance(value, bytes) else value

@@ -1,8 +1,8 @@
 """Plan to program text: templates, a check that each module is Python, and formatting."""
 
-import ast
 import subprocess
 import sys
+import tempfile
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from text2sim.compiler.plan import EntityPlan, Group, Plan
 from text2sim.compiler.rotation import IDENTITY
 
 TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
+COPIED = ("recorder.py", "film.py")
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
 
 # Roughness and metallic of the engine's surfaces; its rasteriser shows little of the difference.
@@ -61,28 +62,23 @@ def emit(plan: Plan) -> dict[str, bytes]:
     for module in MODULES:
         try:
             texts[module] = _environment().get_template(f"{module}.j2").render(context)
-            ast.parse(texts[module])
-        except (TemplateError, SyntaxError, TypeError, ValueError) as error:
+        except (TemplateError, TypeError, ValueError) as error:
             raise TemplateBug(f"{module}.j2: {error}") from error
     files = {name: text.encode() for name, text in _format(texts).items()}
-    files["recorder.py"] = (TEMPLATES / "recorder.py").read_bytes()
-    return files | plan.files
+    return files | {name: (TEMPLATES / name).read_bytes() for name in COPIED} | plan.files
 
 
 def _format(texts: dict[str, str]) -> dict[str, str]:
-    """Format every module as an expert would leave it."""
-    formatted = {}
-    for name, text in texts.items():
-        done = subprocess.run(
-            [sys.executable, "-m", "ruff", "format", "--isolated", "--line-length=110", "--stdin-filename", name, "-"],
-            input=text.encode(),
-            capture_output=True,
-            check=False,
-        )
+    """Format every module as an expert would leave it; what is no Python does not get through."""
+    with tempfile.TemporaryDirectory(prefix="text2sim-") as folder:
+        paths = {name: Path(folder) / name for name in texts}
+        for name, path in paths.items():
+            path.write_text(texts[name], "utf-8")
+        command = [sys.executable, "-m", "ruff", "format", "--isolated", "--no-cache", "--line-length=110", *map(str, paths.values())]
+        done = subprocess.run(command, capture_output=True, check=False)
         if done.returncode:
-            raise TemplateBug(f"{name}.j2: {done.stderr.decode().strip()}")
-        formatted[name] = done.stdout.decode()
-    return formatted
+            raise TemplateBug(done.stderr.decode().replace(folder, "").strip())
+        return {name: path.read_text("utf-8") for name, path in paths.items()}
 
 
 def _context(plan: Plan) -> dict[str, Any]:

@@ -33,6 +33,9 @@ def write_mjcf(tree: Tree, model: str, meshes: dict[str, str]) -> str:
     writer = _Writer(asset, meshes, self_collision=tree.self_collision)
     for index, geom in enumerate(tree.fixtures):
         writer.geom(world, f"fixture_{index}", geom)
+    if not tree.fixtures and any(loop.b is None for loop in tree.loops):
+        # Without a geom of its own the engine drops the world link, to which the loop is tied.
+        ET.SubElement(world, "geom", name="world_mark", size="0.001", contype="0", conaffinity="0", mass="0", rgba="0 0 0 0")
     for link in tree.roots:
         writer.link(world, link)
     equality = ET.SubElement(root, "equality")

@@ -26,9 +26,9 @@ def energy_account(recording: Recording) -> dict[str, Any]:
     """Return the mechanical energy of all loose bodies over the run, and the work of the motors [J].
 
     Work is the integral of the motors' force times velocity over hinges and sliders of loose bodies, by
-    trapezoids between frames, as exact as these are close. `change` is what the energy gained beyond that work:
-    friction, damping and impacts make it negative; if it is positive, it came from what is `not_counted`, or the
-    solver made it up.
+    trapezoids between frames, as exact as these are close. `change` is what the energy gained beyond that:
+    friction, damping and impacts make it negative; if it is positive, it came from what is `not_counted`, or
+    the solver made it up.
     """
     states, cast = recording.states, recording.cast
     links = np.array([link for target in cast.loose for link in target.links], dtype=np.int64)

@@ -224,8 +224,10 @@ class _Run:
         if record.state != "finished" and done.blame is not None:
             line, code = done.blame
             record.where = {"line": line, "code": code}
-            file = self.loaded.source.file
-            self.problem = Problem("", f"engine: {record.message}", line, 1, file, rule="engine")
+            source = self.loaded.source
+            text = source.lines[line - 1] if line <= len(source.lines) else ""
+            column = len(text) - len(text.lstrip()) + 1
+            self.problem = Problem("", f"engine: {record.message}", line, column, source.file, rule="engine")
         if done.ended.log_left_out:
             record.notes.append(f"log.txt lacks {done.ended.log_left_out} bytes from its middle")
         record.write(self.folder)

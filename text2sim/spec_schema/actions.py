@@ -21,7 +21,8 @@ from text2sim.spec_schema.base import (
 from text2sim.spec_schema.motion import Schedule
 from text2sim.spec_schema.placement import Region
 
-# --- controls -------------------------------------------------------------------------------------------------
+# --- controls
+# -------------------------------------------------------------------------------------------------
 
 
 class InitialVelocity(Model):
@@ -83,7 +84,7 @@ class Torque(Model):
 
 
 class Drive(Model):
-    """A target for a joint's actuator. Several drives of one joint take over from each other by their start."""
+    """A target for a joint's actuator. Several drives of one joint take over from each other in time."""
 
     kind: Literal["drive"]
     joint: Selector
@@ -128,7 +129,8 @@ Control = Annotated[
     InitialVelocity | Impulse | Force | Torque | Drive | Attach | Release, Field(discriminator="kind")
 ]
 
-# --- measures -------------------------------------------------------------------------------------------------
+# --- measures
+# -------------------------------------------------------------------------------------------------
 
 Stat = Literal["max", "min", "mean", "sum", "range", "count"]
 
@@ -189,7 +191,7 @@ class Displacement(_Of):
 
 
 class Tilt(_Of):
-    """Angle [deg] by which the body's own z axis (or `axis`) has turned away from its direction at the start."""
+    """Angle [deg] by which one of the body's own axes has turned away from its direction at the start."""
 
     kind: Literal["tilt"]
     axis: AxisName = "z"
@@ -315,7 +317,8 @@ Measure = Annotated[
     Field(discriminator="kind"),
 ]
 
-# --- events ---------------------------------------------------------------------------------------------------
+# --- events
+# ---------------------------------------------------------------------------------------------------
 
 
 class _Event(Model):
@@ -419,12 +422,16 @@ Event = Annotated[
     Field(discriminator="kind"),
 ]
 
-# --- expectations ---------------------------------------------------------------------------------------------
+# --- expectations
+# ---------------------------------------------------------------------------------------------
 
 
 class Expect(Model):
-    """What must come true. Either of an event (it happens, `within`, `count` times, or `never`), or of a measure
-    (`at` a time, or `during` a span) that must be `above`, `below` or near a value (`equals` and `tolerance`)."""
+    """What must come true, of an event or of a measure.
+
+    An event happens (`within` a span, `count` times, `before` another) or `never`; a measure is `above`, `below` or
+    near a value (`equals`, `tolerance`), `at` a time or `during` a span.
+    """
 
     event: Name | None = None
     """Name of the event that it is about."""

@@ -7,7 +7,16 @@ quaternions are (w, x, y, z); z points up.
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictBool, StrictInt, StringConstraints, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    StrictBool,
+    StrictInt,
+    StringConstraints,
+    model_validator,
+)
 
 
 @dataclass(frozen=True)
@@ -45,7 +54,9 @@ def _nonzero(value: tuple[float, ...]) -> tuple[float, ...]:
 
 def _ordered(value: tuple[float, float]) -> tuple[float, float]:
     if value[1] < value[0]:
-        raise ValueError(f"the second number must not be smaller than the first (got {value[0]:g} and {value[1]:g})")
+        raise ValueError(
+            f"the second number must not be smaller than the first (got {value[0]:g} and {value[1]:g})"
+        )
     return value
 
 
@@ -69,13 +80,20 @@ Name = Annotated[
 
 Selector = Annotated[
     str,
-    StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*(\[(\d{1,6}|\*|\d{1,6}:\d{1,6})\])?(\.[A-Za-z][A-Za-z0-9_]*)?$"),
+    StringConstraints(
+        pattern=r"^[A-Za-z][A-Za-z0-9_]*(\[(\d{1,6}|\*|\d{1,6}:\d{1,6})\])?(\.[A-Za-z][A-Za-z0-9_]*)?$"
+    ),
     Noun("a selector", "selectors", "`brick`, `brick[*]`, `brick[3]`, `brick[2:5]` or `arm.hand`"),
 ]
-"""Which bodies: ``brick`` (every copy), ``brick[3]``, ``brick[2:5]`` (2, 3, 4), ``arm.hand`` (a link or joint)."""
+"""Which bodies: ``brick`` (every copy), ``brick[3]``, ``brick[2:5]`` (2, 3, 4), ``arm.hand`` (a link or
+joint)."""
 
 AxisName = Literal["x", "y", "z"]
-AXES: dict[str, tuple[float, float, float]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+AXES: dict[str, tuple[float, float, float]] = {
+    "x": (1.0, 0.0, 0.0),
+    "y": (0.0, 1.0, 0.0),
+    "z": (0.0, 0.0, 1.0),
+}
 
 Axis = Annotated[tuple[Real, Real, Real], AfterValidator(_nonzero)] | AxisName
 """A direction: ``x``, ``y``, ``z`` or a vector (normalised when it is resolved)."""

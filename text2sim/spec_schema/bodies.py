@@ -4,7 +4,21 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.base import Axis, Bool, Fraction, Integer, Model, Name, NonNegative, Pose, Positive, Range, Real, Size2, Vec3
+from text2sim.spec_schema.base import (
+    Axis,
+    Bool,
+    Fraction,
+    Integer,
+    Model,
+    Name,
+    NonNegative,
+    Pose,
+    Positive,
+    Range,
+    Real,
+    Size2,
+    Vec3,
+)
 from text2sim.spec_schema.materials import Actuator, JointDynamics, Look, Material
 from text2sim.spec_schema.motion import Motion
 from text2sim.spec_schema.placement import Place, Repeat
@@ -92,7 +106,7 @@ class Rigid(_Placed):
 
 
 class Driven(_Placed):
-    """A rigid body with prescribed motion: infinitely strong, listed in the evidence, never the subject of an event."""
+    """A body with prescribed motion: infinitely strong, listed in the evidence, never the subject of an event."""
 
     kind: Literal["driven"]
     shape: Shape

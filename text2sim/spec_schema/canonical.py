@@ -1,7 +1,7 @@
 """The one canonical form of a case: order, indentation, quotes. Comments stay.
 
-Keys stand in the order of the language, names in the order of their author. Sections and bodies are written line by
-line; anything smaller goes on one line if it fits.
+Keys stand in the order of the language, names in the order of their author. Sections and bodies are written
+line by line; anything smaller goes on one line if it fits.
 """
 
 from collections.abc import Mapping
@@ -106,7 +106,11 @@ class _Writer:
         lead = margin + ("-" if entry.key is None else key(entry.key) + ":")
         trail = f"  {entry.trail}" if entry.trail else ""
         if isinstance(entry.value, str):
-            rows = block_lines(entry.value, WIDTH - indent - INDENT) if len(lead) + len(entry.value) >= WIDTH or "\n" in entry.value else None
+            rows = (
+                block_lines(entry.value, WIDTH - indent - INDENT)
+                if len(lead) + len(entry.value) >= WIDTH or "\n" in entry.value
+                else None
+            )
             if rows is not None:
                 body = [f"{margin}{' ' * INDENT}{row}" if row else "" for row in rows[1:]]
                 return [f"{lead} {rows[0]}{trail}", *body]
@@ -147,7 +151,7 @@ def _flow(entry: Entry, slot: Slot | None = None) -> str:
 
 
 def _in_order(entry: Entry, slot: Slot | None) -> list[Entry]:
-    """Entries of a collection in canonical order: keys of a model as the language has them, all else as written."""
+    """Entries of a collection in canonical order: that of the language for a model, the author's otherwise."""
     if not entry.mapping or slot is None or not is_model(slot.base):
         return entry.value
     ranks = {key: rank for rank, key in enumerate(fields_of(slot.base))}
@@ -181,5 +185,6 @@ def _inside(slot: Slot | None, child: Entry) -> Slot | None:
 
 def _spread(path: Path, entry: Entry) -> bool:
     return entry.mapping and any(
-        len(path) == len(form) and all(want in (ANY, step) for want, step in zip(form, path, strict=True)) for form in _SPREAD
+        len(path) == len(form) and all(want in (ANY, step) for want, step in zip(form, path, strict=True))
+        for form in _SPREAD
     )

@@ -68,7 +68,14 @@ class Cast:
         self.statics = self.loaded.case.scene.statics
 
     def report(
-        self, where: Path, message: str, rule: str, hint: str | None = None, *, key: bool = False, severity: Severity = "error"
+        self,
+        where: Path,
+        message: str,
+        rule: str,
+        hint: str | None = None,
+        *,
+        key: bool = False,
+        severity: Severity = "error",
     ) -> None:
         """Add a problem."""
         self.problems.append(
@@ -102,11 +109,17 @@ class Cast:
         if chosen.first is None or chosen.last is None:
             return True
         if model.repeat is None:
-            self.report(where, f"`{name}` has no repeat, and so no numbers; write `{name}`", "no-copies", name)
+            self.report(
+                where, f"`{name}` has no repeat, and so no numbers; write `{name}`", "no-copies", name
+            )
             return False
         there = f"`{name}` has {copies} copies, `{name}[0]` to `{name}[{copies - 1}]`"
         if chosen.last <= chosen.first:
-            self.report(where, f"`{name}[{chosen.first}:{chosen.last}]` is empty: its end must be later than its start", "no-such-copy")
+            self.report(
+                where,
+                f"`{name}[{chosen.first}:{chosen.last}]` is empty: its end must be later than its start",
+                "no-such-copy",
+            )
             return False
         if chosen.last > copies:
             self.report(where, there, "no-such-copy")

@@ -2,7 +2,16 @@
 
 from typing import Any
 
-from text2sim.spec_schema.actions import Attach, Control, Drive, Force, Impulse, InitialVelocity, Release, Torque
+from text2sim.spec_schema.actions import (
+    Attach,
+    Control,
+    Drive,
+    Force,
+    Impulse,
+    InitialVelocity,
+    Release,
+    Torque,
+)
 from text2sim.spec_schema.bodies import Articulated, HingeMount, Ragdoll, Rigid, SliderMount
 from text2sim.spec_schema.cast import Cast, Member
 from text2sim.spec_schema.copies import count_copies
@@ -61,7 +70,12 @@ def check_joint(cast: Cast, where: Path, member: Member, purpose: str) -> Any:
         if member.part is None:
             joints = [f"{name}.{link}" for link in moving_joints(model)]
             listed = f": {', '.join(joints)}" if 0 < len(joints) <= 12 else ""
-            cast.report(where, f"`{name}` has several joints; name one{listed}", "no-joint", joints[0] if joints else None)
+            cast.report(
+                where,
+                f"`{name}` has several joints; name one{listed}",
+                "no-joint",
+                joints[0] if joints else None,
+            )
             return None
         if model.links is None:
             return None
@@ -84,7 +98,9 @@ def check_joint(cast: Cast, where: Path, member: Member, purpose: str) -> Any:
 
 def moving_joints(model: Articulated) -> list[str]:
     """Names of the hinges and sliders of a body that is written in the case."""
-    return [name for name, link in (model.links or {}).items() if isinstance(link.joint, HingeMount | SliderMount)]
+    return [
+        name for name, link in (model.links or {}).items() if isinstance(link.joint, HingeMount | SliderMount)
+    ]
 
 
 def _check_initial_velocity(cast: Cast, where: Path, control: InitialVelocity) -> None:
@@ -115,7 +131,9 @@ def _check_drive(cast: Cast, where: Path, control: Drive) -> None:
     if joint is None:
         return
     if joint.actuator is None:
-        message = f"`{member.text}` has no actuator; give its joint one: `actuator: {{stiffness: …, damping: …}}`"
+        message = (
+            f"`{member.text}` has no actuator; give its joint one: `actuator: {{stiffness: …, damping: …}}`"
+        )
         cast.report((*where, "joint"), message, "no-actuator")
     elif control.position is not None and joint.actuator.stiffness == 0:
         message = f"a position needs a stiffness, and the actuator of `{member.text}` has none"
@@ -135,7 +153,11 @@ def _check_attach(cast: Cast, where: Path, name: str, control: Attach) -> None:
     if body is None:
         return
     if not body.dynamic:
-        cast.report((*where, "body"), f"{body.why_not_dynamic}; attach what moves, `to` what it hangs on", "not-dynamic")
+        cast.report(
+            (*where, "body"),
+            f"{body.why_not_dynamic}; attach what moves, `to` what it hangs on",
+            "not-dynamic",
+        )
     if target is None:
         return
     if body.text == target.text and (body.count == 1 or body.part == target.part):

@@ -14,8 +14,8 @@ from text2sim.spec_schema.words import (
     Slot,
     bounds_of,
     describe,
-    fits,
     fields_of,
+    fits,
     is_model,
     kinds_of,
     noun_of,
@@ -25,7 +25,9 @@ from text2sim.spec_schema.words import (
 )
 
 
-def diagnose(document: Document, error: ValidationError, model: type[BaseModel], data: Any, root: Path = ()) -> list[Problem]:
+def diagnose(
+    document: Document, error: ValidationError, model: type[BaseModel], data: Any, root: Path = ()
+) -> list[Problem]:
     """Turn the errors of one validation into located problems.
 
     Args:
@@ -44,7 +46,9 @@ def diagnose(document: Document, error: ValidationError, model: type[BaseModel],
         if place is not None:
             finding = _say(place, details)
             path = (*root, *finding.path)
-            found[document.problem(path, finding.message, key=finding.key, rule=finding.rule, hint=finding.hint)] = None
+            found[
+                document.problem(path, finding.message, key=finding.key, rule=finding.rule, hint=finding.hint)
+            ] = None
     # Whatever the above cannot follow is still said, if not as well.
     return list(found) or [document.problem(root, _plainly(error), rule="value")]
 
@@ -110,7 +114,11 @@ def _inside(slot: Slot, step: Step) -> Slot | None:
 
 
 def _has(data: Any, step: Step) -> bool:
-    return step in data if isinstance(data, dict) else isinstance(data, list) and isinstance(step, int) and step < len(data)
+    return (
+        step in data
+        if isinstance(data, dict)
+        else isinstance(data, list) and isinstance(step, int) and step < len(data)
+    )
 
 
 _FUNCTION = re.compile(r"^function-\w+\[\w+\(\), ")
@@ -132,7 +140,8 @@ def _is_label_of(label: str, slot: Slot) -> bool:
     return slot.structure == next((what for starts, what in _LABELS if label.startswith(starts)), "mapping")
 
 
-# --- words ----------------------------------------------------------------------------------------------------
+# --- words
+# ----------------------------------------------------------------------------------------------------
 
 
 @dataclass
@@ -185,7 +194,9 @@ def _unknown_key(place: _Place) -> _Finding:
     known = [word for word in fields_of(model) if word != "kind" or kinds_of(model)]
     free = [word for word in known if word not in place.data]
     message = f"unknown key `{key}`; {_name_of(place)} takes {', '.join(known)}"
-    return _Finding((*place.path, key), message, "unknown-key", nearest(key, free) or nearest(key, known), key=True)
+    return _Finding(
+        (*place.path, key), message, "unknown-key", nearest(key, free) or nearest(key, known), key=True
+    )
 
 
 def _missing_key(place: _Place) -> _Finding:
@@ -216,13 +227,21 @@ def _bad_kind(place: _Place) -> _Finding:
 def _unknown_word(place: _Place) -> _Finding:
     words = [str(word) for word in get_args(place.slot.base)]
     if place.path == ("text2sim",):
-        return _Finding(place.path, f"this is version {words[0]} of the language (got {show(place.data)})", "version")
+        return _Finding(
+            place.path, f"this is version {words[0]} of the language (got {show(place.data)})", "version"
+        )
     message = f"must be {describe(place.slot)} (got {_quoted(place.data)})"
     return _Finding(place.path, message, "unknown-word", nearest(place.data, words))
 
 
 def _no_alternative(place: _Place) -> _Finding:
-    words = [str(w) for m in place.slot.members if get_origin(m.base) is not None for w in get_args(m.base) if isinstance(w, str)]
+    words = [
+        str(w)
+        for m in place.slot.members
+        if get_origin(m.base) is not None
+        for w in get_args(m.base)
+        if isinstance(w, str)
+    ]
     message = f"needs {describe(place.slot)} (got {show(place.data)})"
     return _Finding(place.path, message, "type", nearest(place.data, words))
 
@@ -245,4 +264,6 @@ def _bad_length(place: _Place, details: ErrorDetails) -> _Finding:
 
 
 def _quoted(value: object) -> str:
-    return f"`{show(value).removeprefix('the text ').strip(chr(39))}`" if isinstance(value, str) else show(value)
+    return (
+        f"`{show(value).removeprefix('the text ').strip(chr(39))}`" if isinstance(value, str) else show(value)
+    )

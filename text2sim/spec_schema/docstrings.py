@@ -1,7 +1,8 @@
 """What the models say about themselves: docstrings of classes, and the texts below their fields.
 
-Pydantic could collect the texts below fields at import (`use_attribute_docstrings`), which costs every `check` the
-time to read the source. They are needed only where schema and documentation are made, so they are read there.
+Pydantic could collect the texts below fields at import (`use_attribute_docstrings`), which costs every
+`check` the time to read the source. They are needed only where schema and documentation are made, so they are
+read there.
 """
 
 import ast
@@ -38,7 +39,11 @@ def _class_docs(node: ast.ClassDef) -> dict[str, str]:
     for field, text in zip(node.body, node.body[1:], strict=False):
         if not (isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name)):
             continue
-        if isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant) and isinstance(text.value.value, str):
+        if (
+            isinstance(text, ast.Expr)
+            and isinstance(text.value, ast.Constant)
+            and isinstance(text.value.value, str)
+        ):
             docs[field.target.id] = _joined(text.value.value)
     return docs
 

@@ -7,9 +7,10 @@ from typing import Any
 import yaml
 
 from text2sim.spec_schema.errors import Problem, SpecError, sort_problems
-from text2sim.spec_schema.masking import MARK, find_unclosed, mask, unmask
+from text2sim.spec_schema.masking import MARK, mask, unmask
 from text2sim.spec_schema.scalars import Scalar, resolve
 from text2sim.spec_schema.source import Source
+from text2sim.spec_schema.syntax import syntax_problem
 
 MAX_NODES = 300_000
 MAX_DEPTH = 40
@@ -58,13 +59,16 @@ class Document:
     sites: dict[Path, str]
 
     def place(self, path: Path, *, key: bool = False) -> tuple[int, int]:
-        """Line and column of the value at `path` (of its key, if `key`), or of what there is of the way to it."""
+        """Line and column of the value at `path` (of its key, if `key`), or of what there is of the way to
+        it."""
         node = self.root
         place = (node.line, node.column)
         for step in path:
             children = node.children
             if isinstance(children, dict) and step in children:
-                place = node.keys[str(step)] if key else (children[str(step)].line, children[str(step)].column)
+                place = (
+                    node.keys[str(step)] if key else (children[str(step)].line, children[str(step)].column)
+                )
                 node = children[str(step)]
             elif isinstance(children, list) and isinstance(step, int) and step < len(children):
                 node = children[step]
@@ -73,7 +77,9 @@ class Document:
                 break
         return place
 
-    def problem(self, path: Path, message: str, *, key: bool = False, rule: str, hint: str | None = None) -> Problem:
+    def problem(
+        self, path: Path, message: str, *, key: bool = False, rule: str, hint: str | None = None
+    ) -> Problem:
         """A problem at a place of the document."""
         line, column = self.place(path, key=key)
         return Problem(pointer(path), message, line, column, self.source.file, hint, rule)
@@ -96,13 +102,14 @@ def parse_document(source: Source) -> Document:
     """Parse one YAML document.
 
     Raises:
-        SpecError: If it is not valid YAML, has a duplicate key, or uses a part of YAML that the language leaves
+        SpecError: If it is not valid YAML, has a duplicate key, or uses a part of YAML that the language
+        leaves
             out: anchors and aliases, tags, several documents, numbers that are not finite.
     """
     try:
         return _Composer(source).compose()
     except yaml.YAMLError as error:
-        raise SpecError([_syntax_problem(source, error)]) from None
+        raise SpecError([syntax_problem(source, error)]) from None
 
 
 class _Composer:
@@ -151,7 +158,9 @@ class _Composer:
                 message = f"aliases (`*{event.anchor}`) are not part of the language; use params or repeat"
                 raise self._fatal(event.start_mark, message, "alias")
             elif isinstance(event, yaml.DocumentStartEvent) and root is not None:
-                raise self._fatal(event.start_mark, "a file holds one document; a second one starts here", "documents")
+                raise self._fatal(
+                    event.start_mark, "a file holds one document; a second one starts here", "documents"
+                )
             else:
                 continue
 
@@ -234,11 +243,17 @@ class _Composer:
     def _text(self, event: Any) -> str:
         text = event.value
         if len(text) > MAX_SCALAR:
-            raise self._fatal(event.start_mark, f"the text is longer than {MAX_SCALAR} characters", "too-large")
+            raise self._fatal(
+                event.start_mark, f"the text is longer than {MAX_SCALAR} characters", "too-large"
+            )
         if event.style == '"':
             written = self.source.text[event.start_mark.index : event.end_mark.index]
             if "\\" in written and (_ESCAPED.search(written) or _CONTROL.search(text)):
-                self._add(event.start_mark, "the text has an escape for a character that is not allowed", "character")
+                self._add(
+                    event.start_mark,
+                    "the text has an escape for a character that is not allowed",
+                    "character",
+                )
         return unmask(text)
 
     def _refuse(self, event: Any) -> None:
@@ -249,7 +264,9 @@ class _Composer:
             raise self._fatal(event.start_mark, f"tags (`{event.tag}`) are not part of the language", "tag")
 
     def _add(self, mark: Any, message: str, rule: str) -> None:
-        self.problems.append(Problem("", message, mark.line + 1, mark.column + 1, self.source.file, rule=rule))
+        self.problems.append(
+            Problem("", message, mark.line + 1, mark.column + 1, self.source.file, rule=rule)
+        )
 
     def _fatal(self, mark: Any, message: str, rule: str) -> SpecError:
         self._add(mark, message, rule)
@@ -259,43 +276,7 @@ class _Composer:
 _KEY = object()
 """Stands where a mapping waits for its next key."""
 _PLAIN = (None, "")
-# Escapes for the private use area would be taken for masks, those for control characters hide what a text says.
+# Escapes for the private use area would be taken for masks, those for control characters hide what a text
+# says.
 _ESCAPED = re.compile(r"\\u[eE][0-9a-fA-F]{3}|\\U0000[eE]|\\U000[fF]|\\U0010")
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\u202a-\u202e\u2066-\u2069\ufeff]")
-
-
-# What the parser says, and what it means to someone who writes a case.
-_SYNTAX = (
-    ("found character '\\t'", "tabs cannot indent; use spaces"),
-    ("could not find expected ':'", "a key needs a colon and a space after it"),
-    ("mapping values are not allowed", "a second `: ` in one line; quote the text, or start a new line"),
-    ("did not find expected key", "this does not fit the indentation of the lines above"),
-    ("did not find expected ',' or '}'", "a comma or a closing `}` is missing"),
-    ("did not find expected ',' or ']'", "a comma or a closing `]` is missing"),
-    ("did not find expected '-' indicator", "this does not fit the indentation of the list above"),
-    ("found unexpected end of stream", "the quote that starts here is never closed"),
-    ("found undefined tag handle", "tags are not part of the language"),
-    ("block sequence entries are not allowed", "a list entry cannot start here"),
-)
-
-
-def _syntax_problem(source: Source, error: yaml.YAMLError) -> Problem:
-    mark = getattr(error, "problem_mark", None)
-    unclosed = find_unclosed(source.text)
-    if unclosed is not None and (mark is None or unclosed < mark.index):
-        line, column = source.place(unclosed)
-        return Problem("", "`${` has no closing brace on its line", line, column, source.file, rule="expression")
-    text = unmask(str(getattr(error, "problem", None) or error))
-    if "quoted scalar" in str(getattr(error, "context", "")):
-        mark = getattr(error, "context_mark", None) or mark
-    line, column = (mark.line + 1, mark.column + 1) if mark is not None else (1, 1)
-    line = min(line, len(source.lines))
-    message = next((plain for words, plain in _SYNTAX if words in text), None)
-    rest = source.lines[line - 1][column - 1 :]
-    if rest.startswith("\t"):
-        message = "tabs cannot indent; use spaces"
-    elif message is None:
-        message = " ".join(text.split())
-        if rest[:1] in ("@", "`", "%"):
-            message = f"text cannot start with `{rest[0]}`; quote it"
-    return Problem("", f"not valid YAML: {message}", line, column, source.file, rule="syntax")

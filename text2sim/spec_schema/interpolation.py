@@ -4,7 +4,10 @@ import re
 from collections.abc import Mapping
 from functools import lru_cache
 
-from text2sim.spec_schema.expressions import Expression, ExpressionError, Value, parse_expression
+from text2sim.spec_schema.expressions import Expression, parse_expression
+from text2sim.spec_schema.values import ExpressionError, Value
+
+MAX_TEXT = 20_000
 
 _MARK = re.compile(r"\$?\$\{")
 _BRACE = re.compile(r"[{}]")
@@ -30,7 +33,12 @@ class Interpolation:
             part = self._parts[0]
             assert isinstance(part, Expression)
             return part.evaluate(names)
-        return "".join(part if isinstance(part, str) else _as_text(part.evaluate(names)) for part in self._parts)
+        text = ""
+        for part in self._parts:
+            text += part if isinstance(part, str) else _as_text(part.evaluate(names))
+            if len(text) > MAX_TEXT:
+                raise ExpressionError(f"the text is longer than {MAX_TEXT} characters")
+        return text
 
 
 @lru_cache(maxsize=4096)

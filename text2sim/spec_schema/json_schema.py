@@ -1,7 +1,8 @@
 """The language as a JSON Schema, for editors and for language models.
 
-It is made from the models directly and keeps to draft-07, which is what language servers know. Where the language
-takes a number, a boolean, a list or one of some words, it takes an expression as well: text with `${…}` in it.
+It is made from the models directly and keeps to draft-07, which is what language servers know. Where the
+language takes a number, a boolean, a list or one of some words, it takes an expression as well: text with
+`${…}` in it.
 """
 
 import json
@@ -74,7 +75,11 @@ def _slot(slot: Slot, definitions: dict[str, Schema]) -> Schema:
     if origin is dict:
         return _mapping(arguments, bounds, definitions)
     if origin in (list, tuple):
-        length = {"minItems": len(arguments), "maxItems": len(arguments)} if origin is tuple else _length(bounds, "Items")
+        length = (
+            {"minItems": len(arguments), "maxItems": len(arguments)}
+            if origin is tuple
+            else _length(bounds, "Items")
+        )
         # All items of a vector are alike.
         return _or_expression({"type": "array", "items": _slot(slot_of(arguments[0]), definitions), **length})
     if slot.base in (int, float):
@@ -91,7 +96,7 @@ def _slot(slot: Slot, definitions: dict[str, Schema]) -> Schema:
 
 
 def _or_expression(schema: Schema) -> Schema:
-    """Take text with an expression, too: `pattern` says nothing about what is not text, nor `minimum` about text."""
+    """Take an expression, too: `pattern` says nothing about what is not text, nor `minimum` about text."""
     return {**schema, "type": [schema["type"], "string"], "pattern": EXPRESSION}
 
 

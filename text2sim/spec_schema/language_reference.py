@@ -10,19 +10,22 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from text2sim.spec_schema import expressions
 from text2sim.spec_schema.base import Model
 from text2sim.spec_schema.bodies import Joint
 from text2sim.spec_schema.colors import NAMED
 from text2sim.spec_schema.docstrings import field_docs, model_doc
 from text2sim.spec_schema.document import parse_document
+from text2sim.spec_schema.expressions import MAX_DEPTH, MAX_LENGTH
+from text2sim.spec_schema.functions import FUNCTIONS
 from text2sim.spec_schema.reference_sections import INTRODUCTION, SECTIONS, Section
 from text2sim.spec_schema.source import read_source
+from text2sim.spec_schema.values import MAX_NUMBER
 from text2sim.spec_schema.words import Slot, describe, fields_of, is_model, slot_of
 from text2sim.spec_schema.writing import scalar
 
 _HEADER = """\
-<!-- Made by `python -m text2sim.spec_schema.language_reference`: change the models or the examples, not this page. -->
+<!-- Made by `python -m text2sim.spec_schema.language_reference`: change the models or the examples, not this
+page. -->
 # The language
 
 """
@@ -31,10 +34,10 @@ _HEADER = """\
 def language_reference() -> str:
     """Text of the language reference."""
     limits = {
-        "@FUNCTIONS@": " ".join(f"`{name}`" for name in expressions.FUNCTIONS),
-        "@LENGTH@": str(expressions.MAX_LENGTH),
-        "@DEPTH@": str(expressions.MAX_DEPTH),
-        "@NUMBER@": f"{expressions.MAX_NUMBER:g}",
+        "@FUNCTIONS@": " ".join(f"`{name}`" for name in FUNCTIONS),
+        "@LENGTH@": str(MAX_LENGTH),
+        "@DEPTH@": str(MAX_DEPTH),
+        "@NUMBER@": f"{MAX_NUMBER:g}",
     }
     intro = INTRODUCTION
     for word, value in limits.items():
@@ -74,13 +77,21 @@ def _section(section: Section) -> str:
 
 def _shared(models: list[type[BaseModel]]) -> list[type[BaseModel]]:
     """Classes from which several models of a union have fields: those are said once."""
-    several = [base for model in models for base in model.__mro__[1:] if sum(issubclass(m, base) for m in models) > 1]
-    return [base for base in dict.fromkeys(several) if issubclass(base, Model) and base is not Model and base not in models]
+    several = [
+        base for model in models for base in model.__mro__[1:] if sum(issubclass(m, base) for m in models) > 1
+    ]
+    return [
+        base
+        for base in dict.fromkeys(several)
+        if issubclass(base, Model) and base is not Model and base not in models
+    ]
 
 
 def _kinds(union: Any) -> dict[str, type[BaseModel]]:
     """Models of a union on `kind`, which may stand beside a plain type."""
-    return {kind: model for member in slot_of(union).members for kind, model in member.models.items()} or slot_of(union).models
+    return {
+        kind: model for member in slot_of(union).members for kind, model in member.models.items()
+    } or slot_of(union).models
 
 
 def _table(model: type[BaseModel], without: list[type[BaseModel]]) -> list[str]:

@@ -1,5 +1,6 @@
-"""A document as it was written: its entries in order, each with the comments and blank lines that go with it."""
+"""A document as it was written: its entries in order, each with its comments and blank lines."""
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -96,7 +97,9 @@ class _Reader:
             if stack and stack[-1][0].mapping and key is None:
                 key = (next(stack[-1][2]), event.start_mark.line, event.start_mark.column)
                 continue
-            data = self.document.data if not stack else stack[-1][1][key[0] if key else len(stack[-1][0].value)]
+            data = (
+                self.document.data if not stack else stack[-1][1][key[0] if key else len(stack[-1][0].value)]
+            )
             entry = self._entry(event, data, key, stack[-1][0] if stack else None)
             key = None
             if isinstance(event, yaml.CollectionStartEvent):
@@ -108,7 +111,11 @@ class _Reader:
     def _entry(self, event: Any, data: Any, key: tuple[str, int, int] | None, parent: Entry | None) -> Entry:
         collection = isinstance(event, yaml.CollectionStartEvent)
         entry = Entry([] if collection else data, mapping=isinstance(data, dict), parent=parent)
-        entry.line, entry.column, entry.end = event.start_mark.line, event.start_mark.column, event.end_mark.line
+        entry.line, entry.column, entry.end = (
+            event.start_mark.line,
+            event.start_mark.column,
+            event.end_mark.line,
+        )
         if key is not None:
             entry.key, entry.line, entry.column = key
         if parent is None:
@@ -158,7 +165,9 @@ def _attach(reader: _Reader, lines: list[str]) -> list[str]:
     return _take_head(reader)
 
 
-def _attach_below(reader: _Reader, starts: dict[int, list[Entry]], gap: list[Comment | None], column: int) -> int:
+def _attach_below(
+    reader: _Reader, starts: dict[int, list[Entry]], gap: list[Comment | None], column: int
+) -> int:
     """Give the comments that stand deeper than the next entry to the end of the block that they stand in.
 
     Returns:
@@ -168,7 +177,8 @@ def _attach_below(reader: _Reader, starts: dict[int, list[Entry]], gap: list[Com
     for number, row in enumerate(gap):
         if row is None:
             continue
-        owner = next((entry for entry in reversed(reader.entries) if entry.line < row.line), None)
+        index = bisect_left(reader.entries, row.line, key=lambda entry: entry.line)
+        owner = reader.entries[index - 1] if index else None
         while owner is not None and (owner.column > row.column or starts[owner.line][0] is not owner):
             owner = owner.parent if owner.parent is not reader.root else None
         if owner is None or owner.column <= column:
@@ -181,7 +191,9 @@ def _attach_below(reader: _Reader, starts: dict[int, list[Entry]], gap: list[Com
 def _gap_above(number: int, alone: dict[int, Comment], lines: list[str]) -> list[Comment | None]:
     """Comments and blank lines (None) right above a line."""
     gap: list[Comment | None] = []
-    while number > 0 and (number - 1 in alone or not lines[number - 1].strip() or lines[number - 1].startswith(("---", "..."))):
+    while number > 0 and (
+        number - 1 in alone or not lines[number - 1].strip() or lines[number - 1].startswith(("---", "..."))
+    ):
         number -= 1
         gap.append(alone.get(number))
     return gap[::-1]
@@ -198,11 +210,12 @@ def _squeezed(gap: list[Comment | None]) -> list[str]:
 
 
 def _attach_trail(reader: _Reader, comment: Comment, starting: list[Entry]) -> None:
-    """A comment at the end of a line goes with the outermost entry that is complete there, or was just begun."""
+    """A comment beside something goes with the outermost entry that is complete there, or was just begun."""
     complete = [entry for entry in starting if entry.end == comment.line]
     owner = complete[0] if complete else starting[-1] if starting else None
     if owner is None:
-        owner = next((entry for entry in reversed(reader.entries) if entry.line <= comment.line), reader.root)
+        index = bisect_right(reader.entries, comment.line, key=lambda entry: entry.line)
+        owner = reader.entries[index - 1] if index else reader.root
     if owner.trail is None and owner is not reader.root:
         owner.trail = comment.text
     else:

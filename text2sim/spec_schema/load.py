@@ -13,10 +13,10 @@ from text2sim.spec_schema.case import Case
 from text2sim.spec_schema.diagnosis import diagnose
 from text2sim.spec_schema.document import Document, Path, parse_document, parse_pointer, pointer
 from text2sim.spec_schema.errors import Problem, SpecError
-from text2sim.spec_schema.expressions import Value
 from text2sim.spec_schema.resolution import COPY_VARIABLES, Resolver
 from text2sim.spec_schema.scene import Static
 from text2sim.spec_schema.source import Source, check_source, read_source
+from text2sim.spec_schema.values import Value
 
 CASE_FILE = "case.yaml"
 
@@ -117,7 +117,8 @@ class LoadedCase:
                 problems = diagnose(self.document, error, type(model), data, root)
         copy = f"copy {known['i']}: "
         raise SpecError(
-            Problem(p.path, copy + p.message, p.line, p.column, p.file, p.hint, p.rule, p.severity) for p in problems
+            Problem(p.path, copy + p.message, p.line, p.column, p.file, p.hint, p.rule, p.severity)
+            for p in problems
         )
 
 
@@ -179,4 +180,3 @@ def _touches(broken: set[Path], problem: Problem) -> bool:
 
 def _path(where: str | Path) -> Path:
     return parse_pointer(where) if isinstance(where, str) else tuple(where)
-

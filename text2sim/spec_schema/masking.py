@@ -1,9 +1,9 @@
 """Hides what stands in `${…}` and in the brackets of `brick[3]` from the YAML parser.
 
-`[${speed}, 0, 0]`, `{size: ${brick}}` and `{body: brick[3]}` read well but are not YAML: braces, brackets, commas
-and colons end a plain scalar inside a flow collection. So before parsing, every character there that means
-something to YAML is replaced by one of the private use area; lines and columns stay what they are, and the scalars
-are mapped back.
+`[${speed}, 0, 0]`, `{size: ${brick}}` and `{body: brick[3]}` read well but are not YAML: braces, brackets,
+commas and colons end a plain scalar inside a flow collection. So before parsing, every character there that
+means something to YAML is replaced by one of the private use area; lines and columns stay what they are, and
+the scalars are mapped back.
 """
 
 import re

@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.base import Bool, Fraction, Integer, Model, NonNegative, Positive, Real, Vec3
+from text2sim.spec_schema.base import Bool, Fraction, Integer, Model, NonNegative, Positive, Real
 from text2sim.spec_schema.colors import Color, ColorName
 
 
@@ -46,7 +46,8 @@ class Look(Model):
     """Colour and surface. Never changes the physics."""
 
     color: Color | list[ColorName] | None = None
-    """A name (`terracotta`), `#rrggbb`, three numbers in 0..1, or a list of names that copies take in turn."""
+    """A name (`terracotta`), `#rrggbb`, three numbers in 0..1, or a list of names that copies take in
+    turn."""
     finish: Finish = "rough"
     """Surface of the body."""
     opacity: Fraction = 1.0

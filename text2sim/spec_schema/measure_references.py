@@ -29,7 +29,7 @@ def check_measures(cast: Cast) -> None:
 
 
 def measured(cast: Cast, measure: actions.Measure) -> list[Member]:
-    """The bodies that a measure is about; selectors that mean nothing are left out, for they are reported already."""
+    """The bodies that a measure is about, without selectors that mean nothing: those are reported already."""
     quiet = Cast(cast.loaded)
     selectors = measure.between if isinstance(measure, actions.Distance) else (measure.of,)
     found = [quiet.find(selector, ()) for selector in selectors if selector is not None]
@@ -44,7 +44,9 @@ def check_contacts_recorded(cast: Cast, where: Path) -> None:
 
 
 def _check_distance(cast: Cast, where: Path, measure: actions.Distance) -> None:
-    members = [cast.find(selector, (*where, "between", index)) for index, selector in enumerate(measure.between)]
+    members = [
+        cast.find(selector, (*where, "between", index)) for index, selector in enumerate(measure.between)
+    ]
     first, second = members
     if first is not None and second is not None and first.text == second.text and first.count == 1:
         cast.report((*where, "between", 1), f"`{first.text}` has no distance from itself", "itself")

@@ -48,7 +48,9 @@ class _Table(Model):
     @model_validator(mode="after")
     def _growing(self) -> "_Table":
         if len(self.times) != len(self.values):
-            raise ValueError(f"times and values must have the same length (got {len(self.times)} and {len(self.values)})")
+            raise ValueError(
+                f"times and values must have the same length (got {len(self.times)} and {len(self.values)})"
+            )
         if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
             raise ValueError("times must grow")
         return self
@@ -100,7 +102,9 @@ class Waypoints(Model):
     @model_validator(mode="after")
     def _growing(self) -> "Waypoints":
         if len(self.times) != len(self.positions):
-            raise ValueError(f"times and positions must have the same length (got {len(self.times)} and {len(self.positions)})")
+            raise ValueError(
+                f"times and positions must have the same length (got {len(self.times)} and {len(self.positions)})"
+            )
         if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
             raise ValueError("times must grow")
         return self

@@ -1,7 +1,7 @@
 """Where bodies start: relative placement, and patterns of copies.
 
-Inside a repeated body these may stand in ``${…}``: ``i`` (0, 1, …), ``n`` (how many), ``u`` (``i/(n-1)``, 0 to 1),
-``row``, ``column``, ``layer``.
+Inside a repeated body these may stand in ``${…}``: ``i`` (0, 1, …), ``n`` (how many), ``u`` (``i/(n-1)``, 0
+to 1), ``row``, ``column``, ``layer``.
 """
 
 from typing import Annotated, Literal
@@ -63,7 +63,9 @@ class Place(Model):
     def _one_relation(self) -> "Place":
         given = [name for name in RELATIONS if getattr(self, name) is not None]
         if len(given) != 1:
-            raise ValueError(f"exactly one of {', '.join(RELATIONS)} is needed (got {', '.join(given) or 'none'})")
+            raise ValueError(
+                f"exactly one of {', '.join(RELATIONS)} is needed (got {', '.join(given) or 'none'})"
+            )
         return self
 
     @property
@@ -116,7 +118,7 @@ class Ring(Model):
 
 
 class Spiral(Model):
-    """Copies along a flat spiral about the vertical through the body's pose, evenly spaced and turned with it."""
+    """Copies along a flat spiral about the body's vertical, evenly spaced and turned with it."""
 
     kind: Literal["spiral"]
     count: Count
@@ -150,9 +152,10 @@ class RunningBond(Model):
     columns: Count
     """Boxes in a row."""
     gap: NonNegative = 0.0
-    """Gap [m] between neighbours."""
+    """Gap [m] between the boxes of a row; rows lie directly on each other."""
     ends: Literal["half", "open"] = "half"
-    """`half` closes every second row with half boxes; `open` leaves the ends toothed (the end boxes hang over)."""
+    """`half` closes every second row with half boxes; `open` leaves the ends toothed (the end boxes hang
+    over)."""
 
 
 class BoxRegion(Bounds):

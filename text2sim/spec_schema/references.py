@@ -18,8 +18,8 @@ def check_references(loaded: LoadedCase) -> list[Problem]:
     """Check every name and selector of a case.
 
     Returns:
-        What is wrong, in the order of the file. Whatever needs geometry is left to the compiler, and so are the
-        links of files, chains, nets and ragdolls.
+        What is wrong, in the order of the file. Whatever needs geometry is left to the compiler, and so are
+        the links of files, chains, nets and ragdolls.
     """
     cast = Cast(loaded)
     _check_names(cast)
@@ -52,7 +52,9 @@ def _check_places(cast: Cast) -> None:
             roots[name] = (*section, name)
             if model.place is None:
                 continue
-            found = cast.find(model.place.target, (*section, name, "place", model.place.relation), parts=False)
+            found = cast.find(
+                model.place.target, (*section, name, "place", model.place.relation), parts=False
+            )
             if found is not None:
                 targets[name] = found.name
     for circle in find_circles(targets):

@@ -4,7 +4,18 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.base import Integer, Model, Name, NonNegative, Positive, Real, Seconds, Selector, Vec3, Window
+from text2sim.spec_schema.base import (
+    Integer,
+    Model,
+    Name,
+    NonNegative,
+    Positive,
+    Real,
+    Seconds,
+    Selector,
+    Vec3,
+    Window,
+)
 from text2sim.spec_schema.colors import Color
 
 Target = Vec3 | Selector
@@ -121,7 +132,9 @@ Light = Annotated[Sun | Softbox | Lamp, Field(discriminator="kind")]
 class Render(Model):
     """The cinematography."""
 
-    resolution: tuple[Annotated[Integer, Field(ge=64, le=4096)], Annotated[Integer, Field(ge=64, le=4096)]] = (1280, 720)
+    resolution: tuple[
+        Annotated[Integer, Field(ge=64, le=4096)], Annotated[Integer, Field(ge=64, le=4096)]
+    ] = (1280, 720)
     """Width and height [pixels], both even."""
     fps: Positive = Field(default=25.0, ge=1.0, le=240.0)
     """Frames per second of film."""
@@ -143,5 +156,7 @@ class Render(Model):
     @model_validator(mode="after")
     def _even(self) -> "Render":
         if self.resolution[0] % 2 or self.resolution[1] % 2:
-            raise ValueError(f"resolution must be even, for the video encoder (got {self.resolution[0]} x {self.resolution[1]})")
+            raise ValueError(
+                f"resolution must be even, for the video encoder (got {self.resolution[0]} x {self.resolution[1]})"
+            )
         return self

@@ -5,10 +5,11 @@ from collections.abc import Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
-from text2sim.spec_schema.document import Document, Path
+from text2sim.spec_schema.document import MAX_NODES, Document, Path
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.expressions import RESERVED, ExpressionError, Value
+from text2sim.spec_schema.expressions import RESERVED
 from text2sim.spec_schema.interpolation import Interpolation, parse_interpolation
+from text2sim.spec_schema.values import ExpressionError, Value, count_items
 
 COPY_VARIABLES: dict[str, int | float] = {"i": 0, "n": 1, "u": 0.0, "row": 0, "column": 0, "layer": 0}
 """What varies from copy to copy, with the values that stand for a body without copies."""
@@ -34,6 +35,7 @@ class Resolver:
                 self.sites[path] = parse_interpolation(text)
             except ExpressionError as error:
                 self.fail(path, error)
+        self._size = 0
         self._varying_in: dict[Path, list[Path]] = {}
         self.params = _Parameters(self)
         self.scopes = set(_scopes(document.data))
@@ -67,7 +69,7 @@ class Resolver:
         if root not in self._varying_in:
             self._varying_in[root] = [path for path in self.varying if path[: len(root)] == root]
         fresh = copy.copy(self)
-        fresh.problems, fresh.broken = [], set()
+        fresh.problems, fresh.broken, fresh._size = [], set(), 0
         data = fresh._replace(value, root, self._varying_in[root], variables)
         return data, fresh.problems
 
@@ -82,6 +84,7 @@ class Resolver:
                 continue
             try:
                 result = self._evaluate(path, names)
+                self._check_size(result)
             except ExpressionError as error:
                 self.fail(path, error)
                 continue
@@ -96,6 +99,12 @@ class Resolver:
                 container = copied[inner]
             container[path[-1]] = result
         return copied[root]
+
+    def _check_size(self, value: Value) -> None:
+        """Refuse a case that says little and means much: one long list, used ten thousand times."""
+        self._size += count_items(value)
+        if self._size > MAX_NODES:
+            raise ExpressionError(f"the expressions make more than {MAX_NODES} values", rule="too-large")
 
     def _evaluate(self, path: Path, names: Mapping[str, Value]) -> Value:
         if path[:1] == ("params",) and len(path) > 1:
@@ -228,7 +237,7 @@ class _Scope(Mapping[str, Value]):
 
 
 def _scopes(data: Any) -> Iterator[Path]:
-    """Paths inside which copy variables are known: repeated bodies and statics, and controls on the former."""
+    """Paths inside which copy variables are known: repeated bodies and statics, and controls on bodies."""
     bodies = _mapping(data, "bodies")
     for name in bodies:
         if _mapping(bodies, name).get("repeat") is not None:
@@ -241,7 +250,10 @@ def _scopes(data: Any) -> Iterator[Path]:
     for name in controls:
         control = _mapping(controls, name)
         target = control.get("body", control.get("joint"))
-        if isinstance(target, str) and _mapping(bodies, target.split("[")[0].split(".")[0]).get("repeat") is not None:
+        if (
+            isinstance(target, str)
+            and _mapping(bodies, target.split("[")[0].split(".")[0]).get("repeat") is not None
+        ):
             yield ("actions", "controls", name)
 
 

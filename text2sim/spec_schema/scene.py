@@ -93,5 +93,3 @@ class Scene(Model):
     """The space in which the bodies are expected to stay."""
     statics: dict[Name, Static] = Field(default_factory=dict)
     """What never moves, by name."""
-
-

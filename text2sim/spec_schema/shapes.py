@@ -100,7 +100,9 @@ class Tube(Model):
     @model_validator(mode="after")
     def _hollow(self) -> "Tube":
         if self.inner_radius >= self.outer_radius:
-            raise ValueError(f"inner_radius must be smaller than outer_radius (got {self.inner_radius:g} and {self.outer_radius:g})")
+            raise ValueError(
+                f"inner_radius must be smaller than outer_radius (got {self.inner_radius:g} and {self.outer_radius:g})"
+            )
         return self
 
 
@@ -182,7 +184,19 @@ Shape = Annotated[
     Field(discriminator="kind"),
 ]
 StaticShape = Annotated[
-    Plane | Box | Sphere | Cylinder | Capsule | Cone | Ellipsoid | Torus | Tube | Cup | Funnel | Mesh | Compound,
+    Plane
+    | Box
+    | Sphere
+    | Cylinder
+    | Capsule
+    | Cone
+    | Ellipsoid
+    | Torus
+    | Tube
+    | Cup
+    | Funnel
+    | Mesh
+    | Compound,
     Field(discriminator="kind"),
 ]
 Part.model_rebuild()

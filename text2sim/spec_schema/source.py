@@ -1,6 +1,7 @@
 """The text of a case: decoded, checked for characters that do not belong, with lines and columns."""
 
 import re
+from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -9,8 +10,8 @@ from text2sim.spec_schema.errors import Problem, SpecError
 
 MAX_BYTES = 2_000_000
 
-# What YAML 1.2 calls printable, less three families: the private use area (the loader needs it for itself), byte
-# order marks, and the marks that change the order in which text is shown (they hide what a file says).
+# What YAML 1.2 calls printable, less three families: the private use area (the loader needs it for itself),
+# byte order marks, and the marks that change the order in which text is shown (they hide what a file says).
 _FORBIDDEN = re.compile(
     "[^\t\n\r\x20-\x7e\x85\xa0-\u2029\u202f-\u2065\u206a-\ud7ff\uf900-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]"
 )
@@ -29,14 +30,15 @@ class Source:
         """The lines, without their ends."""
         return _BREAK.split(self.text)
 
+    @cached_property
+    def _starts(self) -> list[int]:
+        """Index of the first character of every line."""
+        return [0, *(found.end() for found in _BREAK.finditer(self.text))]
+
     def place(self, index: int) -> tuple[int, int]:
         """Line and column, both from 1, of a character of the text."""
-        line, start = 1, 0
-        for found in _BREAK.finditer(self.text, 0, index):
-            if found.end() > index:
-                break
-            line, start = line + 1, found.end()
-        return line, index - start + 1
+        line = bisect_right(self._starts, index)
+        return line, index - self._starts[line - 1] + 1
 
     def error(self, index: int, message: str, rule: str) -> SpecError:
         """A problem of the whole document, located at a character."""
@@ -56,14 +58,18 @@ def read_source(path: Path, file: str | None = None) -> Source:
             data = stream.read(MAX_BYTES + 1)
     except OSError as error:
         reason = error.strerror or type(error).__name__
-        raise SpecError([Problem("", f"cannot read the file: {reason}", file=file, rule="unreadable")]) from None
+        raise SpecError(
+            [Problem("", f"cannot read the file: {reason}", file=file, rule="unreadable")]
+        ) from None
     return decode_source(data, file)
 
 
 def decode_source(data: bytes, file: str = "case.yaml") -> Source:
     """Decode and check the bytes of a file; see `read_source`."""
     if len(data) > MAX_BYTES:
-        problem = Problem("", f"the file is larger than {MAX_BYTES // 1_000_000} MB", file=file, rule="too-large")
+        problem = Problem(
+            "", f"the file is larger than {MAX_BYTES // 1_000_000} MB", file=file, rule="too-large"
+        )
         raise SpecError([problem])
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise SpecError([Problem("", "the file is UTF-16; save it as UTF-8", file=file, rule="encoding")])

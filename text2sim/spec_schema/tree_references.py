@@ -48,7 +48,9 @@ def _check_roots(cast: Cast, root: Path, links: dict[str, Link]) -> None:
         if link.joint is None:
             message = "`joint` is missing: a link without one of its own has `joint: {kind: fixed}`"
             cast.report(where, message, "tree", key=True)
-    for circle in find_circles({name: link.parent for name, link in links.items() if link.parent is not None}):
+    for circle in find_circles(
+        {name: link.parent for name, link in links.items() if link.parent is not None}
+    ):
         message = f"links hang on each other in a circle: {' -> '.join([*circle, circle[0]])}"
         cast.report((*root, "links", circle[0], "parent"), message, "circular-tree")
     if first is None and all(link.parent in links for link in links.values()):
@@ -83,6 +85,12 @@ def _check_initial(cast: Cast, root: Path, body: Articulated, links: dict[str, L
             if not low <= value <= high:
                 message = f"starts outside its range: {degrees(value):g} deg is not from {degrees(low):g} to {degrees(high):g}"
                 cast.report(where, message, "range")
-        elif isinstance(joint, SliderJoint) and joint.range is not None and not joint.range[0] <= value <= joint.range[1]:
-            message = f"starts outside its range: {value:g} m is not from {joint.range[0]:g} to {joint.range[1]:g}"
+        elif (
+            isinstance(joint, SliderJoint)
+            and joint.range is not None
+            and not joint.range[0] <= value <= joint.range[1]
+        ):
+            message = (
+                f"starts outside its range: {value:g} m is not from {joint.range[0]:g} to {joint.range[1]:g}"
+            )
             cast.report(where, message, "range")

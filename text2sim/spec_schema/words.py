@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -21,21 +21,21 @@ class Slot:
     metadata: tuple[Any, ...] = ()
     discriminator: str | None = None
 
-    @property
+    @cached_property
     def members(self) -> list["Slot"]:
         """The alternatives of a union; the slot itself otherwise."""
         if get_origin(self.base) in (Union, UnionType):
             return [slot_of(member) for member in get_args(self.base) if member is not NoneType]
         return [self]
 
-    @property
+    @cached_property
     def models(self) -> dict[str, type[BaseModel]]:
         """The models of a union on `kind`, by kind."""
         if self.discriminator is None:
             return {}
         return {kind: member.base for member in self.members for kind in kinds_of(member.base)}
 
-    @property
+    @cached_property
     def structure(self) -> str:
         """What YAML writes here: number, text, boolean, list or mapping."""
         if self.discriminator is not None or is_model(self.base):
@@ -112,7 +112,7 @@ def fields_of(model: type[BaseModel]) -> dict[str, tuple[str, Slot]]:
 
 
 def _ordered(model: type[BaseModel]) -> list[str]:
-    """Attributes in the order in which they are written: first what it is, then what is its own, then the common."""
+    """Attributes in the order in which they are written: what it is, then its own, then the common ones."""
     own = [name for layer in model.__mro__ for name in layer.__dict__.get("__annotations__", {})]
     names = dict.fromkeys([*_FIRST, *own])
     return [name for name in names if name in model.model_fields]
@@ -209,5 +209,11 @@ def show(value: object) -> str:
     if isinstance(value, dict):
         return "a mapping"
     if isinstance(value, list | tuple):
-        return f"a list of {len(value)} items" if len(value) > 1 else "a list of 1 item" if value else "an empty list"
+        return (
+            f"a list of {len(value)} items"
+            if len(value) > 1
+            else "a list of 1 item"
+            if value
+            else "an empty list"
+        )
     return f"{value:.12g}" if isinstance(value, float) else str(value)

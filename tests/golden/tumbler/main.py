@@ -15,14 +15,15 @@ from pathlib import Path
 import genesis as gs
 from actions import Actions
 from bodies import add_bodies, configure
-from recorder import Divergence, NoOpenGL, Progress, Recorder, build, film
+from film import NoOpenGL, film
+from recorder import Divergence, Progress, Recorder, build
 from render import END, FPS, SPEED, START, add_cameras, camera_pose, vis_options
 from scene import DT, MAX_SPEED, RECORD_EVERY, STEPS, add_statics, make_scene, start_engine
 
 FINISHED, DIVERGED, FAILED, INTERRUPTED = 0, 3, 4, 130
 
 
-class Interrupted(Exception):
+class Interrupted(KeyboardInterrupt):
     """Somebody wants the run to stop."""
 
 
@@ -94,7 +95,8 @@ def main():
     except Interrupted:
         code, status = INTERRUPTED, {"state": "interrupted", "message": "stopped from outside"}
     except Exception as error:
-        write_status(out, {"state": "failed", "message": f"{type(error).__name__}: {error}"})
+        if not options.film_only:
+            write_status(out, {"state": "failed", "message": f"{type(error).__name__}: {error}"})
         raise
     if not options.film_only:
         write_status(out, status)

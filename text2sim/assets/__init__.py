@@ -1,0 +1,1 @@
+"""Files of a case that others made: read with suspicion, checked, and copied into the program."""

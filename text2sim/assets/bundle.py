@@ -1,0 +1,177 @@
+"""The files that a model refers to, gathered under flat names."""
+
+import json
+import re
+import struct
+from pathlib import Path
+
+from text2sim.spec_schema.errors import AssetError
+
+MAX_FILE = 64 * 1024 * 1024
+MAX_TOTAL = 100 * 1024 * 1024
+MAX_FILES = 500
+PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tga")
+
+_MTL_PICTURE = re.compile(r"^\s*(?:map_\w+|bump|disp|decal|refl|norm)\s", re.IGNORECASE)
+_DAE_PICTURE = re.compile(rb"(<init_from[^>]*>)([^<]*)(</init_from>)")
+
+
+def inside(root: Path, path: Path, text: str) -> Path:
+    """Return a path with links followed, which must lie in the folder `root`.
+
+    Raises:
+        AssetError: if it leads out of it.
+    """
+    resolved = path.resolve()
+    if not resolved.is_relative_to(root):
+        raise AssetError(f"`{text}` leads out of the case's folder; copy it into the folder")
+    return resolved
+
+
+class Bundle:
+    """Takes in files of a case's folder.
+
+    Args:
+        root: The case's folder, resolved.
+        here: Folder of the model that refers to the files, resolved.
+    """
+
+    def __init__(self, root: Path, here: Path) -> None:
+        self.root, self.here = root, here
+        self.files: dict[str, bytes] = {}
+        self._names: dict[tuple[Path, bool], str] = {}
+        self._read_files: list[Path] = []
+        self._total = 0
+
+    @property
+    def sources(self) -> list[Path]:
+        """The files as they lie in the case's folder, resolved."""
+        return list(dict.fromkeys(self._read_files))
+
+    def take(self, reference: str, suffixes: tuple[str, ...], *, folders: tuple[Path, ...] = (), painted: bool = True) -> str:
+        """Take in a file and return its new name.
+
+        Args:
+            reference: How the model names it.
+            suffixes: What its name may end in.
+            folders: Where it is looked for; beside the model if left out.
+            painted: Whether materials and pictures of a mesh come with it.
+
+        Raises:
+            AssetError: if it is not there, not in the case's folder, too large, or of a kind that is not read.
+        """
+        path = self._find(reference, folders or (self.here,))
+        if path.suffix.lower() not in suffixes:
+            raise AssetError(f"`{reference}` must end in one of {', '.join(suffixes)}")
+        key = (path, painted)
+        if key not in self._names:
+            content = self._read(path, reference)
+            if path.suffix.lower() == ".obj":
+                content = self._obj(content, path, painted=painted)
+            elif path.suffix.lower() == ".dae":
+                content = self._dae(content, path, reference)
+            elif path.suffix.lower() == ".glb":
+                _check_glb(content, reference)
+            self._names[key] = self._add(path, content)
+        return self._names[key]
+
+    def _find(self, reference: str, folders: tuple[Path, ...]) -> Path:
+        if not reference or "\\" in reference or "\0" in reference:
+            raise AssetError(f"`{reference}` is not a path with forward slashes")
+        if reference.startswith("package://"):
+            # Packages are a matter of the machine they were written on; here they are folders of the case.
+            rest = reference.removeprefix("package://")
+            above = [self.here, *self.here.parents]
+            above = above[: above.index(self.root) + 1]
+            candidates = [folder / part for part in (rest, rest.partition("/")[2]) if part for folder in above]
+            way_out = f"`{reference}` is in no folder of the case; copy its package into the case's folder"
+        elif "://" in reference or reference.startswith("file:"):
+            raise AssetError(f"`{reference}` is not a file of the case; copy it into the folder and give its relative path")
+        elif reference.startswith(("/", "~")) or re.match(r"[A-Za-z]:", reference):
+            raise AssetError(f"`{reference}` is an absolute path; copy it into the case's folder and give its relative path")
+        else:
+            candidates = [folder / reference for folder in folders]
+            way_out = f"`{reference}` does not exist in the case's folder"
+        for candidate in candidates:
+            path = inside(self.root, candidate, reference)
+            if path.is_file():
+                return path
+        raise AssetError(way_out)
+
+    def _read(self, path: Path, reference: str) -> bytes:
+        size = path.stat().st_size
+        self._total += size
+        if size > MAX_FILE:
+            raise AssetError(f"`{reference}` is too large ({size / 2**20:.0f} MiB; at most {MAX_FILE // 2**20} MiB)")
+        if self._total > MAX_TOTAL:
+            raise AssetError(f"its files are more than {MAX_TOTAL // 2**20} MiB in all")
+        if len(self.files) >= MAX_FILES:
+            raise AssetError(f"refers to more than {MAX_FILES} files")
+        self._read_files.append(path)
+        return path.read_bytes()
+
+    def _add(self, path: Path, content: bytes) -> str:
+        stem = re.sub(r"\W+", "_", path.stem)
+        suffix = path.suffix.lower()
+        name, number = stem + suffix, 1
+        while self.files.get(name, content) != content:
+            number += 1
+            name = f"{stem}_{number}{suffix}"
+        self.files[name] = content
+        return name
+
+    # --- what meshes refer to themselves ------------------------------------------------------------------------
+
+    def _picture(self, name: str, path: Path) -> str | None:
+        """Take in a picture that a mesh names; None if the case does not have it."""
+        try:
+            return self.take(name, PICTURES, folders=(path.parent,))
+        except AssetError:
+            return None
+
+    def _obj(self, content: bytes, path: Path, *, painted: bool) -> bytes:
+        lines = content.split(b"\n")
+        for index, line in enumerate(lines):
+            if line.lstrip()[:7].lower() == b"mtllib ":
+                name = self._material(line.strip()[7:].decode("utf-8", "replace").strip(), path) if painted else None
+                lines[index] = b"" if name is None else b"mtllib " + name.encode()
+        return b"\n".join(lines)
+
+    def _material(self, name: str, path: Path) -> str | None:
+        try:
+            material = self._find(name, (path.parent,))
+        except AssetError:
+            return None
+        lines = self._read(material, name).decode("utf-8", "replace").splitlines()
+        for index, line in enumerate(lines):
+            if _MTL_PICTURE.match(line):
+                # Options stand before the name, which may hold blanks only if there are none.
+                key, _, rest = line.strip().partition(" ")
+                picture = self._picture(rest.split()[-1] if rest.startswith("-") else rest.strip(), path)
+                lines[index] = "" if picture is None else f"{key} {picture}"
+        return self._add(material.with_suffix(".mtl"), "\n".join(lines).encode())
+
+    def _dae(self, content: bytes, path: Path, reference: str) -> bytes:
+        if b"\0" in content or b"<!DOCTYPE" in content or b"<!ENTITY" in content:
+            raise AssetError(f"`{reference}` declares a document type; export it again, as .obj or .glb")
+
+        def replace(found: re.Match[bytes]) -> bytes:
+            name = found[2].decode("utf-8", "replace").strip()
+            if not name.lower().endswith(PICTURES):
+                return found[0] if re.fullmatch(r"[\w.-]*", name) else found[1] + found[3]
+            return found[1] + (self._picture(name, path) or "").encode() + found[3]
+
+        return _DAE_PICTURE.sub(replace, content)
+
+
+def _check_glb(content: bytes, reference: str) -> None:
+    """Refuse a .glb that needs other files."""
+    try:
+        magic, _, _, length, _ = struct.unpack_from("<4sIIII", content)
+        document = json.loads(content[20 : 20 + length]) if magic == b"glTF" else None
+        parts = [*document.get("buffers", ()), *document.get("images", ())]  # type: ignore[union-attr]
+        uris = [part.get("uri", "data:") for part in parts]
+    except (struct.error, ValueError, AttributeError, TypeError, RecursionError):
+        raise AssetError(f"`{reference}` is not a .glb file") from None
+    if not all(isinstance(uri, str) and uri.startswith("data:") for uri in uris):
+        raise AssetError(f"`{reference}` needs other files; export it with everything embedded")

@@ -1,0 +1,54 @@
+"""MuJoCo's view of a model, taken in a process of its own: a hostile file can end only that."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from text2sim.spec_schema.errors import AssetError
+
+SCRIPT = Path(__file__).with_name("inspection_child.py")
+TIMEOUT = 120
+"""Seconds; a robot of a hundred meshes takes five on a busy machine."""
+
+Files = tuple[tuple[str, bytes], ...]
+
+
+@lru_cache(maxsize=32)
+def inspect_model(kind: str, text: str, files: Files) -> dict[str, Any]:
+    """Return bodies, joints, geoms and motors of a model as plain data.
+
+    Args:
+        kind: `mjcf` or `urdf`.
+        text: The document.
+        files: Name and content of every file that it refers to.
+
+    Raises:
+        AssetError: if MuJoCo refuses it, crashes on it, or takes too much time or memory.
+    """
+    with tempfile.TemporaryDirectory(prefix="text2sim-") as name:
+        folder = Path(name)
+        (folder / "files").mkdir()
+        for file, content in files:
+            (folder / "files" / file).write_bytes(content)
+        (folder / "model.xml").write_text(text, "utf-8")
+        # No path of ours: the script imports nothing of ours, and must not find a module of ours instead of another.
+        environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+        command = [sys.executable, "-P", str(SCRIPT), kind, str(folder)]
+        try:
+            done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, timeout=TIMEOUT, check=False)
+        except subprocess.TimeoutExpired:
+            raise AssetError(f"takes MuJoCo more than {TIMEOUT} s to read") from None
+        result = folder / "result.json"
+        if done.returncode or not result.is_file():
+            how = f"signal {-done.returncode}" if done.returncode < 0 else f"exit {done.returncode}"
+            said = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
+            raise AssetError(f"brings MuJoCo down ({', '.join([how, *said])[:200]})")
+        found: dict[str, Any] = json.loads(result.read_text("utf-8"))
+    if "error" in found:
+        raise AssetError(f"is refused by MuJoCo: {found['error'][:300]}")
+    return found

@@ -1,0 +1,187 @@
+"""Loads one model with MuJoCo from bytes and writes down what is in it. Run by `inspection.py`, alone in a process.
+
+    python inspection_child.py mjcf|urdf FOLDER
+
+FOLDER holds `model.xml` and `files/`; `result.json` is written into it.
+"""
+
+import json
+import math
+import sys
+from pathlib import Path
+
+MEMORY = 6 * 1024**3
+SECONDS = 100
+MAX_CORNERS = 1000
+
+# What the engine sets when it reads a URDF; visual meshes are not MuJoCo's business.
+URDF_OPTIONS = (
+    '<mujoco><compiler fusestatic="false" strippath="false" inertiafromgeom="false" balanceinertia="false" '
+    'discardvisual="true" autolimits="true" boundmass="1e-15" boundinertia="1e-15"/></mujoco></robot>'
+)
+JOINTS = {0: "free", 1: "ball", 2: "slider", 3: "hinge"}
+GEOMS = {0: "plane", 2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box", 7: "mesh"}
+
+
+def main(kind: str, folder: Path) -> None:
+    """Inspect the model in a folder."""
+    limit_resources()
+    import mujoco
+
+    text = (folder / "model.xml").read_text("utf-8")
+    assets = {path.name: path.read_bytes() for path in (folder / "files").iterdir()}
+    if kind == "urdf":
+        end = text.rindex("</robot>")
+        text = text[:end] + URDF_OPTIONS
+    try:
+        model = mujoco.MjModel.from_xml_string(text, assets)
+        found = describe(model)
+    except ValueError as error:
+        found = {"error": " ".join(str(error).split())}
+    (folder / "result.json").write_text(json.dumps(found), "utf-8")
+
+
+def limit_resources() -> None:
+    """Bound memory and time, where the system can."""
+    try:
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
+    except (ImportError, OSError, ValueError):
+        pass
+
+
+def describe(model) -> dict:
+    """Return everything that the compiler wants to know.
+
+    Raises:
+        ValueError: if a number of the compiled model is not finite.
+    """
+    found = {
+        "bodies": [
+            {
+                "name": model.body(i).name,
+                "parent": int(model.body_parentid[i]),
+                "pos": row(model.body_pos[i]),
+                "quat": row(model.body_quat[i]),
+                "mass": number(model.body_mass[i]),
+            }
+            for i in range(model.nbody)
+        ],
+        "joints": [joint(model, i) for i in range(model.njnt)],
+        "geoms": [geom(model, i) for i in range(model.ngeom)],
+        "loops": int(model.neq),
+        "motors": int(model.nu),
+    }
+    return found
+
+
+def joint(model, i: int) -> dict:
+    """Return one joint; its motor is what the engine makes of it."""
+    kind = JOINTS[int(model.jnt_type[i])]
+    dof = int(model.jnt_dofadr[i])
+    limited = bool(model.jnt_limited[i]) and kind in ("hinge", "slider")
+    return {
+        "name": model.jnt(i).name,
+        "kind": kind,
+        "body": int(model.jnt_bodyid[i]),
+        "axis": row(model.jnt_axis[i]),
+        "pos": row(model.jnt_pos[i]),
+        "range": row(model.jnt_range[i]) if limited else None,
+        "damping": number(model.dof_damping[dof]),
+        "friction": number(model.dof_frictionloss[dof]),
+        "armature": number(model.dof_armature[dof]),
+        "spring": number(model.jnt_stiffness[i]),
+        "motor": motor(model, i) if kind in ("hinge", "slider") else None,
+    }
+
+
+def motor(model, i: int) -> dict | None:
+    """Return gains and limit of the one motor on a joint, None if there is none or several."""
+    mine = [k for k in range(model.nu) if int(model.actuator_trntype[k]) in (0, 1) and int(model.actuator_trnid[k, 0]) == i]
+    if not mine:
+        tendons = {
+            t
+            for t in range(model.ntendon)
+            for w in range(int(model.tendon_adr[t]), int(model.tendon_adr[t]) + int(model.tendon_num[t]))
+            if int(model.wrap_type[w]) == 1 and int(model.wrap_objid[w]) == i
+        }
+        mine = [k for k in range(model.nu) if int(model.actuator_trntype[k]) == 3 and int(model.actuator_trnid[k, 0]) in tendons]
+    if len(mine) != 1:
+        return None
+    (k,) = mine
+    gear = number(model.actuator_gear[k, 0])
+    limits = []
+    affine = int(model.actuator_biastype[k]) == 1
+    if model.actuator_forcelimited[k]:
+        limits += row(model.actuator_forcerange[k])
+    if model.actuator_ctrllimited[k] and not affine:
+        limits += [gear * x for x in row(model.actuator_ctrlrange[k])]
+    if model.jnt_actfrclimited[i]:
+        limits += row(model.jnt_actfrcrange[i])
+    return {
+        "stiffness": -gear * number(model.actuator_biasprm[k, 1]) if affine else 0.0,
+        "damping": -gear * number(model.actuator_biasprm[k, 2]) if affine else 0.0,
+        "limit": min(map(abs, limits)) if limits else None,
+    }
+
+
+def geom(model, i: int) -> dict:
+    """Return one geom; a mesh by the corners of its convex hull, in the geom's frame."""
+    kind = GEOMS.get(int(model.geom_type[i]))
+    name = model.body(int(model.geom_bodyid[i])).name
+    if kind is None:
+        raise ValueError(f"a geom of `{name}` has a type that the engine does not have")
+    if kind == "plane":
+        raise ValueError(f"a geom of `{name}` is a plane; only the stage has planes: use a box")
+    return {
+        "kind": kind,
+        "body": int(model.geom_bodyid[i]),
+        "pos": row(model.geom_pos[i]),
+        "quat": row(model.geom_quat[i]),
+        "size": row(model.geom_size[i]),
+        "touches": bool(model.geom_contype[i] or model.geom_conaffinity[i]),
+        "corners": corners(model, int(model.geom_dataid[i])) if kind == "mesh" else [],
+    }
+
+
+def corners(model, mesh: int) -> list[list[float]]:
+    """Return the extreme points of a mesh, all of them if they are not many."""
+    import numpy as np
+
+    first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+    points = model.mesh_vert[first : first + count]
+    graph = int(model.mesh_graphadr[mesh])
+    if graph >= 0:
+        hull = int(model.mesh_graph[graph])
+        points = points[model.mesh_graph[graph + 2 + hull : graph + 2 + 2 * hull]]
+    if len(points) > MAX_CORNERS:
+        # Directions evenly over the sphere, on a golden spiral, and the axes.
+        k = np.arange(MAX_CORNERS)
+        z, turn = 1 - (2 * k + 1) / MAX_CORNERS, math.pi * (3 - math.sqrt(5)) * k
+        r = np.sqrt(1 - z**2)
+        directions = np.concatenate([np.stack([r * np.cos(turn), r * np.sin(turn), z], 1), np.eye(3), -np.eye(3)])
+        points = points[np.unique((points @ directions.T).argmax(axis=0))]
+    return [row(point) for point in points]
+
+
+def row(values) -> list[float]:
+    """Return plain numbers."""
+    return [number(value) for value in values]
+
+
+def number(value) -> float:
+    """Return a plain number.
+
+    Raises:
+        ValueError: if it is not finite.
+    """
+    value = float(value)
+    if not math.isfinite(value):
+        raise ValueError("the model has a number that is not finite")
+    return value
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], Path(sys.argv[2]))

@@ -1,0 +1,81 @@
+"""XML of unknown origin, read without anything that reaches beyond it."""
+
+import re
+from pathlib import Path
+from xml.etree import ElementTree as ET
+from xml.parsers import expat
+
+from text2sim.spec_schema.errors import AssetError
+
+MAX_BYTES = 2 * 1024 * 1024
+MAX_ELEMENTS = 20_000
+MAX_DEPTH = 100
+
+_NOT_A_NUMBER = re.compile(r"(?:^|[\s,])[+-]?(?:nan|inf|infinity)(?=$|[\s,])", re.IGNORECASE)
+_NUMBERS = frozenset(
+    "pos quat axisangle euler xyaxes zaxis fromto size range limit mass density friction inertia diaginertia fullinertia "
+    "damping armature stiffness frictionloss ref springref springlength margin gap gear kp kv forcerange ctrlrange gainprm "
+    "biasprm dynprm solref solimp solreflimit solimplimit solreffriction solimpfriction scale refpos refquat vertex "
+    "normal texcoord rgba anchor relpose torquescale polycoef coef width actuatorfrcrange "
+    "xyz rpy value ixx ixy ixz iyy iyz izz radius length lower upper effort velocity multiplier offset".split()
+)
+"""Attributes of MJCF and URDF that hold numbers; others hold names, among which `nan` is one like any other."""
+
+
+def parse_markup(path: Path) -> ET.Element:
+    """Return the root of a document, without comments and text; prefixes of names stay as they are written.
+
+    Raises:
+        AssetError: if it is too large, not well-formed, declares a document type or entities, or holds a number that
+            is not finite.
+    """
+    size = path.stat().st_size
+    if size > MAX_BYTES:
+        raise AssetError(f"is too large ({size / 2**20:.1f} MiB; at most {MAX_BYTES // 2**20} MiB)")
+    reader = _Reader()
+    try:
+        return reader.read(path.read_bytes())
+    except expat.ExpatError as error:
+        raise AssetError(f"is not well-formed XML: {expat.ErrorString(error.code)} in line {error.lineno}") from None
+
+
+class _Reader:
+    """Builds the tree element by element, so that nothing is expanded before it is judged."""
+
+    def __init__(self) -> None:
+        self.builder = ET.TreeBuilder()
+        self.depth = self.elements = 0
+        self.parser = expat.ParserCreate()
+        self.parser.StartElementHandler = self._start
+        self.parser.EndElementHandler = self._end
+        self.parser.StartDoctypeDeclHandler = self._doctype
+
+    def read(self, data: bytes) -> ET.Element:
+        self.parser.Parse(data, True)
+        return self.builder.close()
+
+    def _doctype(self, *_: object) -> None:
+        raise AssetError("declares a document type; remove `<!DOCTYPE …>` and its entities")
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        self.depth += 1
+        self.elements += 1
+        line = self.parser.CurrentLineNumber
+        if self.depth > MAX_DEPTH:
+            raise AssetError(f"is nested more than {MAX_DEPTH} deep (line {line})")
+        if self.elements > MAX_ELEMENTS:
+            raise AssetError(f"has more than {MAX_ELEMENTS} elements")
+        for name, value in attributes.items():
+            if name in _NUMBERS and _NOT_A_NUMBER.search(value):
+                raise AssetError(f"has a number that is not finite: {name}=\"{value[:40]}\" (line {line})")
+        self.builder.start(tag, attributes)
+
+    def _end(self, tag: str) -> None:
+        self.depth -= 1
+        self.builder.end(tag)
+
+
+def write_markup(root: ET.Element) -> str:
+    """Return the document as text, indented."""
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode") + "\n"

@@ -1,0 +1,218 @@
+"""Articulated bodies in MJCF and URDF files: checked, and made ready to lie in a program."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from text2sim.assets.bundle import Bundle, inside
+from text2sim.assets.inspection import inspect_model
+from text2sim.assets.markup import parse_markup
+from text2sim.assets.mjcf import read_mjcf
+from text2sim.assets.urdf import mesh_names, read_urdf
+from text2sim.spec_schema.errors import AssetError
+
+Vec = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+KINDS = {".xml": "mjcf", ".mjcf": "mjcf", ".urdf": "urdf"}
+TAGS = {"mjcf": "mujoco", "urdf": "robot"}
+
+
+@dataclass(frozen=True)
+class MechanismMotor:
+    """A motor that the file puts on a joint."""
+
+    stiffness: float
+    damping: float
+    limit: float | None
+    """Largest force [N or N m]."""
+
+
+@dataclass(frozen=True)
+class MechanismJoint:
+    """A joint between a link and its parent."""
+
+    name: str
+    link: str
+    kind: str
+    """hinge, slider, ball or free."""
+    axis: Vec
+    anchor: Vec
+    """[m], in the link's frame."""
+    range: tuple[float, float] | None
+    """[rad] or [m]"""
+    damping: float
+    friction: float
+    armature: float
+    spring: float
+    motor: MechanismMotor | None
+    limit: float | None
+    """Largest force [N or N m] that the file allows any motor on it."""
+
+
+@dataclass(frozen=True)
+class MechanismGeom:
+    """A shape of a link."""
+
+    kind: str
+    """sphere, capsule, ellipsoid, cylinder, box or mesh."""
+    pos: Vec
+    quat: Quaternion
+    size: Vec
+    """Radius and half lengths [m]."""
+    touches: bool
+    corners: tuple[Vec, ...]
+    """Of a mesh [m], in the geom's frame."""
+
+
+@dataclass(frozen=True)
+class MechanismLink:
+    """A link; the first of a mechanism is the world."""
+
+    name: str
+    parent: int
+    """Number of its parent."""
+    pos: Vec
+    quat: Quaternion
+    mass: float
+    """[kg]"""
+    geoms: tuple[MechanismGeom, ...]
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A file's articulated body, and all of it that goes into a program."""
+
+    kind: str
+    """mjcf or urdf."""
+    links: tuple[MechanismLink, ...]
+    """Parents before children."""
+    joints: tuple[MechanismJoint, ...]
+    loops: int
+    """Equality constraints."""
+    text: str
+    """The document: what the engine reads of it, with names for all links and joints."""
+    files: tuple[tuple[str, bytes], ...]
+    """Meshes and pictures, by the names that the document gives them."""
+    sources: tuple[str, ...]
+    """The same files, and the document, by their paths in the case's folder."""
+    inertialess: bool
+    """Whether some link's mass is left to its shape and density."""
+    notes: tuple[str, ...]
+    """What was left out or added."""
+
+    @property
+    def link_names(self) -> tuple[str, ...]:
+        """Names of the links, without the world."""
+        return tuple(link.name for link in self.links[1:])
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints that move, without the one that lets the root move freely."""
+        return tuple(joint.name for joint in self.joints if joint.kind != "free")
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg] of all links, where the file says it."""
+        return sum(link.mass for link in self.links)
+
+    @property
+    def actuated(self) -> bool:
+        """Whether the file puts a motor on some joint."""
+        return any(joint.motor is not None for joint in self.joints)
+
+
+def load_mechanism(folder: Path, file: str, *, base: str | None = None) -> Mechanism:
+    """Read an articulated body from the case's folder.
+
+    Nothing outside of the folder is opened. What MuJoCo has to parse, it parses in a process of its own, from bytes
+    that were read here.
+
+    Args:
+        folder: The case's folder.
+        file: Path inside it, ending in .xml (MJCF) or .urdf.
+        base: `fixed` or `free`; as the file has it if None.
+
+    Raises:
+        AssetError: if it cannot be used, with the reason and the way out.
+    """
+    try:
+        return _load(folder.resolve(), file, base)
+    except AssetError as error:
+        message = str(error)
+        raise AssetError(message if message.startswith(f"`{file}`") else f"`{file}` {_joined(message)}") from None
+
+
+def _joined(message: str) -> str:
+    # What is wrong with another file follows the name of the one that refers to it.
+    return f"refers to {message}" if message.startswith("`") else message
+
+
+def _load(root: Path, file: str, base: str | None) -> Mechanism:
+    if not file or file.startswith(("/", "~")) or "\\" in file or "\0" in file or "://" in file:
+        raise AssetError("must be a path inside the case's folder, with forward slashes")
+    path = inside(root, root / file, file)
+    kind = KINDS.get(path.suffix.lower())
+    if kind is None:
+        raise AssetError("must end in .xml (MJCF) or .urdf")
+    if not path.is_file():
+        raise AssetError("does not exist in the case's folder")
+    document = parse_markup(path)
+    if document.tag != TAGS[kind]:
+        raise AssetError(f"begins with <{document.tag}>; {kind.upper()} begins with <{TAGS[kind]}>")
+    bundle = Bundle(root, path.parent)
+    draft = (read_mjcf if kind == "mjcf" else read_urdf)(document, bundle, base)
+    files = tuple(bundle.files.items())
+    read = {name for name, _ in files} if kind == "mjcf" else mesh_names(draft.text)
+    model = inspect_model(kind, draft.text, tuple((name, content) for name, content in files if name in read))
+    sources = (file, *(str(source.relative_to(root)) for source in bundle.sources))
+    return Mechanism(
+        kind=kind,
+        links=_links(model),
+        joints=tuple(_joint(joint, model, draft.limits) for joint in model["joints"]),
+        loops=model["loops"] + draft.text.count("<mimic "),
+        text=draft.text,
+        files=files,
+        sources=sources,
+        inertialess=draft.inertialess,
+        notes=tuple(draft.notes),
+    )
+
+
+def _links(model: dict[str, Any]) -> tuple[MechanismLink, ...]:
+    geoms: list[list[MechanismGeom]] = [[] for _ in model["bodies"]]
+    for geom in model["geoms"]:
+        corners = tuple((x, y, z) for x, y, z in geom["corners"])
+        geoms[geom["body"]].append(
+            MechanismGeom(geom["kind"], _vec(geom["pos"]), _quat(geom["quat"]), _vec(geom["size"]), geom["touches"], corners)
+        )
+    return tuple(
+        MechanismLink(body["name"], body["parent"], _vec(body["pos"]), _quat(body["quat"]), body["mass"], tuple(own))
+        for body, own in zip(model["bodies"], geoms, strict=True)
+    )
+
+
+def _joint(joint: dict[str, Any], model: dict[str, Any], limits: dict[str, float]) -> MechanismJoint:
+    motor = joint["motor"]
+    return MechanismJoint(
+        name=joint["name"],
+        link=model["bodies"][joint["body"]]["name"],
+        kind=joint["kind"],
+        axis=_vec(joint["axis"]),
+        anchor=_vec(joint["pos"]),
+        range=None if joint["range"] is None else (joint["range"][0], joint["range"][1]),
+        damping=joint["damping"],
+        friction=joint["friction"],
+        armature=joint["armature"],
+        spring=joint["spring"],
+        motor=None if motor is None else MechanismMotor(**motor),
+        limit=limits.get(joint["name"], motor["limit"] if motor else None),
+    )
+
+
+def _vec(values: list[float]) -> Vec:
+    return (values[0], values[1], values[2])
+
+
+def _quat(values: list[float]) -> Quaternion:
+    return (values[0], values[1], values[2], values[3])

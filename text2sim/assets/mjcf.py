@@ -1,0 +1,202 @@
+"""MJCF documents, reduced to what the engine reads."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+from text2sim.assets.bundle import Bundle
+from text2sim.assets.markup import write_markup
+from text2sim.spec_schema.errors import AssetError
+
+MESHES = (".obj", ".stl")
+TEXTURES = (".png",)
+MAX_TEXTURE = 4096
+
+SECTIONS = frozenset("compiler default asset worldbody contact equality tendon actuator".split())
+IGNORED = frozenset("option size statistic visual sensor keyframe custom camera light".split())
+"""What the engine does not read, so that it is left out of the program."""
+KNOWN = {
+    "compiler": frozenset(),
+    "default": frozenset("default mesh material joint geom site pair equality tendon general motor position velocity".split()),
+    "asset": frozenset("mesh texture material layer".split()),
+    "worldbody": frozenset("body frame geom joint freejoint inertial site".split()),
+    "contact": frozenset("pair exclude".split()),
+    "equality": frozenset("connect weld joint".split()),
+    "tendon": frozenset("fixed spatial joint site geom pulley".split()),
+    "actuator": frozenset("general motor position velocity".split()),
+}
+"""Elements that may stand in each section, at any depth."""
+REASONS = {
+    "include": "put the content of the other file in its place",
+    "plugin": "the engine has no plugins",
+    "extension": "the engine has no plugins",
+    "hfield": "a height field cannot be part of a body",
+    "replicate": "write the copies out, or use `repeat` in the case",
+    "composite": "write its bodies out",
+    "attach": "put the other model's bodies in its place",
+    "model": "put the other model's bodies in its place",
+}
+GEOMS = frozenset("plane sphere capsule ellipsoid cylinder box mesh".split())
+TRANSMISSIONS = ("joint", "jointinparent", "tendon")
+DIRECTORIES = ("assetdir", "meshdir", "texturedir")
+
+
+@dataclass
+class Draft:
+    """A model on its way to a mechanism."""
+
+    text: str
+    notes: list[str] = field(default_factory=list)
+    limits: dict[str, float] = field(default_factory=dict)
+    """Largest force of a joint's motor by joint, where the document says it outside of an actuator."""
+    inertialess: bool = False
+    """Whether some link's mass is left to its shape and density."""
+
+
+def read_mjcf(root: ET.Element, bundle: Bundle, base: str | None) -> Draft:
+    """Return the model with its files taken into the bundle, and with a name for every body and joint.
+
+    Args:
+        root: The document's root; it is changed.
+        bundle: Takes in the files.
+        base: `fixed` or `free`, where the case says it; None as the document has it.
+
+    Raises:
+        AssetError: if there is something in it that cannot be simulated, or not safely.
+    """
+    _check_elements(root)
+    notes = _leave_out(root)
+    _take_files(root, bundle)
+    notes += _drop_grounds(root)
+    _name_all(root)
+    if base is not None:
+        _set_base(root, free=base == "free")
+    if root.find("tendon") is not None:
+        notes.append("the engine makes motors on tendons out of motors on their joints, and reads nothing else of tendons")
+    return Draft(write_markup(root), notes)
+
+
+def _check_elements(root: ET.Element) -> None:
+    for section in root:
+        if section.tag not in SECTIONS | IGNORED:
+            raise _refusal(section.tag)
+        if section.tag in IGNORED:
+            continue
+        for element in section.iter():
+            if element is not section and element.tag not in KNOWN[section.tag] | IGNORED:
+                raise _refusal(element.tag)
+            if element.tag == "geom" and element.get("type", "sphere") not in GEOMS:
+                raise AssetError(f"has a geom of type `{element.get('type')}`; the engine has {', '.join(sorted(GEOMS))}")
+            if section.tag == "actuator" and element is not section and not any(t in element.attrib for t in TRANSMISSIONS):
+                raise AssetError(f"has an actuator `{element.get('name', '')}` on something else than a joint; remove it")
+            if element.tag == "texture" and _larger(element.get("width"), element.get("height"), element.get("gridsize")):
+                raise AssetError(f"has a texture of more than {MAX_TEXTURE} x {MAX_TEXTURE} pixels")
+            if float(element.get("ref") or 0.0) and section.tag == "worldbody":
+                name = element.get("name", "")
+                raise AssetError(f"counts the position of joint `{name}` from ref=\"{element.get('ref')}\"; leave `ref` out")
+
+
+def _larger(*sizes: str | None) -> bool:
+    numbers = [number for size in sizes if size for number in size.split()]
+    return any(not number.isdigit() or int(number) > MAX_TEXTURE for number in numbers)
+
+
+def _refusal(tag: str) -> AssetError:
+    return AssetError(f"has `<{tag}>`, which cannot be simulated: {REASONS.get(tag, 'remove it')}")
+
+
+def _leave_out(root: ET.Element) -> list[str]:
+    found = set()
+    for parent in list(root.iter()):
+        for child in [child for child in parent if child.tag in IGNORED]:
+            found.add(child.tag)
+            parent.remove(child)
+    return [f"left out, for the engine does not read it: {', '.join(sorted(found))}"] if found else []
+
+
+def _take_files(root: ET.Element, bundle: Bundle) -> None:
+    where: dict[str, str] = {}
+    bare = False
+    for compiler in root.iter("compiler"):
+        where |= {key: compiler.attrib.pop(key) for key in DIRECTORIES if key in compiler.attrib}
+        bare = compiler.attrib.pop("strippath", "false") == "true" or bare
+    for asset in root.iter("asset"):
+        for element in asset:
+            for key in [key for key in element.attrib if key.startswith("file")]:
+                mesh = element.tag == "mesh"
+                folder = where.get("meshdir" if mesh else "texturedir", where.get("assetdir", ""))
+                reference = Path(element.attrib[key]).name if bare else element.attrib[key]
+                name = f"{folder.rstrip('/')}/{reference}" if folder and not reference.startswith("/") else reference
+                # Without a name of its own an asset goes by that of its file, which is about to change.
+                element.attrib.setdefault("name", Path(reference).stem)
+                element.attrib.pop("content_type", None)
+                element.set(key, bundle.take(name, MESHES if mesh else TEXTURES, painted=False))
+    if any("file" in element.attrib for element in root.iter() if element.tag not in ("mesh", "texture")):
+        raise AssetError("refers to a file outside of its meshes and textures")
+
+
+def _drop_grounds(root: ET.Element) -> list[str]:
+    dropped = 0
+    for world in root.iter("worldbody"):
+        for geom in [geom for geom in world.findall("geom") if geom.get("type") == "plane"]:
+            world.remove(geom)
+            dropped += 1
+    return ["its ground plane is left out: the stage is made of `scene.statics`"] if dropped else []
+
+
+def _name_all(root: ET.Element) -> None:
+    bodies = [body for world in root.iter("worldbody") for body in world.iter("body")]
+    taken = {element.get("name") for element in root.iter() if element.get("name")}
+
+    def fresh(stem: str) -> str:
+        name, number = stem, 1
+        while name in taken:
+            number += 1
+            name = f"{stem}_{number}"
+        taken.add(name)
+        return name
+
+    for index, body in enumerate(bodies):
+        name = body.get("name") or fresh(f"link_{index}")
+        body.set("name", name)
+        joints = _joints(body)
+        known = {joint.get("name") for joint in joints}
+        for joint in joints:
+            if joint.get("name"):
+                continue
+            # A joint goes by the name of its link, like those that are written in a case.
+            joint.set("name", name if name not in known else fresh(name))
+            known.add(joint.get("name"))
+
+
+def _joints(body: ET.Element) -> list[ET.Element]:
+    """The joints of a body itself, those in frames included."""
+    found = []
+    for child in body:
+        if child.tag in ("joint", "freejoint"):
+            found.append(child)
+        elif child.tag == "frame":
+            found += _joints(child)
+    return found
+
+
+def _roots(parent: ET.Element) -> list[ET.Element]:
+    found = []
+    for child in parent:
+        found += [child] if child.tag == "body" else _roots(child) if child.tag == "frame" else []
+    return found
+
+
+def _set_base(root: ET.Element, *, free: bool) -> None:
+    bodies = [body for world in root.iter("worldbody") for body in _roots(world)]
+    for body in bodies:
+        loose = [joint for joint in body if joint.tag == "freejoint" or joint.get("type") == "free"]
+        if not free:
+            for joint in loose:
+                body.remove(joint)
+        elif len(bodies) > 1:
+            raise AssetError("has several roots, so that `base: free` can be said only in the file, with `<freejoint/>`")
+        elif not loose:
+            if _joints(body):
+                raise AssetError(f"holds its root `{body.get('name')}` by a joint, so that `base` cannot be free")
+            body.insert(0, ET.Element("freejoint", name=str(body.get("name"))))

@@ -1,0 +1,206 @@
+"""URDF documents, reduced to what the engine reads."""
+
+import io
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree as ET
+
+from text2sim.assets.bundle import PICTURES, Bundle
+from text2sim.assets.markup import write_markup
+from text2sim.assets.mjcf import Draft
+from text2sim.spec_schema.circles import find_circles
+from text2sim.spec_schema.errors import AssetError, nearest
+
+if TYPE_CHECKING:
+    from yourdfpy.urdf import Joint, Robot
+
+COLLISIONS = (".obj", ".stl")
+VISUALS = (".obj", ".stl", ".dae", ".glb")
+KNOWN = {
+    "robot": frozenset("link joint material".split()),
+    "link": frozenset("inertial visual collision".split()),
+    "joint": frozenset("origin parent child axis limit dynamics mimic".split()),
+}
+"""What is kept; the rest (gazebo, transmission, safety_controller, …) does nothing in the engine, or something else."""
+KINDS = ("revolute", "continuous", "prismatic", "fixed")
+
+
+def read_urdf(root: ET.Element, bundle: Bundle, base: str | None) -> Draft:
+    """Return the model with its files taken into the bundle.
+
+    Args:
+        root: The document's root; it is changed.
+        bundle: Takes in the files.
+        base: `free` if its root is not held by the world.
+
+    Raises:
+        AssetError: if it is no tree of links, or there is something in it that cannot be simulated.
+    """
+    if any(element.tag.startswith("xacro:") for element in root.iter()):
+        raise AssetError("is a xacro document; write the URDF first: `xacro robot.urdf.xacro > robot.urdf`")
+    notes = _leave_out(root)
+    notes += _draw_collisions(root)
+    _take_files(root, bundle)
+    text = write_markup(root)
+    robot = _parse(text)
+    _check_tree(robot)
+    _check_joints(robot)
+    _check_masses(robot, free=base == "free")
+    limits = {j.name: j.limit.effort for j in robot.joints if j.limit is not None and (j.limit.effort or 0.0) > 0.0}
+    return Draft(text, notes, limits, any(link.inertial is None for link in robot.links))
+
+
+def _leave_out(root: ET.Element) -> list[str]:
+    found = set()
+    for parent in [root, *root]:
+        for child in [child for child in parent if parent.tag in KNOWN and child.tag not in KNOWN[parent.tag]]:
+            found.add(child.tag)
+            parent.remove(child)
+    return [f"left out, for it is no part of a body: {', '.join(sorted(found))}"] if found else []
+
+
+def _draw_collisions(root: ET.Element) -> list[str]:
+    bare = []
+    for link in root.iter("link"):
+        if link.find("visual") is None and link.find("collision") is not None:
+            bare.append(link.get("name", ""))
+            for collision in link.findall("collision"):
+                visual = ET.SubElement(link, "visual")
+                visual.extend(child for child in collision if child.tag in ("origin", "geometry"))
+    return [f"drawn as they touch, for they have no `<visual>`: {', '.join(bare)}"] if bare else []
+
+
+def _take_files(root: ET.Element, bundle: Bundle) -> None:
+    taken: dict[int, None] = {}
+    for parent, suffixes in (("collision", COLLISIONS), ("visual", VISUALS)):
+        for holder in root.iter(parent):
+            for mesh in holder.iter("mesh"):
+                # A drawn collision shape shares its element with the collision.
+                if id(mesh) not in taken:
+                    taken[id(mesh)] = None
+                    try:
+                        mesh.set("filename", bundle.take(mesh.get("filename", ""), suffixes, painted=parent == "visual"))
+                    except AssetError as error:
+                        raise AssetError(f"{error}" + (" for contact" if "must end" in str(error) else "")) from None
+    for texture in root.iter("texture"):
+        texture.set("filename", bundle.take(texture.get("filename", ""), PICTURES))
+
+
+def _parse(text: str) -> "Robot":
+    import yourdfpy
+
+    try:
+        urdf = yourdfpy.URDF.load(
+            io.BytesIO(text.encode()), build_scene_graph=False, load_meshes=False, build_collision_scene_graph=False,
+            load_collision_meshes=False,
+        )  # fmt: skip
+    except Exception as error:  # a reader of foreign files fails in every way there is
+        raise AssetError(f"is not a URDF document ({type(error).__name__}: {str(error)[:120]})") from None
+    return urdf.robot
+
+
+def _check_tree(robot: "Robot") -> None:
+    links = [link.name for link in robot.links]
+    joints = [joint.name for joint in robot.joints]
+    if not links:
+        raise AssetError("has no links")
+    for what, names in (("link", links), ("joint", joints)):
+        if not all(names):
+            raise AssetError(f"has a {what} without a name")
+        if len(set(names)) < len(names):
+            twice = next(name for name in names if names.count(name) > 1)
+            raise AssetError(f"has two {what}s named `{twice}`")
+    parents: dict[str, str] = {}
+    for joint in robot.joints:
+        for end in (joint.parent, joint.child):
+            if end not in links:
+                hint = nearest(end, links)
+                raise AssetError(f"joint `{joint.name}` names a link `{end}` that does not exist" + (f" (did it mean `{hint}`?)" if hint else ""))
+        if joint.child in parents:
+            raise AssetError(f"link `{joint.child}` hangs on two joints; a URDF is a tree")
+        parents[joint.child] = joint.parent
+    for circle in find_circles(parents):
+        raise AssetError(f"links hang on each other in a circle: {' -> '.join([*circle, circle[0]])}")
+    roots = [link for link in links if link not in parents]
+    if len(roots) != 1:
+        raise AssetError(f"has several roots ({', '.join(roots[:6])}); join them with fixed joints")
+
+
+def _check_joints(robot: "Robot") -> None:
+    joints = {joint.name: joint for joint in robot.joints}
+    for joint in robot.joints:
+        if joint.type not in KINDS:
+            way = "; whether the root moves freely is said by `base`" if joint.type == "floating" else ""
+            raise AssetError(f"joint `{joint.name}` is {joint.type}; the engine has {', '.join(KINDS)}{way}")
+        if joint.type == "fixed":
+            continue
+        if joint.axis is not None and not any(joint.axis):
+            raise AssetError(f"joint `{joint.name}` has an axis of length zero")
+        _check_limit(joint)
+        _check_mimic(joint, joints)
+    for circle in find_circles({joint.name: joint.mimic.joint for joint in robot.joints if joint.mimic is not None}):
+        raise AssetError(f"joints mimic each other in a circle: {' -> '.join([*circle, circle[0]])}")
+
+
+def _check_limit(joint: "Joint") -> None:
+    if joint.type == "continuous":
+        return
+    limit = joint.limit
+    if limit is None or limit.lower is None or limit.upper is None:
+        raise AssetError(f"joint `{joint.name}` ({joint.type}) has no limits: give it `<limit lower=… upper=…/>`, or make it continuous")
+    if limit.lower > limit.upper:
+        raise AssetError(f"joint `{joint.name}` has a lower limit ({limit.lower:g}) above its upper ({limit.upper:g})")
+
+
+def _check_mimic(joint: "Joint", joints: dict[str, Any]) -> None:
+    if joint.mimic is not None and (joint.mimic.joint not in joints or joints[joint.mimic.joint].type == "fixed"):
+        raise AssetError(f"joint `{joint.name}` mimics `{joint.mimic.joint}`, which is no joint that moves")
+
+
+def _check_masses(robot: "Robot", *, free: bool) -> None:
+    import numpy as np
+
+    for link in robot.links:
+        if link.inertial is None:
+            continue
+        mass, inertia = link.inertial.mass or 0.0, link.inertial.inertia
+        if mass < 0 or not math.isfinite(mass):
+            raise AssetError(f"link `{link.name}` has a mass of {mass:g} kg")
+        if inertia is None:
+            continue
+        low, middle, high = np.linalg.eigvalsh(0.5 * (inertia + inertia.T))
+        # What the engine allows for rounding.
+        if low < -1e-6 * high or low + middle < high * (1 - 1e-3) - 1e-9:
+            raise AssetError(
+                f"link `{link.name}` has an inertia that no body can have (principal moments {low:.3g}, {middle:.3g}, "
+                f"{high:.3g} kg m2); correct it, or leave out its `<inertial>`, so that shape and density say it"
+            )
+    _check_moving(robot, free=free)
+
+
+def _check_moving(robot: "Robot", *, free: bool) -> None:
+    """Refuse a moving link that weighs nothing, together with what is fixed to it."""
+    children: dict[str, list[str]] = {}
+    for joint in robot.joints:
+        if joint.type == "fixed":
+            children.setdefault(joint.parent, []).append(joint.child)
+    links = {link.name: link for link in robot.links}
+
+    def weighs(name: str) -> bool:
+        link = links[name]
+        own = bool(link.collisions or link.visuals) if link.inertial is None else (link.inertial.mass or 0.0) > 0
+        return own or any(weighs(child) for child in children.get(name, ()))
+
+    moving = [joint.child for joint in robot.joints if joint.type != "fixed"]
+    if free:
+        moving += {link.name for link in robot.links} - {joint.child for joint in robot.joints}
+    for name in moving:
+        if not weighs(name):
+            raise AssetError(f"link `{name}` moves and weighs nothing; give it an `<inertial>` or a shape")
+
+
+def mesh_names(text: str) -> set[str]:
+    """Return the names of the files that the contact shapes of a reduced document refer to."""
+    root = ET.fromstring(text)
+    return {Path(mesh.get("filename", "")).name for c in root.iter("collision") for mesh in c.iter("mesh")}
