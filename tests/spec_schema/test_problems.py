@@ -40,8 +40,15 @@ def test_problems_are_sorted_by_place_and_said_once():
 def test_a_problem_is_plain_data_for_machines():
     problem = Problem("/a", "x", 2, 1, "f.yaml", "b", "rule")
     assert json.loads(json.dumps(problem.as_dict())) == {
-        "path": "/a", "message": "x", "line": 2, "column": 1, "file": "f.yaml", "hint": "b", "rule": "rule", "severity": "error",
-    }  # fmt: skip
+        "path": "/a",
+        "message": "x",
+        "line": 2,
+        "column": 1,
+        "file": "f.yaml",
+        "hint": "b",
+        "rule": "rule",
+        "severity": "error",
+    }
 
 
 def test_nearest_words():

@@ -3,7 +3,7 @@
 import json
 from dataclasses import fields, is_dataclass, replace
 from hashlib import sha256
-from math import ceil
+from math import ceil, pi
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +13,17 @@ from text2sim.compiler.film import resolve_render
 from text2sim.compiler.lower import Lowering
 from text2sim.compiler.placement import Copy, place_all
 from text2sim.compiler.plan import EntityPlan, Group, Plan
-from text2sim.compiler.settings import Settings, Traits, damping_ratio, derive
+from text2sim.compiler.settings import CRISPNESS, Settings, Traits, derive
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.load import LoadedCase
 from text2sim.spec_schema.references import check_references
 
 ENERGY_BOUND = 0.95
-"""Largest substep over (time constant x damping ratio) at which a bouncing contact gains no energy."""
+"""Largest substep times angular frequency of a bouncing contact at which the engine stays stable."""
+SCATTER_BOUND = 0.4
+"""The same for a restitution that is met within 0.05, and contacts that gain next to no energy."""
+CRISP = 0.02
+"""Longest time [s] for which a bouncing contact may last without a warning."""
 
 
 def plan_case(loaded: LoadedCase) -> Plan:
@@ -57,7 +61,7 @@ def plan_case(loaded: LoadedCase) -> Plan:
         statics=statics,
         bodies=bodies,
         motors=tuple(lowering.motors),
-        contact=_damping(placed, bounce, set(scene.statics)) if bounce else {},
+        contact=_damping(placed, bounce, set(scene.statics), settings, scene.dt / settings.substeps) if bounce else {},
         initial=lowering.initial,
         velocities=tuple(rows.velocities),
         drives=tuple(rows.drives),
@@ -135,39 +139,46 @@ def _restitution(copy: Copy) -> float | None:
     return None if material is None else material.restitution
 
 
-def _damping(placed: dict[str, list[Copy]], bounce: dict[str, float], statics: set[str]) -> dict[str, float]:
-    """Damping ratio for every copy.
+def _damping(
+    placed: dict[str, list[Copy]], bounce: dict[str, float], statics: set[str], settings: Settings, step: float
+) -> dict[str, tuple[float, float]]:
+    """Time constant [s] and damping ratio for every copy.
 
-    The engine takes the mean of the two bodies' ratios. A static without a restitution of its own takes the largest
+    The engine takes the means of the two bodies' values. A static without a restitution of its own takes the largest
     of the scene, so that a ball bounces with its own value on a floor that says nothing.
     """
     largest = max(bounce.values())
-    ratios = {}
+    values = {}
     for name, group in placed.items():
         for copy in group:
-            value = bounce.get(copy.name, largest if name in statics else 0.0)
-            ratios[copy.name] = round(damping_ratio(value), 6)
-    return ratios
+            restitution = bounce.get(copy.name, largest if name in statics else 0.0)
+            time, ratio = settings.contact_damping(restitution, step)
+            values[copy.name] = (round(time, 9), round(ratio, 6))
+    return values
 
 
 def _check_bounce(loaded: LoadedCase, settings: Settings, bounce: dict[str, float]) -> list[Problem]:
-    if not bounce:
+    if not settings.bounce_time:
         return []
     largest = max(bounce.values())
-    step = loaded.case.scene.dt / settings.substeps
-    longest = ENERGY_BOUND * settings.timeconst * damping_ratio(largest)
+    scene, time = loaded.case.scene, settings.bounce_time
+    step = scene.dt / settings.substeps
     name = next(copy for copy, value in bounce.items() if value == largest).split("[")[0]
-    section = ("scene", "statics", name) if name in loaded.case.scene.statics else ("bodies", name)
+    section = ("scene", "statics", name) if name in scene.statics else ("bodies", name)
     pointer = (*section, "material", "restitution")
-    if step > longest * (1 + 1e-9):
-        needed = ceil(loaded.case.scene.dt / longest)
+    needed = ceil(scene.dt / (SCATTER_BOUND * time))
+    if step > ENERGY_BOUND * time * (1 + 1e-9):
         return [loaded.problem(pointer, f"restitution {largest:g} with contact timeconst {settings.timeconst:g} s would gain energy at a "
                                f"substep of {step:g} s; it needs scene.substeps of at least {needed}, or a longer timeconst",
                                rule="restitution-step")]
-    if settings.timeconst > 0.05 and loaded.case.scene.contact.timeconst is None:
-        needed = settings.timeconst / 0.05 * settings.substeps
-        return [loaded.problem(pointer, f"restitution {largest:g} at a substep of {step:g} s needs contacts that last {settings.timeconst:.2g} s "
-                               f"and are soft; with scene.substeps of {needed:.0f} or more they would be crisp", rule="soft-bounce", severity="warning")]
+    if step > SCATTER_BOUND * time * (1 + 1e-9):
+        return [loaded.problem(pointer, f"restitution {largest:g} scatters by up to 0.15 with the moment of touch, because a contact lasts only "
+                               f"{pi * time / step:.0f} substeps; it would be met with scene.substeps of {needed} or more",
+                               rule="rough-bounce", severity="warning")]
+    if pi * time > CRISP:
+        needed = ceil(scene.dt * pi / (CRISP * CRISPNESS))
+        return [loaded.problem(pointer, f"contacts that bounce last {pi * time:.2g} s and are soft; with scene.substeps of {needed} or more "
+                               "they would be crisp", rule="soft-bounce", severity="warning")]
     return []
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from text2sim.compiler.meshfile import load_mesh
+from text2sim.compiler.meshpaint import load_paint
 from text2sim.compiler.piece import Piece, cone_piece, outer_polygon_radius, ring_pieces, wall_pieces
 from text2sim.compiler.rotation import (
     IDENTITY,
@@ -107,13 +108,21 @@ def _mesh_piece(shape: Mesh, folder: Path) -> Piece:
     mesh, scale = load_mesh(shape.file, folder), shape.scale
     corners = tuple((x * scale, y * scale, z * scale) for x, y, z in mesh.hull_vertices.tolist())
     faces = tuple((a, b, c) for a, b, c in mesh.hull_faces.tolist())
-    return Piece("mesh", size=(scale,), vertices=corners, faces=faces, file=shape.file)
+    enclosed = mesh.volume * scale**3 if mesh.closed else 0.0
+    return Piece(
+        "mesh", size=(scale,), vertices=corners, faces=faces, file=shape.file, enclosed=enclosed,
+        decompose=shape.collision == "decompose",
+    )  # fmt: skip
 
 
 def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
-    """Return the smooth surfaces to draw instead of the pieces, or None where every piece draws itself.
+    """Return the surfaces to draw instead of the pieces, or None where every piece draws itself.
 
-    Of a compound only the parts that need one have a surface; it carries the part's name.
+    Of a compound only the parts that need one have a surface; it carries the part's name. A mesh has one for each
+    of its materials.
+
+    Raises:
+        AssetError: if a mesh file cannot be used.
     """
     if isinstance(shape, Compound):
         found = [
@@ -122,6 +131,11 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
             for mesh in visual_mesh(part.shape, folder) or ()
         ]
         return found or None
+    if isinstance(shape, Mesh):
+        return [
+            VisualMesh(p.vertices * shape.scale, p.faces, p.normals, uvs=p.uvs, picture=p.picture, rgba=p.rgba)
+            for p in load_paint(shape.file, folder)
+        ]
     return [surface(shape)] if isinstance(shape, Cone | Torus | Tube | Cup | Funnel) else None
 
 

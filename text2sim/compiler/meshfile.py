@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,10 +17,6 @@ SUFFIXES = (".obj", ".stl", ".ply", ".glb", ".gltf")
 MAX_BYTES = 64 * 1024 * 1024
 MAX_FACES = 200_000
 """What MuJoCo reads of a mesh."""
-MAX_SMOOTHED = 60_000
-SMOOTH = 0.6
-"""Edges [rad] below this angle are drawn round, where the file has no texture."""
-MAX_PICTURE = 2048
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +24,7 @@ class MeshFile:
     """A triangle mesh in its file's unit, with its convex hull."""
 
     vertices: "np.ndarray"
-    """(n, 3) float"""
+    """(n, 3) float, every corner once"""
     faces: "np.ndarray"
     """(m, 3) int"""
     hull_vertices: "np.ndarray"
@@ -40,27 +35,6 @@ class MeshFile:
     """Enclosed volume, or that of the hull where the surface is not closed."""
     closed: bool
     """Whether the surface encloses a volume."""
-    solid: tuple["np.ndarray", "np.ndarray"]
-    """Vertices and faces with every corner once, as contact and mass need them."""
-
-
-@dataclass(frozen=True, eq=False)
-class MeshPaint:
-    """A part of a mesh file as it is drawn, in the file's unit."""
-
-    vertices: "np.ndarray"
-    """(n, 3) float"""
-    faces: "np.ndarray"
-    """(m, 3) int"""
-    normals: "np.ndarray"
-    """(n, 3) float, unit length"""
-    uvs: "np.ndarray | None"
-    """(n, 2) float"""
-    picture: bytes | None
-    """A .png that `uvs` refer to."""
-    rgba: tuple[float, float, float, float] | None
-    """Colour, each channel in 0..1; None where the file says none."""
-
 
 def mesh_path(file: str, folder: Path) -> Path:
     """Return the path of a mesh of a case.
@@ -103,21 +77,12 @@ def load_mesh(file: str, folder: Path) -> MeshFile:
         raise AssetError(f"mesh file `{file}` {error}") from None
 
 
-def load_paint(file: str, folder: Path) -> list[MeshPaint]:
-    """Read what a mesh file of a case looks like, a part for each of its materials.
+def open_mesh(path: Path, root: Path, **options: Any) -> Any:
+    """Return what trimesh makes of a file; whatever that refers to must lie in the folder `root`.
 
     Raises:
-        AssetError: if it cannot be used.
+        AssetError: if it cannot be read.
     """
-    path = mesh_path(file, folder)
-    stat = path.stat()
-    try:
-        return _read_paint(path, folder.resolve(), stat.st_mtime_ns, stat.st_size)
-    except AssetError as error:
-        raise AssetError(f"mesh file `{file}` {error}") from None
-
-
-def _open(path: Path, root: Path, **options: Any) -> Any:
     import trimesh
 
     try:
@@ -131,8 +96,8 @@ def _open(path: Path, root: Path, **options: Any) -> Any:
         raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
 
 
-def _upright(vectors: "np.ndarray", path: Path) -> "np.ndarray":
-    """Turn glTF's y, which points up, to z."""
+def turn_upright(vectors: "np.ndarray", path: Path) -> "np.ndarray":
+    """Return vectors of a file, (n, 3), with z up: in glTF y points up."""
     import numpy as np
 
     if path.suffix.lower() not in (".glb", ".gltf"):
@@ -141,68 +106,13 @@ def _upright(vectors: "np.ndarray", path: Path) -> "np.ndarray":
 
 
 @lru_cache(maxsize=64)
-def _read_paint(path: Path, root: Path, _mtime: int, _size: int) -> list[MeshPaint]:
-    import numpy as np
-    import trimesh
-
-    scene = _open(path, root, force="scene")
-    parts = []
-    for mesh in scene.dump():
-        if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
-            continue
-        uvs, picture, rgba = _material(mesh)
-        if uvs is None and len(mesh.faces) <= MAX_SMOOTHED:
-            mesh = trimesh.graph.smooth_shade(mesh, angle=SMOOTH)
-        normals = np.asarray(mesh.vertex_normals, float)
-        vertices, normals = _upright(np.asarray(mesh.vertices, float), path), _upright(normals, path)
-        parts.append(MeshPaint(vertices, np.asarray(mesh.faces, np.int64), normals, uvs, picture, rgba))
-    return parts
-
-
-def _material(mesh: Any) -> "tuple[np.ndarray | None, bytes | None, tuple[float, float, float, float] | None]":
-    """Return texture coordinates, picture and colour of a mesh, as far as it has them."""
-    import numpy as np
-
-    visual = mesh.visual
-    if not getattr(visual, "defined", False):
-        return None, None, None
-    if visual.kind != "texture":
-        rgba = np.asarray(visual.main_color, float) / 255
-        return None, None, _rgba(rgba)
-    material = visual.material
-    picture = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
-    uvs = None if visual.uv is None else np.asarray(visual.uv, float)
-    if picture is None or uvs is None or len(uvs) != len(mesh.vertices) or not np.isfinite(uvs).all():
-        color = getattr(material, "main_color", None)
-        return None, None, None if color is None else _rgba(np.asarray(color, float) / 255)
-    return uvs, _png(picture), None
-
-
-def _rgba(values: Any) -> tuple[float, float, float, float]:
-    red, green, blue, alpha = (round(float(value), 4) for value in values)
-    return (red, green, blue, alpha)
-
-
-def _png(picture: Any) -> bytes:
-    """Return a picture as a .png in three channels, small enough for a film."""
-    try:
-        picture = picture.convert("RGB")
-        picture.thumbnail((MAX_PICTURE, MAX_PICTURE))
-        stream = BytesIO()
-        picture.save(stream, "PNG")
-    except Exception as error:  # damaged pictures fail in every way there is
-        raise AssetError(f"has a picture that cannot be read ({type(error).__name__}: {str(error)[:80]})") from error
-    return stream.getvalue()
-
-
-@lru_cache(maxsize=64)
 def _read(path: Path, root: Path, _mtime: int, _size: int) -> MeshFile:
     import numpy as np
     import trimesh
 
-    loaded = _open(path, root, force="mesh", skip_materials=True)
+    loaded = open_mesh(path, root, force="mesh", skip_materials=True)
     try:
-        vertices, faces = _upright(np.asarray(loaded.vertices, float), path), np.asarray(loaded.faces, np.int64)
+        vertices, faces = turn_upright(np.asarray(loaded.vertices, float), path), np.asarray(loaded.faces, np.int64)
     except Exception as error:  # a point cloud, a path or a scene has neither
         raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
     if len(faces) == 0 or not np.isfinite(vertices).all():
@@ -216,8 +126,8 @@ def _read(path: Path, root: Path, _mtime: int, _size: int) -> MeshFile:
         raise AssetError("is flat: a body needs thickness") from error
     closed = bool(mesh.is_volume)
     volume = float(mesh.volume if closed else hull.volume)
-    return MeshFile(vertices, faces, np.asarray(hull.vertices), np.asarray(hull.faces), volume, closed,
-                    (np.asarray(mesh.vertices), np.asarray(mesh.faces)))
+    parts = (mesh.vertices, mesh.faces, hull.vertices, hull.faces)
+    return MeshFile(*map(np.asarray, parts), volume, closed)
 
 
 class _Resolver(Mapping[str, bytes]):

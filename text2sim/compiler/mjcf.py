@@ -7,6 +7,8 @@ from text2sim.compiler.tree import IDENTITY, Tree, TreeGeom, TreeLink
 # The engine reads MuJoCo's collision masks within one model only: 1 and 2 keep a model's own links apart
 # while everything else still touches them.
 _MASKS = {True: {}, False: {"contype": "1", "conaffinity": "2"}}
+# Pieces of a link whose masks are equal would be melted into one mesh before that is taken apart.
+_APART = {True: {"contype": "3", "conaffinity": "3"}, False: {"contype": "4", "conaffinity": "8"}}
 
 
 def number(value: float) -> str:
@@ -24,7 +26,8 @@ def write_mjcf(tree: Tree, model: str, meshes: dict[str, str]) -> str:
     Args:
         tree: The mechanism.
         model: Its name.
-        meshes: File name (in the model's folder) of every drawn mesh by `VisualMesh.digest`.
+        meshes: File name (in the model's folder) of every drawn mesh by `VisualMesh.digest`, of its picture by
+            `VisualMesh.digest` and `.png`, and of every mesh that touches by `Piece.file`.
     """
     root = ET.Element("mujoco", model=model)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
@@ -56,6 +59,7 @@ class _Writer:
         self.asset = asset
         self.meshes = meshes
         self.masks = _MASKS[self_collision]
+        self.apart = _APART[self_collision]
         self.known: set[str] = set()
 
     def link(self, parent: ET.Element, link: TreeLink) -> None:
@@ -95,7 +99,10 @@ class _Writer:
             ET.SubElement(self.asset, "mesh", name=name, vertex=_row(x for v in piece.vertices for x in v))
         elif piece.kind == "mesh":
             attributes |= {"type": "mesh", "mesh": name}
-            ET.SubElement(self.asset, "mesh", name=name, vertex=_row(x for v in piece.vertices for x in v))
+            asset = {"name": name, "file": self.meshes[str(piece.file)], "inertia": "exact" if piece.enclosed else "convex"}
+            if piece.size[0] != 1.0:
+                asset["scale"] = _row(piece.size * 3)
+            ET.SubElement(self.asset, "mesh", asset)
         else:
             attributes |= {"type": piece.kind, "size": _row(_half(piece.kind, piece.size))}
         if any(piece.pos):
@@ -107,7 +114,7 @@ class _Writer:
             attributes["rgba"] = _row(geom.rgba)
         if not geom.drawn:
             attributes["group"] = "3"
-        ET.SubElement(body, "geom", attributes | self.masks)
+        ET.SubElement(body, "geom", attributes | (self.apart if piece.decompose else self.masks))
 
     def visual(self, body: ET.Element, name: str, visual: object) -> None:
         file = self.meshes[visual.mesh.digest]  # type: ignore[attr-defined]
@@ -116,9 +123,21 @@ class _Writer:
             ET.SubElement(self.asset, "mesh", name=file.removesuffix(".obj"), file=file, inertia="shell")
         attributes = {"name": name, "type": "mesh", "mesh": file.removesuffix(".obj"), "contype": "0",
                       "conaffinity": "0", "mass": "0", "group": "2"}
-        if visual.rgba is not None:  # type: ignore[attr-defined]
+        if visual.rgba is None and visual.mesh.picture is not None:  # type: ignore[attr-defined]
+            attributes["material"] = self.material(visual.mesh.digest)  # type: ignore[attr-defined]
+        elif visual.rgba is not None:  # type: ignore[attr-defined]
             attributes["rgba"] = _row(visual.rgba)  # type: ignore[attr-defined]
         ET.SubElement(body, "geom", attributes)
+
+    def material(self, digest: str) -> str:
+        """The material with the picture of a mesh."""
+        file = self.meshes[f"{digest}.png"]
+        name = file.removesuffix(".png")
+        if file not in self.known:
+            self.known.add(file)
+            ET.SubElement(self.asset, "texture", name=name, type="2d", file=file)
+            ET.SubElement(self.asset, "material", name=name, texture=name)
+        return name
 
 
 def _half(kind: str, size: tuple[float, ...]) -> tuple[float, ...]:

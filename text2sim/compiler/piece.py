@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from text2sim.compiler.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply
+from text2sim.compiler.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply, quat_rotate
 
 CONE_SIDES = 32
 
@@ -33,6 +33,10 @@ class Piece:
     """Triangles of a hull, counterclockwise from outside."""
     file: str | None = None
     """Of a mesh: path inside the case's folder."""
+    enclosed: float = 0.0
+    """Of a mesh: volume [m3] that its surface encloses; 0 if it is open, and its convex hull counts."""
+    decompose: bool = False
+    """Of a mesh: whether it touches by several convex pieces instead of its hull."""
     part: str | None = None
     """Of a compound: name of the part."""
 
@@ -48,7 +52,7 @@ class Piece:
         )
 
     def volume(self) -> float:
-        """Volume [m3] of the piece as the engine sees it (a mesh: of its convex hull)."""
+        """Volume [m3] of the piece, as it counts for the mass."""
         size = self.size
         if self.kind == "box":
             return size[0] * size[1] * size[2]
@@ -60,6 +64,8 @@ class Piece:
             return math.pi * size[0] ** 2 * size[1] + 4 / 3 * math.pi * size[0] ** 3
         if self.kind == "ellipsoid":
             return 4 / 3 * math.pi * size[0] * size[1] * size[2]
+        if self.enclosed:
+            return self.enclosed
         total = 0.0
         for i, j, k in self.faces:
             (ax, ay, az), (bx, by, bz), (cx, cy, cz) = self.vertices[i], self.vertices[j], self.vertices[k]
@@ -155,13 +161,41 @@ def piece_ball(piece: Piece) -> tuple[Vec, float]:
     return piece.pos, max(size)
 
 
+def piece_reach(piece: Piece, direction: Vec) -> float:
+    """Return the reach [m] of a piece along a direction of its body's frame: the largest `direction . x` of its points.
+
+    Args:
+        piece: The piece.
+        direction: Unit vector.
+    """
+    w, x, y, z = piece.quat
+    u = direction if piece.quat == IDENTITY else quat_rotate((w, -x, -y, -z), direction)
+    size = piece.size
+    if piece.kind in ("hull", "mesh"):
+        own = max(a * u[0] + b * u[1] + c * u[2] for a, b, c in piece.vertices)
+    elif piece.kind == "box":
+        own = sum(side * abs(c) for side, c in zip(size, u, strict=True)) / 2
+    elif piece.kind == "cylinder":
+        own = size[0] * math.hypot(u[0], u[1]) + size[1] / 2 * abs(u[2])
+    elif piece.kind == "capsule":
+        own = size[0] + size[1] / 2 * abs(u[2])
+    elif piece.kind == "ellipsoid":
+        own = math.hypot(*(r * c for r, c in zip(size, u, strict=True)))
+    else:
+        own = size[0]
+    return own + sum(p * c for p, c in zip(piece.pos, direction, strict=True))
+
+
 def piece_thickness(piece: Piece) -> float:
     """Return the smallest thickness [m] of a piece: what a fast body may jump over."""
     if piece.kind == "box":
         return min(piece.size)
     if piece.kind == "cylinder":
         return min(2 * piece.size[0], piece.size[1])
-    if piece.kind in ("hull", "mesh"):
+    if piece.kind == "mesh":
+        # The edges of a scanned hull say nothing about how thick it is.
+        return min(max(axis) - min(axis) for axis in zip(*piece.vertices, strict=True))
+    if piece.kind == "hull":
         return min(_sides(piece), default=0.0)
     return 2 * min(piece.size[:1] if piece.kind == "capsule" else piece.size)
 

@@ -153,8 +153,8 @@ class Plan:
     statics: tuple[Group, ...]
     bodies: tuple[Group, ...]
     motors: tuple[Motor, ...]
-    contact: dict[str, float]
-    """Damping ratio of contact by entity; empty unless some body bounces."""
+    contact: dict[str, tuple[float, float]]
+    """Time constant [s] and damping ratio of contacts by entity; empty unless some body bounces."""
     initial: dict[str, dict[str, float]]
     """Start positions of joints by entity."""
     velocities: tuple[Velocity, ...]

@@ -1,12 +1,17 @@
 """Solver settings that the author left open, derived from the scene, each with its reason."""
 
 from dataclasses import dataclass
-from math import ceil, log, pi, sqrt
+from math import acos, acosh, ceil, exp, sqrt
 
 from text2sim.spec_schema.scene import Scene
 
 CROWD = 100
 """More loose bodies than this and the Newton solver is 20 to 60 times slower than CG."""
+CRISPNESS = 0.25
+"""Substep times angular frequency of a contact that bounces. Restitution then scatters by some hundredths with the
+moment of touch within a step; at 0.85, near the end of what is stable, by 0.15, and contacts can gain energy."""
+BOUNCE_STEP = 0.0005
+"""Longest substep [s] for contacts that bounce; at this one they last 6 ms."""
 
 
 @dataclass(frozen=True)
@@ -41,11 +46,21 @@ class Settings:
     tolerance: float | None
     cone: str
     timeconst: float
+    bounce_time: float
+    """Inverse [s] of the angular frequency of contacts that bounce; 0 if none does."""
     max_pairs: int
     noslip: int
     hibernation: bool
     welds: int
     why: dict[str, str]
+
+    def contact_damping(self, restitution: float, step: float) -> tuple[float, float]:
+        """Time constant [s] and damping ratio for the contacts of a body, in a scene in which something bounces.
+
+        All contacts are equally stiff: their angular frequency is 1 / (time constant x damping ratio).
+        """
+        ratio = damping_ratio(restitution)
+        return max(self.bounce_time, 2 * step) if restitution <= 0.0 else self.bounce_time / ratio, ratio
 
     def notes(self) -> list[str]:
         """The reasons as lines `name = value: reason`."""
@@ -54,20 +69,38 @@ class Settings:
             "solver": self.solver,
             "friction_cone": self.cone,
             "timeconst": f"{self.timeconst:g} s",
+            "bounce_time": f"{self.bounce_time:.3g} s",
             "max_pairs": self.max_pairs,
         }
         return [f"{name} = {values[name]}: {reason}" for name, reason in self.why.items()]
 
 
-def damping_ratio(restitution: float) -> float:
-    """Damping ratio of a linear spring contact that returns `restitution` of the speed.
+def restitution_of(ratio: float) -> float:
+    """Restitution of a linear spring and damper that pushes but never pulls, for its damping ratio.
 
-    A damped oscillator leaves the contact with e = exp(-pi z / sqrt(1 - z^2)); solved for z.
+    The contact ends when its force is zero, which is before the spring is relaxed (Schwager and Pöschel 2007,
+    "Coefficient of restitution and linear-dashpot model revisited").
     """
-    if restitution <= 0:
+    if ratio < 1.0:
+        return exp(-2.0 * ratio / sqrt(1.0 - ratio**2) * acos(ratio))
+    if ratio > 1.0:
+        return exp(-2.0 * ratio / sqrt(ratio**2 - 1.0) * acosh(ratio))
+    return exp(-2.0)
+
+
+def damping_ratio(restitution: float) -> float:
+    """Damping ratio of a contact that returns `restitution` of the speed; 1 for none, as in every other contact.
+
+    At most 2: from there on the damping would undo more than the whole speed within a step. That is a restitution of
+    0.05.
+    """
+    if restitution <= 0.0:
         return 1.0
-    x = log(restitution)
-    return -x / sqrt(pi**2 + x**2)
+    low, high = 0.0, 2.0
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if restitution_of(middle) > restitution else (low, middle)
+    return high
 
 
 def derive(scene: Scene, traits: Traits) -> Settings:
@@ -91,7 +124,9 @@ def derive(scene: Scene, traits: Traits) -> Settings:
         iterations = 60 if solver == "cg" and traits.loose > CROWD else 50
     timeconst = scene.contact.timeconst
     if timeconst is None:
-        timeconst = _timeconst(step, traits, why)
+        timeconst = max(2 * step, 0.002)
+        why["timeconst"] = "two substeps: the stiffest contact that stays stable"
+    bounce_time = _bounce_time(scene, step, traits, why)
     max_pairs = scene.contact.max_pairs
     if max_pairs is None:
         max_pairs = max(150, 16 * traits.geoms)
@@ -107,6 +142,7 @@ def derive(scene: Scene, traits: Traits) -> Settings:
         tolerance=scene.solver.tolerance,
         cone=cone,
         timeconst=timeconst,
+        bounce_time=bounce_time,
         max_pairs=max_pairs,
         noslip=scene.solver.noslip_iterations,
         hibernation=scene.solver.hibernation,
@@ -130,17 +166,16 @@ def _substeps(scene: Scene, traits: Traits, why: dict[str, str]) -> int:
     if traits.fastest > 0:
         need(max(traits.thinnest / traits.fastest, 2e-4), f"at {traits.fastest:g} m/s a body may not cross the thinnest piece ({traits.thinnest:g} m) in one step")
     if traits.bounciest > 0:
-        need(0.001, "restitution is made from contact damping, which wants steps of a millisecond")
+        need(BOUNCE_STEP, "restitution is made from contact damping, which wants steps of half a millisecond")
     substeps = max(wanted)
     why["substeps"] = wanted[max(wanted)]
     return min(substeps, 50)
 
 
-def _timeconst(step: float, traits: Traits, why: dict[str, str]) -> float:
-    if traits.bounciest > 0:
-        # The engine's bound for a contact that must not gain energy is step <= 0.95 timeconst dampratio.
-        timeconst = max(2 * step, step / (0.85 * damping_ratio(traits.bounciest)))
-        why["timeconst"] = f"shortest contact that bounces with {traits.bounciest:g} without gaining energy at this step"
-        return timeconst
-    why["timeconst"] = "two substeps: the stiffest contact that stays stable"
-    return max(2 * step, 0.002)
+def _bounce_time(scene: Scene, step: float, traits: Traits, why: dict[str, str]) -> float:
+    if traits.bounciest <= 0:
+        return 0.0
+    if scene.contact.timeconst is not None:
+        return scene.contact.timeconst * damping_ratio(traits.bounciest)
+    why["bounce_time"] = "contacts that bounce last pi times this; shorter ones would scatter at this substep"
+    return step / CRISPNESS

@@ -33,6 +33,12 @@ class VisualMesh:
     """(n, 3) float, unit length"""
     part: str | None = None
     """Of a compound: name of the part."""
+    uvs: "np.ndarray | None" = None
+    """(n, 2) float: place of each vertex in the picture."""
+    picture: bytes | None = None
+    """A .png that is drawn on it."""
+    rgba: tuple[float, float, float, float] | None = None
+    """Colour that it has of itself."""
 
     @cached_property
     def digest(self) -> str:
@@ -42,6 +48,8 @@ class VisualMesh:
         content = hashlib.sha256()
         content.update((np.round(self.vertices * 1e7).astype("<i8")).tobytes())
         content.update(self.faces.astype("<i4").tobytes())
+        if self.uvs is not None:
+            content.update((np.round(self.uvs * 1e6).astype("<i8")).tobytes())
         return content.hexdigest()
 
     def at(self, pos: Vec, quat: Quaternion, part: str | None) -> "VisualMesh":
@@ -59,7 +67,11 @@ class VisualMesh:
 
         lines = [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in (self.vertices + 0.0).tolist()]
         lines += [f"vn {x:.5f} {y:.5f} {z:.5f}" for x, y, z in (np.round(self.normals, 5) + 0.0).tolist()]
-        lines += [f"f {a}//{a} {b}//{b} {c}//{c}" for a, b, c in (self.faces + 1).tolist()]
+        if self.uvs is None:
+            lines += [f"f {a}//{a} {b}//{b} {c}//{c}" for a, b, c in (self.faces + 1).tolist()]
+        else:
+            lines += [f"vt {u:.6g} {v:.6g}" for u, v in (self.uvs + 0.0).tolist()]
+            lines += [f"f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}" for a, b, c in (self.faces + 1).tolist()]
         return "\n".join(lines) + "\n"
 
 

@@ -429,8 +429,8 @@ Event = Annotated[
 class Expect(Model):
     """What must come true, of an event or of a measure.
 
-    An event happens (`within` a span, `count` times, `before` another) or `never`; a measure is `above`, `below` or
-    near a value (`equals`, `tolerance`), `at` a time or `during` a span.
+    An event happens (`within` a span, `count` times, `before` another) or `never`; a measure is `above`,
+    `below` or near a value (`equals`, `tolerance`), `at` a time or `during` a span.
     """
 
     event: Name | None = None

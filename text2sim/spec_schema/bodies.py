@@ -106,7 +106,7 @@ class Rigid(_Placed):
 
 
 class Driven(_Placed):
-    """A body with prescribed motion: infinitely strong, listed in the evidence, never the subject of an event."""
+    """A body with prescribed motion: infinitely strong, named in the evidence, never subject of an event."""
 
     kind: Literal["driven"]
     shape: Shape

@@ -151,7 +151,7 @@ def _flow(entry: Entry, slot: Slot | None = None) -> str:
 
 
 def _in_order(entry: Entry, slot: Slot | None) -> list[Entry]:
-    """Entries of a collection in canonical order: that of the language for a model, the author's otherwise."""
+    """Entries in canonical order: that of the language for the fields of a model, the author's otherwise."""
     if not entry.mapping or slot is None or not is_model(slot.base):
         return entry.value
     ranks = {key: rank for rank, key in enumerate(fields_of(slot.base))}

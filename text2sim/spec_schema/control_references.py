@@ -87,7 +87,7 @@ def check_joint(cast: Cast, where: Path, member: Member, purpose: str) -> Any:
         message = f"`{name}` has no joint to {purpose}: {mount}, not hinge or slider"
     elif isinstance(model, Articulated):
         what = "is the root" if joint is None else f"has a {joint.kind} joint"
-        message = f"`{member.text}` {what}; only a hinge or slider can be {purpose}{'n' if purpose == 'drive' else 'd'}"
+        message = f"`{member.text}` {what}; only a hinge or slider has something to {purpose}"
     else:
         kind = "static" if member.static else model.kind
         message = f"`{name}` ({kind}) has no hinge or slider to {purpose}"
@@ -163,8 +163,8 @@ def _check_attach(cast: Cast, where: Path, name: str, control: Attach) -> None:
     if body.text == target.text and (body.count == 1 or body.part == target.part):
         cast.report((*where, "to"), f"`{body.text}` cannot be attached to itself", "itself")
     elif 1 not in (body.count, target.count) and body.count != target.count:
-        message = f"copies are attached one to one, and `{body.text}` means {body.count}, `{target.text}` {target.count}"
-        cast.report((*where, "to"), message, "pairs")
+        counts = f"`{body.text}` means {body.count}, `{target.text}` {target.count}"
+        cast.report((*where, "to"), f"copies are attached one to one, and {counts}", "pairs")
 
 
 def _targets(cast: Cast, name: str, control: Attach) -> list[str]:

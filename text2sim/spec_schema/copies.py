@@ -6,7 +6,7 @@ from text2sim.spec_schema.placement import Grid, Repeat, RunningBond
 
 
 def count_copies(repeat: Repeat | None) -> int:
-    """Number of copies; 1 without `repeat`. Half ends give every second row of a running bond one box more."""
+    """Number of copies; 1 without `repeat`. Half ends give every second row of a bond one box more."""
     if repeat is None:
         return 1
     if isinstance(repeat, Grid):

@@ -59,8 +59,7 @@ class Document:
     sites: dict[Path, str]
 
     def place(self, path: Path, *, key: bool = False) -> tuple[int, int]:
-        """Line and column of the value at `path` (of its key, if `key`), or of what there is of the way to
-        it."""
+        """Line and column of a value, or of its key; of what there is of the way to it, if it is missing."""
         node = self.root
         place = (node.line, node.column)
         for step in path:

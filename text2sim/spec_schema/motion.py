@@ -102,9 +102,8 @@ class Waypoints(Model):
     @model_validator(mode="after")
     def _growing(self) -> "Waypoints":
         if len(self.times) != len(self.positions):
-            raise ValueError(
-                f"times and positions must have the same length (got {len(self.times)} and {len(self.positions)})"
-            )
+            counts = f"{len(self.times)} and {len(self.positions)}"
+            raise ValueError(f"times and positions must have the same length (got {counts})")
         if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
             raise ValueError("times must grow")
         return self

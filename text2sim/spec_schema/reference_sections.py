@@ -121,7 +121,7 @@ SECTIONS = (
         "part",
         3,
         (bodies.Link, bodies.Loop, bodies.JointOverride, bodies.Payload),
-        "In `links`, `loops`, `joints` and `payload`. Each link but the root has a `joint`, of a kind of mount other than free.",
+        "In `links`, `loops`, `joints`, `payload`. Every link but the root has a `joint`, which is like a mount.",
     ),
     Section("Motions", "motion", 3, motion.Motion, "In `motion` of a driven body.", "motions"),
     Section("Shapes", "shape", 2, shapes.StaticShape, "In `shape`.", "shapes"),

@@ -156,7 +156,6 @@ class Render(Model):
     @model_validator(mode="after")
     def _even(self) -> "Render":
         if self.resolution[0] % 2 or self.resolution[1] % 2:
-            raise ValueError(
-                f"resolution must be even, for the video encoder (got {self.resolution[0]} x {self.resolution[1]})"
-            )
+            width, height = self.resolution
+            raise ValueError(f"resolution must be even, for the video encoder (got {width} x {height})")
         return self

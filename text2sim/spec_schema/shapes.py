@@ -100,9 +100,8 @@ class Tube(Model):
     @model_validator(mode="after")
     def _hollow(self) -> "Tube":
         if self.inner_radius >= self.outer_radius:
-            raise ValueError(
-                f"inner_radius must be smaller than outer_radius (got {self.inner_radius:g} and {self.outer_radius:g})"
-            )
+            radii = f"{self.inner_radius:g} and {self.outer_radius:g}"
+            raise ValueError(f"inner_radius must be smaller than outer_radius (got {radii})")
         return self
 
 

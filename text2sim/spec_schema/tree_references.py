@@ -1,8 +1,8 @@
 """Whether the links of an articulated body make a tree, and its other names fit."""
 
-from math import degrees, radians
+from math import degrees
 
-from text2sim.spec_schema.bodies import Articulated, HingeJoint, Link, SliderJoint
+from text2sim.spec_schema.bodies import Articulated, HingeJoint, Joint, Link, SliderJoint
 from text2sim.spec_schema.cast import Cast
 from text2sim.spec_schema.circles import find_circles
 from text2sim.spec_schema.document import Path
@@ -79,18 +79,16 @@ def _check_initial(cast: Cast, root: Path, body: Articulated, links: dict[str, L
             what = f"`{name}` has no hinge or slider" if name in links else f"there is no joint `{name}`"
             cast.report(where, what, "unknown-joint", nearest(name, movable), key=True)
             continue
-        joint = links[name].joint
-        if isinstance(joint, HingeJoint) and joint.range_deg is not None:
-            low, high = (radians(angle) for angle in joint.range_deg)
-            if not low <= value <= high:
-                message = f"starts outside its range: {degrees(value):g} deg is not from {degrees(low):g} to {degrees(high):g}"
-                cast.report(where, message, "range")
-        elif (
-            isinstance(joint, SliderJoint)
-            and joint.range is not None
-            and not joint.range[0] <= value <= joint.range[1]
-        ):
-            message = (
-                f"starts outside its range: {value:g} m is not from {joint.range[0]:g} to {joint.range[1]:g}"
-            )
+        low, high, start, unit = _start_and_range(links[name].joint, value)
+        if not low <= start <= high:
+            message = f"starts outside its range: {start:.5g} {unit} is not from {low:g} to {high:g}"
             cast.report(where, message, "range")
+
+
+def _start_and_range(joint: Joint | None, value: float) -> tuple[float, float, float, str]:
+    """Range and start position of a joint, in the unit of its range."""
+    if isinstance(joint, HingeJoint) and joint.range_deg is not None:
+        return (*joint.range_deg, round(degrees(value), 9), "deg")
+    if isinstance(joint, SliderJoint) and joint.range is not None:
+        return (*joint.range, value, "m")
+    return (value, value, value, "")
