@@ -124,8 +124,12 @@ class TestVolume:
             if piece.kind == "hull":
                 assert piece.volume() == pytest.approx(ConvexHull(piece.vertices).volume)
 
-    def test_native_shapes_draw_themselves(self):
-        assert visual_mesh(make("box"), HERE) is None
+    def test_round_shapes_without_edges_draw_themselves(self):
+        assert visual_mesh(make("sphere"), HERE) is None
+
+    def test_boxes_are_drawn_with_sharp_edges(self):
+        (mesh,) = visual_mesh(make("box"), HERE)
+        assert len(mesh.vertices) == 24 and set(abs(mesh.normals).max(axis=1)) == {1.0}
 
 
 class TestExtents:

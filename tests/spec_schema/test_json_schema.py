@@ -73,6 +73,8 @@ def test_what_is_wrong_is_wrong(validator, stage, edit):
 PARENTS = {
     "shapes": "/bodies/ball",
     "mounts": "/bodies/ball",
+    "places": "/bodies/ball",
+    "surfaces": "/bodies/ball",
     "repeats": "/bodies/ball",
     "regions": "/actions/measures/it",
     "bodies": "/bodies",
@@ -101,6 +103,8 @@ def test_every_example_is_valid(validator, stage, section, kind):
         edits[parent] = {**FRAMES[section], **fragment}
     else:
         edits = {f"{parent}/{key}": value for key, value in fragment.items()}
+    if "place" in fragment:
+        edits["/bodies/ball/pose"] = None
     if section == "expectations":
         edits["/actions/measures/ball_speed"] = {"kind": "speed", "of": "ball"}
     if section in ("mounts", "repeats"):  # a ball that hangs or is many is not launched

@@ -1,5 +1,7 @@
 """Problems land on the right character, in the words of the language; copies differ where they should."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -225,3 +227,12 @@ def test_pointers_and_paths():
     assert pointer(("a/b", 0, "c~d")) == "/a~1b/0/c~0d"
     assert parse_pointer("/a~1b/0/c~0d") == ("a/b", 0, "c~d")
     assert parse_pointer("") == ()
+
+
+def test_checking_a_case_imports_nothing_heavy():
+    heavy = "{'numpy', 'genesis', 'torch', 'trimesh', 'ruamel', 'jsonschema', 'rich', 'typer', 'scipy'}"
+    code = (
+        "import sys, text2sim.spec_schema.load, text2sim.spec_schema.references;"
+        f"found = {heavy} & set(sys.modules); assert not found, found"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

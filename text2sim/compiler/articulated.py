@@ -42,4 +42,4 @@ def articulated_tree(body: Articulated, shaped: Shaped) -> Tree:
         for loop in body.loops.values()
     )
     (root,) = children[None]
-    return Tree((build(root),), loops, self_collision=body.self_collision, initial=dict(body.initial))
+    return Tree((build(root),), loops, self_collision=bool(body.self_collision), initial=dict(body.initial))

@@ -18,7 +18,7 @@ from text2sim.compiler.rotation import (
     quat_rotate,
     quat_to_rows,
 )
-from text2sim.compiler.surface import VisualMesh, surface
+from text2sim.compiler.surface import Drawn, VisualMesh, surface
 from text2sim.spec_schema.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
 from text2sim.spec_schema.scene import Static
 from text2sim.spec_schema.shapes import Compound, Cone, Cup, Ellipsoid, Funnel, Mesh, Torus, Tube
@@ -136,7 +136,7 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
             VisualMesh(p.vertices * shape.scale, p.faces, p.normals, uvs=p.uvs, picture=p.picture, rgba=p.rgba)
             for p in load_paint(shape.file, folder)
         ]
-    return [surface(shape)] if isinstance(shape, Cone | Torus | Tube | Cup | Funnel) else None
+    return [surface(shape)] if isinstance(shape, Drawn) else None
 
 
 def volume(shape: Any, folder: Path) -> float:

@@ -1,22 +1,29 @@
 """Copies of bodies and statics become entities of the engine."""
 
-from dataclasses import dataclass, field
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from functools import singledispatchmethod
 from hashlib import sha256
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
+from text2sim.assets.mechanism import Mechanism, load_mechanism
 from text2sim.compiler import generators, geometry
 from text2sim.compiler.articulated import articulated_tree
+from text2sim.compiler.filebody import file_changes, file_motors, mechanism_tree
 from text2sim.compiler.joints import joint_of
 from text2sim.compiler.looks import rgba_of
+from text2sim.compiler.meshfile import load_mesh
 from text2sim.compiler.mjcf import write_mjcf
 from text2sim.compiler.piece import piece_ball, piece_thickness
 from text2sim.compiler.placement import Copy
-from text2sim.compiler.plan import EntityPlan, Motor, Surface
+from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
 from text2sim.compiler.rotation import frame_apply, quat_conjugate, quat_rotate, vector_unit
+from text2sim.compiler.surface import VisualMesh
 from text2sim.compiler.tree import Tree, TreeGeom, TreeJoint, TreeLink, TreeVisual, link_colors, tree_balls, uncolored
 from text2sim.spec_schema.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
+from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.materials import Look, Material
 from text2sim.spec_schema.motion import Oscillate, Spin
 from text2sim.spec_schema.scene import Static
@@ -25,6 +32,8 @@ from text2sim.spec_schema.shapes import Compound
 NATIVE = {"box": "Box", "sphere": "Sphere", "cylinder": "Cylinder"}
 IMMOVABLE = 1e5
 """Armature [kg or kg m2] of a driven body's joints: contact cannot push it back."""
+PIECES_OF_A_MESH = 16
+"""Convex pieces that a mesh is taken to fall into; only the engine knows how many there are."""
 
 
 @dataclass
@@ -34,7 +43,13 @@ class Lowering:
     folder: Path
     files: dict[str, bytes] = field(default_factory=dict)
     motors: list[Motor] = field(default_factory=list)
+    changes: list[JointChange] = field(default_factory=list)
+    unpowered: list[str] = field(default_factory=list)
+    notes: dict[str, None] = field(default_factory=dict)
+    """What was done to files, each once."""
     initial: dict[str, dict[str, float]] = field(default_factory=dict)
+    mechanisms: dict[tuple[str, str | None], Mechanism] = field(default_factory=dict)
+    """By file and base."""
     trees: dict[str, Tree] = field(default_factory=dict)
     """Tree by name of the copy, for lookups of links and joints."""
     balls: dict[str, list[tuple[tuple[float, float, float], float]]] = field(default_factory=dict)
@@ -140,32 +155,98 @@ class Lowering:
 
     def _model(self, copy: Copy, tree: Tree) -> EntityPlan:
         meshes: dict[str, str] = {}
+        decompose: set[bool] = set()
         for link in tree.links():
             for visual in link.visuals:
-                name = f"{visual.mesh.digest[:12]}.obj"
-                meshes[visual.mesh.digest] = name
-                self.files.setdefault(f"models/{name}", visual.mesh.obj().encode())
-            self.pieces += len(link.geoms)
-        self.pieces += len(tree.fixtures)
+                mesh, digest = visual.mesh, visual.mesh.digest
+                meshes[digest] = self._file(f"{digest[:12]}.obj", mesh.obj)
+                if mesh.picture is not None:
+                    meshes[f"{digest}.png"] = self._file(f"{digest[:12]}.png", lambda mesh=mesh: mesh.picture or b"")
+            for piece in (geom.piece for geom in link.geoms if geom.piece.file is not None):
+                meshes[str(piece.file)] = self._mesh(str(piece.file))
+                decompose.add(piece.decompose)
+        if len(decompose) > 1:
+            raise AssetError("the engine takes apart all meshes of a body or none: give all of them the same `collision`")
         # One colour for all is given to the entity, so that copies in several colours share one file.
         colors = {rgba for link in tree.links() for rgba in link_colors(link)} | {geom.rgba for geom in tree.fixtures}
         surface = None
         if len(colors) == 1 and (rgba := colors.pop()) is not None:
             surface = Surface(rgba, copy.model.look.finish)
             tree = uncolored(tree)
-        self.trees[copy.name] = tree
-        self.balls[copy.name] = [(frame_apply(copy.pos, copy.quat, center), radius) for center, radius in tree_balls(tree)]
-        if tree.initial:
-            self.initial[copy.name] = tree.initial
+        self._take_in(copy, tree)
         text = write_mjcf(tree, copy.body, meshes).encode()
         path = f"models/{copy.body}.xml"
         if self.files.get(path, text) != text:
             path = f"models/{copy.body}_{sha256(text).hexdigest()[:8]}.xml"
         self.files[path] = text
-        return EntityPlan(copy.name, "MJCF", {"file": path}, copy.pos, copy.quat, surface=surface)
+        options: dict[str, Any] = {"file": path}
+        if decompose:
+            options["decompose"] = decompose.pop()
+        return EntityPlan(copy.name, "MJCF", options, copy.pos, copy.quat, surface=surface)
+
+    def _take_in(self, copy: Copy, tree: Tree) -> None:
+        """Remember what the rest of the compiler asks about a tree."""
+        self.trees[copy.name] = tree
+        self.balls[copy.name] = [(frame_apply(copy.pos, copy.quat, center), radius) for center, radius in tree_balls(tree)]
+        if tree.initial:
+            self.initial[copy.name] = tree.initial
+        geoms = [geom for link in tree.links() for geom in link.geoms] + list(tree.fixtures)
+        self.pieces += sum(PIECES_OF_A_MESH if geom.piece.decompose else 1 for geom in geoms)
+
+    def _file(self, name: str, content: Callable[[], str | bytes]) -> str:
+        """Put a file beside the models, once, and return its name."""
+        path = f"models/{name}"
+        if path not in self.files:
+            made = content()
+            self.files[path] = made.encode() if isinstance(made, str) else made
+        return name
+
+    def _mesh(self, file: str) -> str:
+        """Put the surface of a mesh file beside the models, as contact and mass need it."""
+        mesh = load_mesh(file, self.folder)
+        stem = re.sub(r"\W+", "_", PurePosixPath(file).stem)
+        digest = sha256(mesh.vertices.tobytes() + mesh.faces.tobytes()).hexdigest()
+        return self._file(f"{stem}_{digest[:12]}.obj", lambda: mesh.obj())
 
     def _from_file(self, model: Articulated, copy: Copy) -> EntityPlan:
-        raise NotImplementedError
+        assert model.file is not None
+        mechanism = self._mechanism(model.file, model.base)
+        tree = mechanism_tree(mechanism, model)
+        self._take_in(copy, tree)
+        touching = [geom.piece for link in tree.links() for geom in link.geoms if geom.drawn]
+        self.thinnest = min(self.thinnest, *(piece_thickness(piece) for piece in touching), self.thinnest)
+        self.motors += file_motors(mechanism, model, copy.name)
+        self.changes += file_changes(model, copy.name)
+        self.notes |= {f"{copy.body}: {note}": None for note in mechanism.notes}
+        urdf = mechanism.kind == "urdf"
+        options: dict[str, Any] = {"file": self._model_files(copy.body, mechanism), "decompose": False}
+        if urdf:
+            options["fixed"] = model.base != "free"
+            if mechanism.joints:
+                self.unpowered.append(copy.name)
+        if not model.look.visible:
+            options["visualization"] = False
+        surface = Surface(rgba_of(model.look, copy), model.look.finish) if model.look.color is not None else None
+        # An MJCF file says the friction of every geom, be it by MuJoCo's defaults; a URDF cannot.
+        friction = model.material.friction if urdf or "friction" in model.material.model_fields_set else None
+        rho = generators.density_of(model.material, 1.0) if urdf and mechanism.inertialess else None
+        return EntityPlan(copy.name, mechanism.kind.upper(), options, copy.pos, copy.quat, rho, friction, surface)
+
+    def _mechanism(self, file: str, base: str | None) -> Mechanism:
+        key = (file, base)
+        if key not in self.mechanisms:
+            self.mechanisms[key] = load_mechanism(self.folder, file, base=base)
+        return self.mechanisms[key]
+
+    def _model_files(self, body: str, mechanism: Mechanism) -> str:
+        """Put a file's body into the program, in a folder of its own; return the path of the document."""
+        name = f"{body}.{'urdf' if mechanism.kind == 'urdf' else 'xml'}"
+        contents = {name: mechanism.text.encode(), **dict(mechanism.files)}
+        folder = f"models/{body}"
+        if any(self.files.get(f"{folder}/{file}", content) != content for file, content in contents.items()):
+            folder = f"{folder}_{sha256(contents[name]).hexdigest()[:8]}"
+        self.files |= {f"{folder}/{file}": content for file, content in contents.items()}
+        return f"{folder}/{name}"
 
     # --- links ------------------------------------------------------------------------------------------------
 
@@ -181,9 +262,7 @@ class Lowering:
         if not visuals:
             return geoms, ()
         parts = shape.parts if isinstance(shape, Compound) else {}
-        drawn = tuple(
-            TreeVisual(mesh, rgba_of((parts[mesh.part].look if mesh.part in parts else None) or look, copy)) for mesh in visuals
-        )
+        drawn = tuple(_drawn(mesh, (parts[mesh.part].look if mesh.part in parts else None) or look, copy) for mesh in visuals)
         meshed = {mesh.part for mesh in visuals}
         return tuple(_hidden(g) if g.piece.part in meshed else g for g in geoms), drawn
 
@@ -210,5 +289,12 @@ class Lowering:
         return quat_rotate(quat_conjugate(copy.quat), vector_unit(axis))
 
 
+def _drawn(mesh: VisualMesh, look: Look, copy: Copy) -> TreeVisual:
+    """A surface in its own colours, if it has them and the case says no other."""
+    if look.color is None and (mesh.picture is not None or mesh.rgba is not None):
+        return TreeVisual(mesh, mesh.rgba)
+    return TreeVisual(mesh, rgba_of(look, copy))
+
+
 def _hidden(geom: TreeGeom) -> TreeGeom:
-    return TreeGeom(geom.piece, geom.density, geom.friction, geom.rgba, drawn=False)
+    return replace(geom, drawn=False)

@@ -36,6 +36,12 @@ class MeshFile:
     closed: bool
     """Whether the surface encloses a volume."""
 
+    def obj(self) -> str:
+        """Return the surface as the text of an .obj file."""
+        lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in (self.vertices + 0.0).tolist()]
+        lines += [f"f {a} {b} {c}" for a, b, c in (self.faces + 1).tolist()]
+        return "\n".join(lines) + "\n"
+
 def mesh_path(file: str, folder: Path) -> Path:
     """Return the path of a mesh of a case.
 

@@ -25,7 +25,7 @@ class EntityPlan:
     name: str
     """Name of the copy: `ball`, `brick[3]`."""
     morph: str
-    """Box, Sphere, Cylinder, Plane, Mesh, MJCF or URDF."""
+    """Box, Sphere, Cylinder, Plane, MJCF or URDF."""
     options: dict[str, Any]
     """Keyword arguments of the morph besides pos and quat."""
     pos: Vec
@@ -57,6 +57,18 @@ class Motor:
     stiffness: float
     damping: float
     max_force: float | None
+
+
+@dataclass(frozen=True)
+class JointChange:
+    """What the case changes about a joint that came from a file; None leaves it as it is."""
+
+    entity: str
+    joint: str
+    damping: float | None
+    friction: float | None
+    armature: float | None
+    spring: float | None
 
 
 @dataclass(frozen=True)
@@ -164,6 +176,10 @@ class Plan:
     prescribed: tuple[Prescribed, ...]
     render: dict[str, Any]
     """Cameras, lights and cadence, resolved."""
+    changes: tuple[JointChange, ...] = ()
+    """Of joints that came from files."""
+    unpowered: tuple[str, ...] = ()
+    """Entities to whose joints the engine gives gains that nobody asked for."""
     files: dict[str, bytes] = field(default_factory=dict)
     """Models and meshes by path inside the program's folder."""
     notes: tuple[str, ...] = ()

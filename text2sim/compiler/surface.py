@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from text2sim.compiler.rotation import Quaternion, Vec, quat_to_rows
-from text2sim.spec_schema.shapes import Cone, Cup, Funnel, Torus, Tube
+from text2sim.spec_schema.shapes import Box, Cone, Cup, Cylinder, Funnel, Torus, Tube
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
@@ -75,11 +75,19 @@ class VisualMesh:
         return "\n".join(lines) + "\n"
 
 
-def surface(shape: Cone | Torus | Tube | Cup | Funnel) -> VisualMesh:
-    """Return the smooth surface of a round shape."""
+Drawn = Box | Cylinder | Cone | Torus | Tube | Cup | Funnel
+"""Shapes with edges: drawn by the engine from a model file they would be shaded as if they had none."""
+
+
+def surface(shape: Drawn) -> VisualMesh:
+    """Return the surface of a shape, smooth where it is round and sharp at its edges."""
+    if isinstance(shape, Box):
+        return _box(shape)
     if isinstance(shape, Torus):
         return _lathe_smooth(shape)
     h = shape.height / 2
+    if isinstance(shape, Cylinder):
+        return _lathe([(0.0, -h), (shape.radius, -h), (shape.radius, h), (0.0, h)])
     if isinstance(shape, Cone):
         return _lathe([(0.0, -h), (shape.radius, -h), (0.0, h)])
     if isinstance(shape, Cup):
@@ -91,6 +99,21 @@ def surface(shape: Cone | Torus | Tube | Cup | Funnel) -> VisualMesh:
         inner = (shape.bottom_radius, shape.top_radius)
         outer = (inner[0] + shape.thickness, inner[1] + shape.thickness)
     return _lathe([(inner[0], -h), (outer[0], -h), (outer[1], h), (inner[1], h), (inner[0], -h)])
+
+
+def _box(box: Box) -> VisualMesh:
+    import numpy as np
+
+    vertices, normals, faces = [], [], []
+    for axis in range(3):
+        u, v = np.eye(3)[(axis + 1) % 3], np.eye(3)[(axis + 2) % 3]
+        for side in (-1.0, 1.0):
+            normal = side * np.eye(3)[axis]
+            first = len(vertices)
+            vertices += [normal + side * a * u + b * v for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+            normals += [normal] * 4
+            faces += [(first, first + 1, first + 2), (first, first + 2, first + 3)]
+    return VisualMesh(np.array(vertices) * np.array(box.size) / 2, np.array(faces), np.array(normals))
 
 
 def _turns(sides: int) -> "tuple[np.ndarray, np.ndarray]":

@@ -6,8 +6,8 @@ A tree becomes one MJCF file (`mjcf.py`). Poses are (pos [m], quat wxyz) of a li
 from dataclasses import dataclass, field, replace
 
 from text2sim.compiler.geometry import VisualMesh
-from text2sim.compiler.piece import Piece, piece_ball
-from text2sim.compiler.rotation import frame_apply, quat_multiply
+from text2sim.compiler.piece import Piece, piece_ball, piece_reach
+from text2sim.compiler.rotation import frame_apply, quat_conjugate, quat_from_axis_angle, quat_multiply, quat_rotate
 
 Vec = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -104,18 +104,50 @@ class Tree:
         return found
 
 
-def tree_balls(tree: Tree) -> list[tuple[Vec, float]]:
-    """Return centre [m] and radius [m] of a ball around every piece, in the tree's frame, all joints at zero."""
-    found = [piece_ball(geom.piece) for geom in tree.fixtures]
+def tree_frames(tree: Tree) -> list[tuple[TreeLink, Vec, Quaternion]]:
+    """Return every link with its frame [m] in the tree's frame, all joints at their start positions."""
+    found: list[tuple[TreeLink, Vec, Quaternion]] = []
     queue = [(link, (0.0, 0.0, 0.0), IDENTITY) for link in tree.roots]
     while queue:
         link, pos, quat = queue.pop()
         pos, quat = frame_apply(pos, quat, link.pos), quat_multiply(quat, link.quat)
+        for name, joint in link.all_joints():
+            start = tree.initial.get(name, 0.0)
+            if start and joint.kind == "slider":
+                x, y, z = joint.axis
+                pos = frame_apply(pos, quat, (start * x, start * y, start * z))
+            elif start and joint.kind == "hinge":
+                turned = quat_multiply(quat, quat_from_axis_angle(joint.axis, start))
+                anchor = frame_apply(pos, quat, joint.anchor)
+                x, y, z = quat_rotate(turned, joint.anchor)
+                pos, quat = (anchor[0] - x, anchor[1] - y, anchor[2] - z), turned
+        found.append((link, pos, quat))
+        queue += [(child, pos, quat) for child in link.children]
+    return found
+
+
+def tree_balls(tree: Tree) -> list[tuple[Vec, float]]:
+    """Return centre [m] and radius [m] of a ball around every piece, in the tree's frame, at the start."""
+    found = [piece_ball(geom.piece) for geom in tree.fixtures]
+    for link, pos, quat in tree_frames(tree):
         for geom in link.geoms:
             center, radius = piece_ball(geom.piece)
             found.append((frame_apply(pos, quat, center), radius))
-        queue += [(child, pos, quat) for child in link.children]
     return found
+
+
+def tree_bounds(tree: Tree, quat: Quaternion) -> tuple[Vec, Vec]:
+    """Return the lowest and highest corner [m] of all pieces at the start, about the origin, turned by `quat`."""
+    placed = [(geom.piece, (0.0, 0.0, 0.0), quat) for geom in tree.fixtures]
+    for link, pos, own in tree_frames(tree):
+        placed += [(geom.piece, quat_rotate(quat, pos), quat_multiply(quat, own)) for geom in link.geoms]
+    low, high = [0.0] * 3, [0.0] * 3
+    for k, axis in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
+        back = (-axis[0], -axis[1], -axis[2])
+        turned = [(piece, pos[k], quat_conjugate(own)) for piece, pos, own in placed]
+        high[k] = max((at + piece_reach(piece, quat_rotate(own, axis)) for piece, at, own in turned), default=0.0)
+        low[k] = min((at - piece_reach(piece, quat_rotate(own, back)) for piece, at, own in turned), default=0.0)
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
 
 def link_colors(link: TreeLink) -> set[tuple[float, float, float, float] | None]:

@@ -26,7 +26,7 @@ def make_scene(vis_options=None):
             iterations=50,
             friction_cone=gs.friction_cone.pyramidal,  # survives hard impacts; elliptic does not creep on slopes
             constraint_timeconst=0.005,  # two substeps: the stiffest contact that stays stable
-            max_collision_pairs=150,  # 16 for each of 8 convex pieces
+            max_collision_pairs=150,  # 16 for each of 9 convex pieces
         ),
         vis_options=vis_options or gs.options.VisOptions(),
         show_viewer=False,
@@ -46,23 +46,29 @@ def add_floor(scene):
     }
 
 
-def add_guide(scene):
-    """Add guide."""
+def add_rail(scene):
+    """Add 2 copies of rail."""
+    copies = [
+        # pos
+        ((0.34, -0.067, -0.03),),
+        ((0.34, 0.023, -0.03),),
+    ]
     return {
-        # case.yaml:13
-        "guide": scene.add_entity(
-            gs.morphs.Box(size=(0.28, 0.12, 0.02), pos=(0.34, 0.0, -0.06), fixed=True),
+        # case.yaml:14
+        f"rail[{i}]": scene.add_entity(
+            gs.morphs.Box(size=(0.3, 0.02, 0.03), pos=pos, fixed=True),
             material=gs.materials.Rigid(rho=1000.0, friction=0.5),
             surface=gs.surfaces.Default(color=(0.2235, 0.2588, 0.2941, 1.0), roughness=0.9, metallic=0.0),
-            name="guide",
+            name=f"rail[{i}]",
         )
+        for i, (pos,) in enumerate(copies)
     }
 
 
 def add_pillar(scene):
     """Add pillar."""
     return {
-        # case.yaml:14
+        # case.yaml:19
         "pillar": scene.add_entity(
             gs.morphs.Box(size=(0.08, 0.03, 0.2), pos=(0.0, 0.05, -0.06), fixed=True),
             material=gs.materials.Rigid(rho=1000.0, friction=0.5),
@@ -76,6 +82,6 @@ def add_statics(scene):
     """Add what never moves; return the entities by name."""
     return {
         **add_floor(scene),
-        **add_guide(scene),
+        **add_rail(scene),
         **add_pillar(scene),
     }

@@ -13,10 +13,10 @@ def add_ball(scene):
     copies = [
         # file, pos, quat
         ("models/ball.xml", (-0.490788218, 0.0, 0.390423978), (0.953716951, 0.0, 0.3007058, 0.0)),
-        ("models/ball_fc41ab49.xml", (-0.102, 0.0, 0.3), (1.0, 0.0, 0.0, 0.0)),
-        ("models/ball_fc41ab49.xml", (0.0, 0.0, 0.3), (1.0, 0.0, 0.0, 0.0)),
-        ("models/ball_fc41ab49.xml", (0.102, 0.0, 0.3), (1.0, 0.0, 0.0, 0.0)),
-        ("models/ball_d7b0d02d.xml", (0.204, 0.0, 0.3), (1.0, 0.0, 0.0, 0.0)),
+        ("models/ball_7ad69371.xml", (-0.102, 0.0, 0.3), (1.0, 0.0, 0.0, 0.0)),
+        ("models/ball_7ad69371.xml", (0.0, 0.0, 0.3), (1.0, 0.0, 0.0, 0.0)),
+        ("models/ball_7ad69371.xml", (0.102, 0.0, 0.3), (1.0, 0.0, 0.0, 0.0)),
+        ("models/ball_4cfd9a41.xml", (0.204, 0.0, 0.3), (1.0, 0.0, 0.0, 0.0)),
     ]
     return {
         # case.yaml:19
@@ -42,24 +42,23 @@ def add_bodies(scene):
     }
 
 
-# How much the contacts of each body damp: 1 lets nothing bounce.
-DAMPING_RATIO = {
-    "beam": 0.003199,
-    "post[0]": 0.003199,
-    "post[1]": 0.003199,
-    "table": 0.003199,
-    "ball[0]": 0.003199,
-    "ball[1]": 0.003199,
-    "ball[2]": 0.003199,
-    "ball[3]": 0.003199,
-    "ball[4]": 0.003199,
+# Time constant [s] and damping ratio of the contacts of each body: a ratio of 1 lets nothing bounce.
+CONTACT_DAMPING = {
+    "beam": (0.2, 0.003206),
+    "post[0]": (0.2, 0.003206),
+    "post[1]": (0.2, 0.003206),
+    "table": (0.2, 0.003206),
+    "ball[0]": (0.2, 0.003206),
+    "ball[1]": (0.2, 0.003206),
+    "ball[2]": (0.2, 0.003206),
+    "ball[3]": (0.2, 0.003206),
+    "ball[4]": (0.2, 0.003206),
 }
-CONTACT_TIME = 0.2  # [s]
 
 
 def configure(bodies):
     """Set what can be set only after the scene is built."""
     # The engine has no restitution: a contact that damps little gives back most of its speed.
-    for name, ratio in DAMPING_RATIO.items():
+    for name, (time, ratio) in CONTACT_DAMPING.items():
         for geom in bodies[name].geoms:
-            geom.set_sol_params(np.array([CONTACT_TIME, ratio, 0.9, 0.95, 0.001, 0.5, 2.0]))
+            geom.set_sol_params(np.array([time, ratio, 0.9, 0.95, 0.001, 0.5, 2.0]))

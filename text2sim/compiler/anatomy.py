@@ -1,0 +1,79 @@
+"""Bodies that are trees of links, before they are placed: their parts and their bounds."""
+
+from pathlib import Path
+from typing import Any
+
+from text2sim.assets.mechanism import Mechanism, load_mechanism
+from text2sim.compiler.filebody import mechanism_parts
+from text2sim.compiler.geometry import Bounds
+from text2sim.compiler.lower import Lowering
+from text2sim.compiler.patterns import SINGLE
+from text2sim.compiler.placement import Copy
+from text2sim.compiler.rotation import IDENTITY, Quaternion
+from text2sim.compiler.tree import Tree, tree_bounds
+from text2sim.spec_schema.bodies import Articulated, Chain, Net, Ragdoll
+from text2sim.spec_schema.cast import Parts
+from text2sim.spec_schema.errors import AssetError, Problem
+from text2sim.spec_schema.load import LoadedCase
+
+
+def tree_of(model: Any, folder: Path) -> Tree:
+    """Return the tree of a chain, net, ragdoll or articulated body, in its own frame.
+
+    Raises:
+        AssetError: if one of its files cannot be used.
+    """
+    lowering = Lowering(folder)
+    lowering.entity(model, Copy("body", "body", None, SINGLE, model, (0.0, 0.0, 0.0), IDENTITY, None, 1))
+    return lowering.trees["body"]
+
+
+def tree_extents(model: Any, quat: Quaternion, folder: Path) -> Bounds:
+    """Return the bounds [m] of a tree of links at the start, about its origin, turned by `quat`.
+
+    Raises:
+        AssetError: if one of its files cannot be used.
+    """
+    return tree_bounds(tree_of(model, folder), quat)
+
+
+def known_parts(loaded: LoadedCase) -> tuple[dict[str, Parts], list[Problem]]:
+    """Return what selectors can name of the bodies whose links are not written in the case, and what is wrong with them.
+
+    A file that differs from copy to copy counts as the first copy has it.
+    """
+    parts: dict[str, Parts] = {}
+    problems: list[Problem] = []
+    for name, body in loaded.case.bodies.items():
+        if isinstance(body, Articulated) and body.file is not None:
+            try:
+                mechanism = load_mechanism(loaded.folder, body.file, base=body.base)
+            except AssetError as error:
+                problems.append(loaded.problem(("bodies", name, "file"), str(error), rule="asset"))
+                continue
+            parts[name] = mechanism_parts(mechanism, body)
+            problems += _check_meaning(loaded, name, body, mechanism)
+        elif isinstance(body, Chain | Net | Ragdoll):
+            try:
+                tree = tree_of(body, loaded.folder)
+            except AssetError:
+                continue  # reported where the body is lowered
+            parts[name] = Parts(tuple(link.name for link in tree.links()), {})
+    return parts, problems
+
+
+def _check_meaning(loaded: LoadedCase, name: str, body: Articulated, mechanism: Mechanism) -> list[Problem]:
+    """Report what the case says of a body that its file decides."""
+    root = ("bodies", name)
+    found = []
+
+    def report(key: tuple[str, ...], message: str) -> None:
+        found.append(loaded.problem((*root, *key), message, key=True, rule="file-decides"))
+
+    if body.self_collision is not None:
+        report(("self_collision",), "the file decides which of its links touch each other: contype, conaffinity, exclude")
+    if body.material.mass is not None:
+        report(("material", "mass"), "the masses are those of the file; change them there")
+    if body.material.density is not None and not mechanism.inertialess:
+        report(("material", "density"), "the masses are those of the file; change them there")
+    return found
