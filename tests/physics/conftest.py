@@ -152,6 +152,44 @@ class Trial:
 
 
 Simulate = Callable[..., Trial]
+Agree = Callable[..., None]
+LEDGER = pytest.StashKey[list[tuple[str, ...]]]()
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """With -v, print every comparison that was made."""
+    rows = config.stash.get(LEDGER, [])
+    if rows and terminalreporter.verbosity > 0:
+        terminalreporter.section("physics: measured against theory")
+        head = ("check", "theory", "measured", "difference", "tolerance")
+        widths = [max(len(row[k]) for row in [head, *rows]) for k in range(len(head))]
+        for row in [head, *rows]:
+            terminalreporter.line("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)))
+
+
+@pytest.fixture
+def agree(request: pytest.FixtureRequest) -> Agree:
+    """Return a function that compares a measured value with theory; what it compared is in the summary of `-v`.
+
+    It takes what is compared, the measured value, the value of theory (numbers or arrays of one shape), and the
+    tolerance as an absolute difference.
+    """
+    rows = request.config.stash.setdefault(LEDGER, [])
+
+    def compare(what: str, measured: Any, theory: Any, *, within: float) -> None:
+        measured, theory = np.broadcast_arrays(np.asarray(measured, float), np.asarray(theory, float))
+        assert np.isfinite(measured).all(), f"{what}: not finite"
+        gaps = np.abs(measured - theory)
+        worst = np.unravel_index(gaps.argmax(), gaps.shape)
+        numbers = (theory[worst], measured[worst], gaps[worst], within)
+        rows.append((what, *(f"{number:.6g}" if k < 2 else f"{number:.2g}" for k, number in enumerate(numbers))))
+        where = f" at {tuple(map(int, worst))}" if gaps.ndim else ""
+        assert gaps[worst] <= within, (
+            f"{what}: measured {measured[worst]:.9g}, theory {theory[worst]:.9g}{where}, "
+            f"difference {gaps[worst]:.3g} > {within:.3g}"
+        )
+
+    return compare
 
 
 @pytest.fixture(scope="session")

@@ -12,13 +12,11 @@ import sys
 import traceback
 from pathlib import Path
 
-MODULES = ("main", "scene", "bodies", "actions", "render", "recorder")
-
 
 def fresh_main(program: str):
     """Import the program in a folder as if no other had been imported before."""
-    for name in MODULES:
-        sys.modules.pop(name, None)
+    for module in Path(program).glob("*.py"):
+        sys.modules.pop(module.stem, None)
     importlib.invalidate_caches()
     sys.path.insert(0, program)
     try:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim import __version__
+from text2sim.compiler.anatomy import known_parts, tree_extents
 from text2sim.compiler.controls import Rows, lower_controls, lower_motions
 from text2sim.compiler.film import resolve_render
 from text2sim.compiler.lower import Lowering
@@ -32,9 +33,10 @@ def plan_case(loaded: LoadedCase) -> Plan:
     Raises:
         SpecError: with every problem found, if there is an error among them.
     """
-    problems = check_references(loaded)
+    parts, problems = known_parts(loaded)
+    problems += check_references(loaded, parts)
     _stop_at_errors(problems)
-    placed, found = place_all(loaded)
+    placed, found = place_all(loaded, tree_extents)
     problems += found
     _stop_at_errors(problems)
     lowering = Lowering(loaded.folder)
@@ -70,7 +72,9 @@ def plan_case(loaded: LoadedCase) -> Plan:
         prescribed=tuple(lower_motions(placed)),
         render=resolve_render(case.render, placed, tuple(case.bodies), scene.duration, lowering.balls),
         files=lowering.files,
-        notes=tuple(settings.notes()),
+        changes=tuple(lowering.changes),
+        unpowered=tuple(lowering.unpowered),
+        notes=(*settings.notes(), *lowering.notes),
         warnings=tuple(problems),
     )
     return replace(plan, sim_digest=_sim_digest(plan), render_digest=_render_digest(plan))
@@ -109,7 +113,8 @@ def _groups(
             try:
                 entities.append(lowering.entity(copy.model, copy))
             except AssetError as error:
-                problems.append(loaded.problem(pointer, str(error), rule="asset"))
+                key = next((key for key in ("shape", "file") if getattr(copy.model, key, None) is not None), None)
+                problems.append(loaded.problem((*pointer, key) if key else pointer, str(error), rule="asset"))
                 break
         if len({entity.morph for entity in entities}) > 1:
             problems.append(loaded.problem((*pointer, "shape"), "copies of one body must have the same kind of shape", rule="mixed-shapes"))

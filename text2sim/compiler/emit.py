@@ -102,9 +102,11 @@ def _context(plan: Plan) -> dict[str, Any]:
         "why": why,
         "statics": [_group(group) for group in plan.statics],
         "bodies": [_group(group) for group in plan.bodies],
-        "uses_models": any(e.morph in ("MJCF", "URDF", "Mesh") for g in groups for e in g.entities),
-        "statics_use_models": any(e.morph in ("MJCF", "URDF", "Mesh") for g in plan.statics for e in g.entities),
+        "uses_models": any(e.morph in ("MJCF", "URDF") for g in groups for e in g.entities),
+        "statics_use_models": any(e.morph in ("MJCF", "URDF") for g in plan.statics for e in g.entities),
         "motors": plan.motors,
+        "changes": plan.changes,
+        "unpowered": list(plan.unpowered),
         "initial": plan.initial,
         "contact": plan.contact,
         "velocities": plan.velocities,
@@ -145,7 +147,7 @@ def _group(group: Group) -> dict[str, Any]:
 
 
 def _cells(entity: EntityPlan, *, turned: bool) -> dict[str, Any]:
-    flags = {"fixed": False, "visualization": True}
+    flags = {"fixed": False, "visualization": True, "decompose": None}
     return {
         **flags,
         **{key: tuple(v) if isinstance(v, list) else v for key, v in entity.options.items()},

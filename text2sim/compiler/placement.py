@@ -179,7 +179,8 @@ class _Placer:
         except SizeError as error:
             self._report((*root, "place" if model.place else "repeat"), error)
         except AssetError as error:
-            self._report((*root, "shape") if hasattr(model, "shape") else root, error, "asset")
+            key = next((key for key in ("shape", "file") if getattr(model, key, None) is not None), None)
+            self._report((*root, key) if key else root, error, "asset")
         line = self.loaded.line(root)
         if entry.repeat is None:
             return [Copy(name, name, None, SINGLE, model, spots[0].pos, spots[0].quat, spots[0].shape, line)]

@@ -166,23 +166,40 @@ class Loop(Model):
     """The point [m] in the first link's frame."""
 
 
-class JointOverride(JointDynamics):
-    """Changes to a joint that came from a file."""
+class JointOverride(Model):
+    """Changes to a joint that came from a file; what is left out stays as the file has it."""
 
+    damping: NonNegative | None = None
+    """Viscous damping [N s/m for a slider, N m s/rad for a hinge or ball]."""
+    friction: NonNegative | None = None
+    """Dry friction of the joint [N or N m]."""
+    armature: NonNegative | None = None
+    """Inertia of the rotor that is added to the joint [kg or kg m2]."""
+    spring: NonNegative | None = None
+    """Stiffness of a spring to the position zero [N/m or N m/rad]."""
     actuator: Actuator | None = None
-    """The motor that a `drive` needs."""
+    """The motor that a `drive` needs, instead of the file's. Without `max_force` the limit of the file (`effort`,
+    `forcerange`) holds."""
 
 
 class Articulated(_Placed):
-    """Links and joints: written here, or read from an MJCF or URDF file."""
+    """Links and joints: written here, or read from an MJCF or URDF file.
+
+    A file decides about its masses, its inner contacts, its start pose and its motors, and about its colours
+    unless `look.color` is given. Links and joints go by the names in the file (in MJCF a joint without a name goes
+    by that of its link). An MJCF file decides about friction as well, unless `material.friction` is given; a URDF
+    has none, so that `material.friction` holds for all of it, and `material.density` for links without inertial.
+    A joint of a URDF has no motor unless `joints` gives it one. Meshes touch by their convex hulls.
+    """
 
     kind: Literal["articulated"]
-    base: Literal["fixed", "free"] = "fixed"
-    """Whether the root link is held by the world."""
+    base: Literal["fixed", "free"] | None = None
+    """Whether the root link is held by the world; `fixed` if left out, but with an MJCF file as the file has it."""
     links: dict[Name, Link] | None = Field(default=None, min_length=1, max_length=500)
     """The tree, by name of link."""
     file: str | None = Field(default=None, max_length=200)
-    """Path inside the case's folder: .xml (MJCF) or .urdf. Instead of `links`."""
+    """Path inside the case's folder: .xml (MJCF) or .urdf; its meshes must lie in the folder, too. Instead of
+    `links`."""
     joints: dict[Name, JointOverride] = Field(default_factory=dict)
     """With `file`: changes to its joints, by their names."""
     material: Material = Material()
@@ -191,8 +208,8 @@ class Articulated(_Placed):
     """Constraints that close loops."""
     initial: dict[Name, Real] = Field(default_factory=dict)
     """Start position of hinge [rad] and slider [m] joints by name."""
-    self_collision: Bool = False
-    """Let links that are not neighbours touch each other."""
+    self_collision: Bool | None = None
+    """With `links`: let links that are not neighbours touch each other; false if left out."""
 
     @model_validator(mode="after")
     def _one_source(self) -> "Articulated":

@@ -1,5 +1,6 @@
 """Who is in a case: what its selectors mean, and what is wrong with those that mean nothing."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,6 +11,15 @@ from text2sim.spec_schema.errors import Problem, Severity, nearest
 from text2sim.spec_schema.load import LoadedCase
 from text2sim.spec_schema.scene import Static
 from text2sim.spec_schema.selectors import Selection, parse_selector
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What selectors can name of a body whose links are not written in the case."""
+
+    links: tuple[str, ...]
+    joints: Mapping[str, Any]
+    """Model of each joint that moves: hinge, slider or ball."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +71,8 @@ class Cast:
     """The bodies and statics of a case, and what has been found wrong so far."""
 
     loaded: LoadedCase
+    parts: Mapping[str, Parts] = field(default_factory=dict)
+    """Of files, chains, nets and ragdolls, by name of the body, as far as they are known."""
     problems: list[Problem] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -82,13 +94,16 @@ class Cast:
             self.loaded.problem(where, message, key=key, rule=rule, hint=hint, severity=severity)
         )
 
-    def find(self, selector: str, where: Path, *, parts: bool = True) -> Member | None:
+    def find(
+        self, selector: str, where: Path, *, parts: bool = True, joint: bool = False
+    ) -> Member | None:
         """Return what a selector means, or report why it means nothing.
 
         Args:
             selector: The text, which the models have accepted.
             where: Where it stands.
             parts: Whether a link or joint may be named.
+            joint: Whether that is a joint, where links and joints have different names.
         """
         chosen = parse_selector(selector)
         model = self.bodies.get(chosen.body) or self.statics.get(chosen.body)
@@ -100,8 +115,11 @@ class Cast:
         copies = count_copies(model.repeat)
         if not self._counted(chosen, model, copies, where):
             return None
-        if chosen.part is not None and not self._has_part(chosen.part, chosen.body, model, where, parts):
-            return None
+        if chosen.part is not None:
+            if not self._has_part(chosen.part, chosen.body, model, where, parts):
+                return None
+            if not self._has_known_part(chosen.part, chosen.body, where, joint):
+                return None
         return Member(selector, chosen.body, model, chosen.count(copies), chosen.part)
 
     def _counted(self, chosen: Selection, model: Any, copies: int, where: Path) -> bool:
@@ -137,8 +155,22 @@ class Cast:
             message = f"`{name}` has no link `{part}`" + _listed(list(model.links))
             self.report(where, message, "unknown-link", nearest(part, model.links))
             return False
-        # The links of files, chains, nets and ragdolls are known to the compiler.
         return True
+
+    def _has_known_part(self, part: str, name: str, where: Path, joint: bool) -> bool:
+        """Whether a link or joint that is not written in the case is there, as far as that is known."""
+        if name not in self.parts:
+            return True
+        known = self.parts[name]
+        names = list(known.joints) if joint else list(known.links)
+        # Of chains, nets and ragdolls no joint has a name, and why none can be driven is said elsewhere.
+        if part in names or (joint and not names and part in known.links):
+            return True
+        what = "joint" if joint else "link"
+        other = ", which is a link" if joint and part in known.links else ", which is a joint" if part in known.joints else ""
+        message = f"`{name}` has no {what} `{part}`{other}" + _listed(names)
+        self.report(where, message, f"unknown-{what}", nearest(part, names))
+        return False
 
 
 def _listed(words: list[str]) -> str:

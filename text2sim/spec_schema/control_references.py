@@ -43,9 +43,11 @@ def check_controls(cast: Cast) -> None:
                 cast.report((*where, field), message, "after-end", severity="warning")
 
 
-def joint_of(member: Member) -> Any:
+def joint_of(cast: Cast, member: Member) -> Any:
     """The joint that a member names: that of its mount, or of one of its links; None if it names none."""
     model = member.model
+    if member.part is not None and member.name in cast.parts:
+        return cast.parts[member.name].joints.get(member.part)
     if isinstance(model, Rigid) and member.part is None:
         return model.mount
     if isinstance(model, Articulated) and model.links is not None and member.part is not None:
@@ -68,7 +70,7 @@ def check_joint(cast: Cast, where: Path, member: Member, purpose: str) -> Any:
     model, name = member.model, member.name
     if isinstance(model, Articulated):
         if member.part is None:
-            joints = [f"{name}.{link}" for link in moving_joints(model)]
+            joints = [f"{name}.{link}" for link in moving_joints(cast, name, model)]
             listed = f": {', '.join(joints)}" if 0 < len(joints) <= 12 else ""
             cast.report(
                 where,
@@ -77,9 +79,9 @@ def check_joint(cast: Cast, where: Path, member: Member, purpose: str) -> Any:
                 joints[0] if joints else None,
             )
             return None
-        if model.links is None:
+        if model.links is None and name not in cast.parts:
             return None
-    joint = joint_of(member)
+    joint = joint_of(cast, member)
     if isinstance(joint, HingeMount | SliderMount):
         return joint
     if isinstance(model, Rigid):
@@ -91,16 +93,19 @@ def check_joint(cast: Cast, where: Path, member: Member, purpose: str) -> Any:
     else:
         kind = "static" if member.static else model.kind
         message = f"`{name}` ({kind}) has no hinge or slider to {purpose}"
-    near = [f"{name}.{link}" for link in moving_joints(model)] if isinstance(model, Articulated) else []
+    near: list[str] = []
+    if isinstance(model, Articulated):
+        near = [f"{name}.{link}" for link in moving_joints(cast, name, model)]
     cast.report(where, message, "no-joint", nearest(member.text, near))
     return None
 
 
-def moving_joints(model: Articulated) -> list[str]:
-    """Names of the hinges and sliders of a body that is written in the case."""
-    return [
-        name for name, link in (model.links or {}).items() if isinstance(link.joint, HingeMount | SliderMount)
-    ]
+def moving_joints(cast: Cast, body: str, model: Articulated) -> list[str]:
+    """Names of the hinges and sliders of an articulated body."""
+    joints = {name: link.joint for name, link in (model.links or {}).items()}
+    if body in cast.parts:
+        joints = dict(cast.parts[body].joints)
+    return [name for name, joint in joints.items() if isinstance(joint, HingeMount | SliderMount)]
 
 
 def _check_initial_velocity(cast: Cast, where: Path, control: InitialVelocity) -> None:
@@ -124,7 +129,7 @@ def _check_push(cast: Cast, where: Path, control: Impulse | Force | Torque) -> N
 
 
 def _check_drive(cast: Cast, where: Path, control: Drive) -> None:
-    member = cast.find(control.joint, (*where, "joint"))
+    member = cast.find(control.joint, (*where, "joint"), joint=True)
     if member is None:
         return
     joint = check_joint(cast, (*where, "joint"), member, "drive")

@@ -81,7 +81,7 @@ def _check_subject(
 ) -> None:
     if isinstance(event, actions.LeftDomainEvent) and cast.loaded.case.scene.domain is None:
         cast.report(where, "there is nothing to leave: `scene.domain` is missing", "no-domain", key=True)
-    member = cast.find(event.of, (*where, "of"))
+    member = cast.find(event.of, (*where, "of"), joint=isinstance(event, actions.JointLimitEvent))
     if member is None:
         return
     if isinstance(event, actions.JointLimitEvent):

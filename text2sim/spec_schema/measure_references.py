@@ -5,6 +5,7 @@ from text2sim.spec_schema.cast import Cast, Member
 from text2sim.spec_schema.control_references import check_joint
 from text2sim.spec_schema.document import Path
 
+JOINT_KINDS = (actions.JointPosition, actions.JointVelocity, actions.JointForce)
 CONTACT_KINDS = ("contact_force", "contact_count", "penetration")
 _OF_STATICS = (*CONTACT_KINDS, "position", "extent")
 """Measures of something that never moves which still say something."""
@@ -23,7 +24,8 @@ def check_measures(cast: Cast) -> None:
                 cast.find(measure.by, (*where, "by"))  # type: ignore[union-attr]
         if measure.of is None:
             continue
-        member = cast.find(measure.of, (*where, "of"))
+        joint = isinstance(measure, JOINT_KINDS)
+        member = cast.find(measure.of, (*where, "of"), joint=joint)
         if member is not None:
             _check_subject(cast, where, measure, member)
 
@@ -53,7 +55,7 @@ def _check_distance(cast: Cast, where: Path, measure: actions.Distance) -> None:
 
 
 def _check_subject(cast: Cast, where: Path, measure: actions.Measure, member: Member) -> None:
-    if isinstance(measure, actions.JointPosition | actions.JointVelocity | actions.JointForce):
+    if isinstance(measure, JOINT_KINDS):
         check_joint(cast, (*where, "of"), member, "measure")
     elif member.static and measure.kind not in _OF_STATICS:
         cast.report((*where, "of"), f"`{member.name}` is a static, which never moves", "not-dynamic")

@@ -1,7 +1,9 @@
 """Whether everything that a case names is there, and fits."""
 
+from collections.abc import Mapping
+
 from text2sim.spec_schema.bodies import Articulated
-from text2sim.spec_schema.cast import Cast
+from text2sim.spec_schema.cast import Cast, Parts
 from text2sim.spec_schema.circles import find_circles
 from text2sim.spec_schema.control_references import check_controls
 from text2sim.spec_schema.document import Path
@@ -14,14 +16,18 @@ from text2sim.spec_schema.render import Follow
 from text2sim.spec_schema.tree_references import check_tree
 
 
-def check_references(loaded: LoadedCase) -> list[Problem]:
+def check_references(loaded: LoadedCase, parts: Mapping[str, Parts] | None = None) -> list[Problem]:
     """Check every name and selector of a case.
 
+    Args:
+        loaded: The case.
+        parts: Links and joints of files, chains, nets and ragdolls by name of the body, which only the
+            compiler knows; those of bodies that are not in it are taken for granted.
+
     Returns:
-        What is wrong, in the order of the file. Whatever needs geometry is left to the compiler, and so are
-        the links of files, chains, nets and ragdolls.
+        What is wrong, in the order of the file. Whatever needs geometry is left to the compiler.
     """
-    cast = Cast(loaded)
+    cast = Cast(loaded, parts or {})
     _check_names(cast)
     _check_places(cast)
     _check_time(cast)

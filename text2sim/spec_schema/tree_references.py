@@ -1,8 +1,10 @@
 """Whether the links of an articulated body make a tree, and its other names fit."""
 
+from collections.abc import Mapping
 from math import degrees
+from typing import Any
 
-from text2sim.spec_schema.bodies import Articulated, HingeJoint, Joint, Link, SliderJoint
+from text2sim.spec_schema.bodies import Articulated, HingeMount, Link, SliderMount
 from text2sim.spec_schema.cast import Cast
 from text2sim.spec_schema.circles import find_circles
 from text2sim.spec_schema.document import Path
@@ -18,13 +20,28 @@ def check_tree(cast: Cast, name: str, body: Articulated) -> None:
     if links is None:
         if body.loops:
             cast.report((*root, "loops"), "loops go with links; a file has its own", "tree", key=True)
+        if name in cast.parts:
+            _check_file(cast, root, body, cast.parts[name].joints)
         return
     if body.joints:
         message = "joints changes those of a file; with links, give each link its own"
         cast.report((*root, "joints"), message, "tree", key=True)
     _check_roots(cast, root, links)
     _check_loops(cast, root, body, links)
-    _check_initial(cast, root, body, links)
+    _check_initial(cast, root, body, {name: link.joint for name, link in links.items()})
+
+
+def _check_file(cast: Cast, root: Path, body: Articulated, joints: Mapping[str, Any]) -> None:
+    for name, change in body.joints.items():
+        where = (*root, "joints", name)
+        if name not in joints:
+            known = f"; there are {', '.join(joints)}" if 0 < len(joints) <= 12 else ""
+            message = f"`{body.file}` has no joint `{name}`{known}"
+            cast.report(where, message, "unknown-joint", nearest(name, joints), key=True)
+        elif change.actuator is not None and not isinstance(joints[name], HingeMount | SliderMount):
+            message = f"`{name}` is a {joints[name].kind} joint; only a hinge or slider can have a motor"
+            cast.report((*where, "actuator"), message, "no-joint", key=True)
+    _check_initial(cast, root, body, joints)
 
 
 def _check_roots(cast: Cast, root: Path, links: dict[str, Link]) -> None:
@@ -71,24 +88,24 @@ def _check_loops(cast: Cast, root: Path, body: Articulated, links: dict[str, Lin
             cast.report(where, "a loop is between two different links", "tree")
 
 
-def _check_initial(cast: Cast, root: Path, body: Articulated, links: dict[str, Link]) -> None:
+def _check_initial(cast: Cast, root: Path, body: Articulated, joints: Mapping[str, Any]) -> None:
     for name, value in body.initial.items():
         where = (*root, "initial", name)
-        movable = [link for link, model in links.items() if isinstance(model.joint, HingeJoint | SliderJoint)]
+        movable = [link for link, joint in joints.items() if isinstance(joint, HingeMount | SliderMount)]
         if name not in movable:
-            what = f"`{name}` has no hinge or slider" if name in links else f"there is no joint `{name}`"
+            what = f"`{name}` has no hinge or slider" if name in joints else f"there is no joint `{name}`"
             cast.report(where, what, "unknown-joint", nearest(name, movable), key=True)
             continue
-        low, high, start, unit = _start_and_range(links[name].joint, value)
+        low, high, start, unit = _start_and_range(joints[name], value)
         if not low <= start <= high:
             message = f"starts outside its range: {start:.5g} {unit} is not from {low:g} to {high:g}"
             cast.report(where, message, "range")
 
 
-def _start_and_range(joint: Joint | None, value: float) -> tuple[float, float, float, str]:
+def _start_and_range(joint: HingeMount | SliderMount, value: float) -> tuple[float, float, float, str]:
     """Range and start position of a joint, in the unit of its range."""
-    if isinstance(joint, HingeJoint) and joint.range_deg is not None:
+    if isinstance(joint, HingeMount) and joint.range_deg is not None:
         return (*joint.range_deg, round(degrees(value), 9), "deg")
-    if isinstance(joint, SliderJoint) and joint.range is not None:
+    if isinstance(joint, SliderMount) and joint.range is not None:
         return (*joint.range, value, "m")
     return (value, value, value, "")

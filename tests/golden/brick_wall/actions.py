@@ -13,7 +13,7 @@ def rotate(quat, vector):
 
 # Body, velocity of its centre of mass [m/s], angular velocity [rad/s], both in the world.
 VELOCITIES = [
-    ("ball", (0.0, 11.0, 0.6), (0.0, 0.0, 0.0)),  # case.yaml:32 launch
+    ("ball", (0.0, 11.0, 0.6), (0.0, 0.0, 0.0)),  # case.yaml:35 launch
 ]
 
 

@@ -123,7 +123,7 @@ def add_brick(scene):
         ((0.11975, 0.11, 0.07), (1.022125, 0.0, 0.805), (0.7209, 0.3789, 0.2065, 1.0)),
     ]
     return {
-        # case.yaml:15
+        # case.yaml:18
         f"brick[{i}]": scene.add_entity(
             gs.morphs.Box(size=size, pos=pos),
             material=gs.materials.Rigid(rho=1900.0, friction=0.7),
@@ -137,7 +137,7 @@ def add_brick(scene):
 def add_ball(scene):
     """Add ball."""
     return {
-        # case.yaml:22
+        # case.yaml:25
         "ball": scene.add_entity(
             gs.morphs.Sphere(radius=0.11, pos=(0.05, -2.2, 0.5)),
             material=gs.materials.Rigid(rho=7800.0, friction=0.4),

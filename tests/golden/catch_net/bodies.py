@@ -10,13 +10,12 @@ HERE = Path(__file__).resolve().parent
 def add_net(scene):
     """Add net."""
     return {
-        # case.yaml:18
+        # case.yaml:20
         "net": scene.add_entity(
             gs.morphs.MJCF(
                 file=str(HERE / "models/net.xml"),
                 pos=(0.0, 0.0, 1.4),
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
-                align=False,
             ),
             material=gs.materials.Rigid(),
             surface=gs.surfaces.Default(color=(1.0, 0.549, 0.0, 1.0), roughness=0.9, metallic=0.0),
@@ -47,14 +46,13 @@ def add_doll(scene):
         ),
     ]
     return {
-        # case.yaml:27
+        # case.yaml:29
         f"doll[{i}]": scene.add_entity(
             gs.morphs.MJCF(
                 file=str(HERE / "models/doll.xml"),
                 pos=pos,
                 quat=quat,
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
-                align=False,
             ),
             material=gs.materials.Rigid(),
             surface=gs.surfaces.Default(color=color, roughness=0.4, metallic=0.0),

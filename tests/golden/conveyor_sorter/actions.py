@@ -55,7 +55,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -66,7 +66,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -77,7 +77,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -88,7 +88,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -99,7 +99,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -110,7 +110,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -121,7 +121,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -132,7 +132,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -143,7 +143,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -154,7 +154,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -165,7 +165,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -176,7 +176,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -187,7 +187,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -198,7 +198,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -209,7 +209,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -220,7 +220,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -231,7 +231,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -242,7 +242,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -253,7 +253,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -264,7 +264,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:67 belt
+            ),  # case.yaml:71 belt
         ],
     ),
     (
@@ -275,7 +275,7 @@ DRIVES = [
                 0.0,
                 "position",
                 piecewise(times=[0.0, 2.1, 2.5, 3.1], values=[0.0, 0.0, 0.42, 0.0]),
-            ),  # case.yaml:68 push_red
+            ),  # case.yaml:75 push_red
         ],
     ),
     (
@@ -286,7 +286,7 @@ DRIVES = [
                 0.0,
                 "position",
                 piecewise(times=[0.0, 2.75, 3.15, 3.75], values=[0.0, 0.0, 0.42, 0.0]),
-            ),  # case.yaml:69 push_green
+            ),  # case.yaml:79 push_green
         ],
     ),
     (
@@ -297,7 +297,7 @@ DRIVES = [
                 0.0,
                 "position",
                 ramp(start=5.5, end=6.2, before=0.0, after=-1.5, ease="smooth"),
-            ),  # case.yaml:70 open
+            ),  # case.yaml:83 open
         ],
     ),
 ]

@@ -40,7 +40,6 @@ def add_roller(scene):
                 pos=pos,
                 quat=(0.707106781, 0.707106781, 0.0, 0.0),
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
-                align=False,
             ),
             material=gs.materials.Rigid(),
             surface=gs.surfaces.Default(color=(0.7686, 0.7922, 0.8157, 1.0), roughness=0.3, metallic=0.8),
@@ -84,7 +83,6 @@ def add_pusher(scene):
                 file=str(HERE / "models/pusher.xml"),
                 pos=pos,
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
-                align=False,
             ),
             material=gs.materials.Rigid(),
             surface=gs.surfaces.Default(color=(1.0, 0.8431, 0.0, 1.0), roughness=0.3, metallic=0.8),
@@ -103,7 +101,6 @@ def add_gate(scene):
                 file=str(HERE / "models/gate.xml"),
                 pos=(1.62, 0.0, 0.6),
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
-                align=False,
             ),
             material=gs.materials.Rigid(),
             surface=gs.surfaces.Default(color=(1.0, 0.549, 0.0, 1.0), roughness=0.3, metallic=0.8),

@@ -83,7 +83,6 @@ def add_bin(scene):
                 file=str(HERE / "models/bin.xml"),
                 pos=pos,
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
-                align=False,
             ),
             material=gs.materials.Rigid(),
             surface=gs.surfaces.Default(color=color, roughness=0.4, metallic=0.0),

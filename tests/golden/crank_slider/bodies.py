@@ -10,13 +10,12 @@ HERE = Path(__file__).resolve().parent
 def add_engine(scene):
     """Add engine."""
     return {
-        # case.yaml:22
+        # case.yaml:25
         "engine": scene.add_entity(
             gs.morphs.MJCF(
                 file=str(HERE / "models/engine.xml"),
                 pos=(0.0, 0.0, 0.0),
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
-                align=False,
             ),
             material=gs.materials.Rigid(),
             name="engine",

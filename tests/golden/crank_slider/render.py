@@ -26,12 +26,12 @@ def vis_options():
 def add_cameras(scene):
     """Add the cameras; return them by name. The first makes `video.mp4`."""
     return {
-        "main": scene.add_camera(res=RESOLUTION, fov=32.0, near=0.0214, far=60.0),
+        "main": scene.add_camera(res=RESOLUTION, fov=26.0, near=0.0214, far=60.0),
     }
 
 
 def camera_pose(name, t, states):
     """Return where a camera stands, what it looks at, and which way is up, at simulated time `t` [s]."""
     if name == "main":
-        return (0.42, -0.95, 0.42), (0.2, 0.0, -0.02), (0.0, 0.0, 1.0)
+        return (0.42, -0.95, 0.42), (0.19, 0.0, -0.01), (0.0, 0.0, 1.0)
     raise KeyError(name)

@@ -253,7 +253,7 @@ def add_domino(scene):
         ((0.39975352, 0.293860738, 0.06), (0.957868565, 0.0, 0.0, 0.287206915), (1.0, 0.549, 0.0, 1.0)),
     ]
     return {
-        # case.yaml:15
+        # case.yaml:17
         f"domino[{i}]": scene.add_entity(
             gs.morphs.Box(size=(0.05, 0.018, 0.12), pos=pos, quat=quat),
             material=gs.materials.Rigid(rho=700.0, friction=0.4),
@@ -267,14 +267,13 @@ def add_domino(scene):
 def add_finger(scene):
     """Add finger."""
     return {
-        # case.yaml:22
+        # case.yaml:30
         "finger": scene.add_entity(
             gs.morphs.MJCF(
                 file=str(HERE / "models/finger.xml"),
                 pos=(0.16, -0.07, 0.1),
                 quat=(0.707106781, 0.707106781, 0.0, 0.0),
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
-                align=False,
             ),
             material=gs.materials.Rigid(),
             surface=gs.surfaces.Default(color=(0.9098, 0.7059, 0.549, 1.0), roughness=0.9, metallic=0.0),

@@ -36,7 +36,7 @@ def make_scene(vis_options=None):
 def add_table(scene):
     """Add table."""
     return {
-        # case.yaml:12
+        # case.yaml:14
         "table": scene.add_entity(
             gs.morphs.Plane(plane_size=(12.0, 12.0), pos=(0.0, 0.0, 0.0)),
             material=gs.materials.Rigid(friction=0.5),

@@ -19,14 +19,13 @@ def add_ball(scene):
         ("models/ball_4cfd9a41.xml", (0.204, 0.0, 0.3), (1.0, 0.0, 0.0, 0.0)),
     ]
     return {
-        # case.yaml:19
+        # case.yaml:22
         f"ball[{i}]": scene.add_entity(
             gs.morphs.MJCF(
                 file=str(HERE / file),
                 pos=pos,
                 quat=quat,
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
-                align=False,
             ),
             material=gs.materials.Rigid(),
             name=f"ball[{i}]",

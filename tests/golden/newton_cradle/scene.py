@@ -68,7 +68,7 @@ def add_post(scene):
 def add_table(scene):
     """Add table."""
     return {
-        # case.yaml:16
+        # case.yaml:19
         "table": scene.add_entity(
             gs.morphs.Plane(plane_size=(8.0, 8.0), pos=(0.0, 0.0, 0.0)),
             material=gs.materials.Rigid(friction=0.5),

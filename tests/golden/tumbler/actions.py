@@ -55,7 +55,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.5, end=1.5, before=0.0, after=0.8, ease="smooth"),
-            ),  # case.yaml:45 turn
+            ),  # case.yaml:60 turn
         ],
     ),
 ]

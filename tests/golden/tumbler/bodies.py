@@ -17,7 +17,6 @@ def add_drum(scene):
                 pos=(0.0, 0.0, 0.0),
                 quat=(0.707106781, 0.707106781, 0.0, 0.0),
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
-                align=False,
             ),
             material=gs.materials.Rigid(),
             name="drum",
@@ -1281,7 +1280,7 @@ def add_cube(scene):
         ),
     ]
     return {
-        # case.yaml:31
+        # case.yaml:41
         f"cube[{i}]": scene.add_entity(
             gs.morphs.Box(size=(0.05, 0.05, 0.05), pos=pos, quat=quat),
             material=gs.materials.Rigid(rho=600.0, friction=0.6),

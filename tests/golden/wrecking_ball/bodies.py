@@ -10,13 +10,12 @@ HERE = Path(__file__).resolve().parent
 def add_wrecker(scene):
     """Add wrecker."""
     return {
-        # case.yaml:18
+        # case.yaml:27
         "wrecker": scene.add_entity(
             gs.morphs.MJCF(
                 file=str(HERE / "models/wrecker.xml"),
                 pos=(0.0, 0.0, 2.75),
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
-                align=False,
             ),
             material=gs.materials.Rigid(),
             name="wrecker",
@@ -90,7 +89,7 @@ def add_block(scene):
         ((0.65, 0.4, 0.601), (0.1804, 0.5451, 0.3412, 1.0)),
     ]
     return {
-        # case.yaml:27
+        # case.yaml:39
         f"block[{i}]": scene.add_entity(
             gs.morphs.Box(size=(0.16, 0.16, 0.24), pos=pos),
             material=gs.materials.Rigid(rho=500.0, friction=0.6),

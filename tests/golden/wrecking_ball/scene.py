@@ -49,7 +49,7 @@ def add_floor(scene):
 def add_beam(scene):
     """Add beam."""
     return {
-        # case.yaml:14
+        # case.yaml:17
         "beam": scene.add_entity(
             gs.morphs.Box(size=(0.16, 0.9, 0.12), pos=(0.0, 0.0, 2.81), fixed=True),
             material=gs.materials.Rigid(rho=1000.0, friction=0.5),
@@ -62,7 +62,7 @@ def add_beam(scene):
 def add_mast(scene):
     """Add mast."""
     return {
-        # case.yaml:15
+        # case.yaml:21
         "mast": scene.add_entity(
             gs.morphs.Box(size=(0.16, 0.12, 2.87), pos=(0.0, 0.5, 1.435), fixed=True),
             material=gs.materials.Rigid(rho=1000.0, friction=0.5),

@@ -1,0 +1,93 @@
+"""Collisions: restitution, and what they conserve.
+
+Restitution is made from the damping of a spring contact, whose substep h and frequency w have w h = 1/4
+(`text2sim.compiler.settings.CRISPNESS`). Where in a step two bodies first touch is a matter of chance: up to a step's
+damping, 2 z w h of the speed, and a step's spring energy, (w h)^2 of the whole, are then missing or too many, half of it
+on average.
+"""
+
+import numpy as np
+import pytest
+
+from text2sim.compiler.settings import CRISPNESS, damping_ratio
+
+G = 9.81
+
+
+def scatter(restitution):
+    """Bound of the error of a restitution, of first order in the substep."""
+    return damping_ratio(restitution) * CRISPNESS + CRISPNESS**2 / 8
+
+
+@pytest.mark.parametrize("e", [0.3, 0.5, 0.7, 0.9, 0.99])
+def test_a_dropped_ball_rises_again_by_the_square_of_restitution(simulate, agree, e):
+    """h' = e^2 h (Newton, Principia, scholium to the laws), for balls that touch at different moments of a step."""
+    trial = simulate(
+        """
+scene: {duration: 0.75, dt: 0.001, substeps: 2, record: {rate: 1000}, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  ball:
+    kind: rigid
+    shape: {kind: sphere, radius: 0.05}
+    material: {restitution: "${e}"}
+    pose: {pos: [0, 0, 0.55]}
+    repeat: {kind: line, count: 12, step: [0.3, 0, 0.0137]}
+""",
+        e=e,
+    )
+    found = []
+    for k in range(12):
+        height = trial.pos(f"ball[{k}]")[:, 2] - 0.05
+        up = int(np.argmax(trial.vel(f"ball[{k}]")[:, 2] > 0.0))
+        # Before the apex, the height that it will reach follows from energy.
+        rise = (height + np.maximum(trial.vel(f"ball[{k}]")[:, 2], 0) ** 2 / (2 * G))[up:]
+        free = height[up:] > 0.0
+        found.append(np.sqrt(rise[free][0] / height[0]))
+    agree(f"drop: restitution {e}, mean of 12", np.mean(found), e, within=scatter(e) / 2)
+    agree(f"drop: restitution {e}, each", found, e, within=scatter(e))
+
+
+COLLISION = """
+scene: {duration: 0.6, dt: 0.001, substeps: 2, gravity: [0, 0, 0]}
+bodies:
+  a: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {mass: "${m[0]}", restitution: "${e}", friction: 0.01}, pose: {pos: [-0.3, 0, 0]}}
+  b: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {mass: "${m[1]}", restitution: "${e}", friction: 0.01}, pose: {pos: [0.3, "${offset}", 0]}}
+actions:
+  controls:
+    go_a: {kind: initial_velocity, body: a, linear: [2, 0, 0]}
+    go_b: {kind: initial_velocity, body: b, linear: [-1, 0, 0]}
+  measures:
+    px: {kind: momentum, axis: x}
+    py: {kind: momentum, axis: y}
+    px_b: {kind: momentum, of: b, axis: x}
+    kinetic: {kind: energy, part: kinetic}
+"""
+
+
+@pytest.mark.parametrize(("e", "m"), [(0.99, (1.0, 1.0)), (0.9, (1.0, 3.0)), (0.5, (4.0, 1.0)), (0.0, (2.0, 1.0))])
+def test_a_central_collision_keeps_momentum_and_returns_e_of_the_closing_speed(simulate, agree, e, m):
+    """m1 v1 + m2 v2 is constant, v2' - v1' = e (v1 - v2), lost is (1 - e^2) mu (v1 - v2)^2 / 2 (Newton)."""
+    trial = simulate(COLLISION, e=e, m=m, offset=0.0)
+    (v1, v2), (w1, w2) = ((trial.vel(name)[k, 0] for name in "ab") for k in (0, -1))
+    name = f"collision, e {e}, masses {m[0]:g} : {m[1]:g}"
+    total = m[0] * 2 - m[1] * 1
+    agree(f"{name}: momentum [kg m/s]", trial.measure("px"), total, within=1e-6 * (2 * m[0] + m[1]))
+    agree(f"{name}: momentum of b [kg m/s]", trial.measure("px_b"), m[1] * trial.vel("b")[:, 0], within=1e-6 * m[1])
+    error = scatter(e) if e else 0.06
+    agree(f"{name}: speed of parting / closing", (w2 - w1) / (v1 - v2), e, within=error)
+    reduced = m[0] * m[1] / (m[0] + m[1])
+    after = (m[0] * 2**2 + m[1]) / 2 - (1 - e**2) * reduced * 3**2 / 2
+    agree(f"{name}: kinetic energy after [J]", trial.measure("kinetic")[-1], after, within=(2 * e * error + error**2) * reduced * 3**2 / 2 + 1e-6)
+
+
+def test_an_oblique_collision_of_equal_elastic_balls_parts_at_right_angles(simulate, agree):
+    """In the frame in which one rests: v1'.v2' = 0 for e = 1 (Huygens); (1 - e^2) v_n^2 / 4 otherwise. Both momenta keep."""
+    e, offset = 0.99, 0.12
+    trial = simulate(COLLISION, e=e, m=(1.0, 1.0), offset=offset)
+    agree("oblique collision: momentum along [kg m/s]", trial.measure("px"), 1.0, within=3e-6)
+    agree("oblique collision: momentum across [kg m/s]", trial.measure("py"), 0.0, within=3e-6)
+    a, b = (trial.vel(name)[-1] - np.array([-1.0, 0, 0]) for name in "ab")
+    along = 3 * np.cos(np.arcsin(offset / 0.2))
+    agree("oblique collision: v1'.v2' / v^2", a @ b / 9, (1 - e**2) * along**2 / 4 / 9, within=scatter(e) / 2 + 0.01)
+    spin = sum(np.cross(trial.pos(n), trial.vel(n)) + trial.spin(n) for n in "ab")
+    agree("oblique collision: angular momentum [kg m2/s]", spin[-1], spin[0], within=1e-4 * np.linalg.norm(spin[0]))
