@@ -92,8 +92,8 @@ def test_the_pyramid_lets_diagonal_sliding_go_too_far(simulate, agree):
     for k, less in enumerate([1.0, np.sqrt(2)]):
         theory = less * V**2 / (2 * 0.4 * G) - V * DT / 2
         way = trial.pos(f"box[{k}]")
-        # It hops at first: the time in the air does not change the sum of the impulses, but where they act.
-        agree(f"pyramid, {45 * k} deg: stopping distance [m]", np.linalg.norm(way[-1, :2] - way[0, :2]), theory, within=V * DT)
+        # It hops at first; what it lacks in friction while in the air it had when it was lifted.
+        agree(f"pyramid, {45 * k} deg: stopping distance [m]", np.linalg.norm(way[-1, :2] - way[0, :2]), theory, within=2 * 0.4 * G * DT**2)
     hop = trial.pos("box[0]")[:, 2].max() - 0.02
     assert 0.0 < hop < 0.5 * (0.4 * V) ** 2 / G, "a pyramid lifts what slides on it, with less than mu v"
 
@@ -105,7 +105,8 @@ def test_boxes_stick_or_slip_on_a_slope_on_both_sides_of_its_tangent(simulate, a
     The elliptic cone knows the two apart at 2 % on either side; with the pyramid, a box within 4 % slips and sticks by
     turns. What sticks creeps, because the contact is regularised: the engine solves a = d (-b v) + (1 - d) a0 with
     b = 2 / (dmax timeconst), so v = (1 - d) / (d b) g sin; impratio, 100 with the elliptic cone, divides it.
-    Before all that the contact forms, which takes about two time constants (4 h) of nearly free sliding.
+    Before all that the contact forms, which takes about two time constants (4 h) of nearly free sliding; on the
+    pyramid it does so several times, because a sliding box is lifted.
     """
     tangent = 0.5
     deg = np.degrees(np.arctan(tangent))
@@ -120,7 +121,7 @@ def test_boxes_stick_or_slip_on_a_slope_on_both_sides_of_its_tangent(simulate, a
         name = f"{cone} slope 26.6 deg, mu {mu:.3g}"
         if mu < tangent:
             slide = G * (sin - mu * cos)
-            agree(f"{name}: way [m]", along[-1], slide * t[-1] * (t[-1] + DT) / 2, within=2 * forming + 4 * DT * slide * t[-1])
+            agree(f"{name}: way [m]", along[-1], slide * t[-1] * (t[-1] + DT) / 2, within=(2 if cone == "elliptic" else 4) * forming)
             if cone == "elliptic":
                 agree(f"{name}: acceleration [m/s2]", (speed[-1] - speed[half]) / (t[-1] - t[half]), slide, within=1e-5 * G)
         else:
@@ -139,7 +140,7 @@ def test_balls_and_cylinders_roll_down_a_slope_without_slip(simulate, agree):
         a = G * sin / (1 + share)
         forming = G * sin * (4 * DT) ** 2 / 2
         along = (trial.pos(body)[-1] - trial.pos(body)[0]) @ down
-        agree(f"rolling {body}: way [m]", along, a * t * (t + DT) / 2, within=forming + 4 * DT * (1 - share) * a * t)
+        agree(f"rolling {body}: way [m]", along, a * t * (t + DT) / 2, within=forming)
         # The friction of rolling is I / (m r^2) times m a, and the contact creeps under it as under any other.
         creep = share * a * (1 - IMPEDANCE) / IMPEDANCE * WIDEST * 2 * DT / 2 * (1 + 1 / share)
         slip = trial.vel(body) @ down - 0.1 * trial.ang(body)[:, 1]

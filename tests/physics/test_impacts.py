@@ -64,16 +64,20 @@ actions:
 """
 
 
-@pytest.mark.parametrize(("e", "m"), [(0.99, (1.0, 1.0)), (0.9, (1.0, 3.0)), (0.5, (4.0, 1.0)), (0.0, (2.0, 1.0))])
+@pytest.mark.parametrize(("e", "m"), [(0.99, (1.0, 1.0)), (0.9, (1.0, 3.0)), (0.5, (4.0, 1.0)), (None, (2.0, 1.0))])
 def test_a_central_collision_keeps_momentum_and_returns_e_of_the_closing_speed(simulate, agree, e, m):
-    """m1 v1 + m2 v2 is constant, v2' - v1' = e (v1 - v2), lost is (1 - e^2) mu (v1 - v2)^2 / 2 (Newton)."""
-    trial = simulate(COLLISION, e=e, m=m, offset=0.0)
-    (v1, v2), (w1, w2) = ((trial.vel(name)[k, 0] for name in "ab") for k in (0, -1))
-    name = f"collision, e {e}, masses {m[0]:g} : {m[1]:g}"
+    """m1 v1 + m2 v2 is constant, v2' - v1' = e (v1 - v2), lost is (1 - e^2) mu (v1 - v2)^2 / 2 (Newton).
+
+    Bodies without restitution do not stick either: a critically damped contact that only pushes returns exp(-2) of the
+    speed (Schwager and Pöschel 2007) where the substep resolves it, as here; less at longer substeps.
+    """
+    trial = simulate(COLLISION.replace(', restitution: "${e}"', "") if e is None else COLLISION, e=e or 0, m=m, offset=0.0)
+    (v1, w1), (v2, w2) = (trial.vel(body)[[0, -1], 0] for body in "ab")
+    name = f"collision, e {e or 'left out'}, masses {m[0]:g} : {m[1]:g}"
     total = m[0] * 2 - m[1] * 1
     agree(f"{name}: momentum [kg m/s]", trial.measure("px"), total, within=1e-6 * (2 * m[0] + m[1]))
     agree(f"{name}: momentum of b [kg m/s]", trial.measure("px_b"), m[1] * trial.vel("b")[:, 0], within=1e-6 * m[1])
-    error = scatter(e) if e else 0.06
+    e, error = (e, scatter(e)) if e else (np.exp(-2), 0.03)
     agree(f"{name}: speed of parting / closing", (w2 - w1) / (v1 - v2), e, within=error)
     reduced = m[0] * m[1] / (m[0] + m[1])
     after = (m[0] * 2**2 + m[1]) / 2 - (1 - e**2) * reduced * 3**2 / 2

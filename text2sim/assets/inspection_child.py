@@ -14,9 +14,10 @@ MEMORY = 6 * 1024**3
 SECONDS = 100
 MAX_CORNERS = 1000
 
-# What the engine sets when it reads a URDF; visual meshes are not MuJoCo's business.
+# What the engine sets when it reads a URDF. Whether inertias are possible is judged elsewhere, of links as the engine
+# melts them together; visual meshes are not MuJoCo's business.
 URDF_OPTIONS = (
-    '<mujoco><compiler fusestatic="false" strippath="false" inertiafromgeom="false" balanceinertia="false" '
+    '<mujoco><compiler fusestatic="false" strippath="false" inertiafromgeom="false" balanceinertia="true" '
     'discardvisual="true" autolimits="true" boundmass="1e-15" boundinertia="1e-15"/></mujoco></robot>'
 )
 JOINTS = {0: "free", 1: "ball", 2: "slider", 3: "hinge"}

@@ -1,5 +1,6 @@
 """Articulated bodies in MJCF and URDF files: checked, and made ready to lie in a program."""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -145,7 +146,7 @@ def load_mechanism(folder: Path, file: str, *, base: str | None = None) -> Mecha
 
 def _joined(message: str) -> str:
     # What is wrong with another file follows the name of the one that refers to it.
-    return f"refers to {message}" if message.startswith("`") else message
+    return re.sub(r"^(`[^`]*`) ", r"refers to \1, which ", message)
 
 
 def _load(root: Path, file: str, base: str | None) -> Mechanism:

@@ -147,9 +147,9 @@ def _check_limit(joint: "Joint") -> None:
     if joint.type == "continuous":
         return
     limit = joint.limit
-    if limit is None or limit.lower is None or limit.upper is None:
-        raise AssetError(f"joint `{joint.name}` ({joint.type}) has no limits: give it `<limit lower=… upper=…/>`, or make it continuous")
-    if limit.lower > limit.upper:
+    if limit is None:
+        raise AssetError(f"joint `{joint.name}` ({joint.type}) has no `<limit>`")
+    if limit.lower is not None and limit.upper is not None and limit.lower > limit.upper:
         raise AssetError(f"joint `{joint.name}` has a lower limit ({limit.lower:g}) above its upper ({limit.upper:g})")
 
 
@@ -161,6 +161,7 @@ def _check_mimic(joint: "Joint", joints: dict[str, Any]) -> None:
 def _check_masses(robot: "Robot", *, free: bool) -> None:
     import numpy as np
 
+    fixed = {joint.child for joint in robot.joints if joint.type == "fixed"}
     for link in robot.links:
         if link.inertial is None:
             continue
@@ -170,8 +171,9 @@ def _check_masses(robot: "Robot", *, free: bool) -> None:
         if inertia is None:
             continue
         low, middle, high = np.linalg.eigvalsh(0.5 * (inertia + inertia.T))
-        # What the engine allows for rounding.
-        if low < -1e-6 * high or low + middle < high * (1 - 1e-3) - 1e-9:
+        # What the engine allows for rounding. A fixed link it melts into its parent, with which it makes a whole.
+        impossible = low + middle < high * (1 - 1e-6) - 1e-9 and link.name not in fixed
+        if low < -1e-6 * high - 1e-9 or impossible:
             raise AssetError(
                 f"link `{link.name}` has an inertia that no body can have (principal moments {low:.3g}, {middle:.3g}, "
                 f"{high:.3g} kg m2); correct it, or leave out its `<inertial>`, so that shape and density say it"
@@ -180,11 +182,10 @@ def _check_masses(robot: "Robot", *, free: bool) -> None:
 
 
 def _check_moving(robot: "Robot", *, free: bool) -> None:
-    """Refuse a moving link that weighs nothing, together with what is fixed to it."""
+    """Refuse a moving link that weighs nothing, together with all that hangs on it."""
     children: dict[str, list[str]] = {}
     for joint in robot.joints:
-        if joint.type == "fixed":
-            children.setdefault(joint.parent, []).append(joint.child)
+        children.setdefault(joint.parent, []).append(joint.child)
     links = {link.name: link for link in robot.links}
 
     def weighs(name: str) -> bool:

@@ -10,6 +10,7 @@ from text2sim.compiler.lower import Lowering
 from text2sim.compiler.patterns import SINGLE
 from text2sim.compiler.placement import Copy
 from text2sim.compiler.rotation import IDENTITY, Quaternion
+from text2sim.compiler.selection import SELECTOR
 from text2sim.compiler.tree import Tree, tree_bounds
 from text2sim.spec_schema.bodies import Articulated, Chain, Net, Ragdoll
 from text2sim.spec_schema.cast import Parts
@@ -60,6 +61,19 @@ def known_parts(loaded: LoadedCase) -> tuple[dict[str, Parts], list[Problem]]:
                 continue  # reported where the body is lowered
             parts[name] = Parts(tuple(link.name for link in tree.links()), {})
     return parts, problems
+
+
+def named_parts(loaded: LoadedCase) -> dict[str, set[str]]:
+    """Return the links and joints that the case names, by body: whatever reads like a selector counts."""
+    found: dict[str, set[str]] = {}
+    waiting: list[Any] = [loaded.data.get("actions"), loaded.data.get("render")]
+    while waiting:
+        value = waiting.pop()
+        if isinstance(value, str) and "." in value and (match := SELECTOR.match(value)) and match["part"]:
+            found.setdefault(match["body"], set()).add(match["part"])
+        elif isinstance(value, dict | list):
+            waiting += value.values() if isinstance(value, dict) else value
+    return found
 
 
 def _check_meaning(loaded: LoadedCase, name: str, body: Articulated, mechanism: Mechanism) -> list[Problem]:

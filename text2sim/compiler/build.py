@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from text2sim import __version__
-from text2sim.compiler.anatomy import known_parts, tree_extents
+from text2sim.compiler.anatomy import known_parts, named_parts, tree_extents
 from text2sim.compiler.controls import Rows, lower_controls, lower_motions
 from text2sim.compiler.film import resolve_render
 from text2sim.compiler.lower import Lowering
+from text2sim.compiler.overlap import overlaps
 from text2sim.compiler.placement import Copy, place_all
 from text2sim.compiler.plan import EntityPlan, Group, Plan
 from text2sim.compiler.settings import CRISPNESS, Settings, Traits, derive
@@ -39,11 +40,12 @@ def plan_case(loaded: LoadedCase) -> Plan:
     placed, found = place_all(loaded, tree_extents)
     problems += found
     _stop_at_errors(problems)
-    lowering = Lowering(loaded.folder)
+    lowering = Lowering(loaded.folder, named_parts(loaded))
     case, scene = loaded.case, loaded.case.scene
     statics = _groups(loaded, placed, tuple(scene.statics), "scene", lowering, problems)
     bodies = _groups(loaded, placed, tuple(case.bodies), None, lowering, problems)
     _stop_at_errors(problems)
+    problems += _check_overlaps(loaded, placed, lowering)
     rows = lower_controls(loaded, placed, lowering.initial)
     moving = [copy for name in case.bodies for copy in placed[name]]
     bounce = {c.name: e for group in placed.values() for c in group if (e := _restitution(c)) is not None}
@@ -185,6 +187,23 @@ def _check_bounce(loaded: LoadedCase, settings: Settings, bounce: dict[str, floa
         return [loaded.problem(pointer, f"contacts that bounce last {pi * time:.2g} s and are soft; with scene.substeps of {needed} or more "
                                "they would be crisp", rule="soft-bounce", severity="warning")]
     return []
+
+
+def _check_overlaps(loaded: LoadedCase, placed: dict[str, list[Copy]], lowering: Lowering) -> list[Problem]:
+    """One warning for each pair of bodies, however many of their copies overlap."""
+    pairs: dict[tuple[str, str], list[tuple[Copy, Copy]]] = {}
+    for a, b in overlaps(placed, lowering):
+        pairs.setdefault((a.body, b.body), []).append((a, b))
+    found = []
+    for (name, _), group in pairs.items():
+        a, b = group[0]
+        more = f" (and {len(group) - 1} more of their copies)" if len(group) > 1 else ""
+        under = getattr(b.shape, "kind", None) == "plane"
+        says = f"{a.name} is partly under {b.name}" if under else f"{a.name} and {b.name} overlap"
+        pointer = ("scene", "statics", name) if name in loaded.case.scene.statics else ("bodies", name)
+        text = f"{says} at the start{more}: the engine will throw them apart; move one, or use place"
+        found.append(loaded.problem(pointer, text, key=True, rule="overlap", severity="warning"))
+    return found
 
 
 # --- digests --------------------------------------------------------------------------------------------------

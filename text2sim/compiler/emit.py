@@ -147,7 +147,7 @@ def _group(group: Group) -> dict[str, Any]:
 
 
 def _cells(entity: EntityPlan, *, turned: bool) -> dict[str, Any]:
-    flags = {"fixed": False, "visualization": True, "decompose": None}
+    flags = {"fixed": False, "visualization": True, "decompose": None, "keep": ()}
     return {
         **flags,
         **{key: tuple(v) if isinstance(v, list) else v for key, v in entity.options.items()},

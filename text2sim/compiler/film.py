@@ -11,12 +11,9 @@ from text2sim.spec_schema.render import Camera, Dolly, Follow, Lamp, Light, Orbi
 
 Ball = tuple[tuple[float, float, float], float]
 
-# Key, fill and rim for a scene that names no light, in front of a camera that looks along +y.
-DEFAULT_LIGHTS: tuple[Light, ...] = (
-    Sun(kind="sun", direction=(-0.5, 0.8, -1.0), strength=3.2),
-    Sun(kind="sun", direction=(0.9, 0.5, -0.7), strength=1.1, color="#dfe9ff"),
-    Sun(kind="sun", direction=(0.1, -1.0, -0.8), strength=0.9, color="#fff1dc"),
-)
+# For a scene that names no light, in front of a camera that looks along +y. One, with light from everywhere, is
+# enough without shadows; on software OpenGL every further light costs as much as the whole picture.
+DEFAULT_LIGHTS: tuple[Light, ...] = (Sun(kind="sun", direction=(-0.5, 0.8, -1.0), strength=3.6),)
 DEFAULT_VIEW = (0.55, -1.0, 0.5)
 """Direction from the scene to a camera that nobody placed."""
 

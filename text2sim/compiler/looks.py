@@ -6,20 +6,23 @@ import random
 from text2sim.compiler.placement import Copy
 from text2sim.spec_schema.colors import rgb
 from text2sim.spec_schema.materials import Look
+from text2sim.spec_schema.scene import Static
 
 Rgba = tuple[float, float, float, float]
 
 # Okabe and Ito's palette, which people with every kind of colour vision can tell apart
 # (https://jfly.uni-koeln.de/color/), for bodies that were given no colour.
+STAGE = "#98a1a9"
+"""What never moves stands back."""
 PALETTE = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
 
 
 def rgba_of(look: Look, copy: Copy) -> Rgba:
-    """Colour of a copy, each channel in 0..1 with six digits."""
+    """Colour of a copy, each channel in 0..1 with four digits."""
     index = copy.index or 0
     color = look.color
     if color is None:
-        color = PALETTE[sum(copy.body.encode()) % len(PALETTE)]
+        color = STAGE if isinstance(copy.model, Static) else PALETTE[sum(copy.body.encode()) % len(PALETTE)]
     elif isinstance(color, list):
         color = color[index % len(color)]
     red, green, blue = rgb(color)

@@ -1,7 +1,7 @@
 """Copies of bodies and statics become entities of the engine."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import singledispatchmethod
 from hashlib import sha256
@@ -41,6 +41,8 @@ class Lowering:
     """Collects what the entities need besides themselves: model files, motors, start positions."""
 
     folder: Path
+    named: Mapping[str, Collection[str]] = field(default_factory=dict)
+    """Links and joints that the case names, by body."""
     files: dict[str, bytes] = field(default_factory=dict)
     motors: list[Motor] = field(default_factory=list)
     changes: list[JointChange] = field(default_factory=list)
@@ -222,6 +224,7 @@ class Lowering:
         options: dict[str, Any] = {"file": self._model_files(copy.body, mechanism), "decompose": False}
         if urdf:
             options["fixed"] = model.base != "free"
+            options["keep"] = tuple(sorted({*self.named.get(copy.body, ())} & {*mechanism.link_names}))
             if mechanism.joints:
                 self.unpowered.append(copy.name)
         if not model.look.visible:

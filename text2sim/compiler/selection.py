@@ -4,12 +4,12 @@ import re
 
 from text2sim.compiler.placement import Copy
 
-_SELECTOR = re.compile(r"(?P<body>\w+)(?:\[(?P<index>[^\]]+)\])?(?:\.(?P<part>\w+))?\Z")
+SELECTOR = re.compile(r"(?P<body>\w+)(?:\[(?P<index>[^\]]+)\])?(?:\.(?P<part>\w+))?\Z")
 
 
 def split(selector: str) -> tuple[str, str | None, str | None]:
     """Return (body, index text, link or joint) of a selector that the schema has accepted."""
-    match = _SELECTOR.match(selector)
+    match = SELECTOR.match(selector)
     assert match is not None, selector
     return match["body"], match["index"], match["part"]
 

@@ -4,6 +4,7 @@ A tree becomes one MJCF file (`mjcf.py`). Poses are (pos [m], quat wxyz) of a li
 """
 
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from text2sim.compiler.geometry import VisualMesh
 from text2sim.compiler.piece import Piece, piece_ball, piece_reach
@@ -126,13 +127,35 @@ def tree_frames(tree: Tree) -> list[tuple[TreeLink, Vec, Quaternion]]:
     return found
 
 
+class StandingPiece(NamedTuple):
+    """A piece with the pose of its link."""
+
+    piece: Piece
+    pos: Vec
+    quat: Quaternion
+    moves: bool
+    """False for what the world holds."""
+
+
+def tree_pieces(tree: Tree, pos: Vec = (0.0, 0.0, 0.0), quat: Quaternion = IDENTITY) -> list[StandingPiece]:
+    """Return every piece of a tree that stands at (`pos`, `quat`), all joints at zero."""
+    found = [StandingPiece(geom.piece, pos, quat, False) for geom in tree.fixtures]
+    queue = [(link, pos, quat, False) for link in tree.roots]
+    while queue:
+        link, pos, quat, moves = queue.pop()
+        pos, quat = frame_apply(pos, quat, link.pos), quat_multiply(quat, link.quat)
+        moves = moves or bool(link.all_joints())
+        found += [StandingPiece(geom.piece, pos, quat, moves) for geom in link.geoms]
+        queue += [(child, pos, quat, moves) for child in link.children]
+    return found
+
+
 def tree_balls(tree: Tree) -> list[tuple[Vec, float]]:
-    """Return centre [m] and radius [m] of a ball around every piece, in the tree's frame, at the start."""
-    found = [piece_ball(geom.piece) for geom in tree.fixtures]
-    for link, pos, quat in tree_frames(tree):
-        for geom in link.geoms:
-            center, radius = piece_ball(geom.piece)
-            found.append((frame_apply(pos, quat, center), radius))
+    """Return centre [m] and radius [m] of a ball around every piece, in the tree's frame, all joints at zero."""
+    found = []
+    for piece, pos, quat, _ in tree_pieces(tree):
+        center, radius = piece_ball(piece)
+        found.append((frame_apply(pos, quat, center), radius))
     return found
 
 

@@ -151,7 +151,7 @@ class Render(Model):
     cameras: dict[Name, Camera] = Field(default_factory=dict)
     """By name; the first makes `video.mp4`. One is derived if there is none."""
     lights: dict[Name, Light] = Field(default_factory=dict)
-    """By name; three are derived if there are none."""
+    """By name; one is derived if there are none."""
 
     @model_validator(mode="after")
     def _even(self) -> "Render":

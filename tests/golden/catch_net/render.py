@@ -14,11 +14,7 @@ def vis_options():
         background_color=(0.851, 0.8863, 0.9255),
         ambient_light=(0.35, 0.35, 0.35),
         lights=[
-            gs.options.vis.DirectionalLight(dir=(-0.5, 0.8, -1.0), color=(1.0, 1.0, 1.0), intensity=3.2),
-            gs.options.vis.DirectionalLight(dir=(0.9, 0.5, -0.7), color=(0.8745, 0.9137, 1.0), intensity=1.1),
-            gs.options.vis.DirectionalLight(
-                dir=(0.1, -1.0, -0.8), color=(1.0, 0.9451, 0.8627), intensity=0.9
-            ),
+            gs.options.vis.DirectionalLight(dir=(-0.5, 0.8, -1.0), color=(1.0, 1.0, 1.0), intensity=3.6),
         ],
     )
 
@@ -26,12 +22,12 @@ def vis_options():
 def add_cameras(scene):
     """Add the cameras; return them by name. The first makes `video.mp4`."""
     return {
-        "main": scene.add_camera(res=RESOLUTION, fov=42.0, near=0.0848, far=84.8),
+        "main": scene.add_camera(res=RESOLUTION, fov=44.0, near=0.088, far=88.0),
     }
 
 
 def camera_pose(name, t, states):
     """Return where a camera stands, what it looks at, and which way is up, at simulated time `t` [s]."""
     if name == "main":
-        return (2.2, -3.4, 2.6), (0.0, 0.0, 1.35), (0.0, 0.0, 1.0)
+        return (2.2, -3.6, 2.8), (0.0, 0.0, 1.55), (0.0, 0.0, 1.0)
     raise KeyError(name)

@@ -14,11 +14,7 @@ def vis_options():
         background_color=(0.851, 0.8863, 0.9255),
         ambient_light=(0.35, 0.35, 0.35),
         lights=[
-            gs.options.vis.DirectionalLight(dir=(-0.5, 0.8, -1.0), color=(1.0, 1.0, 1.0), intensity=3.2),
-            gs.options.vis.DirectionalLight(dir=(0.9, 0.5, -0.7), color=(0.8745, 0.9137, 1.0), intensity=1.1),
-            gs.options.vis.DirectionalLight(
-                dir=(0.1, -1.0, -0.8), color=(1.0, 0.9451, 0.8627), intensity=0.9
-            ),
+            gs.options.vis.DirectionalLight(dir=(-0.5, 0.8, -1.0), color=(1.0, 1.0, 1.0), intensity=3.6),
         ],
     )
 

@@ -14,7 +14,7 @@ def add_wrecker(scene):
         "wrecker": scene.add_entity(
             gs.morphs.MJCF(
                 file=str(HERE / "models/wrecker.xml"),
-                pos=(0.0, 0.0, 2.75),
+                pos=(0.0, 0.0, 2.72),
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
             ),
             material=gs.materials.Rigid(),

@@ -51,7 +51,7 @@ def add_beam(scene):
     return {
         # case.yaml:17
         "beam": scene.add_entity(
-            gs.morphs.Box(size=(0.16, 0.9, 0.12), pos=(0.0, 0.0, 2.81), fixed=True),
+            gs.morphs.Box(size=(0.16, 1.0, 0.12), pos=(0.0, 0.35, 2.81), fixed=True),
             material=gs.materials.Rigid(rho=1000.0, friction=0.5),
             surface=gs.surfaces.Default(color=(0.949, 0.6902, 0.1176, 1.0), roughness=0.9, metallic=0.0),
             name="beam",
@@ -64,7 +64,7 @@ def add_mast(scene):
     return {
         # case.yaml:21
         "mast": scene.add_entity(
-            gs.morphs.Box(size=(0.16, 0.12, 2.87), pos=(0.0, 0.5, 1.435), fixed=True),
+            gs.morphs.Box(size=(0.16, 0.12, 2.87), pos=(0.0, 0.79, 1.435), fixed=True),
             material=gs.materials.Rigid(rho=1000.0, friction=0.5),
             surface=gs.surfaces.Default(color=(0.949, 0.6902, 0.1176, 1.0), roughness=0.9, metallic=0.0),
             name="mast",
