@@ -33,14 +33,14 @@ def test_a_ball_in_a_cup_is_not_in_its_wall(tmp_path: Path) -> None:
     cup = "  cup: {kind: rigid, shape: {kind: cup, radius: 0.5, height: 1.0, thickness: 0.1}, place: {on: floor}}\n"
     ball = "  ball: {kind: rigid, shape: {kind: sphere, radius: 0.3}, place: {inside: cup}}\n"
     assert warnings(tmp_path, cup + ball) == []
-    assert warnings(tmp_path, cup + ball.replace("0.3}", "0.3}").replace("place: {inside: cup}", "pose: {pos: [0.3, 0, 0.5]}")) == [
+    assert warnings(tmp_path, cup + ball.replace("place: {inside: cup}", "pose: {pos: [0.3, 0, 0.5]}")) == [
         "5: cup and ball overlap"
     ]
 
 
 def test_many_copies_make_one_warning(tmp_path: Path) -> None:
     text = f"  a: {BOX.format(pos='[0, 0, 0.5]', more=', repeat: {kind: line, count: 4, step: [0.5, 0, 0]}')}\n"
-    assert warnings(tmp_path, text) == ["5: a[1] and a[0] overlap"] or warnings(tmp_path, text) == ["5: a[0] and a[1] overlap"]
+    assert warnings(tmp_path, text) == ["5: a[0] and a[1] overlap"]
 
 
 def test_what_the_world_holds_may_stand_in_what_never_moves(tmp_path: Path) -> None:

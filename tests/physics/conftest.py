@@ -5,7 +5,7 @@ import json
 import select
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -204,12 +204,16 @@ def worker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Worker]:
 def simulate(worker: Worker, tmp_path_factory: pytest.TempPathFactory) -> Simulate:
     """Return a function that simulates a case.
 
-    It takes the text below `name`, and values for the names that the text uses in `${...}`.
+    It takes the text below `name`, the contents of files of the case by their paths, and values for the names that the
+    text uses in `${...}`.
     """
     count = itertools.count()
 
-    def run(text: str, **params: Any) -> Trial:
+    def run(text: str, files: Mapping[str, str] | None = None, **params: Any) -> Trial:
         folder = tmp_path_factory.mktemp(f"trial_{next(count)}_", numbered=False)
+        for path, content in (files or {}).items():
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_text(content)
         head = {"text2sim": 1, "name": "trial", "params": params}
         lines = [f"{key}: {json.dumps(value)}" for key, value in head.items()]
         (folder / "case.yaml").write_text("\n".join(lines) + "\n" + text)

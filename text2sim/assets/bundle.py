@@ -48,7 +48,14 @@ class Bundle:
         """The files as they lie in the case's folder, resolved."""
         return list(dict.fromkeys(self._read_files))
 
-    def take(self, reference: str, suffixes: tuple[str, ...], *, folders: tuple[Path, ...] = (), painted: bool = True) -> str:
+    def take(
+        self,
+        reference: str,
+        suffixes: tuple[str, ...],
+        *,
+        folders: tuple[Path, ...] = (),
+        painted: bool = True,
+    ) -> str:
         """Take in a file and return its new name.
 
         Args:
@@ -83,12 +90,18 @@ class Bundle:
             rest = reference.removeprefix("package://")
             above = [self.here, *self.here.parents]
             above = above[: above.index(self.root) + 1]
-            candidates = [folder / part for part in (rest, rest.partition("/")[2]) if part for folder in above]
+            candidates = [
+                folder / part for part in (rest, rest.partition("/")[2]) if part for folder in above
+            ]
             way_out = f"`{reference}` is in no folder of the case; copy its package into the case's folder"
         elif "://" in reference or reference.startswith("file:"):
-            raise AssetError(f"`{reference}` is not a file of the case; copy it into the folder and give its relative path")
+            raise AssetError(
+                f"`{reference}` is not a file of the case; copy it into the folder and give its relative path"
+            )
         elif reference.startswith(("/", "~")) or re.match(r"[A-Za-z]:", reference):
-            raise AssetError(f"`{reference}` is an absolute path; copy it into the case's folder and give its relative path")
+            raise AssetError(
+                f"`{reference}` is an absolute path; copy it into the case's folder and give its relative path"
+            )
         else:
             candidates = [folder / reference for folder in folders]
             way_out = f"`{reference}` does not exist in the case's folder"
@@ -102,7 +115,9 @@ class Bundle:
         size = path.stat().st_size
         self._total += size
         if size > MAX_FILE:
-            raise AssetError(f"`{reference}` is too large ({size / 2**20:.0f} MiB; at most {MAX_FILE // 2**20} MiB)")
+            raise AssetError(
+                f"`{reference}` is too large ({size / 2**20:.0f} MiB; at most {MAX_FILE // 2**20} MiB)"
+            )
         if self._total > MAX_TOTAL:
             raise AssetError(f"its files are more than {MAX_TOTAL // 2**20} MiB in all")
         if len(self.files) >= MAX_FILES:
@@ -122,10 +137,10 @@ class Bundle:
 
     # --- what meshes refer to themselves ------------------------------------------------------------------------
 
-    def _picture(self, name: str, path: Path) -> str | None:
+    def _picture(self, name: str, *folders: Path) -> str | None:
         """Take in a picture that a mesh names; None if the case does not have it."""
         try:
-            return self.take(name, PICTURES, folders=(path.parent,))
+            return self.take(name, PICTURES, folders=folders)
         except AssetError:
             return None
 
@@ -133,7 +148,11 @@ class Bundle:
         lines = content.split(b"\n")
         for index, line in enumerate(lines):
             if line.lstrip()[:7].lower() == b"mtllib ":
-                name = self._material(line.strip()[7:].decode("utf-8", "replace").strip(), path) if painted else None
+                name = (
+                    self._material(line.strip()[7:].decode("utf-8", "replace").strip(), path)
+                    if painted
+                    else None
+                )
                 lines[index] = b"" if name is None else b"mtllib " + name.encode()
         return b"\n".join(lines)
 
@@ -147,7 +166,8 @@ class Bundle:
             if _MTL_PICTURE.match(line):
                 # Options stand before the name, which may hold blanks only if there are none.
                 key, _, rest = line.strip().partition(" ")
-                picture = self._picture(rest.split()[-1] if rest.startswith("-") else rest.strip(), path)
+                name = rest.split()[-1] if rest.startswith("-") else rest.strip()
+                picture = self._picture(name, material.parent, path.parent)
                 lines[index] = "" if picture is None else f"{key} {picture}"
         return self._add(material.with_suffix(".mtl"), "\n".join(lines).encode())
 
@@ -159,7 +179,7 @@ class Bundle:
             name = found[2].decode("utf-8", "replace").strip()
             if not name.lower().endswith(PICTURES):
                 return found[0] if re.fullmatch(r"[\w.-]*", name) else found[1] + found[3]
-            return found[1] + (self._picture(name, path) or "").encode() + found[3]
+            return found[1] + (self._picture(name, path.parent) or "").encode() + found[3]
 
         return _DAE_PICTURE.sub(replace, content)
 

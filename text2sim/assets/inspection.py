@@ -40,7 +40,9 @@ def inspect_model(kind: str, text: str, files: Files) -> dict[str, Any]:
         environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
         command = [sys.executable, "-P", str(SCRIPT), kind, str(folder)]
         try:
-            done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, timeout=TIMEOUT, check=False)
+            done = subprocess.run(
+                command, cwd=folder, env=environment, capture_output=True, timeout=TIMEOUT, check=False
+            )
         except subprocess.TimeoutExpired:
             raise AssetError(f"takes MuJoCo more than {TIMEOUT} s to read") from None
         result = folder / "result.json"

@@ -100,7 +100,11 @@ def joint(model, i: int) -> dict:
 
 def motor(model, i: int) -> dict | None:
     """Return gains and limit of the one motor on a joint, None if there is none or several."""
-    mine = [k for k in range(model.nu) if int(model.actuator_trntype[k]) in (0, 1) and int(model.actuator_trnid[k, 0]) == i]
+    mine = [
+        k
+        for k in range(model.nu)
+        if int(model.actuator_trntype[k]) in (0, 1) and int(model.actuator_trnid[k, 0]) == i
+    ]
     if not mine:
         tendons = {
             t
@@ -108,7 +112,11 @@ def motor(model, i: int) -> dict | None:
             for w in range(int(model.tendon_adr[t]), int(model.tendon_adr[t]) + int(model.tendon_num[t]))
             if int(model.wrap_type[w]) == 1 and int(model.wrap_objid[w]) == i
         }
-        mine = [k for k in range(model.nu) if int(model.actuator_trntype[k]) == 3 and int(model.actuator_trnid[k, 0]) in tendons]
+        mine = [
+            k
+            for k in range(model.nu)
+            if int(model.actuator_trntype[k]) == 3 and int(model.actuator_trnid[k, 0]) in tendons
+        ]
     if len(mine) != 1:
         return None
     (k,) = mine
@@ -162,7 +170,9 @@ def corners(model, mesh: int) -> list[list[float]]:
         k = np.arange(MAX_CORNERS)
         z, turn = 1 - (2 * k + 1) / MAX_CORNERS, math.pi * (3 - math.sqrt(5)) * k
         r = np.sqrt(1 - z**2)
-        directions = np.concatenate([np.stack([r * np.cos(turn), r * np.sin(turn), z], 1), np.eye(3), -np.eye(3)])
+        directions = np.concatenate(
+            [np.stack([r * np.cos(turn), r * np.sin(turn), z], 1), np.eye(3), -np.eye(3)]
+        )
         points = points[np.unique((points @ directions.T).argmax(axis=0))]
     return [row(point) for point in points]
 

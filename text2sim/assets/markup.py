@@ -36,7 +36,9 @@ def parse_markup(path: Path) -> ET.Element:
     try:
         return reader.read(path.read_bytes())
     except expat.ExpatError as error:
-        raise AssetError(f"is not well-formed XML: {expat.ErrorString(error.code)} in line {error.lineno}") from None
+        raise AssetError(
+            f"is not well-formed XML: {expat.ErrorString(error.code)} in line {error.lineno}"
+        ) from None
 
 
 class _Reader:
@@ -67,7 +69,7 @@ class _Reader:
             raise AssetError(f"has more than {MAX_ELEMENTS} elements")
         for name, value in attributes.items():
             if name in _NUMBERS and _NOT_A_NUMBER.search(value):
-                raise AssetError(f"has a number that is not finite: {name}=\"{value[:40]}\" (line {line})")
+                raise AssetError(f'has a number that is not finite: {name}="{value[:40]}" (line {line})')
         self.builder.start(tag, attributes)
 
     def _end(self, tag: str) -> None:

@@ -141,7 +141,9 @@ def load_mechanism(folder: Path, file: str, *, base: str | None = None) -> Mecha
         return _load(folder.resolve(), file, base)
     except AssetError as error:
         message = str(error)
-        raise AssetError(message if message.startswith(f"`{file}`") else f"`{file}` {_joined(message)}") from None
+        raise AssetError(
+            message if message.startswith(f"`{file}`") else f"`{file}` {_joined(message)}"
+        ) from None
 
 
 def _joined(message: str) -> str:
@@ -185,10 +187,19 @@ def _links(model: dict[str, Any]) -> tuple[MechanismLink, ...]:
     for geom in model["geoms"]:
         corners = tuple((x, y, z) for x, y, z in geom["corners"])
         geoms[geom["body"]].append(
-            MechanismGeom(geom["kind"], _vec(geom["pos"]), _quat(geom["quat"]), _vec(geom["size"]), geom["touches"], corners)
+            MechanismGeom(
+                geom["kind"],
+                _vec(geom["pos"]),
+                _quat(geom["quat"]),
+                _vec(geom["size"]),
+                geom["touches"],
+                corners,
+            )
         )
     return tuple(
-        MechanismLink(body["name"], body["parent"], _vec(body["pos"]), _quat(body["quat"]), body["mass"], tuple(own))
+        MechanismLink(
+            body["name"], body["parent"], _vec(body["pos"]), _quat(body["quat"]), body["mass"], tuple(own)
+        )
         for body, own in zip(model["bodies"], geoms, strict=True)
     )
 

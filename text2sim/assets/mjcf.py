@@ -17,7 +17,9 @@ IGNORED = frozenset("option size statistic visual sensor keyframe custom camera 
 """What the engine does not read, so that it is left out of the program."""
 KNOWN = {
     "compiler": frozenset(),
-    "default": frozenset("default mesh material joint geom site pair equality tendon general motor position velocity".split()),
+    "default": frozenset(
+        "default mesh material joint geom site pair equality tendon general motor position velocity".split()
+    ),
     "asset": frozenset("mesh texture material layer".split()),
     "worldbody": frozenset("body frame geom joint freejoint inertial site".split()),
     "contact": frozenset("pair exclude".split()),
@@ -72,7 +74,9 @@ def read_mjcf(root: ET.Element, bundle: Bundle, base: str | None) -> Draft:
     if base is not None:
         _set_base(root, free=base == "free")
     if root.find("tendon") is not None:
-        notes.append("the engine makes motors on tendons out of motors on their joints, and reads nothing else of tendons")
+        notes.append(
+            "the engine makes motors on tendons out of motors on their joints, and reads nothing else of tendons"
+        )
     return Draft(write_markup(root), notes)
 
 
@@ -86,14 +90,26 @@ def _check_elements(root: ET.Element) -> None:
             if element is not section and element.tag not in KNOWN[section.tag] | IGNORED:
                 raise _refusal(element.tag)
             if element.tag == "geom" and element.get("type", "sphere") not in GEOMS:
-                raise AssetError(f"has a geom of type `{element.get('type')}`; the engine has {', '.join(sorted(GEOMS))}")
-            if section.tag == "actuator" and element is not section and not any(t in element.attrib for t in TRANSMISSIONS):
-                raise AssetError(f"has an actuator `{element.get('name', '')}` on something else than a joint; remove it")
-            if element.tag == "texture" and _larger(element.get("width"), element.get("height"), element.get("gridsize")):
+                raise AssetError(
+                    f"has a geom of type `{element.get('type')}`; the engine has {', '.join(sorted(GEOMS))}"
+                )
+            if (
+                section.tag == "actuator"
+                and element is not section
+                and not any(t in element.attrib for t in TRANSMISSIONS)
+            ):
+                raise AssetError(
+                    f"has an actuator `{element.get('name', '')}` on something else than a joint; remove it"
+                )
+            if element.tag == "texture" and _larger(
+                element.get("width"), element.get("height"), element.get("gridsize")
+            ):
                 raise AssetError(f"has a texture of more than {MAX_TEXTURE} x {MAX_TEXTURE} pixels")
             if float(element.get("ref") or 0.0) and section.tag == "worldbody":
                 name = element.get("name", "")
-                raise AssetError(f"counts the position of joint `{name}` from ref=\"{element.get('ref')}\"; leave `ref` out")
+                raise AssetError(
+                    f'counts the position of joint `{name}` from ref="{element.get("ref")}"; leave `ref` out'
+                )
 
 
 def _larger(*sizes: str | None) -> bool:
@@ -126,7 +142,11 @@ def _take_files(root: ET.Element, bundle: Bundle) -> None:
                 mesh = element.tag == "mesh"
                 folder = where.get("meshdir" if mesh else "texturedir", where.get("assetdir", ""))
                 reference = Path(element.attrib[key]).name if bare else element.attrib[key]
-                name = f"{folder.rstrip('/')}/{reference}" if folder and not reference.startswith("/") else reference
+                name = (
+                    f"{folder.rstrip('/')}/{reference}"
+                    if folder and not reference.startswith("/")
+                    else reference
+                )
                 # Without a name of its own an asset goes by that of its file, which is about to change.
                 element.attrib.setdefault("name", Path(reference).stem)
                 element.attrib.pop("content_type", None)
@@ -195,8 +215,12 @@ def _set_base(root: ET.Element, *, free: bool) -> None:
             for joint in loose:
                 body.remove(joint)
         elif len(bodies) > 1:
-            raise AssetError("has several roots, so that `base: free` can be said only in the file, with `<freejoint/>`")
+            raise AssetError(
+                "has several roots, so that `base: free` can be said only in the file, with `<freejoint/>`"
+            )
         elif not loose:
             if _joints(body):
-                raise AssetError(f"holds its root `{body.get('name')}` by a joint, so that `base` cannot be free")
+                raise AssetError(
+                    f"holds its root `{body.get('name')}` by a joint, so that `base` cannot be free"
+                )
             body.insert(0, ET.Element("freejoint", name=str(body.get("name"))))

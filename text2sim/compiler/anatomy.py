@@ -85,7 +85,10 @@ def _check_meaning(loaded: LoadedCase, name: str, body: Articulated, mechanism: 
         found.append(loaded.problem((*root, *key), message, key=True, rule="file-decides"))
 
     if body.self_collision is not None:
-        report(("self_collision",), "the file decides which of its links touch each other: contype, conaffinity, exclude")
+        report(
+            ("self_collision",),
+            "the file decides which of its links touch each other: contype, conaffinity, exclude",
+        )
     if body.material.mass is not None:
         report(("material", "mass"), "the masses are those of the file; change them there")
     if body.material.density is not None and not mechanism.inertialess:

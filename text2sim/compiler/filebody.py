@@ -28,12 +28,21 @@ def mechanism_tree(mechanism: Mechanism, body: Articulated) -> Tree:
         return TreeLink(link.name, link.pos, link.quat, joints=joints, geoms=geoms, children=own)
 
     roots = tuple(build(index) for index in children.get(0, ()))
-    return Tree(roots, fixtures=tuple(_geom(geom) for geom in mechanism.links[0].geoms), initial=dict(body.initial))
+    return Tree(
+        roots, fixtures=tuple(_geom(geom) for geom in mechanism.links[0].geoms), initial=dict(body.initial)
+    )
 
 
 def _joint(joint: MechanismJoint) -> TreeJoint:
     return TreeJoint(
-        joint.kind, joint.axis, joint.anchor, joint.range, joint.damping, joint.friction, joint.armature, joint.spring
+        joint.kind,
+        joint.axis,
+        joint.anchor,
+        joint.range,
+        joint.damping,
+        joint.friction,
+        joint.armature,
+        joint.spring,
     )
 
 
@@ -47,7 +56,9 @@ def _geom(geom: MechanismGeom) -> TreeGeom:
         "ellipsoid": size,
         "mesh": (1.0,),
     }
-    return TreeGeom(Piece(geom.kind, geom.pos, geom.quat, sizes[geom.kind], geom.corners), 0.0, 0.0, drawn=geom.touches)
+    return TreeGeom(
+        Piece(geom.kind, geom.pos, geom.quat, sizes[geom.kind], geom.corners), 0.0, 0.0, drawn=geom.touches
+    )
 
 
 def mechanism_parts(mechanism: Mechanism, body: Articulated) -> Parts:
@@ -55,14 +66,18 @@ def mechanism_parts(mechanism: Mechanism, body: Articulated) -> Parts:
     return Parts(mechanism.link_names, dict(_joint_models(mechanism, body)))
 
 
-def _joint_models(mechanism: Mechanism, body: Articulated) -> Iterator[tuple[str, HingeMount | SliderMount | BallMount]]:
+def _joint_models(
+    mechanism: Mechanism, body: Articulated
+) -> Iterator[tuple[str, HingeMount | SliderMount | BallMount]]:
     for joint in mechanism.joints:
         change = body.joints.get(joint.name)
         actuator = change.actuator if change is not None else None
         if actuator is None and joint.motor is not None:
             # What a file says is not held to the limits of the language.
             motor = joint.motor
-            actuator = Actuator.model_construct(stiffness=motor.stiffness, damping=motor.damping, max_force=motor.limit)
+            actuator = Actuator.model_construct(
+                stiffness=motor.stiffness, damping=motor.damping, max_force=motor.limit
+            )
         if joint.kind == "hinge":
             limits = None if joint.range is None else (degrees(joint.range[0]), degrees(joint.range[1]))
             yield joint.name, HingeMount.model_construct(kind="hinge", range_deg=limits, actuator=actuator)

@@ -10,6 +10,9 @@ from text2sim.spec_schema.materials import JointDynamics, Material
 
 Rgba = tuple[float, float, float, float] | None
 
+DENSITY = 1000.0
+"""Of what says neither density nor mass [kg/m3]."""
+
 
 def capsule_mass(radius: float, length: float, density: float) -> float:
     """Mass [kg] of a capsule whose straight part is `length`: a cylinder and a ball."""
@@ -36,7 +39,7 @@ def density_of(material: Material, volume: float) -> float:
     """Density [kg/m3] of a material; `mass` counts for the whole `volume` [m3]."""
     if material.mass is not None:
         return material.mass / volume
-    return material.density if material.density is not None else 1000.0
+    return material.density if material.density is not None else DENSITY
 
 
 def _bar(length: float, radius: float, density: float, friction: float, rgba: Rgba, start: Vec, end: Vec) -> TreeGeom:

@@ -16,7 +16,7 @@ from text2sim.compiler.joints import joint_of
 from text2sim.compiler.looks import rgba_of
 from text2sim.compiler.meshfile import load_mesh
 from text2sim.compiler.mjcf import write_mjcf
-from text2sim.compiler.piece import piece_ball, piece_thickness
+from text2sim.compiler.piece import Piece, piece_ball, piece_thickness
 from text2sim.compiler.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
 from text2sim.compiler.rotation import frame_apply, quat_conjugate, quat_rotate, vector_unit
@@ -27,7 +27,7 @@ from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.materials import Look, Material
 from text2sim.spec_schema.motion import Oscillate, Spin
 from text2sim.spec_schema.scene import Static
-from text2sim.spec_schema.shapes import Compound
+from text2sim.spec_schema.shapes import Compound, Part
 
 NATIVE = {"box": "Box", "sphere": "Sphere", "cylinder": "Cylinder"}
 IMMOVABLE = 1e5
@@ -272,15 +272,37 @@ class Lowering:
     def _geoms(self, shape: Any, material: Material, look: Look, copy: Copy) -> tuple[TreeGeom, ...]:
         parts = shape.parts if isinstance(shape, Compound) else {}
         pieces = geometry.pieces(shape, self.folder)
-        density = generators.density_of(material, sum(piece.volume() for piece in pieces))
         self.thinnest = min(self.thinnest, *(piece_thickness(piece) for piece in pieces))
+        densities = self._densities(shape, pieces, material)
         found = []
         for piece in pieces:
             part = parts.get(piece.part) if piece.part else None
-            own = part.density if part is not None and part.density is not None else density
             rgba = rgba_of((part.look if part is not None else None) or look, copy)
-            found.append(TreeGeom(piece, own, material.friction, rgba))
+            found.append(TreeGeom(piece, densities[piece.part, piece.kind], material.friction, rgba))
         return tuple(found)
+
+    def _densities(self, shape: Any, pieces: list[Piece], material: Material) -> dict[tuple[str | None, str], float]:
+        """Density [kg/m3] of the pieces by part (None: of a shape without parts) and kind.
+
+        Capsules overlap in a ring, and staves lack a little of a round wall: their density makes up for it, so that
+        the whole weighs what the shape does. Of a mesh, the pieces are what there is.
+        """
+        parts: dict[Any, Part] = shape.parts if isinstance(shape, Compound) else {None: Part(shape=shape)}
+        densities, total = {}, 0.0
+        for name, part in parts.items():
+            made: dict[str, float] = {}
+            for piece in pieces:
+                if piece.part == name:
+                    made[piece.kind] = made.get(piece.kind, 0.0) + piece.volume()
+            meant = sum(made.values()) if part.shape.kind == "mesh" else geometry.volume(part.shape, self.folder)
+            own = part.density or material.density or generators.DENSITY
+            exact = made.pop("cylinder", 0.0)  # the floor of a cup is what it stands for
+            densities[name, "cylinder"] = own
+            densities |= {(name, kind): own * (meant - exact) / sum(made.values()) for kind in made}
+            total += own * meant
+        if material.mass is None:
+            return densities
+        return {key: density * material.mass / total for key, density in densities.items()}
 
     def _motor(self, entity: str, joint: str, mount: Any) -> None:
         actuator = getattr(mount, "actuator", None)
@@ -296,7 +318,7 @@ def _drawn(mesh: VisualMesh, look: Look, copy: Copy) -> TreeVisual:
     """A surface in its own colours, if it has them and the case says no other."""
     if look.color is None and (mesh.picture is not None or mesh.rgba is not None):
         return TreeVisual(mesh, mesh.rgba)
-    return TreeVisual(mesh, rgba_of(look, copy))
+    return TreeVisual(replace(mesh, picture=None, uvs=None), rgba_of(look, copy))
 
 
 def _hidden(geom: TreeGeom) -> TreeGeom:

@@ -42,6 +42,7 @@ class MeshFile:
         lines += [f"f {a} {b} {c}" for a, b, c in (self.faces + 1).tolist()]
         return "\n".join(lines) + "\n"
 
+
 def mesh_path(file: str, folder: Path) -> Path:
     """Return the path of a mesh of a case.
 
@@ -118,7 +119,10 @@ def _read(path: Path, root: Path, _mtime: int, _size: int) -> MeshFile:
 
     loaded = open_mesh(path, root, force="mesh", skip_materials=True)
     try:
-        vertices, faces = turn_upright(np.asarray(loaded.vertices, float), path), np.asarray(loaded.faces, np.int64)
+        vertices, faces = (
+            turn_upright(np.asarray(loaded.vertices, float), path),
+            np.asarray(loaded.faces, np.int64),
+        )
     except Exception as error:  # a point cloud, a path or a scene has neither
         raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
     if len(faces) == 0 or not np.isfinite(vertices).all():
@@ -132,8 +136,8 @@ def _read(path: Path, root: Path, _mtime: int, _size: int) -> MeshFile:
         raise AssetError("is flat: a body needs thickness") from error
     closed = bool(mesh.is_volume)
     volume = float(mesh.volume if closed else hull.volume)
-    parts = (mesh.vertices, mesh.faces, hull.vertices, hull.faces)
-    return MeshFile(*map(np.asarray, parts), volume, closed)
+    arrays = [np.asarray(array) for array in (mesh.vertices, mesh.faces, hull.vertices, hull.faces)]
+    return MeshFile(arrays[0], arrays[1], arrays[2], arrays[3], volume, closed)
 
 
 class _Resolver(Mapping[str, bytes]):

@@ -74,10 +74,12 @@ def _read_paint(path: Path, root: Path, _mtime: int, _size: int) -> list[MeshPai
     return parts
 
 
-def _material(mesh: Any) -> "tuple[np.ndarray | None, bytes | None, tuple[float, float, float, float] | None]":
+def _material(
+    mesh: Any,
+) -> "tuple[np.ndarray | None, bytes | None, tuple[float, float, float, float] | None]":
     """Return texture coordinates, picture and colour of a mesh, as far as it has them."""
     import numpy as np
-    import trimesh
+    from trimesh.visual.material import empty_material
 
     visual = mesh.visual
     if not getattr(visual, "defined", False):
@@ -88,7 +90,7 @@ def _material(mesh: Any) -> "tuple[np.ndarray | None, bytes | None, tuple[float,
     material = visual.material
     picture = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
     uvs = None if visual.uv is None else np.asarray(visual.uv, float)
-    if hash(material) == hash(trimesh.visual.material.empty_material()):
+    if hash(material) == hash(empty_material()):
         return None, None, None
     if picture is None or uvs is None or len(uvs) != len(mesh.vertices) or not np.isfinite(uvs).all():
         color = getattr(material, "main_color", None)
@@ -109,5 +111,7 @@ def _png(picture: Any) -> bytes:
         stream = BytesIO()
         picture.save(stream, "PNG")
     except Exception as error:  # damaged pictures fail in every way there is
-        raise AssetError(f"has a picture that cannot be read ({type(error).__name__}: {str(error)[:80]})") from error
+        raise AssetError(
+            f"has a picture that cannot be read ({type(error).__name__}: {str(error)[:80]})"
+        ) from error
     return stream.getvalue()

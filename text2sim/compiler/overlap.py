@@ -25,6 +25,7 @@ def overlaps(placed: dict[str, list[Copy]], lowering: Lowering) -> Iterator[tupl
     copies = [copy for group in placed.values() for copy in group]
     planes = [copy for copy in copies if getattr(copy.shape, "kind", None) == "plane"]
     bodies = [_Body(copy, lowering) for copy in copies if copy not in planes and copy.name in lowering.balls]
+    order = {copy.name: index for index, copy in enumerate(copies)}
     for plane in planes:
         up = quat_rotate(plane.quat, (0.0, 0.0, 1.0))
         level = _dot(up, plane.pos)
@@ -34,7 +35,8 @@ def overlaps(placed: dict[str, list[Copy]], lowering: Lowering) -> Iterator[tupl
     for a, b in _near(bodies):
         pairs = ((x, y) for x, x_moves in a.solids for y, y_moves in b.solids if x_moves or y_moves)
         if any(distance(x, y) == 0.0 for x, y in pairs if _meet(x, y)):
-            yield (a.copy, b.copy) if a.moves else (b.copy, a.copy)
+            first, second = sorted((a, b), key=lambda body: (not body.moves, order[body.copy.name]))
+            yield first.copy, second.copy
 
 
 class _Body:

@@ -8,7 +8,13 @@ from typing import NamedTuple
 
 from text2sim.compiler.geometry import VisualMesh
 from text2sim.compiler.piece import Piece, piece_ball, piece_reach
-from text2sim.compiler.rotation import frame_apply, quat_conjugate, quat_from_axis_angle, quat_multiply, quat_rotate
+from text2sim.compiler.rotation import (
+    frame_apply,
+    quat_conjugate,
+    quat_from_axis_angle,
+    quat_multiply,
+    quat_rotate,
+)
 
 Vec = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -168,8 +174,12 @@ def tree_bounds(tree: Tree, quat: Quaternion) -> tuple[Vec, Vec]:
     for k, axis in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
         back = (-axis[0], -axis[1], -axis[2])
         turned = [(piece, pos[k], quat_conjugate(own)) for piece, pos, own in placed]
-        high[k] = max((at + piece_reach(piece, quat_rotate(own, axis)) for piece, at, own in turned), default=0.0)
-        low[k] = min((at - piece_reach(piece, quat_rotate(own, back)) for piece, at, own in turned), default=0.0)
+        high[k] = max(
+            (at + piece_reach(piece, quat_rotate(own, axis)) for piece, at, own in turned), default=0.0
+        )
+        low[k] = min(
+            (at - piece_reach(piece, quat_rotate(own, back)) for piece, at, own in turned), default=0.0
+        )
     return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
 
@@ -189,4 +199,6 @@ def uncolored(tree: Tree) -> Tree:
             children=tuple(bare(child) for child in link.children),
         )
 
-    return replace(tree, roots=tuple(map(bare, tree.roots)), fixtures=tuple(replace(g, rgba=None) for g in tree.fixtures))
+    return replace(
+        tree, roots=tuple(map(bare, tree.roots)), fixtures=tuple(replace(g, rgba=None) for g in tree.fixtures)
+    )

@@ -178,23 +178,25 @@ class JointOverride(Model):
     spring: NonNegative | None = None
     """Stiffness of a spring to the position zero [N/m or N m/rad]."""
     actuator: Actuator | None = None
-    """The motor that a `drive` needs, instead of the file's. Without `max_force` the limit of the file (`effort`,
-    `forcerange`) holds."""
+    """The motor that a `drive` needs, instead of the file's. Without `max_force` the limit of the file
+    (`effort`, `forcerange`) holds."""
 
 
 class Articulated(_Placed):
     """Links and joints: written here, or read from an MJCF or URDF file.
 
     A file decides about its masses, its inner contacts, its start pose and its motors, and about its colours
-    unless `look.color` is given. Links and joints go by the names in the file (in MJCF a joint without a name goes
-    by that of its link). An MJCF file decides about friction as well, unless `material.friction` is given; a URDF
-    has none, so that `material.friction` holds for all of it, and `material.density` for links without inertial.
-    A joint of a URDF has no motor unless `joints` gives it one. Meshes touch by their convex hulls.
+    unless `look.color` is given. Links and joints go by the names in the file (in MJCF a joint without a name
+    goes by that of its link). An MJCF file decides about friction as well, unless `material.friction` is
+    given; a URDF has none, so that `material.friction` holds for all of it, and `material.density` for links
+    without inertial. A joint of a URDF has no motor unless `joints` gives it one. Meshes touch by their convex
+    hulls.
     """
 
     kind: Literal["articulated"]
     base: Literal["fixed", "free"] | None = None
-    """Whether the root link is held by the world; `fixed` if left out, but with an MJCF file as the file has it."""
+    """Whether the root link is held by the world; `fixed` if left out, but with an MJCF file as the file has
+    it."""
     links: dict[Name, Link] | None = Field(default=None, min_length=1, max_length=500)
     """The tree, by name of link."""
     file: str | None = Field(default=None, max_length=200)

@@ -94,9 +94,7 @@ class Cast:
             self.loaded.problem(where, message, key=key, rule=rule, hint=hint, severity=severity)
         )
 
-    def find(
-        self, selector: str, where: Path, *, parts: bool = True, joint: bool = False
-    ) -> Member | None:
+    def find(self, selector: str, where: Path, *, parts: bool = True, joint: bool = False) -> Member | None:
         """Return what a selector means, or report why it means nothing.
 
         Args:
@@ -166,9 +164,9 @@ class Cast:
         # Of chains, nets and ragdolls no joint has a name, and why none can be driven is said elsewhere.
         if part in names or (joint and not names and part in known.links):
             return True
-        what = "joint" if joint else "link"
-        other = ", which is a link" if joint and part in known.links else ", which is a joint" if part in known.joints else ""
-        message = f"`{name}` has no {what} `{part}`{other}" + _listed(names)
+        what, other = ("joint", "link") if joint else ("link", "joint")
+        elsewhere = part in (known.links if joint else known.joints)
+        message = f"`{name}` has no {what} `{part}`{f', which is a {other}' * elsewhere}" + _listed(names)
         self.report(where, message, f"unknown-{what}", nearest(part, names))
         return False
 

@@ -144,8 +144,8 @@ class Funnel(Model):
 class Mesh(Model):
     """A triangle mesh from the case's folder. Its own colours and picture hold unless the look has a `color`.
 
-    Mass and centre of mass are those of the solid that the surface encloses, or, where it is open, of its convex hull.
-    In .glb and .gltf files y points up; here that becomes z.
+    Mass and centre of mass are those of the solid that the surface encloses, or, where it is open, of its
+    convex hull. In .glb and .gltf files y points up; here that becomes z.
     """
 
     kind: Literal["mesh"]
@@ -154,7 +154,8 @@ class Mesh(Model):
     scale: Positive = 1.0
     """Factor from the file's unit to metres."""
     collision: Literal["hull", "decompose"] = "hull"
-    """Contact by its convex hull, or by several convex pieces, which take seconds to find; all meshes of a body alike."""
+    """Contact by its convex hull, or by several convex pieces, which take seconds to find; all meshes of a body
+    alike."""
 
 
 class Part(Model):

@@ -22,12 +22,12 @@ def vis_options():
 def add_cameras(scene):
     """Add the cameras; return them by name. The first makes `video.mp4`."""
     return {
-        "main": scene.add_camera(res=RESOLUTION, fov=44.0, near=0.088, far=88.0),
+        "main": scene.add_camera(res=RESOLUTION, fov=44.0, near=0.0789, far=78.9),
     }
 
 
 def camera_pose(name, t, states):
     """Return where a camera stands, what it looks at, and which way is up, at simulated time `t` [s]."""
     if name == "main":
-        return (2.2, -3.6, 2.8), (0.0, 0.0, 1.55), (0.0, 0.0, 1.0)
+        return (1.6, -3.6, 1.75), (0.0, 0.0, 1.5), (0.0, 0.0, 1.0)
     raise KeyError(name)

@@ -1,0 +1,123 @@
+"""Forces, torques and blows on free bodies, in space.
+
+Each acts for whole steps: a force F over n steps gives the momentum F n dt exactly, whatever the substeps; what is left
+is float32. Turning is exact to second order, (w h)^2, in one step.
+"""
+
+import numpy as np
+import pytest
+
+BODIES = """
+scene: {duration: 0.5, dt: "${dt}", substeps: 2, gravity: [0, 0, 0]}
+bodies:
+  hammer:
+    kind: rigid
+    shape:
+      kind: compound
+      parts:
+        head: {shape: {kind: box, size: [0.22, 0.15, 0.05]}, pose: {pos: [0.02, 0.01, 0.3], euler_deg: [10, 20, 30]}, density: 2000}
+        handle: {shape: {kind: cylinder, radius: 0.04, height: 0.55}}
+    pose: {pos: [1, 2, 3], euler_deg: [30, 50, 70]}
+    repeat: {kind: line, count: 8, step: [0, 3, 0]}
+  box:
+    kind: rigid
+    shape: {kind: box, size: [0.1, 0.2, 0.3]}
+    pose: {pos: [-5, 2, 3], euler_deg: [30, 50, 70]}
+    repeat: {kind: line, count: 8, step: [0, 3, 0]}
+actions:
+  controls:
+"""
+CONTROLS = """
+    blow_{0}: {{kind: impulse, body: "{0}[0]", impulse: [1, 2, 3], at: 0.1}}
+    off_{0}: {{kind: impulse, body: "{0}[1]", impulse: [0.01, 0.02, 0.03], at: 0.1, point: [0.1, 0.2, -0.1]}}
+    own_{0}: {{kind: force, body: "{0}[2]", force: [1, 2, 3], during: [0.1, 0.2], frame: body}}
+    world_{0}: {{kind: force, body: "{0}[3]", force: [1, 2, 3], during: [0.1, 0.2]}}
+    turn_{0}: {{kind: torque, body: "{0}[4]", torque: [0.02, 0.04, 0.06], during: [0.1, 0.2]}}
+    turn_own_{0}: {{kind: torque, body: "{0}[5]", torque: [0.02, 0.04, 0.06], during: [0.1, 0.11], frame: body}}
+    grow_{0}: {{kind: force, body: "{0}[6]", force: [1, 2, 3], scale: {{kind: ramp, from: 0, to: 2, start: 0.1, end: 0.3, ease: linear}}, during: [0.1, 0.3]}}
+    steady_{0}: {{kind: force, body: "{0}[7]", force: [1, 0, 0], frame: body}}
+    spin_{0}: {{kind: initial_velocity, body: "{0}[7]", angular: [0, 0, 3]}}
+"""
+J, DT = np.array([1.0, 2.0, 3.0]), 0.01
+ROUNDING = 2**-24 * 100
+
+
+@pytest.fixture(scope="module")
+def trial(simulate):
+    return simulate(BODIES + CONTROLS.format("hammer") + CONTROLS.format("box"), dt=DT)
+
+
+def momentum(trial, body):
+    return trial.link(body).mass * trial.vel(body)
+
+
+@pytest.mark.parametrize("body", ["hammer", "box"])
+def test_a_blow_through_the_centre_gives_its_momentum_and_no_spin(trial, agree, body):
+    """m dv = J (Newton II), at the step that begins at the blow's time, and for that step only."""
+    p = momentum(trial, f"{body}[0]")
+    agree(f"blow on the {body}: momentum before [N s]", p[:11], 0.0, within=0)
+    agree(f"blow on the {body}: momentum after [N s]", p[11:], J, within=3 * ROUNDING)
+    agree(f"blow on the {body}: spin [rad/s]", trial.ang(f"{body}[0]"), 0.0, within=2e-4)
+
+
+@pytest.mark.parametrize("body", ["hammer", "box"])
+def test_a_blow_beside_the_centre_gives_spin_too(trial, agree, body):
+    """dL = r x J about the centre of mass, with the point given in the body's frame (not in that of its principal axes)."""
+    name = f"{body}[1]"
+    lever = trial.turn(name)[10] @ (np.array([0.1, 0.2, -0.1]) - trial.link(name).com)
+    agree(f"blow beside the centre of the {body}: momentum [N s]", momentum(trial, name)[-1], 0.01 * J, within=ROUNDING)
+    spin, theory = trial.spin(name)[11], np.cross(lever, 0.01 * J)
+    turn = np.linalg.norm(trial.ang(name)[11]) * DT
+    agree(f"blow beside the centre of the {body}: angular momentum [N m s]", spin, theory, within=turn * np.linalg.norm(theory))
+
+
+@pytest.mark.parametrize("body", ["hammer", "box"])
+def test_a_force_gives_momentum_in_the_frame_that_it_is_given_in(trial, agree, body):
+    """m v = F t in the world, R F t in a body that does not turn, and the integral of R(t) F in one that does."""
+    turned = trial.turn(f"{body}[2]")[10] @ J
+    agree(f"force in the frame of the {body}: momentum [N s]", momentum(trial, f"{body}[2]")[-1], 0.1 * turned, within=ROUNDING)
+    agree(f"force on the {body}: momentum [N s]", momentum(trial, f"{body}[3]")[20:], 0.1 * J, within=ROUNDING)
+    agree(f"force on the {body}: no spin [rad/s]", trial.ang(f"{body}[3]"), 0.0, within=1e-4)
+    ways = trial.turn(f"{body}[7]")[:, :, 0]
+    theory = np.concatenate([np.zeros((1, 3)), np.cumsum(ways, axis=0)[:-1]]) * DT
+    agree(f"force that turns with the {body}: momentum [N s]", momentum(trial, f"{body}[7]"), theory, within=2 * ROUNDING)
+
+
+@pytest.mark.parametrize("body", ["hammer", "box"])
+def test_a_growing_force_is_taken_at_the_start_of_each_step(trial, agree, body):
+    """The sum of scale(t_k) F dt: the left Riemann sum of the integral, F dt (half a step) short of it."""
+    scale = 2 * np.arange(20) * DT / 0.2
+    agree(f"growing force on the {body}: momentum [N s]", momentum(trial, f"{body}[6]")[-1], scale.sum() * DT * J, within=ROUNDING)
+
+
+@pytest.mark.parametrize("body", ["hammer", "box"])
+def test_a_torque_gives_angular_momentum_and_nothing_else(trial, agree, body):
+    """dL = M t in the world, R M t in the body's frame; the centre of mass stays."""
+    moment = np.array([0.02, 0.04, 0.06])
+    size = np.linalg.norm(moment)
+    for k, turn, span in ((4, np.eye(3), 0.1), (5, trial.turn(f"{body}[5]")[10], 0.01)):
+        step = np.linalg.norm(trial.ang(f"{body}[{k}]"), axis=1).max() * DT
+        agree(f"torque on the {body}, {'body' if k == 5 else 'world'} frame: angular momentum [N m s]", trial.spin(f"{body}[{k}]")[-1], turn @ moment * span, within=step * span * size)
+        agree(f"torque on the {body}: velocity of its centre [m/s]", trial.vel(f"{body}[{k}]"), 0.0, within=1e-6)
+
+
+def test_a_force_on_one_link_moves_the_centre_of_the_whole(simulate, agree):
+    """The momentum of a free tree is F t, through joints and all; to first order in h where the joints turn (test_pendulums)."""
+    gaps = []
+    for dt in (0.004, 0.002):
+        trial = simulate(
+            """
+scene: {duration: 0.2, dt: "${dt}", substeps: 1, gravity: [0, 0, 0], record: {rate: 250}}
+bodies:
+  doll: {kind: ragdoll, height: 1.0, joint: {damping: 0, armature: 0}, pose: {euler_deg: [20, 30, 40]}}
+actions:
+  controls: {pull: {kind: force, body: doll.forearm_l, force: [1, 2, 3]}}
+  measures: {px: {kind: momentum, of: doll, axis: x}, py: {kind: momentum, of: doll, axis: y}, pz: {kind: momentum, of: doll, axis: z}}
+""",
+            dt=dt,
+        )
+        p = np.stack([trial.measure(f"p{axis}") for axis in "xyz"], axis=1)
+        gaps.append(np.abs(p - np.outer(trial.time, J)).max())
+        fastest = np.abs(trial.states.dofs_velocity).max()
+        agree(f"pulled doll, dt {dt}: momentum of the whole [N s]", p, np.outer(trial.time, J), within=fastest * dt * 0.2 * np.linalg.norm(J))
+    agree("pulled doll: order of convergence", np.log2(gaps[0] / gaps[1]), 1.0, within=0.5)
