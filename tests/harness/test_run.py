@@ -294,6 +294,8 @@ time.sleep(60)
             time.sleep(0.02)
         os.kill(os.getpid(), signal.SIGINT)
 
+    # A background job of a shell inherits an ignored SIGINT, which Python then leaves ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     before, notes = signal.getsignal(signal.SIGINT), []
     threading.Thread(target=press, daemon=True).start()
     result = stage.run(film=False, on_progress=lambda progress: notes.append(progress.note))

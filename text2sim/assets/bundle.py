@@ -65,7 +65,8 @@ class Bundle:
             painted: Whether materials and pictures of a mesh come with it.
 
         Raises:
-            AssetError: if it is not there, not in the case's folder, too large, or of a kind that is not read.
+            AssetError: if it is not there, not in the case's folder, too large, or of a kind that is not
+                read.
         """
         path = self._find(reference, folders or (self.here,))
         if path.suffix.lower() not in suffixes:
@@ -100,7 +101,7 @@ class Bundle:
             )
         elif reference.startswith(("/", "~")) or re.match(r"[A-Za-z]:", reference):
             raise AssetError(
-                f"`{reference}` is an absolute path; copy it into the case's folder and give its relative path"
+                f"`{reference}` is an absolute path; copy it into the case's folder and give its path there"
             )
         else:
             candidates = [folder / reference for folder in folders]
@@ -135,7 +136,7 @@ class Bundle:
         self.files[name] = content
         return name
 
-    # --- what meshes refer to themselves ------------------------------------------------------------------------
+    # --- what meshes refer to themselves ------------------------------------------------------------------
 
     def _picture(self, name: str, *folders: Path) -> str | None:
         """Take in a picture that a mesh names; None if the case does not have it."""

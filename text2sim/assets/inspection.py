@@ -36,7 +36,7 @@ def inspect_model(kind: str, text: str, files: Files) -> dict[str, Any]:
         for file, content in files:
             (folder / "files" / file).write_bytes(content)
         (folder / "model.xml").write_text(text, "utf-8")
-        # No path of ours: the script imports nothing of ours, and must not find a module of ours instead of another.
+        # The script imports nothing of ours, and must not find a module of ours in the place of another.
         environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
         command = [sys.executable, "-P", str(SCRIPT), kind, str(folder)]
         try:

@@ -1,4 +1,4 @@
-"""Loads one model with MuJoCo from bytes and writes down what is in it. Run by `inspection.py`, alone in a process.
+"""Loads one model with MuJoCo from bytes and writes down what is in it. Run by `inspection.py`, in a process.
 
     python inspection_child.py mjcf|urdf FOLDER
 
@@ -14,8 +14,8 @@ MEMORY = 6 * 1024**3
 SECONDS = 100
 MAX_CORNERS = 1000
 
-# What the engine sets when it reads a URDF. Whether inertias are possible is judged elsewhere, of links as the engine
-# melts them together; visual meshes are not MuJoCo's business.
+# What the engine sets when it reads a URDF. Whether inertias are possible is judged elsewhere, of links as the
+# engine melts them together; visual meshes are not MuJoCo's business.
 URDF_OPTIONS = (
     '<mujoco><compiler fusestatic="false" strippath="false" inertiafromgeom="false" balanceinertia="true" '
     'discardvisual="true" autolimits="true" boundmass="1e-15" boundinertia="1e-15"/></mujoco></robot>'

@@ -13,21 +13,23 @@ MAX_DEPTH = 100
 
 _NOT_A_NUMBER = re.compile(r"(?:^|[\s,])[+-]?(?:nan|inf|infinity)(?=$|[\s,])", re.IGNORECASE)
 _NUMBERS = frozenset(
-    "pos quat axisangle euler xyaxes zaxis fromto size range limit mass density friction inertia diaginertia fullinertia "
-    "damping armature stiffness frictionloss ref springref springlength margin gap gear kp kv forcerange ctrlrange gainprm "
-    "biasprm dynprm solref solimp solreflimit solimplimit solreffriction solimpfriction scale refpos refquat vertex "
+    "pos quat axisangle euler xyaxes zaxis fromto size range limit mass density friction inertia diaginertia "
+    "fullinertia damping armature stiffness frictionloss ref springref springlength margin gap gear kp kv "
+    "forcerange ctrlrange gainprm biasprm dynprm solref solimp solreflimit solimplimit solreffriction "
+    "solimpfriction scale refpos refquat vertex "
     "normal texcoord rgba anchor relpose torquescale polycoef coef width actuatorfrcrange "
-    "xyz rpy value ixx ixy ixz iyy iyz izz radius length lower upper effort velocity multiplier offset".split()
+    "xyz rpy value ixx ixy ixz iyy iyz izz radius length lower upper effort velocity multiplier "
+    "offset".split()
 )
-"""Attributes of MJCF and URDF that hold numbers; others hold names, among which `nan` is one like any other."""
+"""Attributes of MJCF and URDF that hold numbers; others hold names, and `nan` is one like any other."""
 
 
 def parse_markup(path: Path) -> ET.Element:
     """Return the root of a document, without comments and text; prefixes of names stay as they are written.
 
     Raises:
-        AssetError: if it is too large, not well-formed, declares a document type or entities, or holds a number that
-            is not finite.
+        AssetError: if it is too large, not well-formed, declares a document type or entities, or holds a
+            number that is not finite.
     """
     size = path.stat().st_size
     if size > MAX_BYTES:

@@ -126,8 +126,8 @@ class Mechanism:
 def load_mechanism(folder: Path, file: str, *, base: str | None = None) -> Mechanism:
     """Read an articulated body from the case's folder.
 
-    Nothing outside of the folder is opened. What MuJoCo has to parse, it parses in a process of its own, from bytes
-    that were read here.
+    Nothing outside of the folder is opened. What MuJoCo has to parse, it parses in a process of its own, from
+    bytes that were read here.
 
     Args:
         folder: The case's folder.

@@ -75,7 +75,7 @@ def read_mjcf(root: ET.Element, bundle: Bundle, base: str | None) -> Draft:
         _set_base(root, free=base == "free")
     if root.find("tendon") is not None:
         notes.append(
-            "the engine makes motors on tendons out of motors on their joints, and reads nothing else of tendons"
+            "the engine makes motors on joints out of motors on tendons, and reads nothing else of tendons"
         )
     return Draft(write_markup(root), notes)
 

@@ -22,7 +22,7 @@ KNOWN = {
     "link": frozenset("inertial visual collision".split()),
     "joint": frozenset("origin parent child axis limit dynamics mimic".split()),
 }
-"""What is kept; the rest (gazebo, transmission, safety_controller, …) does nothing in the engine, or something else."""
+"""What is kept; the rest (gazebo, transmission, safety_controller, …) does nothing in the engine, or other things."""
 KINDS = ("revolute", "continuous", "prismatic", "fixed")
 
 
@@ -104,8 +104,8 @@ def _parse(text: str) -> "Robot":
 
     try:
         urdf = yourdfpy.URDF.load(
-            io.BytesIO(text.encode()), build_scene_graph=False, load_meshes=False, build_collision_scene_graph=False,
-            load_collision_meshes=False,
+            io.BytesIO(text.encode()), build_scene_graph=False, load_meshes=False,
+            build_collision_scene_graph=False, load_collision_meshes=False,
         )  # fmt: skip
     except Exception as error:  # a reader of foreign files fails in every way there is
         raise AssetError(f"is not a URDF document ({type(error).__name__}: {str(error)[:120]})") from None
@@ -190,12 +190,13 @@ def _check_masses(robot: "Robot", *, free: bool) -> None:
         if inertia is None:
             continue
         low, middle, high = np.linalg.eigvalsh(0.5 * (inertia + inertia.T))
-        # What the engine allows for rounding. A fixed link it melts into its parent, with which it makes a whole.
+        # What the engine allows for rounding. A fixed link melts into its parent, with which it makes a whole.
         impossible = low + middle < high * (1 - 1e-6) - 1e-9 and link.name not in fixed
         if low < -1e-6 * high - 1e-9 or impossible:
             raise AssetError(
-                f"link `{link.name}` has an inertia that no body can have (principal moments {low:.3g}, {middle:.3g}, "
-                f"{high:.3g} kg m2); correct it, or leave out its `<inertial>`, so that shape and density say it"
+                f"link `{link.name}` has an inertia that no body can have (principal moments {low:.3g}, "
+                f"{middle:.3g}, {high:.3g} kg m2); correct it, or leave out its `<inertial>`, so that shape and "
+                "density say it"
             )
     _check_moving(robot, free=free)
 

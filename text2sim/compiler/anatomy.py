@@ -39,7 +39,7 @@ def tree_extents(model: Any, quat: Quaternion, folder: Path) -> Bounds:
 
 
 def known_parts(loaded: LoadedCase) -> tuple[dict[str, Parts], list[Problem]]:
-    """Return what selectors can name of the bodies whose links are not written in the case, and what is wrong with them.
+    """Return what selectors can name of bodies whose links are not written in the case, and what is wrong there.
 
     A file that differs from copy to copy counts as the first copy has it.
     """

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from math import degrees
 
-from text2sim.assets.mechanism import Mechanism, MechanismGeom, MechanismJoint
+from text2sim.assets.mechanism import Mechanism, MechanismGeom, MechanismJoint, MechanismLink
 from text2sim.compiler.piece import Piece
 from text2sim.compiler.plan import JointChange, Motor
 from text2sim.compiler.tree import Tree, TreeGeom, TreeJoint, TreeLink
@@ -13,7 +13,11 @@ from text2sim.spec_schema.materials import Actuator
 
 
 def mechanism_tree(mechanism: Mechanism, body: Articulated) -> Tree:
-    """Return the links, joints and shapes of a file's body, as far as the rest of the compiler asks for them."""
+    """Return the links, joints and shapes of a file's body, as far as the rest of the compiler asks.
+
+    What is only seen has no part in it, unless nothing can be touched.
+    """
+    touching = any(geom.touches for link in mechanism.links for geom in link.geoms)
     children: dict[int, list[int]] = {}
     for index, link in enumerate(mechanism.links[1:], 1):
         children.setdefault(link.parent, []).append(index)
@@ -23,14 +27,14 @@ def mechanism_tree(mechanism: Mechanism, body: Articulated) -> Tree:
         joints = tuple((joint.name, _joint(joint)) for joint in mechanism.joints if joint.link == link.name)
         if link.parent == 0 and mechanism.kind == "urdf" and body.base == "free":
             joints = ((link.name, TreeJoint("free")),)
-        geoms = tuple(_geom(geom) for geom in link.geoms)
         own = tuple(build(child) for child in children.get(index, ()))
-        return TreeLink(link.name, link.pos, link.quat, joints=joints, geoms=geoms, children=own)
+        return TreeLink(link.name, link.pos, link.quat, joints=joints, geoms=shapes(link), children=own)
+
+    def shapes(link: MechanismLink) -> tuple[TreeGeom, ...]:
+        return tuple(_geom(geom) for geom in link.geoms if geom.touches or not touching)
 
     roots = tuple(build(index) for index in children.get(0, ()))
-    return Tree(
-        roots, fixtures=tuple(_geom(geom) for geom in mechanism.links[0].geoms), initial=dict(body.initial)
-    )
+    return Tree(roots, fixtures=shapes(mechanism.links[0]), initial=dict(body.initial))
 
 
 def _joint(joint: MechanismJoint) -> TreeJoint:
@@ -56,9 +60,8 @@ def _geom(geom: MechanismGeom) -> TreeGeom:
         "ellipsoid": size,
         "mesh": (1.0,),
     }
-    return TreeGeom(
-        Piece(geom.kind, geom.pos, geom.quat, sizes[geom.kind], geom.corners), 0.0, 0.0, drawn=geom.touches
-    )
+    piece = Piece(geom.kind, geom.pos, geom.quat, sizes[geom.kind], geom.corners)
+    return TreeGeom(piece, 0.0, 0.0, touches=geom.touches)
 
 
 def mechanism_parts(mechanism: Mechanism, body: Articulated) -> Parts:

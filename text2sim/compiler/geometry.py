@@ -118,8 +118,8 @@ def _mesh_piece(shape: Mesh, folder: Path) -> Piece:
 def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
     """Return the surfaces to draw instead of the pieces, or None where every piece draws itself.
 
-    Of a compound only the parts that need one have a surface; it carries the part's name. A mesh has one for each
-    of its materials.
+    Of a compound only the parts that need one have a surface; it carries the part's name. A mesh has one for
+    each of its materials.
 
     Raises:
         AssetError: if a mesh file cannot be used.
@@ -133,8 +133,11 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
         return found or None
     if isinstance(shape, Mesh):
         return [
-            VisualMesh(p.vertices * shape.scale, p.faces, p.normals, uvs=p.uvs, picture=p.picture, rgba=p.rgba)
-            for p in load_paint(shape.file, folder)
+            VisualMesh(
+                paint.vertices * shape.scale, paint.faces, paint.normals,
+                uvs=paint.uvs, picture=paint.picture, rgba=paint.rgba,
+            )  # fmt: skip
+            for paint in load_paint(shape.file, folder)
         ]
     return [surface(shape)] if isinstance(shape, Drawn) else None
 

@@ -189,7 +189,8 @@ class Lowering:
     def _take_in(self, copy: Copy, tree: Tree) -> None:
         """Remember what the rest of the compiler asks about a tree."""
         self.trees[copy.name] = tree
-        self.balls[copy.name] = [(frame_apply(copy.pos, copy.quat, center), radius) for center, radius in tree_balls(tree)]
+        if balls := tree_balls(tree):
+            self.balls[copy.name] = [(frame_apply(copy.pos, copy.quat, center), radius) for center, radius in balls]
         if tree.initial:
             self.initial[copy.name] = tree.initial
         geoms = [geom for link in tree.links() for geom in link.geoms] + list(tree.fixtures)
@@ -215,8 +216,8 @@ class Lowering:
         mechanism = self._mechanism(model.file, model.base)
         tree = mechanism_tree(mechanism, model)
         self._take_in(copy, tree)
-        touching = [geom.piece for link in tree.links() for geom in link.geoms if geom.drawn]
-        self.thinnest = min(self.thinnest, *(piece_thickness(piece) for piece in touching), self.thinnest)
+        touching = (geom.piece for link in tree.links() for geom in link.geoms if geom.touches)
+        self.thinnest = min([self.thinnest, *(piece_thickness(piece) for piece in touching)])
         self.motors += file_motors(mechanism, model, copy.name)
         self.changes += file_changes(model, copy.name)
         self.notes |= {f"{copy.body}: {note}": None for note in mechanism.notes}

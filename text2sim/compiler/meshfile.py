@@ -95,7 +95,8 @@ def open_mesh(path: Path, root: Path, **options: Any) -> Any:
     try:
         with path.open("rb") as stream:
             return trimesh.load(
-                stream, file_type=path.suffix[1:].lower(), process=False, resolver=_Resolver(path.parent, root), **options
+                stream, file_type=path.suffix[1:].lower(), process=False,
+                resolver=_Resolver(path.parent, root), **options,
             )  # fmt: skip
     except AssetError:
         raise

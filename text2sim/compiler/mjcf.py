@@ -26,8 +26,8 @@ def write_mjcf(tree: Tree, model: str, meshes: dict[str, str]) -> str:
     Args:
         tree: The mechanism.
         model: Its name.
-        meshes: File name (in the model's folder) of every drawn mesh by `VisualMesh.digest`, of its picture by
-            `VisualMesh.digest` and `.png`, and of every mesh that touches by `Piece.file`.
+        meshes: File name (in the model's folder) of every drawn mesh by `VisualMesh.digest`, of its picture
+            by `VisualMesh.digest` and `.png`, and of every mesh that touches by `Piece.file`.
     """
     root = ET.Element("mujoco", model=model)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
@@ -99,7 +99,8 @@ class _Writer:
             ET.SubElement(self.asset, "mesh", name=name, vertex=_row(x for v in piece.vertices for x in v))
         elif piece.kind == "mesh":
             attributes |= {"type": "mesh", "mesh": name}
-            asset = {"name": name, "file": self.meshes[str(piece.file)], "inertia": "exact" if piece.enclosed else "convex"}
+            inertia = "exact" if piece.enclosed else "convex"
+            asset = {"name": name, "file": self.meshes[str(piece.file)], "inertia": inertia}
             if piece.size[0] != 1.0:
                 asset["scale"] = _row(piece.size * 3)
             ET.SubElement(self.asset, "mesh", asset)

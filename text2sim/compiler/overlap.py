@@ -56,7 +56,11 @@ class _Body:
     @cached_property
     def solids(self) -> list[tuple[Solid, bool]]:
         """Every piece, a little smaller than it is, and whether it can move."""
-        return [(_shrunk(Solid(piece, pos, quat)), moves) for piece, pos, quat, moves in self._pieces()]
+        return [
+            (_shrunk(Solid(piece, pos, quat)), moves)
+            for piece, pos, quat, moves in self._pieces()
+            if not piece.decompose  # its hull is known, but not what it falls into
+        ]
 
     def lowest(self, up: Vec) -> float:
         """Height [m] along `up` of the lowest point that can move."""

@@ -162,7 +162,7 @@ def piece_ball(piece: Piece) -> tuple[Vec, float]:
 
 
 def piece_reach(piece: Piece, direction: Vec) -> float:
-    """Return the reach [m] of a piece along a direction of its body's frame: the largest `direction . x` of its points.
+    """Return the reach [m] of a piece along a direction of its body's frame: the largest `direction . x` in it.
 
     Args:
         piece: The piece.

@@ -32,6 +32,8 @@ class TreeGeom:
     rgba: tuple[float, float, float, float] | None = None
     drawn: bool = True
     """False where a `visual` of the link is drawn instead."""
+    touches: bool = True
+    """False for what is only seen."""
 
 
 @dataclass(frozen=True)
@@ -111,28 +113,6 @@ class Tree:
         return found
 
 
-def tree_frames(tree: Tree) -> list[tuple[TreeLink, Vec, Quaternion]]:
-    """Return every link with its frame [m] in the tree's frame, all joints at their start positions."""
-    found: list[tuple[TreeLink, Vec, Quaternion]] = []
-    queue = [(link, (0.0, 0.0, 0.0), IDENTITY) for link in tree.roots]
-    while queue:
-        link, pos, quat = queue.pop()
-        pos, quat = frame_apply(pos, quat, link.pos), quat_multiply(quat, link.quat)
-        for name, joint in link.all_joints():
-            start = tree.initial.get(name, 0.0)
-            if start and joint.kind == "slider":
-                x, y, z = joint.axis
-                pos = frame_apply(pos, quat, (start * x, start * y, start * z))
-            elif start and joint.kind == "hinge":
-                turned = quat_multiply(quat, quat_from_axis_angle(joint.axis, start))
-                anchor = frame_apply(pos, quat, joint.anchor)
-                x, y, z = quat_rotate(turned, joint.anchor)
-                pos, quat = (anchor[0] - x, anchor[1] - y, anchor[2] - z), turned
-        found.append((link, pos, quat))
-        queue += [(child, pos, quat) for child in link.children]
-    return found
-
-
 class StandingPiece(NamedTuple):
     """A piece with the pose of its link."""
 
@@ -143,23 +123,48 @@ class StandingPiece(NamedTuple):
     """False for what the world holds."""
 
 
-def tree_pieces(tree: Tree, pos: Vec = (0.0, 0.0, 0.0), quat: Quaternion = IDENTITY) -> list[StandingPiece]:
-    """Return every piece of a tree that stands at (`pos`, `quat`), all joints at zero."""
+def tree_pieces(
+    tree: Tree, pos: Vec = (0.0, 0.0, 0.0), quat: Quaternion = IDENTITY, *, drawn: bool = False
+) -> list[StandingPiece]:
+    """Return every piece of a tree that stands at (`pos`, `quat`), all joints at their start positions.
+
+    Args:
+        tree: The tree.
+        pos: Where its frame is [m].
+        quat: How its frame is turned.
+        drawn: Whether pieces that touch nothing are meant, too.
+    """
     found = [StandingPiece(geom.piece, pos, quat, False) for geom in tree.fixtures]
     queue = [(link, pos, quat, False) for link in tree.roots]
     while queue:
         link, pos, quat, moves = queue.pop()
-        pos, quat = frame_apply(pos, quat, link.pos), quat_multiply(quat, link.quat)
+        pos, quat = _start_frame(link, tree, pos, quat)
         moves = moves or bool(link.all_joints())
-        found += [StandingPiece(geom.piece, pos, quat, moves) for geom in link.geoms]
+        found += [StandingPiece(geom.piece, pos, quat, moves) for geom in link.geoms if geom.touches or drawn]
         queue += [(child, pos, quat, moves) for child in link.children]
     return found
 
 
+def _start_frame(link: TreeLink, tree: Tree, pos: Vec, quat: Quaternion) -> tuple[Vec, Quaternion]:
+    """A link's frame at the start, from its parent's."""
+    pos, quat = frame_apply(pos, quat, link.pos), quat_multiply(quat, link.quat)
+    for name, joint in link.all_joints():
+        start = tree.initial.get(name, 0.0)
+        if start and joint.kind == "slider":
+            x, y, z = joint.axis
+            pos = frame_apply(pos, quat, (start * x, start * y, start * z))
+        elif start and joint.kind == "hinge":
+            turned = quat_multiply(quat, quat_from_axis_angle(joint.axis, start))
+            anchor = frame_apply(pos, quat, joint.anchor)
+            x, y, z = quat_rotate(turned, joint.anchor)
+            pos, quat = (anchor[0] - x, anchor[1] - y, anchor[2] - z), turned
+    return pos, quat
+
+
 def tree_balls(tree: Tree) -> list[tuple[Vec, float]]:
-    """Return centre [m] and radius [m] of a ball around every piece, in the tree's frame, all joints at zero."""
+    """Return centre [m] and radius [m] of a ball around every piece at the start, in the tree's frame."""
     found = []
-    for piece, pos, quat, _ in tree_pieces(tree):
+    for piece, pos, quat, _ in tree_pieces(tree, drawn=True):
         center, radius = piece_ball(piece)
         found.append((frame_apply(pos, quat, center), radius))
     return found
@@ -167,19 +172,13 @@ def tree_balls(tree: Tree) -> list[tuple[Vec, float]]:
 
 def tree_bounds(tree: Tree, quat: Quaternion) -> tuple[Vec, Vec]:
     """Return the lowest and highest corner [m] of all pieces at the start, about the origin, turned by `quat`."""
-    placed = [(geom.piece, (0.0, 0.0, 0.0), quat) for geom in tree.fixtures]
-    for link, pos, own in tree_frames(tree):
-        placed += [(geom.piece, quat_rotate(quat, pos), quat_multiply(quat, own)) for geom in link.geoms]
+    placed = tree_pieces(tree, quat=quat, drawn=True)
     low, high = [0.0] * 3, [0.0] * 3
     for k, axis in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
         back = (-axis[0], -axis[1], -axis[2])
-        turned = [(piece, pos[k], quat_conjugate(own)) for piece, pos, own in placed]
-        high[k] = max(
-            (at + piece_reach(piece, quat_rotate(own, axis)) for piece, at, own in turned), default=0.0
-        )
-        low[k] = min(
-            (at - piece_reach(piece, quat_rotate(own, back)) for piece, at, own in turned), default=0.0
-        )
+        turned = [(one.piece, one.pos[k], quat_conjugate(one.quat)) for one in placed]
+        high[k] = max((at + piece_reach(piece, quat_rotate(q, axis)) for piece, at, q in turned), default=0.0)
+        low[k] = min((at - piece_reach(piece, quat_rotate(q, back)) for piece, at, q in turned), default=0.0)
     return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
 

@@ -87,13 +87,13 @@ class SystemLibrary:
     package: str
     """Name of its package in Debian and Ubuntu."""
     reason: str
+    essential: bool = False
+    """Whether nothing runs without it, not even a simulation without a film."""
 
 
 SYSTEM_LIBRARIES = (
-    SystemLibrary("libGL.so.1", "libgl1", "genesis does not import without it (pygel3d links against it)"),
-    SystemLibrary(
-        "libXrender.so.1", "libxrender1", "genesis does not import without it (pyglet looks it up)"
-    ),
+    SystemLibrary("libGL.so.1", "libgl1", "genesis does not import without it (pygel3d links against it)", True),
+    SystemLibrary("libXrender.so.1", "libxrender1", "genesis does not import without it (pyglet looks it up)", True),
     SystemLibrary("libEGL.so.1", "libegl1", "genesis makes an offscreen OpenGL context for every scene"),
     SystemLibrary("libOpenGL.so.0", "libopengl0", "pymeshlab cannot remesh for soft bodies without it"),
     SystemLibrary("libgomp.so.1", "libgomp1", "the sampler that fills meshes with particles needs it"),

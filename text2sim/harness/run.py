@@ -13,7 +13,7 @@ from text2sim import __version__, templates
 from text2sim.harness.child import Limits
 from text2sim.harness.folder import Wanted, Work, install_program, install_run, remaining_work, staging
 from text2sim.harness.lock import RunLock
-from text2sim.harness.machine import device_kind, versions
+from text2sim.harness.machine import device_kind, missing_libraries, versions
 from text2sim.harness.program import Finished, run_program
 from text2sim.harness.progress import Clock, OnProgress, ignore
 from text2sim.harness.record import COMPLETE, RunRecord, write_atomically
@@ -97,6 +97,10 @@ class _Engine:
         found = versions()
         if "genesis-world" not in found:
             raise MachineError("Genesis is not installed here; `text2sim doctor` says what is missing")
+        if lacking := [library for library in missing_libraries() if library.essential]:
+            names = " and ".join(library.soname for library in lacking)
+            packages = " ".join(library.package for library in lacking)
+            raise MachineError(f"Genesis does not start without {names}: sudo apt-get install -y {packages}")
         if device == "gpu" and device_kind() != "cuda":
             raise MachineError("there is no CUDA device here; `text2sim doctor` says why")
         return cls(found, device)

@@ -189,8 +189,8 @@ class Articulated(_Placed):
     unless `look.color` is given. Links and joints go by the names in the file (in MJCF a joint without a name
     goes by that of its link). An MJCF file decides about friction as well, unless `material.friction` is
     given; a URDF has none, so that `material.friction` holds for all of it, and `material.density` for links
-    without inertial. A joint of a URDF has no motor unless `joints` gives it one. Meshes touch by their convex
-    hulls.
+    without inertial. A joint of a URDF has no motor unless `joints` gives it one. Meshes touch by their
+    convex hulls.
     """
 
     kind: Literal["articulated"]

@@ -154,8 +154,8 @@ class Mesh(Model):
     scale: Positive = 1.0
     """Factor from the file's unit to metres."""
     collision: Literal["hull", "decompose"] = "hull"
-    """Contact by its convex hull, or by several convex pieces, which take seconds to find; all meshes of a body
-    alike."""
+    """Contact by its convex hull, or by several convex pieces, which take seconds to find; all meshes of a
+    body alike."""
 
 
 class Part(Model):

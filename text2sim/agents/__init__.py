@@ -1,0 +1,1 @@
+"""Planner, Writers and Critic: whoever writes and repairs cases with a language model. Not built yet."""
