@@ -46,7 +46,9 @@ def main() -> None:
 def recording(case: str, steps: int, pairs: int, folder: Path) -> tuple[str, str, str]:
     """Return the row for the overhead of recording one case."""
     program = folder / case
-    subprocess.run([sys.executable, "-m", "text2sim", "compile", str(ROOT / "cases" / case), "-o", str(program)], check=True)
+    subprocess.run(
+        [sys.executable, "-m", "text2sim", "compile", str(ROOT / "cases" / case), "-o", str(program)], check=True
+    )
 
     def loop(mode: str) -> float:
         command = [sys.executable, str(HERE / "loop.py"), str(program), mode, str(steps), str(folder / f"out_{case}")]

@@ -91,7 +91,11 @@ def test_film_is_h264_with_a_frame_for_every_twenty_fifth(first: tuple[int, dict
 def test_states_say_what_the_measures_say(first: tuple[int, dict, Path]) -> None:
     folder = first[2]
     states = RunStates.load(folder)
-    link = next(i for i, l in enumerate(json.loads((folder / "states/layout.json").read_text())["links"]) if l["body"] == "ball")
+    link = next(
+        i
+        for i, row in enumerate(json.loads((folder / "states/layout.json").read_text())["links"])
+        if row["body"] == "ball"
+    )
     with (folder / "measures.csv").open() as file:
         rows = list(csv.DictReader(file))
     height = [float(row["height"]) for row in rows]
@@ -135,7 +139,9 @@ def test_killed_program_keeps_what_it_recorded(place: Path, first: tuple[int, di
     child = subprocess.Popen([sys.executable, "main.py", "--out", str(out), "--no-film"], cwd=program)
     try:
         deadline = time.monotonic() + 300
-        while len(list((out / "states").glob("chunk_*.npz"))) < 2 and child.poll() is None and time.monotonic() < deadline:
+        while (
+            len(list((out / "states").glob("chunk_*.npz"))) < 2 and child.poll() is None and time.monotonic() < deadline
+        ):
             time.sleep(0.1)
     finally:
         os.kill(child.pid, signal.SIGKILL)

@@ -105,9 +105,7 @@ def test_bootstrap_without_a_python_says_what_to_install(bare_tools: Path) -> No
 
 def test_bootstrap_refuses_an_unsupported_python(bare_tools: Path) -> None:
     old = bare_tools / "python3"
-    old.write_text(
-        "#!/bin/sh\nexit 1\n", encoding="utf-8"
-    )  # as `sys.exit(not 3.11 <= version <= 3.13)` would
+    old.write_text("#!/bin/sh\nexit 1\n", encoding="utf-8")  # as `sys.exit(not 3.11 <= version <= 3.13)` would
     old.chmod(0o755)
     done = bootstrap(bare_tools, PYTHON="python3")
     assert done.returncode == 3

@@ -94,7 +94,5 @@ def test_inspection_is_complete_and_keeps_secrets(monkeypatch: pytest.MonkeyPatc
     assert findings["video encoder"].ok
     for finding in findings.values():
         assert finding.value
-        assert bool(finding.fix) != finding.ok, (
-            f"{finding.name}: a way to mend it, if and only if it is amiss"
-        )
+        assert bool(finding.fix) != finding.ok, f"{finding.name}: a way to mend it, if and only if it is amiss"
         assert "\n" not in finding.value + finding.fix

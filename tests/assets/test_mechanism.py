@@ -51,13 +51,13 @@ GRIPPER = """\
     <geom type="plane" size="5 5 1"/>
     <body pos="0 0 0.3">
       <geom type="box" size="0.1 0.05 0.02"/>
-      <body name="left"><joint type="slide" axis="1 0 0" range="0 0.05"/><geom type="mesh" mesh="part"/></body>
+      <body name="left"><joint name="grip" type="slide" axis="1 0 0" range="0 0.05"/><geom type="mesh" mesh="part"/></body>
       <body name="pendulum"><joint type="hinge" axis="0 1 0" range="-90 45"/><geom size="0.02" mass="0.5"/></body>
     </body>
   </worldbody>
   <actuator><position joint="grip" kp="200" kv="20" forcerange="-9 9"/></actuator>
 </mujoco>
-""".replace('<joint type="slide"', '<joint name="grip" type="slide"')
+"""
 
 Write = Callable[..., Path]
 Refused = Callable[..., str]
@@ -136,9 +136,7 @@ class TestUrdf:
         assert load_mechanism(folder, "robots/urdf/arm.urdf").sources[1] == "robots/meshes/part.obj"
 
     def test_two_meshes_of_one_name_keep_apart(self, write: Write) -> None:
-        text = ARM.replace(
-            '<visual><geometry><mesh filename="meshes', '<visual><geometry><mesh filename="fine'
-        )
+        text = ARM.replace('<visual><geometry><mesh filename="meshes', '<visual><geometry><mesh filename="fine')
         arm = load_mechanism(write({"arm.urdf": text, "fine/part.obj": TETRAHEDRON + "# fine\n"}), "arm.urdf")
         assert [name for name, _ in arm.files] == ["part.obj", "part_2.obj"]
 
@@ -199,7 +197,8 @@ class TestUrdf:
     def test_a_free_root_must_weigh_something(self, write: Write) -> None:
         text = ARM.replace('<link name="base">', '<link name="frame"/><link name="base">').replace(
             '<joint name="wrist"',
-            '<joint name="turn" type="continuous"><parent link="frame"/><child link="base"/></joint><joint name="wrist"',
+            '<joint name="turn" type="continuous"><parent link="frame"/><child link="base"/></joint>'
+            '<joint name="wrist"',
         )
         folder = write({"arm.urdf": text})
         assert load_mechanism(folder, "arm.urdf").link_names[0] == "frame"
@@ -329,9 +328,7 @@ class TestFiles:
         with pytest.raises(AssetError):
             load_mechanism(write({}), name)
 
-    def test_links_out_of_the_case_are_not_followed(
-        self, refused: Refused, write: Write, tmp_path: Path
-    ) -> None:
+    def test_links_out_of_the_case_are_not_followed(self, refused: Refused, write: Write, tmp_path: Path) -> None:
         (tmp_path / "outside.obj").write_text(TETRAHEDRON)
         (tmp_path / "outside.xml").write_text(mjcf(""))
         folder = write({})
@@ -350,9 +347,7 @@ class TestFiles:
     def test_meshes_have_a_size_limit(self, refused: Refused, write: Write) -> None:
         with (write({}) / "big.stl").open("wb") as stream:
             stream.truncate(65 * 2**20)
-        assert "too large (65 MiB; at most 64 MiB)" in refused(
-            mjcf("", "<asset><mesh file='big.stl'/></asset>")
-        )
+        assert "too large (65 MiB; at most 64 MiB)" in refused(mjcf("", "<asset><mesh file='big.stl'/></asset>"))
 
     def test_a_broken_mesh_is_refused(self, refused: Refused) -> None:
         lying = b"\0" * 80 + struct.pack("<I", 2**31)
@@ -369,7 +364,9 @@ class TestFiles:
                 '<visual><geometry><mesh filename="meshes/part', '<visual><geometry><mesh filename="look/skin'
             ),
             "look/skin.obj": "mtllib paint/skin.mtl\nmtllib ../../secret.mtl\n" + TETRAHEDRON,
-            "look/paint/skin.mtl": "newmtl a\nmap_Kd -s 1 1 1 ../wood.png\nmap_Bump ../../../secret.png\nmap_Ks /etc/hosts\n",
+            "look/paint/skin.mtl": "\n".join(
+                ["newmtl a", "map_Kd -s 1 1 1 ../wood.png", "map_Bump ../../../secret.png", "map_Ks /etc/hosts"]
+            ),
             "look/wood.png": b"wood",
         }
         arm = load_mechanism(write(files), "arm.urdf")

@@ -122,9 +122,7 @@ def test_a_reader_that_has_enough_is_no_error(case: Path):
     assert answer.stderr == ""
 
 
-def test_an_error_of_ours_says_so_and_where_the_details_are(
-    cli: Cli, case: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_an_error_of_ours_says_so_and_where_the_details_are(cli: Cli, case: Path, monkeypatch: pytest.MonkeyPatch):
     def broken(*_: object, **__: object) -> None:
         raise KeyError("lost")
 

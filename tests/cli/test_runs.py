@@ -72,9 +72,7 @@ def test_what_the_machine_lacks_is_exit_code_three(cli: Cli, case: Path, monkeyp
 
 def test_a_suite_says_a_line_for_each_case(cli: Cli, case: Path, folder: Path, tmp_path: Path):
     write_case(tmp_path / "cases" / "bad", "text2sim: 1\nname: bad\n")
-    lost = write_case(
-        tmp_path / "cases" / "lost", CASE.replace("fall\n", "lost\n").replace("below: 1", "below: 0")
-    )
+    lost = write_case(tmp_path / "cases" / "lost", CASE.replace("fall\n", "lost\n").replace("below: 1", "below: 0"))
     prepare_run(lost, tmp_path / "runs")
     answer = cli("test", "cases")
     lines = answer.out.splitlines()

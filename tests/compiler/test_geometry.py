@@ -177,9 +177,7 @@ class TestExtents:
         assert {mesh.part for mesh in visual_mesh(dumbbell, HERE)} == {"cup"}
         assert {piece.part for piece in pieces(dumbbell, HERE)} == {"bar", "left", "cup"}
         assert volume(dumbbell, HERE) == pytest.approx(
-            math.pi * 0.0004 * 0.3
-            + 4 / 3 * math.pi * (0.02**3 + 0.1**3)
-            + math.pi * (0.01 * 0.2 - 0.09**2 * 0.19)
+            math.pi * 0.0004 * 0.3 + 4 / 3 * math.pi * (0.02**3 + 0.1**3) + math.pi * (0.01 * 0.2 - 0.09**2 * 0.19)
         )
 
     def test_points_hold_the_shape(self):
@@ -191,9 +189,7 @@ class TestExtents:
 
 
 class TestHollows:
-    @pytest.mark.parametrize(
-        ("kind", "segments"), list(itertools.product(["tube", "cup", "funnel"], [6, 7, 24, 64]))
-    )
+    @pytest.mark.parametrize(("kind", "segments"), list(itertools.product(["tube", "cup", "funnel"], [6, 7, 24, 64])))
     def test_staves_never_narrow_the_free_space(self, kind, segments):
         shape = make(kind, **SHAPES[kind], segments=segments)
         for piece in pieces(shape, HERE):
@@ -209,9 +205,7 @@ class TestHollows:
         staves = pieces(tube, HERE)
         assert len(staves) == 12
         for one, following in zip(staves, staves[1:] + staves[:1], strict=True):
-            shared = {tuple(np.round(v, 9)) for v in one.vertices} & {
-                tuple(np.round(v, 9)) for v in following.vertices
-            }
+            shared = {tuple(np.round(v, 9)) for v in one.vertices} & {tuple(np.round(v, 9)) for v in following.vertices}
             assert len(shared) == 4
         # A ring of twelve trapezoids: with circumscribed inner and inscribed outer polygon.
         inner = 12 * math.tan(math.pi / 12) * 0.25**2
@@ -243,9 +237,7 @@ class TestSweep:
         ball = Solid(pieces(make("sphere"), HERE)[0], (0, 0, 2), IDENTITY)
         # The centre ends at 0.1 + 0.3 from the middle plane, measured along its normal.
         assert sweep([ball], [ramp], (0, 0, -1)) == pytest.approx(2 - 0.4 / math.cos(math.pi / 6), abs=2e-7)
-        assert sweep([ball], [ramp], (0, 0, -1), gap=0.1) == pytest.approx(
-            2 - 0.5 / math.cos(math.pi / 6), abs=2e-7
-        )
+        assert sweep([ball], [ramp], (0, 0, -1), gap=0.1) == pytest.approx(2 - 0.5 / math.cos(math.pi / 6), abs=2e-7)
         assert sweep([ball], [ramp], (0, 0, 1)) is None
 
     def test_what_is_found_touches_and_does_not_overlap(self):

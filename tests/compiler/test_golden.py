@@ -31,7 +31,11 @@ def test_program_is_golden(case: Path, tmp_path: Path, request: pytest.FixtureRe
             line
             for name in sorted(made.keys() | known.keys())
             for line in difflib.unified_diff(
-                known.get(name, "").splitlines(), made.get(name, "").splitlines(), f"golden/{name}", f"made/{name}", lineterm=""
+                known.get(name, "").splitlines(),
+                made.get(name, "").splitlines(),
+                f"golden/{name}",
+                f"made/{name}",
+                lineterm="",
             )
         ]
         pytest.fail("\n".join([*diff[:60], "if this is meant: pytest tests/compiler/test_golden.py --update-goldens"]))

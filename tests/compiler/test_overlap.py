@@ -13,7 +13,11 @@ BOX = "{{kind: rigid, shape: {{kind: box, size: [1, 1, 1]}}, pose: {{pos: {pos}}
 
 def warnings(folder: Path, bodies: str) -> list[str]:
     (folder / "case.yaml").write_text(HEAD + bodies)
-    return [f"{p.line}: {p.message.split(' at the start')[0]}" for p in plan_case(load_case(folder)).warnings if p.rule == "overlap"]
+    return [
+        f"{p.line}: {p.message.split(' at the start')[0]}"
+        for p in plan_case(load_case(folder)).warnings
+        if p.rule == "overlap"
+    ]
 
 
 @pytest.mark.parametrize(

@@ -38,11 +38,7 @@ LEAN = 1 / math.cos(math.pi / 24) - 1
 
 def line(name, base, repeat, **fields):
     """A repeated body, in one line of YAML."""
-    return (
-        f"{name}: {{{base}, repeat: {{{repeat}}}"
-        + "".join(f", {k}: {{{v}}}" for k, v in fields.items())
-        + "}"
-    )
+    return f"{name}: {{{base}, repeat: {{{repeat}}}" + "".join(f", {k}: {{{v}}}" for k, v in fields.items()) + "}"
 
 
 def place(bodies, tree_extents=None, problems=0):
@@ -165,19 +161,13 @@ class TestRepeats:
         assert wall[9].line == FIRST_LINE
 
     def test_a_turned_wall_runs_along_its_own_x(self):
-        copies = place(
-            [line("brick", BRICK, "kind: running_bond, rows: 1, columns: 2", pose="euler_deg: [0, 0, 90]")]
-        )
+        copies = place([line("brick", BRICK, "kind: running_bond, rows: 1, columns: 2", pose="euler_deg: [0, 0, 90]")])
         assert [c.pos for c in copies["brick"]] == [pytest.approx((0, -0.12, 0)), pytest.approx((0, 0.12, 0))]
 
     def test_a_line_is_placed_by_its_middle_and_started_by_its_first(self):
-        placed = place(
-            [line("ball", BALL, "kind: line, count: 3, step: [1, 0, 0]", place="on: floor, at: [0, 4]")]
-        )
+        placed = place([line("ball", BALL, "kind: line, count: 3, step: [1, 0, 0]", place="on: floor, at: [0, 4]")])
         assert [c.pos for c in placed["ball"]] == [pytest.approx((x, 4, 0.1)) for x in (-1, 0, 1)]
-        started = place(
-            [f"ball: {{{BALL}, repeat: {{kind: line, count: 2, step: [1, 0, 0], start: [7, 8, 9]}}}}"]
-        )
+        started = place([f"ball: {{{BALL}, repeat: {{kind: line, count: 2, step: [1, 0, 0], start: [7, 8, 9]}}}}"])
         assert [c.pos for c in started["ball"]] == [(7, 8, 9), (8, 8, 9)]
 
     def test_a_stack_follows_the_true_height_of_leaning_copies(self):
@@ -189,16 +179,14 @@ class TestRepeats:
         assert [c.pos[2] for c in copies["disc"]] == pytest.approx([0.3, 0.6 + 0.02 + 0.2, 1.0 + 0.04 + 0.1])
 
     def test_ring_copies_turn_with_the_circle(self):
-        copies = place(
-            [f"brick: {{{BRICK}, repeat: {{kind: ring, count: 4, radius: 1}}, pose: {{pos: [0, 0, 2]}}}}"]
-        )["brick"]
+        copies = place([f"brick: {{{BRICK}, repeat: {{kind: ring, count: 4, radius: 1}}, pose: {{pos: [0, 0, 2]}}}}"])[
+            "brick"
+        ]
         assert copies[1].pos == pytest.approx((0, 1, 2))
         assert quat_rotate(copies[1].quat, (1, 0, 0)) == pytest.approx((0, 1, 0))
 
     def test_a_pose_that_varies_is_each_copys_own(self):
-        copies = place(
-            [line("ball", BALL, "kind: line, count: 3, step: [1, 0, 0]", pose="pos: [0, 0, '${i * i}']")]
-        )
+        copies = place([line("ball", BALL, "kind: line, count: 3, step: [1, 0, 0]", pose="pos: [0, 0, '${i * i}']")])
         assert [c.pos for c in copies["ball"]] == [(0, 0, 0), (1, 0, 1), (2, 0, 4)]
 
     def test_a_place_that_varies_puts_each_copy_by_itself(self):

@@ -10,7 +10,19 @@ from text2sim.compiler.build import compile_case, plan_case
 from text2sim.compiler.literal import Code, comment, identifier, literal
 from text2sim.spec_schema.load import load_case
 
-ALLOWED = {"genesis", "numpy", "av", "PIL", "scene", "bodies", "actions", "render", "recorder", "film", *sys.stdlib_module_names}
+ALLOWED = {
+    "genesis",
+    "numpy",
+    "av",
+    "PIL",
+    "scene",
+    "bodies",
+    "actions",
+    "render",
+    "recorder",
+    "film",
+    *sys.stdlib_module_names,
+}
 
 CASE = """\
 text2sim: 1
@@ -80,7 +92,10 @@ def test_what_has_no_literal_is_refused(value: object) -> None:
         literal(value)
 
 
-@pytest.mark.parametrize("value", ["'); import os #", '"""', "\\", "\n", "{{ x }}", "\u2028", 0.1, -0.0, 10**30, (1,), [], {"a": (1.5, None)}])
+@pytest.mark.parametrize(
+    "value",
+    ["'); import os #", '"""', "\\", "\n", "{{ x }}", "\u2028", 0.1, -0.0, 10**30, (1,), [], {"a": (1.5, None)}],
+)
 def test_literals_come_back_as_they_were(value: object) -> None:
     assert ast.literal_eval(literal(value)) == value
 

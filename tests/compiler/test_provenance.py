@@ -89,9 +89,7 @@ def test_only_modules_of_the_program_are_looked_at(program: Path, tmp_path: Path
 def test_a_crash_of_native_code_is_read_from_its_other_end(program: Path):
     rows = [("bodies.py", 11), ("bodies.py", 21), ("main.py", 2)]
     frames = "\n".join(f'  File "{program / name}", line {line} in f' for name, line in rows)
-    text = (
-        f"Fatal Python error: Segmentation fault\n\nCurrent thread 0x01 (most recent call first):\n{frames}"
-    )
+    text = f"Fatal Python error: Segmentation fault\n\nCurrent thread 0x01 (most recent call first):\n{frames}"
     found = provenance(program, text)
     assert found is not None
     assert found[0] == 12

@@ -150,9 +150,7 @@ class WrittenRun:
         }
         types = {"step": np.int32, "links": np.int32}
         return {
-            f"contact_{name}": np.array([row[i] for row in rows], types.get(name, np.float32)).reshape(
-                -1, *shape
-            )
+            f"contact_{name}": np.array([row[i] for row in rows], types.get(name, np.float32)).reshape(-1, *shape)
             for i, (name, shape) in enumerate(shapes.items())
         } | {"contact_count": np.ones(len(rows), np.int32)}
 

@@ -12,12 +12,8 @@ from text2sim.harness.recording import Recording
 def look(make_case):
     """Return a function that looks for events in a written run."""
 
-    def find(
-        folder, bodies=("ball", "other"), measures=None, controls=None, scene=None, **events
-    ) -> EventLog:
-        case = make_case(
-            bodies=bodies, measures=measures or {}, controls=controls or {}, scene=scene, events=events
-        )
+    def find(folder, bodies=("ball", "other"), measures=None, controls=None, scene=None, **events) -> EventLog:
+        case = make_case(bodies=bodies, measures=measures or {}, controls=controls or {}, scene=scene, events=events)
         recording = Recording.load(folder, case)
         return find_events(recording, evaluate(recording))
 
@@ -64,9 +60,7 @@ def test_the_other_way_round_the_momentum_has_the_other_sign(collision, look):
 
 
 def test_light_touches_can_be_ignored(collision, look):
-    assert times(
-        look(collision, e={"kind": "contact", "between": ["ball", "other"], "min_impulse": 1.0})
-    ) == [0.5]
+    assert times(look(collision, e={"kind": "contact", "between": ["ball", "other"], "min_impulse": 1.0})) == [0.5]
 
 
 def test_a_heavy_rest_is_no_impact(new_run, look):
@@ -137,12 +131,7 @@ def test_what_is_beyond_a_threshold_from_the_start_has_not_passed_it(new_run, lo
     run = new_run()
     run.add_link("ball", pos=(0, 0, 1))
     measures = {"height": {"kind": "position", "of": "ball", "axis": "z"}}
-    assert (
-        times(
-            look(run.write(), measures=measures, e={"kind": "threshold", "measure": "height", "above": 0.5})
-        )
-        == []
-    )
+    assert times(look(run.write(), measures=measures, e={"kind": "threshold", "measure": "height", "above": 0.5})) == []
 
 
 @pytest.fixture
@@ -159,9 +148,7 @@ def slowing(new_run):
 def test_rest_is_told_from_where_the_quiet_begins(slowing, look):
     found = times(look(slowing, e={"kind": "rest", "of": "ball", "speed": 0.02}))
     assert found == pytest.approx([0.48, 0.75], abs=1e-3)
-    assert times(look(slowing, e={"kind": "rest", "of": "ball", "for": 0.24})) == pytest.approx(
-        [0.75], abs=1e-3
-    )
+    assert times(look(slowing, e={"kind": "rest", "of": "ball", "for": 0.24})) == pytest.approx([0.75], abs=1e-3)
     assert times(look(slowing, e={"kind": "rest", "of": "other"})) == [0.0]
 
 
@@ -214,9 +201,7 @@ def test_leaving_the_domain(new_run, look):
     run.add_link("ball", pos=np.outer(run.time, [0, 0, 1]))
     run.add_link("other", pos=(9, 9, 9))
     folder, scene = run.write(), {"domain": {"min": [-1, -1, -1], "max": [1, 1, 0.755]}}
-    assert times(look(folder, scene=scene, e={"kind": "left_domain", "of": "ball"})) == pytest.approx(
-        [0.755], abs=1e-4
-    )
+    assert times(look(folder, scene=scene, e={"kind": "left_domain", "of": "ball"})) == pytest.approx([0.755], abs=1e-4)
     assert times(look(folder, scene=scene, e={"kind": "left_domain", "of": "other"})) == [0.0]
     assert "no domain" in look(folder, e={"kind": "left_domain", "of": "ball"}).problems["e"]
 

@@ -239,9 +239,7 @@ def test_nothing_needs_more_than_a_few_frames(drop, make_case, frames):
     case = make_case(bodies=("ball", "drum"), scene=scene, measures=EVERY_MEASURE, events=EVERY_EVENT)
     drop.add_box(1, (0.1, 0.1, 0.1))
     found = judge(drop.write(state="failed", upto=frames), case)
-    assert [
-        row["problem"] for row in (*found["measures"].values(), *found["events"].values()) if row["problem"]
-    ] == []
+    assert [row["problem"] for row in (*found["measures"].values(), *found["events"].values()) if row["problem"]] == []
     assert all((row["first"] is None) == (frames == 0) for row in found["measures"].values())
 
 
@@ -309,9 +307,7 @@ def test_touches_within_a_repeated_body_are_counted_and_not_listed(pile, make_ca
 
 
 def test_they_are_listed_where_the_case_watches_them(pile, make_case):
-    case = make_case(
-        bodies=("brick",), measures={"m": {"kind": "contact_force", "of": "brick[0]", "by": "brick"}}
-    )
+    case = make_case(bodies=("brick",), measures={"m": {"kind": "contact_force", "of": "brick[0]", "by": "brick"}})
     assert judge(pile, case)["contacts"]["within_repeated_bodies"] == 0
     assert len(listed(pile)) == 119
 

@@ -78,9 +78,7 @@ def test_a_body_whose_origin_is_not_its_centre_of_mass(new_run, measure):
         inertia=np.diag([0.3, 9, 9]),
     )
     folder = run.write()
-    kinetic, potential = (
-        measure(folder, kind="energy", part=part).values for part in ("kinetic", "potential")
-    )
+    kinetic, potential = (measure(folder, kind="energy", part=part).values for part in ("kinetic", "potential"))
     np.testing.assert_allclose(kinetic, 0.5 * 2 * (0.5 * w) ** 2 + 0.5 * 0.3 * w**2, rtol=1e-5)
     np.testing.assert_allclose(potential, 2 * G * 0.5 * np.sin(angle), atol=1e-4)
     np.testing.assert_allclose(measure(folder, kind="angular_speed", of="ball").values, w, rtol=1e-6)
@@ -99,9 +97,7 @@ def test_tilt_is_exact_for_small_and_large_angles(new_run, measure):
     angle[1] = 1e-4
     run.add_link("ball", quat=turn(angle, [1, 0, 0]))
     folder = run.write()
-    np.testing.assert_allclose(
-        measure(folder, kind="tilt", of="ball").values, np.degrees(angle), rtol=2e-3, atol=1e-5
-    )
+    np.testing.assert_allclose(measure(folder, kind="tilt", of="ball").values, np.degrees(angle), rtol=2e-3, atol=1e-5)
     np.testing.assert_allclose(measure(folder, kind="tilt", of="ball", axis="x").values, 0, atol=1e-4)
 
 
@@ -182,9 +178,7 @@ def test_extent_of_a_detailed_mesh_is_that_of_its_corners(new_run, measure):
     from scipy.spatial.transform import Rotation
 
     turned = [Rotation.from_quat(q, scalar_first=True).apply(corners)[:, 1].max() for q in quat]
-    np.testing.assert_allclose(
-        measure(run, kind="extent", of="ball", axis="y", stat="max").values, turned, atol=1e-5
-    )
+    np.testing.assert_allclose(measure(run, kind="extent", of="ball", axis="y", stat="max").values, turned, atol=1e-5)
 
 
 def test_a_flat_mesh_has_an_extent_and_a_body_without_shape_has_none(new_run, measure):
@@ -224,15 +218,11 @@ def test_contact_force_is_that_of_a_scale(new_run, measure):
     np.testing.assert_allclose(force[1:], 20.0)
     everything = measure(folder, kind="contact_force", of="ball", **both).values
     np.testing.assert_allclose(everything[-1], np.hypot(20, 5))
-    np.testing.assert_allclose(
-        measure(folder, kind="contact_count", of="ball", **both).values, 1 + (run.step >= 50)
-    )
+    np.testing.assert_allclose(measure(folder, kind="contact_count", of="ball", **both).values, 1 + (run.step >= 50))
     np.testing.assert_allclose(
         measure(folder, kind="contact_count", of="ball", by="other", **both).values, run.step >= 50
     )
-    np.testing.assert_allclose(
-        measure(folder, kind="penetration", of="other", **both).values, 0.001 * (run.step >= 50)
-    )
+    np.testing.assert_allclose(measure(folder, kind="penetration", of="other", **both).values, 0.001 * (run.step >= 50))
     np.testing.assert_allclose(measure(folder, kind="penetration", of="floor", **both).values, 0.002)
 
 

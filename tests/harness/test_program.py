@@ -48,9 +48,7 @@ def make_run(tmp_path: Path) -> MakeRun:
     return make
 
 
-def run(
-    folder: Path, limits: Limits = LIMITS, stop: Stop | None = None, clock: Clock | None = None
-) -> Finished:
+def run(folder: Path, limits: Limits = LIMITS, stop: Stop | None = None, clock: Clock | None = None) -> Finished:
     return run_program(folder, flags=(), limits=limits, stop=stop or Stop(), clock=clock or Clock(ignore))
 
 

@@ -47,9 +47,7 @@ def fall(new_run):
     t = run.time
     floor = run.add_link("floor", fixed=True)
     z = np.abs(np.cos(6 * t))
-    ball = run.add_link(
-        "ball", mass=2.0, pos=np.outer(z, [0, 0, 1]), vel=np.outer(np.gradient(z, t), [0, 0, 1])
-    )
+    ball = run.add_link("ball", mass=2.0, pos=np.outer(z, [0, 0, 1]), vel=np.outer(np.gradient(z, t), [0, 0, 1]))
     run.touch(floor, ball, range(26, 28), (0, 0, 500.0), depth=0.003)
     return run
 
@@ -88,9 +86,9 @@ def test_the_page_tells_the_whole_story_and_needs_no_other_file(fall, make_case)
     add_film(folder)
     (folder / "case.yaml").write_text("text2sim: 1\n# the case\n")
     notes = ["solver = newton: few enough bodies"]
-    RunRecord(
-        "case", "finished", {"sim_digest": "abc123"}, versions={"python": "3.11"}, notes=notes, wall=3.0
-    ).write(folder)
+    RunRecord("case", "finished", {"sim_digest": "abc123"}, versions={"python": "3.11"}, notes=notes, wall=3.0).write(
+        folder
+    )
     page = show(folder, make_case(**ACTIONS))
     for words in (
         "failed", "A ball falls.", "height below 0.5 m from 0.4 s to 1 s", "at worst",
@@ -98,9 +96,7 @@ def test_the_page_tells_the_whole_story_and_needs_no_other_file(fall, make_case)
         "0.003 m", "landing", "10 %",
     ):  # fmt: skip
         assert words in page.words, words
-    addresses = [
-        value for name, value in page.attributes if name in ("src", "href", "srcset", "action", "poster")
-    ]
+    addresses = [value for name, value in page.attributes if name in ("src", "href", "srcset", "action", "poster")]
     assert addresses
     assert all(address.startswith("data:") for address in addresses)
     assert "script" not in page.tags
@@ -132,9 +128,7 @@ HOSTILE = "<script>alert(1)</script><img src=x onerror=alert(2)>\"'`<i>`{{ 7*7 }
 def test_hostile_strings_stay_strings(fall, make_case):
     folder = fall.write(state="failed", message=HOSTILE)
     add_film(folder)
-    (folder / "visibility.json").write_text(
-        json.dumps({HOSTILE: [{"t": 0, "shares": {"ball": 0.1, HOSTILE: 0.2}}]})
-    )
+    (folder / "visibility.json").write_text(json.dumps({HOSTILE: [{"t": 0, "shares": {"ball": 0.1, HOSTILE: 0.2}}]}))
     (folder / "case.yaml").write_text(HOSTILE)
     (folder / "log.txt").write_text(HOSTILE + "\x1b[31m")
     (folder / 'video_" onerror="alert(3).mp4').write_bytes(b"x")

@@ -273,9 +273,7 @@ def test_a_stopped_run_is_judged_by_what_was_recorded(stage: Stage):
     assert stage.run().work is Work.SIMULATE
 
 
-def test_ctrl_c_stops_the_program_gently_and_a_case_is_judged_by_what_it_recorded(
-    stage: Stage, tmp_path: Path
-):
+def test_ctrl_c_stops_the_program_gently_and_a_case_is_judged_by_what_it_recorded(stage: Stage, tmp_path: Path):
     ready = tmp_path / "ready"
     stage.body = f"""
 import signal

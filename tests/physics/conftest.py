@@ -127,8 +127,9 @@ class Trial:
     def joint(self, name: str) -> tuple[Array, Array, Array]:
         """Position, velocity and motor force of a hinge or slider, each of shape (F,)."""
         ((_, joint),) = self.recording.cast.select_joints(name)
-        columns = self.states.qpos[:, joint.q[0]], *(
-            rows[:, joint.dof[0]] for rows in (self.states.dofs_velocity, self.states.dofs_force)
+        columns = (
+            self.states.qpos[:, joint.q[0]],
+            *(rows[:, joint.dof[0]] for rows in (self.states.dofs_velocity, self.states.dofs_force)),
         )
         q, dq, force = (column.astype(float) for column in columns)
         return q, dq, force

@@ -47,12 +47,22 @@ def test_a_driven_body_is_where_its_motion_says(simulate, agree, substeps):
     name = f"driven, {substeps} substeps"
     agree(f"{name}: waypoints [m]", trial.pos("lift") - trial.pos("lift")[0], path, within=2e-6)
     axis = np.array([1, 2, 2]) / 3
-    agree(f"{name}: oscillation [m]", trial.pos("shaker") - trial.pos("shaker")[0], np.outer(0.2 * np.sin(2 * np.pi * 1.5 * t), axis), within=2e-6)
+    agree(
+        f"{name}: oscillation [m]",
+        trial.pos("shaker") - trial.pos("shaker")[0],
+        np.outer(0.2 * np.sin(2 * np.pi * 1.5 * t), axis),
+        within=2e-6,
+    )
     agree(f"{name}: it does not turn", trial.quat("shaker"), trial.quat("shaker")[0], within=1e-6)
     agree(f"{name}: spin [rad/s]", trial.ang("rotor")[1:], 3 * np.array([0, 1, 1]) / np.sqrt(2), within=1e-5)
     agree(f"{name}: origin of what spins [m]", trial.pos("rotor"), trial.pos("rotor")[0], within=2e-6)
     turned = trial.turn("rotor")[-1] @ trial.turn("rotor")[0].T
-    agree(f"{name}: angle of what spins [rad]", np.arccos((np.trace(turned) - 1) / 2), abs((3 * t[-1] + np.pi) % (2 * np.pi) - np.pi), within=1e-4)
+    agree(
+        f"{name}: angle of what spins [rad]",
+        np.arccos((np.trace(turned) - 1) / 2),
+        abs((3 * t[-1] + np.pi) % (2 * np.pi) - np.pi),
+        within=1e-4,
+    )
 
 
 @pytest.mark.parametrize("substeps", [1, 4])
@@ -62,7 +72,12 @@ def test_a_driven_body_pushes_and_is_not_pushed_back(simulate, agree, substeps):
     late = trial.time > 1.0
     agree(f"paddle, {substeps} substeps: its own way [m]", trial.pos("paddle")[:, 0], 0.5 * trial.time, within=2e-6)
     way = trial.pos("load")[late, 0]
-    agree(f"paddle, {substeps} substeps: mean speed of the load [m/s]", (way[-1] - way[0]) / (trial.time[late][-1] - trial.time[late][0]), 0.5, within=0.01)
+    agree(
+        f"paddle, {substeps} substeps: mean speed of the load [m/s]",
+        (way[-1] - way[0]) / (trial.time[late][-1] - trial.time[late][0]),
+        0.5,
+        within=0.01,
+    )
     gap = trial.pos("load")[late, 0] - trial.pos("paddle")[late, 0] - 0.125
     agree(f"paddle, {substeps} substeps: gap between them [m]", gap, 0.0, within=0.5 * 2 * DT)
     step, force, _ = trial.contact("load", "paddle")
@@ -89,7 +104,7 @@ actions:
 def test_what_is_attached_hangs_and_falls_freely_when_released(simulate, agree):
     """It hangs lower by the give of the weld, (1 - d) / d^2 (dmax timeconst)^2 g; after its release it falls as a body does."""
     trial = simulate(WELDED, dt=DT, g=G)
-    z, at = trial.pos("hung")[:, 2], 50
+    z = trial.pos("hung")[:, 2]
     # Two time constants of 2 h: d grows from 0.9 to 0.95 with the error.
     every = round(trial.time[1] / DT)
     give = 0.1 / 0.9**2 * (0.95 * 2 * DT) ** 2 * G
@@ -98,11 +113,10 @@ def test_what_is_attached_hangs_and_falls_freely_when_released(simulate, agree):
     agree("weld to a static: at rest [m/s]", trial.vel("hung")[release], 0.0, within=1e-4)
     n = every * np.arange(len(z) - release)
     agree("released: fall [m]", z[release:] - z[release], -G * DT**2 * n * (n + 1) / 2, within=1e-5)
-    assert at > 0
 
 
 def test_bodies_attached_in_flight_go_on_together_with_their_common_momentum(simulate, agree):
-    """v' = sum m v / sum m at once, at any distance; the relative pose stays; both momenta do, before, while and after."""
+    """V' = sum m v / sum m at once, at any distance; the relative pose stays; both momenta do, before, while and after."""
     trial = simulate(WELDED, dt=DT, g=0.0)
     masses = {name: trial.link(name).mass for name in ("tug", "barge")}
     p = sum(m * trial.vel(name) for name, m in masses.items())
@@ -111,7 +125,12 @@ def test_bodies_attached_in_flight_go_on_together_with_their_common_momentum(sim
     moving = np.linalg.norm(trial.ang("tug"), axis=1).max() * DT
     agree("attach in flight: angular momentum [N m s]", spin, spin[0], within=moving * np.linalg.norm(spin[0]))
     centre = sum(m * trial.com(name) for name, m in masses.items()) / sum(masses.values())
-    agree("attach in flight: way of the common centre [m]", centre - centre[0], np.outer(trial.time, p[0] / sum(masses.values())), within=1e-4)
+    agree(
+        "attach in flight: way of the common centre [m]",
+        centre - centre[0],
+        np.outer(trial.time, p[0] / sum(masses.values())),
+        within=1e-4,
+    )
     tied = (trial.time > 0.3) & (trial.time < 0.75)
     turn = trial.turn("tug").swapaxes(1, 2)
     between = np.einsum("fij,fj->fi", turn, trial.pos("barge") - trial.pos("tug"))
@@ -120,4 +139,9 @@ def test_bodies_attached_in_flight_go_on_together_with_their_common_momentum(sim
     agree("attach in flight: relative turning [rad/s]", (trial.ang("barge") - trial.ang("tug"))[tied], 0.0, within=1e-3)
     apart = trial.time > 0.76
     for name in masses:
-        agree(f"released in flight: velocity of the {name} [m/s]", trial.vel(name)[apart], trial.vel(name)[apart][0], within=1e-5)
+        agree(
+            f"released in flight: velocity of the {name} [m/s]",
+            trial.vel(name)[apart],
+            trial.vel(name)[apart][0],
+            within=1e-5,
+        )

@@ -97,7 +97,11 @@ bodies:
     shape: {kind: mesh, file: bracket.obj, collision: decompose}
     mount: {kind: hinge, axis: x, anchor: [0, 0.1, 0.03]}
     pose: {pos: [4, 0, 0.5], euler_deg: [0, 90, 0]}
-  corner: {kind: rigid, shape: {kind: mesh, file: bracket.obj, collision: decompose}, mount: {kind: fixed}, pose: {pos: [5, 0, 0]}}
+  corner:
+    kind: rigid
+    shape: {kind: mesh, file: bracket.obj, collision: decompose}
+    mount: {kind: fixed}
+    pose: {pos: [5, 0, 0]}
   loose: {kind: rigid, shape: {kind: mesh, file: bracket.obj}, material: {mass: 2}, pose: {pos: [6, 0, 0.5]}}
   on_hull: {kind: rigid, shape: {kind: sphere, radius: 0.02}, pose: {pos: [3.075, 0.075, 0.2]}}
   in_corner: {kind: rigid, shape: {kind: sphere, radius: 0.02}, pose: {pos: [5.075, 0.075, 0.2]}}
@@ -117,7 +121,7 @@ def trial(simulate):
 
 
 def test_a_servo_on_a_urdf_joint_settles_where_gravity_balances_it(trial, agree):
-    """kp (target - q) = -m g l cos q, to first order in the small sag."""
+    """Kp (target - q) = -m g l cos q, to first order in the small sag."""
     q = trial.joint("arm.shoulder")[0]
     agree("start", q[0], -0.5, within=1e-6)
     sag = 2 * G * 0.3 * np.cos(0.5) / 400

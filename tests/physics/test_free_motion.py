@@ -26,7 +26,7 @@ HAMMER = """
 
 @pytest.mark.parametrize("substeps", [1, 4])
 def test_free_fall_is_the_exact_solution_of_the_integrator_whatever_the_mass(simulate, agree, substeps):
-    """z = z0 - g h^2 N (N + 1) / 2 and v = -g h N (Galileo; Hairer, Lubich, Wanner: Geometric Numerical Integration, I.1)."""
+    """Z = z0 - g h^2 N (N + 1) / 2 and v = -g h N (Galileo; Hairer, Lubich, Wanner: Geometric Numerical Integration, I.1)."""
     trial = simulate(
         """
 scene: {duration: 1.0, dt: 0.01, substeps: "${substeps}"}
@@ -40,13 +40,25 @@ actions: {measures: {height: {kind: position, of: light, axis: z}, speed: {kind:
     h, n = 0.01 / substeps, substeps * np.arange(101)
     rounding = n[-1] * EPS * 10.0
     for body in ("light", "heavy"):
-        agree(f"free fall, {substeps} substeps, {body}: z [m]", trial.pos(body)[:, 2], 10 - 9.81 * h * h * n * (n + 1) / 2, within=rounding)
-    agree(f"free fall, {substeps} substeps: measured height [m]", trial.measure("height"), trial.pos("light")[:, 2], within=0)
-    agree(f"free fall, {substeps} substeps: measured speed [m/s]", trial.measure("speed"), 9.81 * h * n, within=rounding)
+        agree(
+            f"free fall, {substeps} substeps, {body}: z [m]",
+            trial.pos(body)[:, 2],
+            10 - 9.81 * h * h * n * (n + 1) / 2,
+            within=rounding,
+        )
+    agree(
+        f"free fall, {substeps} substeps: measured height [m]",
+        trial.measure("height"),
+        trial.pos("light")[:, 2],
+        within=0,
+    )
+    agree(
+        f"free fall, {substeps} substeps: measured speed [m/s]", trial.measure("speed"), 9.81 * h * n, within=rounding
+    )
 
 
 def test_a_projectile_flies_a_parabola_in_any_gravity(simulate, agree):
-    """x = x0 + v0 h N + g h^2 N (N + 1) / 2 for gravity that does not point down, of the centre of mass of a spinning body."""
+    """X = x0 + v0 h N + g h^2 N (N + 1) / 2 for gravity that does not point down, of the centre of mass of a spinning body."""
     trial = simulate(f"""
 scene: {{duration: 1.0, dt: 0.005, substeps: 1, gravity: [1.5, -2.0, 3.0]}}
 bodies:
@@ -64,7 +76,7 @@ actions:
 
 
 def test_start_velocities_are_those_of_the_world_and_the_centre_of_mass(simulate, agree):
-    """v and w as given, on bodies turned by (30, 50, 70) deg whose centre and principal axes are not those of their frame.
+    """V and w as given, on bodies turned by (30, 50, 70) deg whose centre and principal axes are not those of their frame.
 
     Without forces the centre of mass then goes on at v (Newton I), and R I R' w stays what it is.
     """
@@ -79,7 +91,10 @@ def test_start_velocities_are_those_of_the_world_and_the_centre_of_mass(simulate
         f"scene: {{duration: 0.5, dt: {dt}, substeps: 1, gravity: [0, 0, 0]}}\nbodies:\n"
         + "".join(f"  {name}: {text}\n" for name, text in bodies.items())
         + "actions: {controls: {"
-        + ", ".join(f"go_{name}: {{kind: initial_velocity, body: {name}, linear: [1, 2, 3], angular: [0.2, -0.1, 0.4]}}" for name in bodies)
+        + ", ".join(
+            f"go_{name}: {{kind: initial_velocity, body: {name}, linear: [1, 2, 3], angular: [0.2, -0.1, 0.4]}}"
+            for name in bodies
+        )
         + "}}\n"
     )
     for name in bodies:
@@ -92,7 +107,12 @@ def test_start_velocities_are_those_of_the_world_and_the_centre_of_mass(simulate
         spin = trial.spin(name)
         size = np.linalg.norm(spin[0])
         turn = np.linalg.norm(angular) * dt
-        agree(f"coasting {name}: angular momentum / its start", np.linalg.norm(spin - spin[0], axis=1) / size, 0.0, within=turn**2)
+        agree(
+            f"coasting {name}: angular momentum / its start",
+            np.linalg.norm(spin - spin[0], axis=1) / size,
+            0.0,
+            within=turn**2,
+        )
 
 
 def test_a_symmetric_top_precesses_about_its_angular_momentum(simulate, agree):
@@ -113,8 +133,15 @@ actions: {controls: {go: {kind: initial_velocity, body: top, angular: [0, 0, "${
         across = trial.link("top").inertia[0][0]
         turned = Rotation.from_rotvec(np.outer(trial.time, momentum / across)).apply(axis[0])
         errors.append(np.linalg.norm(axis - turned, axis=1).max())
-        agree(f"free top, dt {dt}: direction of its axis [rad]", errors[-1], 0.0, within=(speed * dt) ** 2 / 6 * speed * t)
-        agree(f"free top, dt {dt}: energy / its start", trial.recording.kinetic(np.array([0]))[:, 0] / trial.recording.kinetic(np.array([0]))[0, 0], 1.0, within=(speed * dt) ** 2 / 6)
+        agree(
+            f"free top, dt {dt}: direction of its axis [rad]", errors[-1], 0.0, within=(speed * dt) ** 2 / 6 * speed * t
+        )
+        agree(
+            f"free top, dt {dt}: energy / its start",
+            trial.recording.kinetic(np.array([0]))[:, 0] / trial.recording.kinetic(np.array([0]))[0, 0],
+            1.0,
+            within=(speed * dt) ** 2 / 6,
+        )
     agree("free top: order of convergence", np.log2(errors[0] / errors[1]), 2.0, within=0.2)
 
 
@@ -145,7 +172,11 @@ actions: {controls: {go: {kind: initial_velocity, body: brick, angular: [0.05, "
         spin = trial.spin("brick")
         drift = np.linalg.norm(spin - spin[0], axis=1) / np.linalg.norm(spin[0])
         agree(f"flipping brick, dt {dt}: change of L / L", drift, 0.0, within=(speed * dt) ** 2)
-        agree(f"flipping brick, dt {dt}: time of the flip [s]", *crossings[-1], within=(speed * dt) ** 2 * crossings[-1][1])
+        agree(
+            f"flipping brick, dt {dt}: time of the flip [s]",
+            *crossings[-1],
+            within=(speed * dt) ** 2 * crossings[-1][1],
+        )
     gaps = [abs(ours - theirs) for ours, theirs in crossings]
     agree("flipping brick: order of convergence", np.log2(gaps[0] / gaps[1]), 2.0, within=0.3)
 

@@ -64,15 +64,22 @@ IMPEDANCE, WIDEST = 0.9, 0.95
 @pytest.fixture(scope="module")
 def flat(simulate):
     """Boxes that slide on with the elliptic cone; the floor has 0.2, the larger of the two counts."""
-    return simulate(FLAT, t=2.0, dt=DT, cone="elliptic", v=V, mu=[0.01, 0.2, 0.4, 0.4, 0.4, 0.8], way=[0, 0, 0, 30, 45, 0])
+    return simulate(
+        FLAT, t=2.0, dt=DT, cone="elliptic", v=V, mu=[0.01, 0.2, 0.4, 0.4, 0.4, 0.8], way=[0, 0, 0, 30, 45, 0]
+    )
 
 
 def test_a_sliding_box_stops_where_coulomb_says(flat, agree):
-    """d = v0^2 / (2 mu g), less the v0 h / 2 by which semi-implicit Euler falls short; the last step is a part of one."""
+    """D = v0^2 / (2 mu g), less the v0 h / 2 by which semi-implicit Euler falls short; the last step is a part of one."""
     for k, mu in enumerate([0.2, 0.2, 0.4, 0.4, 0.4, 0.8]):
         way = flat.pos(f"box[{k}]")
         theory = V**2 / (2 * mu * G) - V * DT / 2
-        agree(f"stopping distance, mu {mu}, box {k} [m]", np.linalg.norm(way[-1, :2] - way[0, :2]), theory, within=2 * mu * G * DT**2)
+        agree(
+            f"stopping distance, mu {mu}, box {k} [m]",
+            np.linalg.norm(way[-1, :2] - way[0, :2]),
+            theory,
+            within=2 * mu * G * DT**2,
+        )
         agree(f"rest after sliding, box {k}: speed [m/s]", np.linalg.norm(flat.vel(f"box[{k}]")[-1]), 0.0, within=1e-4)
 
 
@@ -81,7 +88,12 @@ def test_a_sliding_ball_ends_up_rolling(flat, agree):
     speed = flat.vel("ball")[:, 0]
     begin = 2 * V / (7 * 0.3 * G)
     agree("ball begins to roll: speed [m/s]", speed[-1], 5 / 7 * V, within=0.3 * G * DT)
-    agree("rolling ball: v - w r [m/s]", speed[flat.time > begin + DT] - 0.1 * flat.ang("ball")[flat.time > begin + DT, 1], 0.0, within=0.3 * G * DT)
+    agree(
+        "rolling ball: v - w r [m/s]",
+        speed[flat.time > begin + DT] - 0.1 * flat.ang("ball")[flat.time > begin + DT, 1],
+        0.0,
+        within=0.3 * G * DT,
+    )
     half = round(begin / 2 / (flat.time[1]))
     agree("ball that slides yet: speed [m/s]", speed[half], V - 0.3 * G * flat.time[half], within=0.3 * G * DT)
 
@@ -93,7 +105,12 @@ def test_the_pyramid_lets_diagonal_sliding_go_too_far(simulate, agree):
         theory = less * V**2 / (2 * 0.4 * G) - V * DT / 2
         way = trial.pos(f"box[{k}]")
         # It hops at first; what it lacks in friction while in the air it had when it was lifted.
-        agree(f"pyramid, {45 * k} deg: stopping distance [m]", np.linalg.norm(way[-1, :2] - way[0, :2]), theory, within=2 * 0.4 * G * DT**2)
+        agree(
+            f"pyramid, {45 * k} deg: stopping distance [m]",
+            np.linalg.norm(way[-1, :2] - way[0, :2]),
+            theory,
+            within=2 * 0.4 * G * DT**2,
+        )
     hop = trial.pos("box[0]")[:, 2].max() - 0.02
     assert 0.0 < hop < 0.5 * (0.4 * V) ** 2 / G, "a pyramid lifts what slides on it, with less than mu v"
 
@@ -121,9 +138,19 @@ def test_boxes_stick_or_slip_on_a_slope_on_both_sides_of_its_tangent(simulate, a
         name = f"{cone} slope 26.6 deg, mu {mu:.3g}"
         if mu < tangent:
             slide = G * (sin - mu * cos)
-            agree(f"{name}: way [m]", along[-1], slide * t[-1] * (t[-1] + DT) / 2, within=(2 if cone == "elliptic" else 4) * forming)
+            agree(
+                f"{name}: way [m]",
+                along[-1],
+                slide * t[-1] * (t[-1] + DT) / 2,
+                within=(2 if cone == "elliptic" else 4) * forming,
+            )
             if cone == "elliptic":
-                agree(f"{name}: acceleration [m/s2]", (speed[-1] - speed[half]) / (t[-1] - t[half]), slide, within=1e-5 * G)
+                agree(
+                    f"{name}: acceleration [m/s2]",
+                    (speed[-1] - speed[half]) / (t[-1] - t[half]),
+                    slide,
+                    within=1e-5 * G,
+                )
         else:
             creep = G * sin * (1 - IMPEDANCE) / IMPEDANCE * WIDEST * 2 * DT / 2 / (100 if cone == "elliptic" else 1)
             agree(f"{name}: creep [m/s]", speed[half:], 0.0, within=creep)
@@ -131,7 +158,7 @@ def test_boxes_stick_or_slip_on_a_slope_on_both_sides_of_its_tangent(simulate, a
 
 
 def test_balls_and_cylinders_roll_down_a_slope_without_slip(simulate, agree):
-    """a = g sin / (1 + I / (m r^2)): 5/7 and 2/3 of g sin (Landau and Lifshitz, Mechanics, section 38); the pyramid will do."""
+    """A = g sin / (1 + I / (m r^2)): 5/7 and 2/3 of g sin (Landau and Lifshitz, Mechanics, section 38); the pyramid will do."""
     deg = 20.0
     trial = simulate(SLOPE, dt=DT, cone="pyramidal", deg=deg, mu=[0.5])
     sin, cos = np.sin(np.radians(deg)), np.cos(np.radians(deg))

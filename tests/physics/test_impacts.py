@@ -21,7 +21,7 @@ def scatter(restitution):
 
 @pytest.mark.parametrize("e", [0.3, 0.5, 0.7, 0.9, 0.99])
 def test_a_dropped_ball_rises_again_by_the_square_of_restitution(simulate, agree, e):
-    """h' = e^2 h (Newton, Principia, scholium to the laws), for balls that touch at different moments of a step."""
+    """H' = e^2 h (Newton, Principia, scholium to the laws), for balls that touch at different moments of a step."""
     trial = simulate(
         """
 scene: {duration: 0.75, dt: 0.001, substeps: 2, record: {rate: 1000}, statics: {floor: {shape: {kind: plane}}}}
@@ -71,7 +71,9 @@ def test_a_central_collision_keeps_momentum_and_returns_e_of_the_closing_speed(s
     Bodies without restitution do not stick either: a critically damped contact that only pushes returns exp(-2) of the
     speed (Schwager and Pöschel 2007) where the substep resolves it, as here; less at longer substeps.
     """
-    trial = simulate(COLLISION.replace(', restitution: "${e}"', "") if e is None else COLLISION, e=e or 0, m=m, offset=0.0)
+    trial = simulate(
+        COLLISION.replace(', restitution: "${e}"', "") if e is None else COLLISION, e=e or 0, m=m, offset=0.0
+    )
     (v1, w1), (v2, w2) = (trial.vel(body)[[0, -1], 0] for body in "ab")
     label, e = e or "left out", e or np.exp(-2)
     error = scatter(e)
@@ -82,7 +84,12 @@ def test_a_central_collision_keeps_momentum_and_returns_e_of_the_closing_speed(s
     agree(f"{name}: speed of parting / closing", (w2 - w1) / (v1 - v2), e, within=error)
     reduced = m[0] * m[1] / (m[0] + m[1])
     after = (m[0] * 2**2 + m[1]) / 2 - (1 - e**2) * reduced * 3**2 / 2
-    agree(f"{name}: kinetic energy after [J]", trial.measure("kinetic")[-1], after, within=(2 * e * error + error**2) * reduced * 3**2 / 2 + 1e-6)
+    agree(
+        f"{name}: kinetic energy after [J]",
+        trial.measure("kinetic")[-1],
+        after,
+        within=(2 * e * error + error**2) * reduced * 3**2 / 2 + 1e-6,
+    )
 
 
 def test_an_oblique_collision_of_equal_elastic_balls_parts_at_right_angles(simulate, agree):

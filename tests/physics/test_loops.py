@@ -36,7 +36,7 @@ actions: {controls: {motor: {kind: drive, joint: bars.crank, velocity: -6.283185
 
 
 def test_a_crank_slider_moves_its_piston_as_geometry_says(simulate, agree):
-    """x = r cos q + sqrt(l^2 - r^2 sin^2 q) (Norton, Design of Machinery, 4.11)."""
+    """X = r cos q + sqrt(l^2 - r^2 sin^2 q) (Norton, Design of Machinery, 4.11)."""
     r, l, speed = 0.1, 0.3, 2 * np.pi
     gaps = []
     for dt in (0.01, 0.005, 0.0025):
@@ -49,8 +49,18 @@ def test_a_crank_slider_moves_its_piston_as_geometry_says(simulate, agree):
         largest = r * speed**2 * (1 + r / l)
         agree(f"crank-slider, dt {dt}: piston [m]", x[turning], theory[turning], within=2.5 * largest * dt**2)
         end = trial.pos("engine.rod") + 0.3 * trial.turn("engine.rod")[:, :, 0]
-        agree(f"crank-slider, dt {dt}: gap of the loop [m]", np.linalg.norm(end - trial.pos("engine.piston"), axis=1)[turning], 0.0, within=2.5 * largest * dt**2)
-        agree(f"crank-slider, dt {dt}: mean motor speed [rad/s]", (q[-1] - q[len(q) // 2]) / (trial.time[-1] - trial.time[len(q) // 2]), speed, within=1e-4)
+        agree(
+            f"crank-slider, dt {dt}: gap of the loop [m]",
+            np.linalg.norm(end - trial.pos("engine.piston"), axis=1)[turning],
+            0.0,
+            within=2.5 * largest * dt**2,
+        )
+        agree(
+            f"crank-slider, dt {dt}: mean motor speed [rad/s]",
+            (q[-1] - q[len(q) // 2]) / (trial.time[-1] - trial.time[len(q) // 2]),
+            speed,
+            within=1e-4,
+        )
     agree("crank-slider: order of convergence", np.log2(gaps[0] / gaps[2]) / 2, 2.0, within=0.1)
 
 
@@ -71,7 +81,10 @@ def test_a_four_bar_linkage_obeys_freudensteins_equation(simulate, agree):
     """The rocker's angle for every angle of the crank over two turns, from the links' poses; and its whole swing."""
     start = np.pi / 3
     rocker = four_bar(start)
-    pin, far = 0.1 * np.array([np.cos(start), np.sin(start)]), np.array([0.4, 0]) + 0.25 * np.array([np.cos(rocker), np.sin(rocker)])
+    pin, far = (
+        0.1 * np.array([np.cos(start), np.sin(start)]),
+        np.array([0.4, 0]) + 0.25 * np.array([np.cos(rocker), np.sin(rocker)]),
+    )
     coupler = np.arctan2(*(far - pin)[::-1])
     angles = np.degrees([start, coupler - start, rocker])
     text = FOUR_BAR
@@ -116,4 +129,9 @@ bodies:
     tip = trial.pos("shelf.board") + 0.5 * trial.turn("shelf.board")[:, :, 0]
     give = (1 - 0.9) / 0.9 * (0.95 * 2 * 0.01 / substeps) ** 2 * 9.81
     agree(f"shelf on a loop to the world, {substeps} substeps: sag [m]", tip[-1, 2], 0.0, within=give)
-    agree(f"shelf on a loop to the world, {substeps} substeps: speed [m/s]", trial.vel("shelf.board")[-1], 0.0, within=1e-4)
+    agree(
+        f"shelf on a loop to the world, {substeps} substeps: speed [m/s]",
+        trial.vel("shelf.board")[-1],
+        0.0,
+        within=1e-4,
+    )

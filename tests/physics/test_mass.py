@@ -34,7 +34,9 @@ def shapes(simulate):
             ("given", f"mass: {MASS}", ""),
             ("hung", f"mass: {MASS}", ", mount: {kind: hinge}"),
         ):
-            bodies.append(f"  {name}_{which}: {{kind: rigid, shape: {shape}, material: {{{material}}}, pose: {{pos: [{k}, 0, 0], euler_deg: [20, 30, 40]}}{mount}}}\n")
+            bodies.append(
+                f"  {name}_{which}: {{kind: rigid, shape: {shape}, material: {{{material}}}, pose: {{pos: [{k}, 0, 0], euler_deg: [20, 30, 40]}}{mount}}}\n"
+            )
             k += 1
     return simulate("scene: {duration: 0.01, dt: 0.01, gravity: [0, 0, 0]}\nbodies:\n" + "".join(bodies))
 
@@ -123,12 +125,17 @@ def test_a_given_mass_is_the_mass(shapes, agree, name):
         link = shapes.link(f"{name}_{which}")
         agree(f"{name} of {MASS} kg, {which}: mass [kg]", link.mass, MASS, within=MASS * 1e-6)
         dense = shapes.link(f"{name}_dense")
-        agree(f"{name} of {MASS} kg, {which}: inertia per mass [m2]", np.array(link.inertia) / MASS, np.array(dense.inertia) / dense.mass, within=1e-6)
+        agree(
+            f"{name} of {MASS} kg, {which}: inertia per mass [m2]",
+            np.array(link.inertia) / MASS,
+            np.array(dense.inertia) / dense.mass,
+            within=1e-6,
+        )
         agree(f"{name} of {MASS} kg, {which}: centre [m]", link.com, dense.com, within=1e-6)
 
 
 def test_a_compound_adds_up_its_parts(simulate, agree):
-    """m = sum m_i, centre = sum m_i x_i / m, I = sum R_i I_i R_i' + m_i (r^2 - r r') (Steiner)."""
+    """M = sum m_i, centre = sum m_i x_i / m, I = sum R_i I_i R_i' + m_i (r^2 - r r') (Steiner)."""
     trial = simulate("""
 scene: {duration: 0.01, dt: 0.01, gravity: [0, 0, 0]}
 bodies:

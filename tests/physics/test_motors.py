@@ -39,18 +39,20 @@ def lifts(simulate):
 
 
 def test_a_position_drive_sags_under_its_load_by_force_over_stiffness(lifts, agree):
-    """kp (q* - q) = m g: no secret gravity compensation, no integral part."""
+    """Kp (q* - q) = m g: no secret gravity compensation, no integral part."""
     for k, kp in enumerate([400, 4000]):
         position, _, force = lifts.joint(f"lift[{k}]")
         # What is left of the start dies away as exp(-10 t) or faster.
-        agree(f"position drive, kp {kp}: q* - q [m]", 0.1 - position[-1], 2 * G / kp, within=0.1 * np.exp(-10 * 2) + 1e-6)
+        agree(
+            f"position drive, kp {kp}: q* - q [m]", 0.1 - position[-1], 2 * G / kp, within=0.1 * np.exp(-10 * 2) + 1e-6
+        )
         agree(f"position drive, kp {kp}: force [N]", force[-1], 2 * G, within=1e-3)
     agree("position drive: measured position [m]", lifts.measure("height")[-1], 0.1 - 2 * G / 400, within=1e-6)
     agree("position drive: measured force [N]", lifts.measure("force")[-1], 2 * G, within=1e-3)
 
 
 def test_a_velocity_drive_lags_under_its_load_by_force_over_damping(lifts, agree):
-    """kv (v* - v) = m g; before that v' = (v + h (kv v* / m - g)) / (1 + h kv / m)."""
+    """Kv (v* - v) = m g; before that v' = (v + h (kv v* / m - g)) / (1 + h kv / m)."""
     for k, kv in ((2, 100), (3, 1000)):
         _, speed, force = lifts.joint(f"lift[{k}]")
         agree(f"velocity drive, kv {kv}: v* - v [m/s]", 0.3 - speed[-1], 2 * G / kv, within=1e-5)
@@ -58,12 +60,12 @@ def test_a_velocity_drive_lags_under_its_load_by_force_over_damping(lifts, agree
     h, expected = 0.005, [0.0]
     for _ in range(400):
         expected.append((expected[-1] + h * (100 * 0.3 / 2 - G)) / (1 + h * 100 / 2))
-    agree("velocity drive, kv 100: run-up [m/s]", lifts.joint("lift[2]")[1], expected[:: 2], within=2e-6)
+    agree("velocity drive, kv 100: run-up [m/s]", lifts.joint("lift[2]")[1], expected[::2], within=2e-6)
     agree("velocity drive: measured speed [m/s]", lifts.measure("speed"), expected[::2], within=2e-6)
 
 
 def test_an_arm_sags_to_where_its_servo_balances_gravity(simulate, agree):
-    """kp (q* - q) = m g d cos(q), a hinge whose load depends on where it is."""
+    """Kp (q* - q) = m g d cos(q), a hinge whose load depends on where it is."""
     trial = simulate("""
 scene: {duration: 3.0, dt: 0.005, substeps: 1}
 bodies:
@@ -80,7 +82,7 @@ actions: {controls: {hold: {kind: drive, joint: arm, position: -0.3}}}
 
 
 def test_a_servo_swings_in_as_a_damped_oscillator(simulate, agree):
-    """q = q* (1 - e^(-z w t) (cos(W t) + z w / W sin(W t))), w^2 = kp / m, 2 z w = kv / m; first order in h."""
+    """Q = q* (1 - e^(-z w t) (cos(W t) + z w / W sin(W t))), w^2 = kp / m, 2 z w = kv / m; first order in h."""
     m, kp, kv, goal = 2.0, 200.0, 12.0, 0.2
     w, z = np.sqrt(kp / m), kv / (2 * np.sqrt(kp * m))
     swing = w * np.sqrt(1 - z * z)
@@ -138,7 +140,7 @@ def joints(simulate):
 
 
 def test_a_force_drive_accelerates_by_force_over_mass_and_armature(joints, agree):
-    """v = F t / (m + armature), clipped at max_force; nothing is added to the mass in secret."""
+    """V = F t / (m + armature), clipped at max_force; nothing is added to the mass in secret."""
     for k, (force, inertia) in {0: (8, 2.0), 5: (8, 8.0), 6: (5, 2.0)}.items():
         _, speed, measured = joints.joint(f"cart[{k}]")
         name = {0: "bare", 5: "with armature", 6: "with max_force"}[k]
@@ -150,30 +152,50 @@ def test_a_force_drive_accelerates_by_force_over_mass_and_armature(joints, agree
     turned = np.concatenate([[0], np.cumsum(torque)[:-1]]) * 0.002 / (2 * 0.1**2 / 2)
     agree("torque drive: angular velocity [rad/s]", joints.joint("wheel")[1], turned, within=len(n) * 2**-24 * 8)
     axis = joints.turn("wheel")[0, :, 2]
-    agree("torque drive: about the wheel's own axis [rad/s]", joints.ang("wheel"), np.outer(turned, axis), within=len(n) * 2**-24 * 8)
+    agree(
+        "torque drive: about the wheel's own axis [rad/s]",
+        joints.ang("wheel"),
+        np.outer(turned, axis),
+        within=len(n) * 2**-24 * 8,
+    )
 
 
 def test_joint_damping_is_viscous(joints, agree):
-    """v' = (v + h F / m) / (1 + h c / m), which tends to F / c: the implicit Euler step of m v' = F - c v."""
+    """V' = (v + h F / m) / (1 + h c / m), which tends to F / c: the implicit Euler step of m v' = F - c v."""
     expected = [0.0]
     for _ in joints.time[1:]:
         expected.append((expected[-1] + 0.002 * 8 / 2) / (1 + 0.002 * 4 / 2))
     agree("joint damping: speed [m/s]", joints.joint("cart[1]")[1], expected, within=1e-5)
-    agree("joint damping: terminal speed [m/s]", joints.joint("cart[1]")[1][-1], 8 / 4 * (1 - np.exp(-4 / 2 * 2.0)), within=8 / 4 * 0.002 * 4 / 2)
+    agree(
+        "joint damping: terminal speed [m/s]",
+        joints.joint("cart[1]")[1][-1],
+        8 / 4 * (1 - np.exp(-4 / 2 * 2.0)),
+        within=8 / 4 * 0.002 * 4 / 2,
+    )
 
 
 def test_a_joint_spring_is_linear_about_the_start(joints, agree):
-    """q = F / k (1 - cos(w t)), w^2 = k / m, under a constant force; phase and size to first order in w h."""
+    """Q = F / k (1 - cos(w t)), w^2 = k / m, under a constant force; phase and size to first order in w h."""
     w = np.sqrt(50 / 2)
     position = joints.joint("cart[2]")[0]
-    agree("joint spring: position [m]", position, 8 / 50 * (1 - np.cos(w * joints.time)), within=8 / 50 * w * 0.002 * w * 2.0)
+    agree(
+        "joint spring: position [m]",
+        position,
+        8 / 50 * (1 - np.cos(w * joints.time)),
+        within=8 / 50 * w * 0.002 * w * 2.0,
+    )
     rise = joints.time[np.argmax(position)]
     agree("joint spring: half period [s]", np.mod(rise, 2 * np.pi / w), np.pi / w, within=2 * 0.002)
 
 
 def test_joint_friction_holds_below_its_value_and_takes_it_off_above(joints, agree):
     """Coulomb: 3 N hold against 2.9 N, and leave 8 - 3 N to accelerate; what holds creeps as a regularised contact does."""
-    agree("joint friction: 8 N against 3 N, speed [m/s]", joints.joint("cart[3]")[1], (8 - 3) / 2 * joints.time, within=len(joints.time) * 2**-24 * 5)
+    agree(
+        "joint friction: 8 N against 3 N, speed [m/s]",
+        joints.joint("cart[3]")[1],
+        (8 - 3) / 2 * joints.time,
+        within=len(joints.time) * 2**-24 * 5,
+    )
     creep = joints.joint("cart[4]")[1]
     agree("joint friction: 2.9 N against 3 N, speed [m/s]", creep, 0.0, within=2.9 / 2 * 0.1 / 0.9 * 0.95 * 0.004)
 
@@ -194,4 +216,9 @@ actions:
     give = (1 - 0.9) * (0.95 * 0.01 / 0.9) ** 2
     turn = trial.link("door").inertia[2][2] + trial.link("door").mass * 0.2**2
     agree("hinge limit: angle [rad]", trial.joint("door")[0][-1], np.radians(60), within=give * 20 / turn + 1e-6)
-    agree("slider limit: travel [m]", trial.joint("drawer")[0][-1], -0.1, within=give * 30 / trial.link("drawer").mass + 1e-6)
+    agree(
+        "slider limit: travel [m]",
+        trial.joint("drawer")[0][-1],
+        -0.1,
+        within=give * 30 / trial.link("drawer").mass + 1e-6,
+    )

@@ -59,7 +59,12 @@ def test_a_compound_pendulum_has_the_period_of_its_inertia(rods, agree):
         passes = crossings(rods.time, angle)
         period = (passes[-1] - passes[0]) / (len(passes) - 1)
         theory = 4 / natural * ellipk(np.sin(np.radians(deg) / 2) ** 2)
-        agree(f"pendulum from {deg} deg: period [s]", period, theory, within=2 * (natural * 0.002) ** 2 / 24 * theory + 1e-5)
+        agree(
+            f"pendulum from {deg} deg: period [s]",
+            period,
+            theory,
+            within=2 * (natural * 0.002) ** 2 / 24 * theory + 1e-5,
+        )
 
 
 def test_energy_goes_to_and_fro_between_its_kinds(rods, agree):

@@ -48,7 +48,12 @@ actions: {measures: {weight: {kind: contact_force, of: box}, depth: {kind: penet
             agree(f"{name}: depth of the {body} [m]", depth[last].max(), (low + high) / 2, within=(high - low) / 2)
         agree(f"{name}: speed of the {body} [m/s]", np.linalg.norm(trial.vel(body)[-1]), 0.0, within=1e-3)
     agree(f"{name}: measured contact force [N]", trial.measure("weight")[-1], 3 * size, within=2e-3 * 3 * size)
-    agree(f"{name}: measured penetration [m]", trial.measure("depth")[-1], trial.contact("ball", "slope")[2][-1], within=1e-7)
+    agree(
+        f"{name}: measured penetration [m]",
+        trial.measure("depth")[-1],
+        trial.contact("ball", "slope")[2][-1],
+        within=1e-7,
+    )
 
 
 def test_a_stack_stands_and_each_box_carries_what_is_above(simulate, agree):
@@ -71,7 +76,7 @@ bodies:
 
 
 def test_a_spring_scale_shows_the_weight_of_a_chain_and_its_load(simulate, agree):
-    """k x = (sum of all masses) g: the tension at the top of a hanging chain is its weight."""
+    """K x = (sum of all masses) g: the tension at the top of a hanging chain is its weight."""
     trial = simulate("""
 scene: {duration: 4.0, dt: 0.005, substeps: 2}
 bodies:
@@ -95,7 +100,7 @@ actions: {controls: {hook: {kind: attach, body: chain.link_0, to: scale, at: 0}}
 
 
 def test_a_chain_between_two_points_hangs_in_the_discrete_catenary(simulate, agree):
-    """tan a_i = (V - (i + 1/2) w) / H for n equal rigid links: the slopes are evenly spaced (Hooke 1675; Routh, Statics I, 443).
+    """Tan a_i = (V - (i + 1/2) w) / H for n equal rigid links: the slopes are evenly spaced (Hooke 1675; Routh, Statics I, 443).
 
     The chain starts stretched; a driven carriage brings its last link, which is attached to it, 0.6 m nearer.
     """

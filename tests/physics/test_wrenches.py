@@ -53,7 +53,7 @@ def momentum(trial, body):
 
 @pytest.mark.parametrize("body", ["hammer", "box"])
 def test_a_blow_through_the_centre_gives_its_momentum_and_no_spin(trial, agree, body):
-    """m dv = J (Newton II), at the step that begins at the blow's time, and for that step only."""
+    """M dv = J (Newton II), at the step that begins at the blow's time, and for that step only."""
     p = momentum(trial, f"{body}[0]")
     agree(f"blow on the {body}: momentum before [N s]", p[:11], 0.0, within=0)
     agree(f"blow on the {body}: momentum after [N s]", p[11:], J, within=3 * ROUNDING)
@@ -62,42 +62,64 @@ def test_a_blow_through_the_centre_gives_its_momentum_and_no_spin(trial, agree, 
 
 @pytest.mark.parametrize("body", ["hammer", "box"])
 def test_a_blow_beside_the_centre_gives_spin_too(trial, agree, body):
-    """dL = r x J about the centre of mass, with the point given in the body's frame (not in that of its principal axes)."""
+    """DL = r x J about the centre of mass, with the point given in the body's frame (not in that of its principal axes)."""
     name = f"{body}[1]"
     lever = trial.turn(name)[10] @ (np.array([0.1, 0.2, -0.1]) - trial.link(name).com)
     agree(f"blow beside the centre of the {body}: momentum [N s]", momentum(trial, name)[-1], 0.01 * J, within=ROUNDING)
     spin, theory = trial.spin(name)[11], np.cross(lever, 0.01 * J)
     turn = np.linalg.norm(trial.ang(name)[11]) * DT
-    agree(f"blow beside the centre of the {body}: angular momentum [N m s]", spin, theory, within=turn * np.linalg.norm(theory))
+    agree(
+        f"blow beside the centre of the {body}: angular momentum [N m s]",
+        spin,
+        theory,
+        within=turn * np.linalg.norm(theory),
+    )
 
 
 @pytest.mark.parametrize("body", ["hammer", "box"])
 def test_a_force_gives_momentum_in_the_frame_that_it_is_given_in(trial, agree, body):
-    """m v = F t in the world, R F t in a body that does not turn, and the integral of R(t) F in one that does."""
+    """M v = F t in the world, R F t in a body that does not turn, and the integral of R(t) F in one that does."""
     turned = trial.turn(f"{body}[2]")[10] @ J
-    agree(f"force in the frame of the {body}: momentum [N s]", momentum(trial, f"{body}[2]")[-1], 0.1 * turned, within=ROUNDING)
+    agree(
+        f"force in the frame of the {body}: momentum [N s]",
+        momentum(trial, f"{body}[2]")[-1],
+        0.1 * turned,
+        within=ROUNDING,
+    )
     agree(f"force on the {body}: momentum [N s]", momentum(trial, f"{body}[3]")[20:], 0.1 * J, within=ROUNDING)
     agree(f"force on the {body}: no spin [rad/s]", trial.ang(f"{body}[3]"), 0.0, within=1e-4)
     ways = trial.turn(f"{body}[7]")[:, :, 0]
     theory = np.concatenate([np.zeros((1, 3)), np.cumsum(ways, axis=0)[:-1]]) * DT
-    agree(f"force that turns with the {body}: momentum [N s]", momentum(trial, f"{body}[7]"), theory, within=2 * ROUNDING)
+    agree(
+        f"force that turns with the {body}: momentum [N s]", momentum(trial, f"{body}[7]"), theory, within=2 * ROUNDING
+    )
 
 
 @pytest.mark.parametrize("body", ["hammer", "box"])
 def test_a_growing_force_is_taken_at_the_start_of_each_step(trial, agree, body):
     """The sum of scale(t_k) F dt: the left Riemann sum of the integral, F dt (half a step) short of it."""
     scale = 2 * np.arange(20) * DT / 0.2
-    agree(f"growing force on the {body}: momentum [N s]", momentum(trial, f"{body}[6]")[-1], scale.sum() * DT * J, within=ROUNDING)
+    agree(
+        f"growing force on the {body}: momentum [N s]",
+        momentum(trial, f"{body}[6]")[-1],
+        scale.sum() * DT * J,
+        within=ROUNDING,
+    )
 
 
 @pytest.mark.parametrize("body", ["hammer", "box"])
 def test_a_torque_gives_angular_momentum_and_nothing_else(trial, agree, body):
-    """dL = M t in the world, R M t in the body's frame; the centre of mass stays."""
+    """DL = M t in the world, R M t in the body's frame; the centre of mass stays."""
     moment = np.array([0.02, 0.04, 0.06])
     size = np.linalg.norm(moment)
     for k, turn, span in ((4, np.eye(3), 0.1), (5, trial.turn(f"{body}[5]")[10], 0.01)):
         step = np.linalg.norm(trial.ang(f"{body}[{k}]"), axis=1).max() * DT
-        agree(f"torque on the {body}, {'body' if k == 5 else 'world'} frame: angular momentum [N m s]", trial.spin(f"{body}[{k}]")[-1], turn @ moment * span, within=step * span * size)
+        agree(
+            f"torque on the {body}, {'body' if k == 5 else 'world'} frame: angular momentum [N m s]",
+            trial.spin(f"{body}[{k}]")[-1],
+            turn @ moment * span,
+            within=step * span * size,
+        )
         agree(f"torque on the {body}: velocity of its centre [m/s]", trial.vel(f"{body}[{k}]"), 0.0, within=1e-6)
 
 
@@ -119,5 +141,10 @@ actions:
         p = np.stack([trial.measure(f"p{axis}") for axis in "xyz"], axis=1)
         gaps.append(np.abs(p - np.outer(trial.time, J)).max())
         fastest = np.abs(trial.states.dofs_velocity).max()
-        agree(f"pulled doll, dt {dt}: momentum of the whole [N s]", p, np.outer(trial.time, J), within=fastest * dt * 0.2 * np.linalg.norm(J))
+        agree(
+            f"pulled doll, dt {dt}: momentum of the whole [N s]",
+            p,
+            np.outer(trial.time, J),
+            within=fastest * dt * 0.2 * np.linalg.norm(J),
+        )
     agree("pulled doll: order of convergence", np.log2(gaps[0] / gaps[1]), 1.0, within=0.5)

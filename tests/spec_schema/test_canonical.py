@@ -160,9 +160,7 @@ def test_any_text_survives(value):
     assert format_text(text) == text
 
 
-@pytest.mark.parametrize(
-    "value", [0, -1, 10**14, 0.1, -2.5, 1e-7, 1.5e300, 5e-324, 1e16, 7800.0, True, False, None]
-)
+@pytest.mark.parametrize("value", [0, -1, 10**14, 0.1, -2.5, 1e-7, 1.5e300, 5e-324, 1e16, 7800.0, True, False, None])
 def test_any_number_survives(value):
     found = data_of(dump_case({"params": {"a": value, "b": [value]}}))["params"]
     assert found == {"a": value, "b": [value]}
@@ -223,11 +221,7 @@ def test_any_data_survives(data):
 comments = st.sampled_from(["", "", "  # c"])
 
 
-@given(
-    st.lists(
-        st.tuples(st.integers(0, 2), names, comments, st.booleans(), st.booleans()), min_size=1, max_size=12
-    )
-)
+@given(st.lists(st.tuples(st.integers(0, 2), names, comments, st.booleans(), st.booleans()), min_size=1, max_size=12))
 @settings(max_examples=80, deadline=None)
 def test_comments_survive_wherever_they_stand(rows):
     """Random outlines with comments above, beside and below their entries."""

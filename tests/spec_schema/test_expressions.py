@@ -171,9 +171,7 @@ def test_problems_are_located_and_not_repeated(text, rule, path, place, hint):
 
 
 def test_params_may_use_each_other_in_any_order():
-    loaded = load_text(
-        small(top='params: {a: "${b + 1}", b: "${c[0]}", c: [2, "${d}"], d: x}', radius="${a / 10}")
-    )
+    loaded = load_text(small(top='params: {a: "${b + 1}", b: "${c[0]}", c: [2, "${d}"], d: x}', radius="${a / 10}"))
     assert loaded.data["params"] == {"a": 3, "b": 2, "c": [2, "x"], "d": "x"}
     assert loaded.case.bodies["ball"].shape.radius == 0.3
     assert loaded.raw["params"]["a"] == "${b + 1}"

@@ -6,9 +6,7 @@ import pytest
 
 from text2sim.spec_schema.references import check_references
 
-CONTROL, MEASURE, EVENT, EXPECT = (
-    f"/actions/{part}/it" for part in ("controls", "measures", "events", "expect")
-)
+CONTROL, MEASURE, EVENT, EXPECT = (f"/actions/{part}/it" for part in ("controls", "measures", "events", "expect"))
 LINKS = "/bodies/arm/links"
 SPHERE = {"kind": "sphere", "radius": 0.1}
 

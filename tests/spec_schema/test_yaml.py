@@ -130,9 +130,7 @@ def test_a_missing_file_is_a_problem_of_the_case(tmp_path):
 
 
 def test_expressions_and_selectors_need_no_quotes():
-    data = parse_document(
-        Source("a: {b: ${x[0]}, c: [${y, 1}, brick[*], arm[1].hand, hook[${i + 1}]]}\n")
-    ).data
+    data = parse_document(Source("a: {b: ${x[0]}, c: [${y, 1}, brick[*], arm[1].hand, hook[${i + 1}]]}\n")).data
     assert data == {"a": {"b": "${x[0]}", "c": ["${y, 1}", "brick[*]", "arm[1].hand", "hook[${i + 1}]"]}}
 
 

@@ -91,9 +91,7 @@ class Bundle:
             rest = reference.removeprefix("package://")
             above = [self.here, *self.here.parents]
             above = above[: above.index(self.root) + 1]
-            candidates = [
-                folder / part for part in (rest, rest.partition("/")[2]) if part for folder in above
-            ]
+            candidates = [folder / part for part in (rest, rest.partition("/")[2]) if part for folder in above]
             way_out = f"`{reference}` is in no folder of the case; copy its package into the case's folder"
         elif "://" in reference or reference.startswith("file:"):
             raise AssetError(
@@ -116,9 +114,7 @@ class Bundle:
         size = path.stat().st_size
         self._total += size
         if size > MAX_FILE:
-            raise AssetError(
-                f"`{reference}` is too large ({size / 2**20:.0f} MiB; at most {MAX_FILE // 2**20} MiB)"
-            )
+            raise AssetError(f"`{reference}` is too large ({size / 2**20:.0f} MiB; at most {MAX_FILE // 2**20} MiB)")
         if self._total > MAX_TOTAL:
             raise AssetError(f"its files are more than {MAX_TOTAL // 2**20} MiB in all")
         if len(self.files) >= MAX_FILES:
@@ -149,11 +145,7 @@ class Bundle:
         lines = content.split(b"\n")
         for index, line in enumerate(lines):
             if line.lstrip()[:7].lower() == b"mtllib ":
-                name = (
-                    self._material(line.strip()[7:].decode("utf-8", "replace").strip(), path)
-                    if painted
-                    else None
-                )
+                name = self._material(line.strip()[7:].decode("utf-8", "replace").strip(), path) if painted else None
                 lines[index] = b"" if name is None else b"mtllib " + name.encode()
         return b"\n".join(lines)
 

@@ -35,7 +35,7 @@ def main(kind: str, folder: Path) -> None:
         end = text.rindex("</robot>")
         text = text[:end] + URDF_OPTIONS
     try:
-        model = mujoco.MjModel.from_xml_string(text, assets)
+        model = mujoco.MjModel.from_xml_string(text, assets)  # type: ignore[attr-defined]
         found = describe(model)
     except ValueError as error:
         found = {"error": " ".join(str(error).split())}
@@ -101,9 +101,7 @@ def joint(model, i: int) -> dict:
 def motor(model, i: int) -> dict | None:
     """Return gains and limit of the one motor on a joint, None if there is none or several."""
     mine = [
-        k
-        for k in range(model.nu)
-        if int(model.actuator_trntype[k]) in (0, 1) and int(model.actuator_trnid[k, 0]) == i
+        k for k in range(model.nu) if int(model.actuator_trntype[k]) in (0, 1) and int(model.actuator_trnid[k, 0]) == i
     ]
     if not mine:
         tendons = {
@@ -170,9 +168,7 @@ def corners(model, mesh: int) -> list[list[float]]:
         k = np.arange(MAX_CORNERS)
         z, turn = 1 - (2 * k + 1) / MAX_CORNERS, math.pi * (3 - math.sqrt(5)) * k
         r = np.sqrt(1 - z**2)
-        directions = np.concatenate(
-            [np.stack([r * np.cos(turn), r * np.sin(turn), z], 1), np.eye(3), -np.eye(3)]
-        )
+        directions = np.concatenate([np.stack([r * np.cos(turn), r * np.sin(turn), z], 1), np.eye(3), -np.eye(3)])
         points = points[np.unique((points @ directions.T).argmax(axis=0))]
     return [row(point) for point in points]
 

@@ -38,9 +38,7 @@ def parse_markup(path: Path) -> ET.Element:
     try:
         return reader.read(path.read_bytes())
     except expat.ExpatError as error:
-        raise AssetError(
-            f"is not well-formed XML: {expat.ErrorString(error.code)} in line {error.lineno}"
-        ) from None
+        raise AssetError(f"is not well-formed XML: {expat.ErrorString(error.code)} in line {error.lineno}") from None
 
 
 class _Reader:

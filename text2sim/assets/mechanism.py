@@ -141,9 +141,7 @@ def load_mechanism(folder: Path, file: str, *, base: str | None = None) -> Mecha
         return _load(folder.resolve(), file, base)
     except AssetError as error:
         message = str(error)
-        raise AssetError(
-            message if message.startswith(f"`{file}`") else f"`{file}` {_joined(message)}"
-        ) from None
+        raise AssetError(message if message.startswith(f"`{file}`") else f"`{file}` {_joined(message)}") from None
 
 
 def _joined(message: str) -> str:
@@ -197,9 +195,7 @@ def _links(model: dict[str, Any]) -> tuple[MechanismLink, ...]:
             )
         )
     return tuple(
-        MechanismLink(
-            body["name"], body["parent"], _vec(body["pos"]), _quat(body["quat"]), body["mass"], tuple(own)
-        )
+        MechanismLink(body["name"], body["parent"], _vec(body["pos"]), _quat(body["quat"]), body["mass"], tuple(own))
         for body, own in zip(model["bodies"], geoms, strict=True)
     )
 

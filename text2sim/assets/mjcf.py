@@ -74,9 +74,7 @@ def read_mjcf(root: ET.Element, bundle: Bundle, base: str | None) -> Draft:
     if base is not None:
         _set_base(root, free=base == "free")
     if root.find("tendon") is not None:
-        notes.append(
-            "the engine makes motors on joints out of motors on tendons, and reads nothing else of tendons"
-        )
+        notes.append("the engine makes motors on joints out of motors on tendons, and reads nothing else of tendons")
     return Draft(write_markup(root), notes)
 
 
@@ -142,11 +140,7 @@ def _take_files(root: ET.Element, bundle: Bundle) -> None:
                 mesh = element.tag == "mesh"
                 folder = where.get("meshdir" if mesh else "texturedir", where.get("assetdir", ""))
                 reference = Path(element.attrib[key]).name if bare else element.attrib[key]
-                name = (
-                    f"{folder.rstrip('/')}/{reference}"
-                    if folder and not reference.startswith("/")
-                    else reference
-                )
+                name = f"{folder.rstrip('/')}/{reference}" if folder and not reference.startswith("/") else reference
                 # Without a name of its own an asset goes by that of its file, which is about to change.
                 element.attrib.setdefault("name", Path(reference).stem)
                 element.attrib.pop("content_type", None)
@@ -220,7 +214,5 @@ def _set_base(root: ET.Element, *, free: bool) -> None:
             )
         elif not loose:
             if _joints(body):
-                raise AssetError(
-                    f"holds its root `{body.get('name')}` by a joint, so that `base` cannot be free"
-                )
+                raise AssetError(f"holds its root `{body.get('name')}` by a joint, so that `base` cannot be free")
             body.insert(0, ET.Element("freejoint", name=str(body.get("name"))))

@@ -50,18 +50,15 @@ def read_urdf(root: ET.Element, bundle: Bundle, base: str | None) -> Draft:
     _check_tree(robot)
     _check_joints(robot)
     _check_masses(robot, free=base == "free")
-    limits = {
-        j.name: j.limit.effort for j in robot.joints if j.limit is not None and (j.limit.effort or 0.0) > 0.0
-    }
+    limits = {j.name: j.limit.effort or 0.0 for j in robot.joints if j.limit is not None}
+    limits = {name: limit for name, limit in limits.items() if limit > 0.0}
     return Draft(text, notes, limits, any(link.inertial is None for link in robot.links))
 
 
 def _leave_out(root: ET.Element) -> list[str]:
     found = set()
     for parent in [root, *root]:
-        for child in [
-            child for child in parent if parent.tag in KNOWN and child.tag not in KNOWN[parent.tag]
-        ]:
+        for child in [child for child in parent if parent.tag in KNOWN and child.tag not in KNOWN[parent.tag]]:
             found.add(child.tag)
             parent.remove(child)
     return [f"left out, for it is no part of a body: {', '.join(sorted(found))}"] if found else []
@@ -92,9 +89,7 @@ def _take_files(root: ET.Element, bundle: Bundle) -> None:
                             bundle.take(mesh.get("filename", ""), suffixes, painted=parent == "visual"),
                         )
                     except AssetError as error:
-                        raise AssetError(
-                            f"{error}" + (" for contact" if "must end" in str(error) else "")
-                        ) from None
+                        raise AssetError(f"{error}" + (" for contact" if "must end" in str(error) else "")) from None
     for texture in root.iter("texture"):
         texture.set("filename", bundle.take(texture.get("filename", ""), PICTURES))
 
@@ -152,9 +147,7 @@ def _check_joints(robot: "Robot") -> None:
             raise AssetError(f"joint `{joint.name}` has an axis of length zero")
         _check_limit(joint)
         _check_mimic(joint, joints)
-    for circle in find_circles(
-        {joint.name: joint.mimic.joint for joint in robot.joints if joint.mimic is not None}
-    ):
+    for circle in find_circles({joint.name: joint.mimic.joint for joint in robot.joints if joint.mimic is not None}):
         raise AssetError(f"joints mimic each other in a circle: {' -> '.join([*circle, circle[0]])}")
 
 
@@ -165,15 +158,11 @@ def _check_limit(joint: "Joint") -> None:
     if limit is None:
         raise AssetError(f"joint `{joint.name}` ({joint.type}) has no `<limit>`")
     if limit.lower is not None and limit.upper is not None and limit.lower > limit.upper:
-        raise AssetError(
-            f"joint `{joint.name}` has a lower limit ({limit.lower:g}) above its upper ({limit.upper:g})"
-        )
+        raise AssetError(f"joint `{joint.name}` has a lower limit ({limit.lower:g}) above its upper ({limit.upper:g})")
 
 
 def _check_mimic(joint: "Joint", joints: dict[str, Any]) -> None:
-    if joint.mimic is not None and (
-        joint.mimic.joint not in joints or joints[joint.mimic.joint].type == "fixed"
-    ):
+    if joint.mimic is not None and (joint.mimic.joint not in joints or joints[joint.mimic.joint].type == "fixed"):
         raise AssetError(f"joint `{joint.name}` mimics `{joint.mimic.joint}`, which is no joint that moves")
 
 
@@ -210,11 +199,7 @@ def _check_moving(robot: "Robot", *, free: bool) -> None:
 
     def weighs(name: str) -> bool:
         link = links[name]
-        own = (
-            bool(link.collisions or link.visuals)
-            if link.inertial is None
-            else (link.inertial.mass or 0.0) > 0
-        )
+        own = bool(link.collisions or link.visuals) if link.inertial is None else (link.inertial.mass or 0.0) > 0
         return own or any(weighs(child) for child in children.get(name, ()))
 
     moving = [joint.child for joint in robot.joints if joint.type != "fixed"]

@@ -13,9 +13,7 @@ if TYPE_CHECKING:
 
 def check(
     cases: Annotated[list[Path], typer.Argument(help="Case folders, case.yaml files, or folders of cases.")],
-    explain: Annotated[
-        bool, typer.Option("--explain", help="Say which settings were derived, and why.")
-    ] = False,
+    explain: Annotated[bool, typer.Option("--explain", help="Say which settings were derived, and why.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Find everything that is wrong with cases, without running them."""

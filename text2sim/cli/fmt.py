@@ -12,9 +12,7 @@ from text2sim.cli import exits
 
 def fmt(
     cases: Annotated[list[Path], typer.Argument(help="Case folders, case.yaml files, or folders of cases.")],
-    check: Annotated[
-        bool, typer.Option("--check", help="Write nothing; exit 1 if a file would change.")
-    ] = False,
+    check: Annotated[bool, typer.Option("--check", help="Write nothing; exit 1 if a file would change.")] = False,
     diff: Annotated[bool, typer.Option("--diff", help="Write nothing; print what would change.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:

@@ -12,9 +12,7 @@ _SCHEMA_LINE = re.compile(r"^# yaml-language-server: \$schema=[^\n]*\n", re.MULT
 
 
 def new(
-    name: Annotated[
-        str, typer.Argument(help="Name of the case: a letter, then letters, digits or underscores.")
-    ],
+    name: Annotated[str, typer.Argument(help="Name of the case: a letter, then letters, digits or underscores.")],
     source: Annotated[
         Path | None, typer.Option("--from", help="Copy this case (a folder, or the name of one in --cases).")
     ] = None,

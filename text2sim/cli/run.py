@@ -8,14 +8,10 @@ import typer
 from text2sim.cli import exits
 
 Runs = Annotated[Path, typer.Option("--runs", help="Folder in which each run has its own.")]
-Timeout = Annotated[
-    float, typer.Option("--timeout", min=1.0, help="Wall time in seconds that a program may take.")
-]
+Timeout = Annotated[float, typer.Option("--timeout", min=1.0, help="Wall time in seconds that a program may take.")]
 Memory = Annotated[
     float | None,
-    typer.Option(
-        "--memory", min=0.1, help="Memory in GB that a program may use; 85 % of the machine if left out."
-    ),
+    typer.Option("--memory", min=0.1, help="Memory in GB that a program may use; 85 % of the machine if left out."),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Simulate again even if nothing changed.")]
 Gpu = Annotated[bool, typer.Option("--gpu", help="Simulate on the CUDA device instead of the CPU.")]

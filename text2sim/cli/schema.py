@@ -7,9 +7,7 @@ import typer
 
 
 def schema(
-    out: Annotated[
-        Path | None, typer.Option("-o", "--out", help="File to write; printed if left out.")
-    ] = None,
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="File to write; printed if left out.")] = None,
 ) -> None:
     """Print the JSON Schema of the language, for editors and for models."""
     from text2sim.cli.output import say, shown

@@ -65,11 +65,7 @@ def run_suite(
     elif not rows:
         say("no case matches", to=sys.stderr)
     else:
-        counts = [
-            f"{n} {word}"
-            for word, n in zip(("passed", "failed", "in error"), tally.values(), strict=True)
-            if n
-        ]
+        counts = [f"{n} {word}" for word, n in zip(("passed", "failed", "in error"), tally.values(), strict=True) if n]
         say(f"{', '.join(counts)} in {seconds(monotonic() - begun)}")
     raise typer.Exit(code)
 

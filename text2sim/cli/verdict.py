@@ -49,11 +49,7 @@ def summary(result: "RunResult") -> str:
 
 def _score(result: "RunResult") -> str:
     rows = result.expectations
-    return (
-        f", {sum(row['ok'] is True for row in rows.values())} of {len(rows)} expectations came true"
-        if rows
-        else ""
-    )
+    return f", {sum(row['ok'] is True for row in rows.values())} of {len(rows)} expectations came true" if rows else ""
 
 
 def say_failure(case: "Examined", result: "RunResult") -> None:

@@ -105,7 +105,12 @@ def _stop_at_errors(problems: list[Problem]) -> None:
 
 
 def _groups(
-    loaded: LoadedCase, placed: dict[str, list[Copy]], names: tuple[str, ...], section: str | None, lowering: Lowering, problems: list[Problem]
+    loaded: LoadedCase,
+    placed: dict[str, list[Copy]],
+    names: tuple[str, ...],
+    section: str | None,
+    lowering: Lowering,
+    problems: list[Problem],
 ) -> tuple[Group, ...]:
     groups = []
     for name in names:
@@ -119,7 +124,11 @@ def _groups(
                 problems.append(loaded.problem((*pointer, key) if key else pointer, str(error), rule="asset"))
                 break
         if len({entity.morph for entity in entities}) > 1:
-            problems.append(loaded.problem((*pointer, "shape"), "copies of one body must have the same kind of shape", rule="mixed-shapes"))
+            problems.append(
+                loaded.problem(
+                    (*pointer, "shape"), "copies of one body must have the same kind of shape", rule="mixed-shapes"
+                )
+            )
         groups.append(Group(name, loaded.line(pointer), tuple(entities)))
     return tuple(groups)
 
@@ -127,7 +136,11 @@ def _groups(
 def _traits(lowering: Lowering, moving: list[Copy], rows: Rows, bounce: dict[str, float]) -> Traits:
     trees = [tree for tree in lowering.trees.values()]
     joints = [joint for tree in trees for link in tree.links() for _, joint in link.all_joints()]
-    loose = sum(1 for copy in moving if copy.model.kind == "ragdoll" or getattr(getattr(copy.model, "mount", None), "kind", "") == "free")
+    loose = sum(
+        1
+        for copy in moving
+        if copy.model.kind == "ragdoll" or getattr(getattr(copy.model, "mount", None), "kind", "") == "free"
+    )
     fastest = max((sum(x * x for x in row.linear) ** 0.5 for row in rows.velocities), default=0.0)
     return Traits(
         loose=loose,
@@ -175,17 +188,35 @@ def _check_bounce(loaded: LoadedCase, settings: Settings, bounce: dict[str, floa
     pointer = (*section, "material", "restitution")
     needed = ceil(scene.dt / (SCATTER_BOUND * time))
     if step > ENERGY_BOUND * time * (1 + 1e-9):
-        return [loaded.problem(pointer, f"restitution {largest:g} with contact timeconst {settings.timeconst:g} s would gain energy at a "
-                               f"substep of {step:g} s; it needs scene.substeps of at least {needed}, or a longer timeconst",
-                               rule="restitution-step")]
+        return [
+            loaded.problem(
+                pointer,
+                f"restitution {largest:g} with contact timeconst {settings.timeconst:g} s would gain energy at a "
+                f"substep of {step:g} s; it needs scene.substeps of at least {needed}, or a longer timeconst",
+                rule="restitution-step",
+            )
+        ]
     if step > SCATTER_BOUND * time * (1 + 1e-9):
-        return [loaded.problem(pointer, f"restitution {largest:g} scatters by up to 0.15 with the moment of touch, because a contact lasts only "
-                               f"{pi * time / step:.0f} substeps; it would be met with scene.substeps of {needed} or more",
-                               rule="rough-bounce", severity="warning")]
+        return [
+            loaded.problem(
+                pointer,
+                f"restitution {largest:g} scatters by up to 0.15 with the moment of touch, because a contact lasts only "
+                f"{pi * time / step:.0f} substeps; it would be met with scene.substeps of {needed} or more",
+                rule="rough-bounce",
+                severity="warning",
+            )
+        ]
     if pi * time > CRISP:
         needed = ceil(scene.dt * pi / (CRISP * CRISPNESS))
-        return [loaded.problem(pointer, f"contacts that bounce last {pi * time:.2g} s and are soft; with scene.substeps of {needed} or more "
-                               "they would be crisp", rule="soft-bounce", severity="warning")]
+        return [
+            loaded.problem(
+                pointer,
+                f"contacts that bounce last {pi * time:.2g} s and are soft; with scene.substeps of {needed} or more "
+                "they would be crisp",
+                rule="soft-bounce",
+                severity="warning",
+            )
+        ]
     return []
 
 

@@ -38,7 +38,13 @@ def lower_controls(loaded: LoadedCase, copies: dict[str, list[Copy]], initial: d
     for name, control in loaded.case.actions.controls.items():
         pointer = ("actions", "controls", name)
         line = loaded.line(pointer)
-        subject = control.attach if isinstance(control, Release) else control.joint if isinstance(control, Drive) else control.body
+        subject = (
+            control.attach
+            if isinstance(control, Release)
+            else control.joint
+            if isinstance(control, Drive)
+            else control.body
+        )
         if isinstance(control, Release):
             attach = loaded.case.actions.controls[subject]
             assert isinstance(attach, Attach)
@@ -55,24 +61,51 @@ def lower_controls(loaded: LoadedCase, copies: dict[str, list[Copy]], initial: d
     return rows
 
 
-def _lower(control: Control, copy: Copy, part: str | None, copies: dict[str, list[Copy]], rows: Rows, driven: dict, line: int, name: str) -> None:
+def _lower(
+    control: Control,
+    copy: Copy,
+    part: str | None,
+    copies: dict[str, list[Copy]],
+    rows: Rows,
+    driven: dict,
+    line: int,
+    name: str,
+) -> None:
     if isinstance(control, InitialVelocity):
         rows.velocities.append(Velocity(copy.name, control.linear, control.angular, line, name))
     elif isinstance(control, Impulse):
         # A blow is a force of one step: the program divides by its time step.
-        rows.wrenches.append(Wrench(copy.name, part, control.at, control.at, control.impulse, (0.0, 0.0, 0.0), None, False, control.point, line, name))
+        rows.wrenches.append(
+            Wrench(
+                copy.name,
+                part,
+                control.at,
+                control.at,
+                control.impulse,
+                (0.0, 0.0, 0.0),
+                None,
+                False,
+                control.point,
+                line,
+                name,
+            )
+        )
     elif isinstance(control, Force | Torque):
         start, end = control.during or (0.0, FOREVER)
         force = control.force if isinstance(control, Force) else (0.0, 0.0, 0.0)
         torque = control.torque if isinstance(control, Torque) else (0.0, 0.0, 0.0)
         scale = None if control.scale == 1.0 else constructor(control.scale)
-        rows.wrenches.append(Wrench(copy.name, part, start, end, force, torque, scale, control.frame == "body", None, line, name))
+        rows.wrenches.append(
+            Wrench(copy.name, part, start, end, force, torque, scale, control.frame == "body", None, line, name)
+        )
     elif isinstance(control, Attach):
         for a, b in _pairs(control, copies):
             if a is copy:
                 rows.welds.append(_weld(a, b, control, control.at, True, line, name))
     elif isinstance(control, Drive):
-        mode, schedule = next((m, s) for m in ("position", "velocity", "force") if (s := getattr(control, m)) is not None)
+        mode, schedule = next(
+            (m, s) for m in ("position", "velocity", "force") if (s := getattr(control, m)) is not None
+        )
         joint = part or copy.body
         driven.setdefault((copy.name, joint), []).append((start_of(schedule), mode, schedule, line, name))
 
@@ -100,7 +133,9 @@ def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Co
     if len(a) == 1:
         return [(a[0], copy) for copy in b]
     if len(a) != len(b):
-        raise ValueError(f"attach pairs copies one to one: {attach.body} has {len(a)} copies and {attach.to} has {len(b)}")
+        raise ValueError(
+            f"attach pairs copies one to one: {attach.body} has {len(a)} copies and {attach.to} has {len(b)}"
+        )
     return list(zip(a, b, strict=True))
 
 
@@ -121,5 +156,7 @@ def lower_motions(copies: dict[str, list[Copy]]) -> list[Prescribed]:
             elif isinstance(motion, Oscillate):
                 rows.append(Prescribed(copy.name, ("slide",), (oscillation(motion),), (), copy.line))
             else:
-                rows.append(Prescribed(copy.name, ("slide_x", "slide_y", "slide_z"), waypoint_functions(motion), (), copy.line))
+                rows.append(
+                    Prescribed(copy.name, ("slide_x", "slide_y", "slide_z"), waypoint_functions(motion), (), copy.line)
+                )
     return rows

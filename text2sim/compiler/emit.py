@@ -74,7 +74,16 @@ def _format(texts: dict[str, str]) -> dict[str, str]:
         paths = {name: Path(folder) / name for name in texts}
         for name, path in paths.items():
             path.write_text(texts[name], "utf-8")
-        command = [sys.executable, "-m", "ruff", "format", "--isolated", "--no-cache", "--line-length=120", *map(str, paths.values())]
+        command = [
+            sys.executable,
+            "-m",
+            "ruff",
+            "format",
+            "--isolated",
+            "--no-cache",
+            "--line-length=120",
+            *map(str, paths.values()),
+        ]
         done = subprocess.run(command, capture_output=True, check=False)
         if done.returncode:
             raise TemplateBug(done.stderr.decode().replace(folder, "").strip())

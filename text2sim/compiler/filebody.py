@@ -78,9 +78,7 @@ def _joint_models(
         if actuator is None and joint.motor is not None:
             # What a file says is not held to the limits of the language.
             motor = joint.motor
-            actuator = Actuator.model_construct(
-                stiffness=motor.stiffness, damping=motor.damping, max_force=motor.limit
-            )
+            actuator = Actuator.model_construct(stiffness=motor.stiffness, damping=motor.damping, max_force=motor.limit)
         if joint.kind == "hinge":
             limits = None if joint.range is None else (degrees(joint.range[0]), degrees(joint.range[1]))
             yield joint.name, HingeMount.model_construct(kind="hinge", range_deg=limits, actuator=actuator)

@@ -18,7 +18,13 @@ DEFAULT_VIEW = (0.55, -1.0, 0.5)
 """Direction from the scene to a camera that nobody placed."""
 
 
-def resolve_render(render: Render, placed: dict[str, list[Copy]], moving: tuple[str, ...], duration: float, balls: dict[str, list[Ball]]) -> dict[str, Any]:
+def resolve_render(
+    render: Render,
+    placed: dict[str, list[Copy]],
+    moving: tuple[str, ...],
+    duration: float,
+    balls: dict[str, list[Ball]],
+) -> dict[str, Any]:
     """Return plain data for the template.
 
     Args:
@@ -31,7 +37,9 @@ def resolve_render(render: Render, placed: dict[str, list[Copy]], moving: tuple[
     start, end = render.during or (0.0, duration)
     lights = render.lights.values() or DEFAULT_LIGHTS
     cameras = [_camera(name, camera, placed) for name, camera in render.cameras.items()]
-    cameras = cameras or [_derived([ball for name in moving for copy in placed[name] for ball in balls.get(copy.name, [])])]
+    cameras = cameras or [
+        _derived([ball for name in moving for copy in placed[name] for ball in balls.get(copy.name, [])])
+    ]
     for camera in cameras:
         camera |= _clip(camera)
     return {
@@ -56,8 +64,13 @@ def _camera(name: str, camera: Camera, placed: dict[str, list[Copy]]) -> dict[st
         return common | place
     target = _target(camera.look_at, placed)
     if isinstance(camera, Orbit):
-        return common | {"look_at": target, "radius": camera.radius, "height": camera.height,
-                         "start": radians(camera.start_deg), "turn": radians(camera.turn_deg)}
+        return common | {
+            "look_at": target,
+            "radius": camera.radius,
+            "height": camera.height,
+            "start": radians(camera.start_deg),
+            "turn": radians(camera.turn_deg),
+        }
     if isinstance(camera, Dolly):
         return common | {"look_at": target, "pos": camera.from_, "to": camera.to}
     return common | {"look_at": target, "pos": camera.from_}

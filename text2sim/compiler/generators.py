@@ -19,7 +19,9 @@ def capsule_mass(radius: float, length: float, density: float) -> float:
     return density * (math.pi * radius**2 * length + 4 / 3 * math.pi * radius**3)
 
 
-def ball_joint(dynamics: JointDynamics, mass: float, length: float, damping: float, armature: float = 0.02) -> TreeJoint:
+def ball_joint(
+    dynamics: JointDynamics, mass: float, length: float, damping: float, armature: float = 0.02
+) -> TreeJoint:
     """A ball joint that cannot explode.
 
     An undamped tree of ball joints without armature diverges at ordinary time steps. What the author leaves out is
@@ -43,7 +45,7 @@ def density_of(material: Material, volume: float) -> float:
 
 
 def _bar(length: float, radius: float, density: float, friction: float, rgba: Rgba, start: Vec, end: Vec) -> TreeGeom:
-    middle = tuple((a + b) / 2 for a, b in zip(start, end, strict=True))
+    middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, (start[2] + end[2]) / 2)
     axis = tuple(b - a for a, b in zip(start, end, strict=True))
     piece = Piece(kind="capsule", pos=middle, quat=quat_between((0.0, 0.0, 1.0), axis), size=(radius, length))
     return TreeGeom(piece, density, friction, rgba)
@@ -64,7 +66,9 @@ def chain_tree(chain: Chain, direction: Vec, rgba: Rgba, payload: tuple[tuple[Tr
     density = density_of(chain.material, bare_volume)
     joint = ball_joint(chain.joint, capsule_mass(radius, bar, density), length, damping=0.05)
     middle = length / 2
-    geom = _bar(bar, radius, density, chain.material.friction, rgba, (0, 0, -middle + bar / 2), (0, 0, -middle - bar / 2))
+    geom = _bar(
+        bar, radius, density, chain.material.friction, rgba, (0, 0, -middle + bar / 2), (0, 0, -middle - bar / 2)
+    )
 
     link: TreeLink | None = None
     if payload is not None:
@@ -136,7 +140,11 @@ def _strand(name: str, spans: list[tuple[Vec, Vec]], net: Net, density: float, r
             f"{name}_{index}",
             pos=tuple(a - b for a, b in zip(start, previous, strict=True)),  # type: ignore[arg-type]
             joint=joint,
-            geoms=(_bar(length, net.radius, density, net.material.friction, rgba, (0.0, 0.0, 0.0), _local_end((start, end))),),
+            geoms=(
+                _bar(
+                    length, net.radius, density, net.material.friction, rgba, (0.0, 0.0, 0.0), _local_end((start, end))
+                ),
+            ),
             children=() if link is None else (link,),
         )
     assert link is not None
@@ -195,13 +203,17 @@ def ragdoll_tree(doll: Ragdoll, colors: dict[str, Rgba]) -> Tree:
             if kind != "ball":
                 # Elbows bend forwards, knees backwards; both a little at the start, off their limit.
                 bend = (0.0, math.radians(140)) if kind == "knee" else (math.radians(-140), 0.0)
-                joint = TreeJoint("hinge", axis=(0.0, 1.0, 0.0), range=bend, damping=joint.damping, armature=joint.armature)
+                joint = TreeJoint(
+                    "hinge", axis=(0.0, 1.0, 0.0), range=bend, damping=joint.damping, armature=joint.armature
+                )
             found.append(
                 TreeLink(child, pos=pos, joint=joint, geoms=(geom(child, direction),), children=limb(child))  # type: ignore[arg-type]
             )
         return tuple(found)
 
-    root = TreeLink("pelvis", joint=TreeJoint("free"), geoms=(geom("pelvis", (0.0, 1.0, 0.0)),), children=limb("pelvis"))
+    root = TreeLink(
+        "pelvis", joint=TreeJoint("free"), geoms=(geom("pelvis", (0.0, 1.0, 0.0)),), children=limb("pelvis")
+    )
     return Tree((root,))
 
 
@@ -211,4 +223,3 @@ def _direction(way: str | Vec, name: str, spread: float) -> Vec:
     side = 1.0 if name.endswith("_l") else -1.0
     angle = spread * (math.radians(80) if way == "arm" else math.radians(40))
     return (0.0, side * math.sin(angle), -math.cos(angle))
-

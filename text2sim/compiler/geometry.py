@@ -21,7 +21,7 @@ from text2sim.compiler.rotation import (
 from text2sim.compiler.surface import Drawn, VisualMesh, surface
 from text2sim.spec_schema.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
 from text2sim.spec_schema.scene import Static
-from text2sim.spec_schema.shapes import Compound, Cone, Cup, Ellipsoid, Funnel, Mesh, Torus, Tube
+from text2sim.spec_schema.shapes import Compound, Cone, Cup, Ellipsoid, Funnel, Mesh, Tube
 
 __all__ = [
     "Bounds",
@@ -87,9 +87,7 @@ def pieces(shape: Any, folder: Path) -> list[Piece]:
     half = shape.height / 2
     if kind == "cup":
         staves = wall_pieces(bottom, top, shape.thickness - half, half, shape.segments)
-        floor = Piece(
-            "cylinder", pos=(0.0, 0.0, shape.thickness / 2 - half), size=(shape.radius, shape.thickness)
-        )
+        floor = Piece("cylinder", pos=(0.0, 0.0, shape.thickness / 2 - half), size=(shape.radius, shape.thickness))
         return [floor, *staves]
     return wall_pieces(bottom, top, -half, half, shape.segments)
 
@@ -134,8 +132,12 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
     if isinstance(shape, Mesh):
         return [
             VisualMesh(
-                paint.vertices * shape.scale, paint.faces, paint.normals,
-                uvs=paint.uvs, picture=paint.picture, rgba=paint.rgba,
+                paint.vertices * shape.scale,
+                paint.faces,
+                paint.normals,
+                uvs=paint.uvs,
+                picture=paint.picture,
+                rgba=paint.rgba,
             )  # fmt: skip
             for paint in load_paint(shape.file, folder)
         ]
@@ -243,9 +245,7 @@ def extents(shape: Any, quat: Quaternion, folder: Path) -> Bounds:
     if kind == "plane":
         raise ValueError("a plane has no end")
     reach = _REACH[kind]
-    rows: Rows = (
-        ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)) if quat == IDENTITY else quat_to_rows(quat)
-    )
+    rows: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)) if quat == IDENTITY else quat_to_rows(quat)
     x, y, z = (reach(shape, row, folder) for row in rows)
     if kind in _SYMMETRIC:
         return (-x, -y, -z), (x, y, z)
@@ -253,9 +253,7 @@ def extents(shape: Any, quat: Quaternion, folder: Path) -> Bounds:
     return (lx, ly, lz), (x, y, z)
 
 
-def body_extents(
-    body: Any, quat: Quaternion, folder: Path, tree_extents: TreeExtents | None = None
-) -> Bounds:
+def body_extents(body: Any, quat: Quaternion, folder: Path, tree_extents: TreeExtents | None = None) -> Bounds:
     """Return the bounds [m] of a body or static about its origin, turned by `quat`.
 
     Args:
@@ -324,9 +322,7 @@ def inner_floor(shape: Any) -> InnerFloor | None:
             )
             if floor is not None and upright:
                 x, y, z = part.pose.pos
-                floors.append(
-                    InnerFloor(z + floor.height, floor.radius, (x + floor.center[0], y + floor.center[1]))
-                )
+                floors.append(InnerFloor(z + floor.height, floor.radius, (x + floor.center[0], y + floor.center[1])))
         return min(floors, default=None)
     if not isinstance(shape, Tube | Cup | Funnel):
         return None

@@ -6,6 +6,7 @@ cannot execute; source text of our own is a `Code`, and only this module and the
 
 import math
 import re
+from typing import Any
 
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
@@ -16,7 +17,7 @@ class Code(str):
     __slots__ = ()
 
 
-def literal(value: object) -> str:
+def literal(value: Any) -> str:
     """Return Python source for a plain value.
 
     Args:

@@ -88,7 +88,9 @@ class Lowering:
     def _driven(self, model: Driven, copy: Copy) -> EntityPlan:
         motion = model.motion
         if isinstance(motion, Spin):
-            axes: dict[str, TreeJoint] = {"turn": TreeJoint("hinge", axis=self._local(copy, motion.axis), armature=IMMOVABLE)}
+            axes: dict[str, TreeJoint] = {
+                "turn": TreeJoint("hinge", axis=self._local(copy, motion.axis), armature=IMMOVABLE)
+            }
         elif isinstance(motion, Oscillate):
             axes = {"slide": TreeJoint("slider", axis=self._local(copy, motion.axis), armature=IMMOVABLE)}
         else:
@@ -122,7 +124,9 @@ class Lowering:
     def _articulated(self, model: Articulated, copy: Copy) -> EntityPlan:
         if model.file is not None:
             return self._from_file(model, copy)
-        tree = articulated_tree(model, lambda link, shape, material, look: self._shaped(shape, material, look, copy, link))
+        tree = articulated_tree(
+            model, lambda link, shape, material, look: self._shaped(shape, material, look, copy, link)
+        )
         assert model.links is not None
         for name, link in model.links.items():
             if link.joint is not None and link.joint.kind != "fixed":
@@ -147,7 +151,9 @@ class Lowering:
         link = TreeLink(link.name, joint=joint, geoms=link.geoms, visuals=link.visuals)
         return self._model(copy, Tree((link,)))
 
-    def _native(self, copy: Copy, morph: str, options: dict, material: Material, look: Look, volume: float | None) -> EntityPlan:
+    def _native(
+        self, copy: Copy, morph: str, options: dict, material: Material, look: Look, volume: float | None
+    ) -> EntityPlan:
         self.pieces += 1
         rho = generators.density_of(material, volume) if volume else None
         surface = Surface(rgba_of(look, copy), look.finish)
@@ -168,7 +174,9 @@ class Lowering:
                 meshes[str(piece.file)] = self._mesh(str(piece.file))
                 decompose.add(piece.decompose)
         if len(decompose) > 1:
-            raise AssetError("the engine takes apart all meshes of a body or none: give all of them the same `collision`")
+            raise AssetError(
+                "the engine takes apart all meshes of a body or none: give all of them the same `collision`"
+            )
         # One colour for all is given to the entity, so that copies in several colours share one file.
         colors = {rgba for link in tree.links() for rgba in link_colors(link)} | {geom.rgba for geom in tree.fixtures}
         surface = None
@@ -258,7 +266,9 @@ class Lowering:
         geoms, visuals = self._shaped(copy.shape, material, look, copy, copy.body)
         return TreeLink(copy.body, geoms=geoms, visuals=visuals)
 
-    def _shaped(self, shape: Any, material: Material, look: Look, copy: Copy, link: str) -> tuple[tuple[TreeGeom, ...], tuple[TreeVisual, ...]]:
+    def _shaped(
+        self, shape: Any, material: Material, look: Look, copy: Copy, link: str
+    ) -> tuple[tuple[TreeGeom, ...], tuple[TreeVisual, ...]]:
         geoms = self._geoms(shape, material, look, copy)
         visuals = geometry.visual_mesh(shape, self.folder)
         if not look.visible:
@@ -266,7 +276,9 @@ class Lowering:
         if not visuals:
             return geoms, ()
         parts = shape.parts if isinstance(shape, Compound) else {}
-        drawn = tuple(_drawn(mesh, (parts[mesh.part].look if mesh.part in parts else None) or look, copy) for mesh in visuals)
+        drawn = tuple(
+            _drawn(mesh, (parts[mesh.part].look if mesh.part in parts else None) or look, copy) for mesh in visuals
+        )
         meshed = {mesh.part for mesh in visuals}
         return tuple(_hidden(g) if g.piece.part in meshed else g for g in geoms), drawn
 

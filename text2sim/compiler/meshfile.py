@@ -60,9 +60,7 @@ def mesh_path(file: str, folder: Path) -> Path:
         raise AssetError(f"mesh file `{file}` does not exist in the case's folder")
     size = path.stat().st_size
     if size > MAX_BYTES:
-        raise AssetError(
-            f"mesh file `{file}` is too large ({size / 2**20:.0f} MiB; at most {MAX_BYTES // 2**20} MiB)"
-        )
+        raise AssetError(f"mesh file `{file}` is too large ({size / 2**20:.0f} MiB; at most {MAX_BYTES // 2**20} MiB)")
     return path
 
 

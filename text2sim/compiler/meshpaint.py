@@ -111,7 +111,5 @@ def _png(picture: Any) -> bytes:
         stream = BytesIO()
         picture.save(stream, "PNG")
     except Exception as error:  # damaged pictures fail in every way there is
-        raise AssetError(
-            f"has a picture that cannot be read ({type(error).__name__}: {str(error)[:80]})"
-        ) from error
+        raise AssetError(f"has a picture that cannot be read ({type(error).__name__}: {str(error)[:80]})") from error
     return stream.getvalue()

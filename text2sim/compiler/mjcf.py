@@ -38,7 +38,9 @@ def write_mjcf(tree: Tree, model: str, meshes: dict[str, str]) -> str:
         writer.geom(world, f"fixture_{index}", geom)
     if not tree.fixtures and any(loop.b is None for loop in tree.loops):
         # Without a geom of its own the engine drops the world link, to which the loop is tied.
-        ET.SubElement(world, "geom", name="world_mark", size="0.001", contype="0", conaffinity="0", mass="0", rgba="0 0 0 0")
+        ET.SubElement(
+            world, "geom", name="world_mark", size="0.001", contype="0", conaffinity="0", mass="0", rgba="0 0 0 0"
+        )
     for link in tree.roots:
         writer.link(world, link)
     equality = ET.SubElement(root, "equality")
@@ -79,8 +81,12 @@ class _Writer:
                 attributes["pos"] = _row(joint.anchor)
             if joint.range is not None:
                 attributes["range"] = _row(joint.range)
-            for key, value in (("damping", joint.damping), ("frictionloss", joint.friction),
-                               ("armature", joint.armature), ("stiffness", joint.spring)):
+            for key, value in (
+                ("damping", joint.damping),
+                ("frictionloss", joint.friction),
+                ("armature", joint.armature),
+                ("stiffness", joint.spring),
+            ):
                 if value:
                     attributes[key] = number(value)
             ET.SubElement(body, "joint", attributes)
@@ -122,8 +128,15 @@ class _Writer:
         if file not in self.known:
             self.known.add(file)
             ET.SubElement(self.asset, "mesh", name=file.removesuffix(".obj"), file=file, inertia="shell")
-        attributes = {"name": name, "type": "mesh", "mesh": file.removesuffix(".obj"), "contype": "0",
-                      "conaffinity": "0", "mass": "0", "group": "2"}
+        attributes = {
+            "name": name,
+            "type": "mesh",
+            "mesh": file.removesuffix(".obj"),
+            "contype": "0",
+            "conaffinity": "0",
+            "mass": "0",
+            "group": "2",
+        }
         if visual.rgba is None and visual.mesh.picture is not None:  # type: ignore[attr-defined]
             attributes["material"] = self.material(visual.mesh.digest)  # type: ignore[attr-defined]
         elif visual.rgba is not None:  # type: ignore[attr-defined]

@@ -1,4 +1,4 @@
-"""Bodies that start inside each other, or under the ground: the engine throws them apart with whatever force it takes."""
+"""Bodies that start inside each other, or under the ground, and that the engine would throw apart."""
 
 import math
 from collections.abc import Iterator
@@ -105,5 +105,3 @@ def _meet(a: Solid, b: Solid) -> bool:
 
 def _dot(a: Vec, b: Vec) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-

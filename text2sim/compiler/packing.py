@@ -85,9 +85,7 @@ def grain_of(kind: str | None, bounds: Bounds) -> Grain:
     return Grain(middle, half, radius, False, outline, 0.0)
 
 
-def pack(
-    packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion]
-) -> list[tuple[Vec, Quaternion]]:
+def pack(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion]) -> list[tuple[Vec, Quaternion]]:
     """Return position [m] and orientation of every copy.
 
     Args:
@@ -111,9 +109,7 @@ def pack(
         lattice = _lattice(packing, grains, quats, space)
         fit = max(sum(p is not None for p in lattice), len(placed) - missing)
         if None in lattice:
-            raise PackingError(
-                f"only about {fit} of {len(grains)} copies fit; make the region larger or count smaller"
-            )
+            raise PackingError(f"only about {fit} of {len(grains)} copies fit; make the region larger or count smaller")
         placed = lattice
     found = []
     for where, grain in zip(placed, grains, strict=True):
@@ -227,9 +223,7 @@ def _apart(p: Vec, rows: Rows, grain: Grain, q: Vec, other_rows: Rows, other: Gr
     return False
 
 
-def _scatter(
-    packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion], space: Space
-) -> list[Spot | None]:
+def _scatter(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion], space: Space) -> list[Spot | None]:
     import numpy as np
 
     rng = np.random.Generator(np.random.PCG64(packing.seed))
@@ -257,9 +251,7 @@ def _scatter(
     return spots
 
 
-def _lattice(
-    packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion], space: Space
-) -> list[Spot | None]:
+def _lattice(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion], space: Space) -> list[Spot | None]:
     """One copy to a cell of the widest lattice that has enough, shifted and turned as its cell allows."""
     import numpy as np
 
@@ -296,9 +288,7 @@ def _lattice(
             if all(b <= s for b, s in zip(turned, slack, strict=True)):
                 quat, bounds = turn, turned
                 break
-        shift = (
-            (rng.random(3) * 2 - 1) * [max(s - b, 0.0) for s, b in zip(slack, bounds, strict=True)]
-        ).tolist()
+        shift = ((rng.random(3) * 2 - 1) * [max(s - b, 0.0) for s, b in zip(slack, bounds, strict=True)]).tolist()
         cx, cy, cz = best[order[index]]
         spots.append(((cx + shift[0], cy + shift[1], cz + shift[2]), quat))
     return spots
@@ -307,8 +297,5 @@ def _lattice(
 def _bounds(rows: Rows, grain: Grain) -> Vec:
     if grain.round:
         return grain.half
-    x, y, z = (
-        max(abs(u[0] * v[0] + u[1] * v[1] + u[2] * v[2]) for v in grain.outline) + grain.rounding
-        for u in rows
-    )
+    x, y, z = (max(abs(u[0] * v[0] + u[1] * v[1] + u[2] * v[2]) for v in grain.outline) + grain.rounding for u in rows)
     return (x, y, z)

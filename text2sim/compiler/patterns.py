@@ -122,9 +122,7 @@ def _spiral_slots(spiral: Spiral) -> list[Slot]:
                 break
         angle = (r - spiral.inner_radius) / b
         # The curve leaves the circle outwards by atan(b / r): dominoes follow it exactly.
-        slots.append(
-            Slot((r * math.cos(angle), r * math.sin(angle), 0.0), quat_from_yaw(angle - math.atan2(b, r)))
-        )
+        slots.append(Slot((r * math.cos(angle), r * math.sin(angle), 0.0), quat_from_yaw(angle - math.atan2(b, r))))
     return slots if spiral.outward else slots[::-1]
 
 
@@ -160,9 +158,6 @@ def bond_slots(bond: RunningBond, box: Box) -> list[Slot]:
         else:
             short = (half, depth, height)
             slots.append(Slot((left + half / 2, 0.0, z), size=short))
-            slots += [
-                Slot((left + half + gap + length / 2 + k * (length + gap), 0.0, z))
-                for k in range(columns - 1)
-            ]
+            slots += [Slot((left + half + gap + length / 2 + k * (length + gap), 0.0, z)) for k in range(columns - 1)]
             slots.append(Slot((-left - half / 2, 0.0, z), size=short))
     return slots

@@ -47,9 +47,7 @@ class Piece:
             return replace(self, vertices=tuple(frame_apply(pos, quat, v) for v in self.vertices), part=part)
         if quat == IDENTITY:
             return replace(self, pos=frame_apply(pos, quat, self.pos), part=part)
-        return replace(
-            self, pos=frame_apply(pos, quat, self.pos), quat=quat_multiply(quat, self.quat), part=part
-        )
+        return replace(self, pos=frame_apply(pos, quat, self.pos), quat=quat_multiply(quat, self.quat), part=part)
 
     def volume(self) -> float:
         """Volume [m3] of the piece, as it counts for the mass."""
@@ -117,8 +115,7 @@ def cone_piece(radius: float, height: float) -> Piece:
     """Return a cone half way up its axis, as a pyramid in it; tip up."""
     n = CONE_SIDES
     rim = [
-        (radius * math.cos(2 * math.pi * k / n), radius * math.sin(2 * math.pi * k / n), -height / 2)
-        for k in range(n)
+        (radius * math.cos(2 * math.pi * k / n), radius * math.sin(2 * math.pi * k / n), -height / 2) for k in range(n)
     ]
     sides = [(k, (k + 1) % n, n) for k in range(n)]
     base = [(0, k + 1, k) for k in range(1, n - 1)]

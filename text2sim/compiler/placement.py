@@ -100,9 +100,7 @@ class _Placer:
         for name, body in self.loaded.case.bodies.items():
             if name in entries:
                 message = f"`{name}` is the name of a static, too; a name stands for one thing"
-                self.problems.append(
-                    self.loaded.problem(("bodies", name), message, key=True, rule="duplicate-name")
-                )
+                self.problems.append(self.loaded.problem(("bodies", name), message, key=True, rule="duplicate-name"))
             entries[name] = self._entry(name, ("bodies", name), body, self.loaded.body_copy)
         for name in self._order(entries):
             self.copies[name] = self._place(entries[name])
@@ -144,9 +142,7 @@ class _Placer:
         """Names in such an order that everything comes after what it is placed in relation to."""
         needs: dict[str, set[str]] = {}
         for name, entry in entries.items():
-            targets = (
-                {m.place.target for m in entry.models if m.place is not None} if entry.model.place else set()
-            )
+            targets = {m.place.target for m in entry.models if m.place is not None} if entry.model.place else set()
             needs[name] = {target for selector in targets if (target := _name_of(selector)) in entries}
         while True:
             try:
@@ -194,9 +190,7 @@ class _Placer:
         model, repeat, place = entry.model, entry.repeat, entry.model.place
         own = place is not None and any(self.loaded.varies((*entry.root, "place", key)) for key in _OWN)
         if place is not None and isinstance(repeat, Packing):
-            raise PatternError(
-                "a packing lies in its region, which is in the world; leave out `place`", "place"
-            )
+            raise PatternError("a packing lies in its region, which is in the world; leave out `place`", "place")
         if place is not None and isinstance(repeat, Line) and repeat.start is not None:
             raise PatternError("a line with a `start` has its place; leave out `start` or `place`", "place")
         spots = _turned(spots)
@@ -215,9 +209,7 @@ class _Placer:
     def _shift(self, place: Place, spots: list[Spot], middle: Vec) -> Vec:
         target = self.groups.get(place.target)
         if target is None:
-            target = self.groups[place.target] = Group(
-                self._members(place.target, place.relation), self.sizes
-            )
+            target = self.groups[place.target] = Group(self._members(place.target, place.relation), self.sizes)
         return settle(place, Group(spots, self.sizes), target, middle)
 
     def _members(self, selector: str, key: str) -> list[Spot]:
@@ -228,9 +220,7 @@ class _Placer:
             name = _name_of(selector)
             if name in known:
                 raise _UnplacedError
-            raise PlaceError(
-                f"there is no body or static `{name}`", key, "unknown-name", nearest(name, known)
-            )
+            raise PlaceError(f"there is no body or static `{name}`", key, "unknown-name", nearest(name, known))
         name, index, first, last, link = found.groups()
         copies = self.copies[name]
         if link:

@@ -9,9 +9,7 @@ SECTIONS = ("scene.py", "bodies.py", "actions.py", "render.py")
 # Both the interpreter's own form and that of faulthandler, which has no comma before `in`.
 _FRAME = re.compile(r'^ *File "([^"\n]+)", line (\d+)(?:, in | in |$)', re.MULTILINE)
 _MARK = re.compile(r"# case\.yaml:(\d+)")
-_CRASH = re.compile(
-    r"^(?:Fatal Python error|(?:Current thread|Thread) 0x\w+ .*most recent call first)", re.MULTILINE
-)
+_CRASH = re.compile(r"^(?:Fatal Python error|(?:Current thread|Thread) 0x\w+ .*most recent call first)", re.MULTILINE)
 
 
 def provenance(program: Path, traceback: str) -> tuple[int, str] | None:

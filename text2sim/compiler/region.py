@@ -93,9 +93,7 @@ class Space:
         """Return the centres [m] of a lattice's cells that lie inside, but for half the gap around them."""
         half = self.half
         if self.turn is not None:
-            hx, hy, hz = (
-                sum(abs(r[k]) * h for r, h in zip(self.turn, self.half, strict=True)) for k in range(3)
-            )
+            hx, hy, hz = (sum(abs(r[k]) * h for r, h in zip(self.turn, self.half, strict=True)) for k in range(3))
             half = (hx, hy, hz)
         steps = [max(int((2 * h + gap) / c + 1e-9), 0) for h, c in zip(half, cell, strict=True)]
         ex, ey, ez = ((c - gap) / 2 * (1 - 1e-9) for c in cell)

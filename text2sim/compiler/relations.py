@@ -224,9 +224,7 @@ def _beside(place: Place, subject: Group, target: Group) -> Vec:
     (low, high), (bottom, top) = subject.bounds(), target.bounds()
     here, there = subject.middle(), target.middle()
     shift = [there[0] - here[0], there[1] - here[1], bottom[2] - low[2]]
-    shift[axis] = (
-        bottom[axis] - high[axis] - place.clearance if sign < 0 else top[axis] - low[axis] + place.clearance
-    )
+    shift[axis] = bottom[axis] - high[axis] - place.clearance if sign < 0 else top[axis] - low[axis] + place.clearance
     return (shift[0], shift[1], shift[2])
 
 
@@ -238,10 +236,7 @@ def _touch(place: Place, subject: Group, target: Group) -> Vec:
         raise PlaceError(str(error), "direction") from None
     here, there = subject.middle(), target.middle()
     # A distance at which the balls around the two are apart.
-    far = (
-        place.clearance
-        + sum(math.dist(*group.bounds()) / 2 for group in (subject, target) if group.members) * 1.01
-    )
+    far = place.clearance + sum(math.dist(*group.bounds()) / 2 for group in (subject, target) if group.members) * 1.01
     best = math.inf
     for plane in target.planes:
         n = quat_rotate(plane.quat, (0.0, 0.0, 1.0))
@@ -253,9 +248,7 @@ def _touch(place: Place, subject: Group, target: Group) -> Vec:
     start = tuple(t - h + far * c for t, h, c in zip(there, here, d, strict=True))
     if target.members:
         backwards = (-d[0], -d[1], -d[2])
-        way = sweep(
-            subject.solids((start[0], start[1], start[2])), target.solids(), backwards, gap=place.clearance
-        )
+        way = sweep(subject.solids((start[0], start[1], start[2])), target.solids(), backwards, gap=place.clearance)
         best = min(best, math.inf if way is None else way)
     if best == math.inf:
         raise PlaceError(f"it passes `{place.target}` without touching it", "touching")

@@ -84,9 +84,7 @@ def quat_from_yaw(angle: float) -> Quaternion:
 
 def quat_from_euler_deg(angles: Sequence[float]) -> Quaternion:
     """Return the rotation by three angles [deg] about the fixed x, then y, then z axis (extrinsic xyz)."""
-    (cx, sx), (cy, sy), (cz, sz) = (
-        (math.cos(math.radians(a) / 2), math.sin(math.radians(a) / 2)) for a in angles
-    )
+    (cx, sx), (cy, sy), (cz, sz) = ((math.cos(math.radians(a) / 2), math.sin(math.radians(a) / 2)) for a in angles)
     return (
         cz * cy * cx + sz * sy * sx,
         cz * cy * sx - sz * sy * cx,

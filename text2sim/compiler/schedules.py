@@ -46,10 +46,18 @@ def constructor(schedule: Schedule, before: float = 0.0) -> Code:
     """Source of the function of time for a schedule."""
     if isinstance(schedule, Ramp):
         first = before if schedule.from_ is None else schedule.from_
-        return _call("ramp", start=schedule.start, end=schedule.end, before=first, after=schedule.to, ease=schedule.ease)
+        return _call(
+            "ramp", start=schedule.start, end=schedule.end, before=first, after=schedule.to, ease=schedule.ease
+        )
     if isinstance(schedule, Sine):
-        return _call("sine", amplitude=schedule.amplitude, frequency=schedule.frequency, offset=schedule.offset,
-                     phase=radians(schedule.phase_deg), start=schedule.start)
+        return _call(
+            "sine",
+            amplitude=schedule.amplitude,
+            frequency=schedule.frequency,
+            offset=schedule.offset,
+            phase=radians(schedule.phase_deg),
+            start=schedule.start,
+        )
     if isinstance(schedule, Steps):
         return _call("steps", times=schedule.times, values=schedule.values)
     if isinstance(schedule, Piecewise):
@@ -60,7 +68,8 @@ def constructor(schedule: Schedule, before: float = 0.0) -> Code:
 def waypoint_functions(motion: Waypoints) -> tuple[Code, Code, Code]:
     """Functions of time for the displacement [m] along x, y and z."""
     return tuple(  # type: ignore[return-value]
-        _call("waypoints", times=motion.times, values=[p[k] for p in motion.positions], ease=motion.ease) for k in range(3)
+        _call("waypoints", times=motion.times, values=[p[k] for p in motion.positions], ease=motion.ease)
+        for k in range(3)
     )
 
 

@@ -116,7 +116,9 @@ def derive(scene: Scene, traits: Traits) -> Settings:
         if crowded:
             why["solver"] = f"{traits.loose} loose bodies can touch each other; newton is 20 times slower on such piles"
         elif tangled:
-            why["solver"] = f"{traits.chains} links and {traits.loops} closed loops: cg is faster and survives impacts better"
+            why["solver"] = (
+                f"{traits.chains} links and {traits.loops} closed loops: cg is faster and survives impacts better"
+            )
         else:
             why["solver"] = "few enough bodies for the exact solver"
     iterations = scene.solver.iterations
@@ -164,7 +166,10 @@ def _substeps(scene: Scene, traits: Traits, why: dict[str, str]) -> int:
     if traits.chains or traits.loops:
         need(0.0025, "trees of ball joints and closed loops drift or explode at longer steps")
     if traits.fastest > 0:
-        need(max(traits.thinnest / traits.fastest, 2e-4), f"at {traits.fastest:g} m/s a body may not cross the thinnest piece ({traits.thinnest:g} m) in one step")
+        need(
+            max(traits.thinnest / traits.fastest, 2e-4),
+            f"at {traits.fastest:g} m/s a body may not cross the thinnest piece ({traits.thinnest:g} m) in one step",
+        )
     if traits.bounciest > 0:
         need(BOUNCE_STEP, "restitution is made from contact damping, which wants steps of half a millisecond")
     substeps = max(wanted)

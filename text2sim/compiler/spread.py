@@ -82,9 +82,7 @@ def _bonded(bond: RunningBond, spots: Sequence[Spot]) -> list[Spot]:
 
 def _packed(packing: Packing, spots: Sequence[Spot], sizes: Sizes) -> list[Spot]:
     if any(any(spot.pos) for spot in spots):
-        raise PatternError(
-            "a packing lies in its region, which is in the world; leave out `pos`", "pose", "pos"
-        )
+        raise PatternError("a packing lies in its region, which is in the world; leave out `pos`", "pose", "pos")
     grains = [grain_of(None if s.shape is None else s.shape.kind, sizes.of(s, IDENTITY)) for s in spots]
     try:
         packed = pack(packing, grains, [spot.quat for spot in spots])

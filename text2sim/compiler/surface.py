@@ -57,9 +57,7 @@ class VisualMesh:
         import numpy as np
 
         turn = np.array(quat_to_rows(quat)).T
-        return replace(
-            self, vertices=self.vertices @ turn + np.array(pos), normals=self.normals @ turn, part=part
-        )
+        return replace(self, vertices=self.vertices @ turn + np.array(pos), normals=self.normals @ turn, part=part)
 
     def obj(self) -> str:
         """Return the surface as the text of an .obj file, with its normals."""

@@ -91,9 +91,7 @@ def solids(pieces: Iterable[Piece], pos: Sequence[float], quat: Quaternion) -> l
     return [Solid(piece, pos, quat) for piece in pieces]
 
 
-def sweep(
-    movers: Sequence[Solid], others: Sequence[Solid], direction: Vec, *, gap: float = 0.0
-) -> float | None:
+def sweep(movers: Sequence[Solid], others: Sequence[Solid], direction: Vec, *, gap: float = 0.0) -> float | None:
     """Return how far [m] the movers can go together until one is `gap` from one of the others.
 
     Args:

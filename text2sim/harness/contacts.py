@@ -175,9 +175,7 @@ class ContactLog:
         begins = _begins(touches)
         if not len(begins):
             none = np.zeros(0)
-            return Episodes(
-                touches.pair, none, none, none, touches.force, touches.force, none, none, none, none
-            )
+            return Episodes(touches.pair, none, none, none, touches.force, touches.force, none, none, none, none)
         ends = np.append(begins[1:], len(touches.step)) - 1
         since = touches.step - np.repeat(touches.step[begins], ends - begins + 1)
         early = (since * dt < IMPACT - 1e-9)[:, None]

@@ -36,9 +36,7 @@ def energy_account(recording: Recording) -> dict[str, Any]:
     loose = {target.copy for target in cast.loose}
     dofs = [j.dof[0] for j in states.joints if j.kind in ("hinge", "slider") and j.body in loose]
     power = (
-        (states.dofs_force[:, dofs].astype(float) * states.dofs_velocity[:, dofs]).sum(axis=1)
-        if dofs
-        else 0.0 * total
+        (states.dofs_force[:, dofs].astype(float) * states.dofs_velocity[:, dofs]).sum(axis=1) if dofs else 0.0 * total
     )
     work = float(np.trapezoid(power, states.time)) if states.frames > 1 else 0.0
     row = extremes(states.time, total)

@@ -133,9 +133,7 @@ def _contact(recording: Recording, series: Any, event: a.ContactEvent, since: fl
     return episode_rows(choose(episodes, episodes.impact_impulse >= event.min_impulse), first, second)
 
 
-def _separation(
-    recording: Recording, series: Any, event: a.SeparationEvent, since: float
-) -> list[Occurrence]:
+def _separation(recording: Recording, series: Any, event: a.SeparationEvent, since: float) -> list[Occurrence]:
     """Touches end, and there is none for a while; near the end of the run that stays open."""
     episodes, first, second = _episodes(recording, event.between)
     until = np.append(episodes.start[1:], recording.states.end)
@@ -164,14 +162,9 @@ def _threshold(
     measured = series.get(event.measure)
     if measured is None or measured.problem:
         raise EventError(measured.problem if measured else f"there is no measure `{event.measure}`")
-    height = (
-        measured.values - event.above if event.above is not None else (event.below or 0.0) - measured.values
-    )
+    height = measured.values - event.above if event.above is not None else (event.below or 0.0) - measured.values
     bound = event.above if event.above is not None else event.below
-    return [
-        {"time": t, "measure": event.measure, "value": bound}
-        for t in crossings(recording.states.time, height)
-    ]
+    return [{"time": t, "measure": event.measure, "value": bound} for t in crossings(recording.states.time, height)]
 
 
 def _rest(recording: Recording, series: Any, event: a.RestEvent, since: float) -> list[Occurrence]:
@@ -200,9 +193,7 @@ def _region(recording: Recording, series: Any, event: a.RegionEvent, since: floa
     return _passages(recording, event.of, lambda points: sign * depth_inside(event.region, points))
 
 
-def _left_domain(
-    recording: Recording, series: Any, event: a.LeftDomainEvent, since: float
-) -> list[Occurrence]:
+def _left_domain(recording: Recording, series: Any, event: a.LeftDomainEvent, since: float) -> list[Occurrence]:
     """An origin leaves the scene's domain; what starts outside has left it at the start."""
     domain = recording.case.scene.domain
     if domain is None:
@@ -231,9 +222,7 @@ def _passages(
     return rows
 
 
-def _joint_limit(
-    recording: Recording, series: Any, event: a.JointLimitEvent, since: float
-) -> list[Occurrence]:
+def _joint_limit(recording: Recording, series: Any, event: a.JointLimitEvent, since: float) -> list[Occurrence]:
     """A joint comes to within 0.2 % of its range of an end; again, once it has been 2 % away."""
     time, rows = recording.states.time, []
     for label, joint in recording.cast.select_joints(event.of):
@@ -263,9 +252,7 @@ def _released(recording: Recording, series: Any, event: a.ReleasedEvent, since: 
     if not isinstance(attach, a.Attach):
         raise EventError(f"there is no attach `{event.attach}`")
     times = sorted(c.at for c in controls.values() if isinstance(c, a.Release) and c.attach == event.attach)
-    return [
-        {"time": t, "between": [attach.body, attach.to]} for t in times if t <= recording.states.end + 1e-9
-    ]
+    return [{"time": t, "between": [attach.body, attach.to]} for t in times if t <= recording.states.end + 1e-9]
 
 
 _FINDERS: dict[str, Callable[[Recording, Mapping[str, Series], Any, float], list[Occurrence]]] = {

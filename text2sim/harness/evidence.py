@@ -95,9 +95,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
     )
     write_atomically(run_dir / "events.jsonl", "".join(dump_line(row) + "\n" for row in rows))
     write_atomically(run_dir / "measures.csv", _csv(states.time, series))
-    write_atomically(
-        run_dir / "evidence.json", json.dumps(plain, indent=1, sort_keys=True, allow_nan=False) + "\n"
-    )
+    write_atomically(run_dir / "evidence.json", json.dumps(plain, indent=1, sort_keys=True, allow_nan=False) + "\n")
     return plain
 
 
@@ -147,9 +145,7 @@ def _verdict(findings: list[Finding], state: str, message: str) -> tuple[str, st
         return "failed", ended
     return (
         "passed",
-        f"all {len(findings)} expectations came true"
-        if findings
-        else "it ran to its end; nothing was expected",
+        f"all {len(findings)} expectations came true" if findings else "it ran to its end; nothing was expected",
     )
 
 
@@ -184,9 +180,7 @@ def _touches(recording: Recording) -> tuple[list[Occurrence], dict[str, Any]]:
     total = len(episodes.start)
     if total > EPISODES:
         size = np.linalg.norm(episodes.impulse, axis=1)
-        hardest = np.lexsort(
-            (*episodes.pair.T[::-1], episodes.start, -np.where(np.isfinite(size), size, np.inf))
-        )
+        hardest = np.lexsort((*episodes.pair.T[::-1], episodes.start, -np.where(np.isfinite(size), size, np.inf)))
         episodes = choose(episodes, hardest[:EPISODES])
     rows = [{"name": None, "kind": "contact", **row} for row in episode_rows(episodes, targets, targets)]
     return rows, {
@@ -212,9 +206,7 @@ def _named_with_itself(case: Case) -> set[str]:
 def _left_out(contacts: dict[str, Any]) -> list[str]:
     rows = []
     if contacts["left_out"]:
-        rows.append(
-            f"events.jsonl: {contacts['left_out']} of the smaller touches between bodies (it has {EPISODES})"
-        )
+        rows.append(f"events.jsonl: {contacts['left_out']} of the smaller touches between bodies (it has {EPISODES})")
     if contacts["within_repeated_bodies"]:
         rows.append(f"events.jsonl: {contacts['within_repeated_bodies']} touches between copies of one body")
     if not contacts["recorded"]:
@@ -223,9 +215,7 @@ def _left_out(contacts: dict[str, Any]) -> list[str]:
 
 
 def _csv(time: Array, series: Mapping[str, Series]) -> str:
-    table = (
-        np.column_stack([time, *(row.values for row in series.values())]) if len(time) else np.zeros((0, 1))
-    )
+    table = np.column_stack([time, *(row.values for row in series.values())]) if len(time) else np.zeros((0, 1))
     lines = [",".join(["time", *series])]
     lines += [",".join(f"{v:.9g}" if math.isfinite(v) else "" for v in row) for row in table.tolist()]
     return "\n".join(lines) + "\n"

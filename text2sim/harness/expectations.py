@@ -208,9 +208,7 @@ class _Judge:
         inner = (self.time > first + HAIR) & (self.time < last - HAIR)
         ends = np.array([first, last])
         left, right = np.interp(ends, self.time, values)
-        return np.concatenate([[first], self.time[inner], [last]]), np.concatenate(
-            [[left], values[inner], [right]]
-        )
+        return np.concatenate([[first], self.time[inner], [last]]), np.concatenate([[left], values[inner], [right]])
 
 
 def moment(at: float | str | None, time: Array) -> float:
@@ -283,9 +281,7 @@ def wanted_of_event(expect: Expect) -> str:
 def wanted_of_measure(expect: Expect, unit: str) -> str:
     """Return what is wanted of a measure, in words."""
     bounds = [
-        f"{word} {_number(v, unit)}"
-        for word, v in (("above", expect.above), ("below", expect.below))
-        if v is not None
+        f"{word} {_number(v, unit)}" for word, v in (("above", expect.above), ("below", expect.below)) if v is not None
     ]
     if expect.equals is not None:
         bounds.append(f"within {_number(expect.tolerance or 0.0, unit)} of {_number(expect.equals, unit)}")

@@ -58,8 +58,7 @@ class Geometry:
         for row in self._index.get(link, ()):
             quat = np.asarray(row.get("quat", (1, 0, 0, 0)), dtype=float)
             parts.append(
-                rotate(quat, self._corners(str(row["mesh"])))
-                + np.asarray(row.get("pos", (0, 0, 0)), dtype=float)
+                rotate(quat, self._corners(str(row["mesh"]))) + np.asarray(row.get("pos", (0, 0, 0)), dtype=float)
             )
         return np.concatenate(parts)
 

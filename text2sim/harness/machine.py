@@ -58,9 +58,7 @@ MIN_MEMORY = 4 * 2**30
 """Least memory [bytes] for comfort: a small rigid scene takes 1 GB, compiling its kernels up to 3 GB."""
 
 _REINSTALL = "scripts/bootstrap (or: pip install -c constraints.txt .)"
-_DRIVERS = (
-    "sudo apt-get install -y libegl-mesa0 libgl1-mesa-dri; NVIDIA containers: NVIDIA_DRIVER_CAPABILITIES=all"
-)
+_DRIVERS = "sudo apt-get install -y libegl-mesa0 libgl1-mesa-dri; NVIDIA containers: NVIDIA_DRIVER_CAPABILITIES=all"
 _CHILD_LIMIT = 120.0
 """Wall time [s] after which a child is given up; `import genesis` from a cold disk takes half a minute."""
 
@@ -318,9 +316,7 @@ def _formatter() -> list[Finding]:
 def _kernel_cache() -> Finding:
     name = "kernel cache"
     if os.environ.get("QD_OFFLINE_CACHE") == "0":
-        return Finding(
-            name, False, "optional", "switched off: each run compiles anew", "unset QD_OFFLINE_CACHE"
-        )
+        return Finding(name, False, "optional", "switched off: each run compiles anew", "unset QD_OFFLINE_CACHE")
     folder = _kernel_cache_folder()
     sizes = [path.stat().st_size for path in folder.rglob("*") if path.is_file()] if folder.is_dir() else []
     if sizes:

@@ -103,9 +103,7 @@ def _reduce(measure: Any, values: list[Array]) -> Array:
     stack = np.stack(values)
     if measure.stat is None:
         if len(values) > 1:
-            raise MeasureError(
-                f"{measure.of} means {len(values)} bodies: `stat` says how they become one number"
-            )
+            raise MeasureError(f"{measure.of} means {len(values)} bodies: `stat` says how they become one number")
         return stack[0]
     if measure.stat == "count":
         above = stack > (-np.inf if measure.above is None else measure.above)
@@ -209,11 +207,7 @@ def _contact_rows(recording: Recording, of: str, by: str | None) -> tuple[Array,
     if not log.recorded:
         raise MeasureError("no contacts were recorded (scene.record.contacts is false)")
     ours = recording.cast.groups(recording.cast.select(of)) >= 0
-    theirs = (
-        np.ones(len(ours), dtype=bool)
-        if by is None
-        else recording.cast.groups(recording.cast.select(by)) >= 0
-    )
+    theirs = np.ones(len(ours), dtype=bool) if by is None else recording.cast.groups(recording.cast.select(by)) >= 0
     first, second = log.links[:, 0], log.links[:, 1]
     forward, backward = ours[first] & theirs[second], ours[second] & theirs[first]
     rows = np.flatnonzero((forward | backward) & (log.frame < recording.states.frames))
@@ -259,9 +253,7 @@ def _frames_with_first(recording: Recording, rows: Array) -> tuple[Array, Array]
     """Return (frame, row) of contacts, with those of the first step once more for the first frame."""
     log, states = recording.contacts, recording.states
     begin = rows[log.step[rows] == states.steps[0] + 1] if states.frames else rows[:0]
-    return np.concatenate([np.zeros(len(begin), dtype=np.int64), log.frame[rows]]), np.concatenate(
-        [begin, rows]
-    )
+    return np.concatenate([np.zeros(len(begin), dtype=np.int64), log.frame[rows]]), np.concatenate([begin, rows])
 
 
 def _links(recording: Recording, of: str | None) -> Array:
@@ -289,9 +281,7 @@ def _momentum(recording: Recording, measure: a.Momentum) -> Array:
 
 def _count_in(recording: Recording, measure: a.CountIn) -> Array:
     """Number of copies whose origin lies in the region or on its surface."""
-    inside = [
-        depth_inside(measure.region, recording.origin(t)) >= 0 for t in recording.cast.select(measure.of)
-    ]
+    inside = [depth_inside(measure.region, recording.origin(t)) >= 0 for t in recording.cast.select(measure.of)]
     return np.sum(inside, axis=0)
 
 

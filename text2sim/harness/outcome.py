@@ -53,9 +53,7 @@ def outcome_of(ended: ChildExit, limits: Limits, status: dict[str, Any], log: st
     simulated = status.get("state")
     if simulated in ("finished", "diverged"):
         # The simulation is over and written down: what failed after that can only be the film.
-        return Outcome(
-            simulated, time, said if simulated == "diverged" else "", "" if state == simulated else message
-        )
+        return Outcome(simulated, time, said if simulated == "diverged" else "", "" if state == simulated else message)
     if state == "finished":
         return Outcome("failed", time, "the program ended without saying how far it came")
     return Outcome(state, time, message)

@@ -154,6 +154,4 @@ def _draw_events(axes: "Axes", events: Sequence[Mapping[str, Any]]) -> None:
     for number, (name, time) in enumerate(list(named.items())[:LABELLED]):
         axes.axvline(time, color=GREY, linewidth=0.8, linestyle=":")
         y = 0.98 - 0.085 * (number % 4)
-        axes.text(
-            time, y, f" {name}", fontsize=6.5, color="#333333", transform=height, va="top", clip_on=True
-        )
+        axes.text(time, y, f" {name}", fontsize=6.5, color="#333333", transform=height, va="top", clip_on=True)

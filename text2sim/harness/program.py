@@ -69,9 +69,7 @@ def run_program(
     outcome = outcome_of(ended, limits, status, text, _finite(status.get("time"), relay.simulated))
     failed = ended.code != 0 and ended.cause == "ended"
     refused = _NO_FILM.search(text)
-    return Finished(
-        outcome, ended, provenance(program, text) if failed else None, refused[1] if refused else ""
-    )
+    return Finished(outcome, ended, provenance(program, text) if failed else None, refused[1] if refused else "")
 
 
 class _Relay:

@@ -40,9 +40,7 @@ def write_report(run_dir: Path, case: Case) -> Path:
     from jinja2 import Environment, StrictUndefined
 
     # Strings of a case are not ours: everything is escaped, and the page's policy allows no script at all.
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"number": _number, "seconds": _seconds, "percent": _percent, "prose": _prose}
     template = resources.files("text2sim.harness").joinpath("report.html.j2").read_text("utf-8")
     page = environment.from_string(template).render(_contents(run_dir, case))
@@ -66,11 +64,8 @@ def _contents(run_dir: Path, case: Case) -> dict[str, Any]:
         "case": case,
         "evidence": evidence,
         "record": record,
-        "verdict": evidence.get("verdict")
-        or ("failed" if record and record.state not in STOPPED else "incomplete"),
-        "why": _sentence(
-            evidence.get("why") or (record.message if record else "") or "there is nothing to judge"
-        ),
+        "verdict": evidence.get("verdict") or ("failed" if record and record.state not in STOPPED else "incomplete"),
+        "why": _sentence(evidence.get("why") or (record.message if record else "") or "there is nothing to judge"),
         "expect": found,
         "declared": declared[:OCCURRENCES],
         "declared_left_out": max(0, len(declared) - OCCURRENCES),
@@ -88,9 +83,7 @@ def _contents(run_dir: Path, case: Case) -> dict[str, Any]:
 # --- pictures ----------------------------------------------------------------------
 
 
-def _plots(
-    run_dir: Path, case: Case, evidence: dict[str, Any], events: list[dict[str, Any]]
-) -> list[tuple[str, str]]:
+def _plots(run_dir: Path, case: Case, evidence: dict[str, Any], events: list[dict[str, Any]]) -> list[tuple[str, str]]:
     """Draw the plots; return (name, data URI) of each."""
     folder = run_dir / "plots"
     folder.mkdir(exist_ok=True)
@@ -102,9 +95,7 @@ def _plots(
         summary = evidence.get("measures", {}).get(name)
         if summary is None or not np.isfinite(values).any():
             continue
-        bounds = [
-            b for key, row in case.actions.expect.items() if (b := _bound(key, row, name, evidence, time))
-        ]
+        bounds = [b for key, row in case.actions.expect.items() if (b := _bound(key, row, name, evidence, time))]
         title = f"{name}: {describe(case.actions.measures[name])}" if name in case.actions.measures else name
         plot_series(
             folder / f"{name}.png",
@@ -159,9 +150,7 @@ def _bound(name: str, expect: Expect, measure: str, evidence: dict[str, Any], ti
     if expect.equals is not None and expect.tolerance is not None:
         low, high = expect.equals - expect.tolerance, expect.equals + expect.tolerance
     some = (expect.stat == "max" and expect.below is None) or (expect.stat == "min" and expect.above is None)
-    return Bound(
-        name, start, end, low, high, evidence.get("expect", {}).get(name, {}).get("ok"), every=not some
-    )
+    return Bound(name, start, end, low, high, evidence.get("expect", {}).get(name, {}).get("ok"), every=not some)
 
 
 def describe(model: Any) -> str:

@@ -109,9 +109,7 @@ class RunStates:
         except (ValueError, TypeError, KeyError, RecursionError) as error:
             raise RunError(f"{folder / 'layout.json'}: not the layout of a recording ({error!r})") from error
         if not (0 < dt < np.inf and every > 0):
-            raise RunError(
-                f"{folder / 'layout.json'}: not the layout of a recording (dt {dt}, every {every})"
-            )
+            raise RunError(f"{folder / 'layout.json'}: not the layout of a recording (dt {dt}, every {every})")
         sizes = {"L": len(links), "Q": max((j.q[1] for j in joints), default=0)}
         sizes["D"] = max((j.dof[1] for j in joints), default=0)
         chunks, losses = _readable(folder, sizes)
@@ -215,9 +213,7 @@ def _readable(folder: Path, sizes: dict[str, int]) -> tuple[tuple[Path, ...], tu
     good: list[Path] = []
     paths = sorted(folder.glob("chunk_*.npz"))
     for number, path in enumerate(paths):
-        reason = (
-            "an earlier one is missing" if path.name != f"chunk_{number:05d}.npz" else _fault(path, sizes)
-        )
+        reason = "an earlier one is missing" if path.name != f"chunk_{number:05d}.npz" else _fault(path, sizes)
         if reason:
             # What comes after a gap does not belong to the frames before it.
             rest = len(paths) - number
@@ -250,9 +246,7 @@ def _shape(archive: zipfile.ZipFile, name: str) -> tuple[int, ...]:
     member = archive.getinfo(f"{name}.npy")
     with archive.open(member) as stream:
         version = np.lib.format.read_magic(stream)
-        read = (
-            np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        )
+        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
         shape, _, dtype = read(stream)
         size = int(np.prod(shape, dtype=np.int64)) * dtype.itemsize
         if dtype.hasobject or member.file_size != stream.tell() + size:

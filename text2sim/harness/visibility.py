@@ -16,9 +16,7 @@ def read_samples(run_dir: Path) -> dict[str, list[tuple[float, dict[str, float]]
     try:
         data = json.loads((run_dir / "visibility.json").read_text("utf-8"))
         return {
-            str(camera): [
-                (float(row["t"]), {str(k): float(v) for k, v in row["shares"].items()}) for row in rows
-            ]
+            str(camera): [(float(row["t"]), {str(k): float(v) for k, v in row["shares"].items()}) for row in rows]
             for camera, rows in data.items()
         }
     except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):

@@ -125,9 +125,7 @@ class Release(Model):
     """Time [s]."""
 
 
-Control = Annotated[
-    InitialVelocity | Impulse | Force | Torque | Drive | Attach | Release, Field(discriminator="kind")
-]
+Control = Annotated[InitialVelocity | Impulse | Force | Torque | Drive | Attach | Release, Field(discriminator="kind")]
 
 # --- measures
 # -------------------------------------------------------------------------------------------------

@@ -54,9 +54,7 @@ def _nonzero(value: tuple[float, ...]) -> tuple[float, ...]:
 
 def _ordered(value: tuple[float, float]) -> tuple[float, float]:
     if value[1] < value[0]:
-        raise ValueError(
-            f"the second number must not be smaller than the first (got {value[0]:g} and {value[1]:g})"
-        )
+        raise ValueError(f"the second number must not be smaller than the first (got {value[0]:g} and {value[1]:g})")
     return value
 
 
@@ -80,9 +78,7 @@ Name = Annotated[
 
 Selector = Annotated[
     str,
-    StringConstraints(
-        pattern=r"^[A-Za-z][A-Za-z0-9_]*(\[(\d{1,6}|\*|\d{1,6}:\d{1,6})\])?(\.[A-Za-z][A-Za-z0-9_]*)?$"
-    ),
+    StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*(\[(\d{1,6}|\*|\d{1,6}:\d{1,6})\])?(\.[A-Za-z][A-Za-z0-9_]*)?$"),
     Noun("a selector", "selectors", "`brick`, `brick[*]`, `brick[3]`, `brick[2:5]` or `arm.hand`"),
 ]
 """Which bodies: ``brick`` (every copy), ``brick[3]``, ``brick[2:5]`` (2, 3, 4), ``arm.hand`` (a link or

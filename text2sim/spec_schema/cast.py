@@ -90,9 +90,7 @@ class Cast:
         severity: Severity = "error",
     ) -> None:
         """Add a problem."""
-        self.problems.append(
-            self.loaded.problem(where, message, key=key, rule=rule, hint=hint, severity=severity)
-        )
+        self.problems.append(self.loaded.problem(where, message, key=key, rule=rule, hint=hint, severity=severity))
 
     def find(self, selector: str, where: Path, *, parts: bool = True, joint: bool = False) -> Member | None:
         """Return what a selector means, or report why it means nothing.
@@ -125,9 +123,7 @@ class Cast:
         if chosen.first is None or chosen.last is None:
             return True
         if model.repeat is None:
-            self.report(
-                where, f"`{name}` has no repeat, and so no numbers; write `{name}`", "no-copies", name
-            )
+            self.report(where, f"`{name}` has no repeat, and so no numbers; write `{name}`", "no-copies", name)
             return False
         there = f"`{name}` has {copies} copies, `{name}[0]` to `{name}[{copies - 1}]`"
         if chosen.last <= chosen.first:

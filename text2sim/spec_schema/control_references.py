@@ -136,9 +136,7 @@ def _check_drive(cast: Cast, where: Path, control: Drive) -> None:
     if joint is None:
         return
     if joint.actuator is None:
-        message = (
-            f"`{member.text}` has no actuator; give its joint one: `actuator: {{stiffness: …, damping: …}}`"
-        )
+        message = f"`{member.text}` has no actuator; give its joint one: `actuator: {{stiffness: …, damping: …}}`"
         cast.report((*where, "joint"), message, "no-actuator")
     elif control.position is not None and joint.actuator.stiffness == 0:
         message = f"a position needs a stiffness, and the actuator of `{member.text}` has none"

@@ -46,9 +46,7 @@ def diagnose(
         if place is not None:
             finding = _say(place, details)
             path = (*root, *finding.path)
-            found[
-                document.problem(path, finding.message, key=finding.key, rule=finding.rule, hint=finding.hint)
-            ] = None
+            found[document.problem(path, finding.message, key=finding.key, rule=finding.rule, hint=finding.hint)] = None
     # Whatever the above cannot follow is still said, if not as well.
     return list(found) or [document.problem(root, _plainly(error), rule="value")]
 
@@ -194,9 +192,7 @@ def _unknown_key(place: _Place) -> _Finding:
     known = [word for word in fields_of(model) if word != "kind" or kinds_of(model)]
     free = [word for word in known if word not in place.data]
     message = f"unknown key `{key}`; {_name_of(place)} takes {', '.join(known)}"
-    return _Finding(
-        (*place.path, key), message, "unknown-key", nearest(key, free) or nearest(key, known), key=True
-    )
+    return _Finding((*place.path, key), message, "unknown-key", nearest(key, free) or nearest(key, known), key=True)
 
 
 def _missing_key(place: _Place) -> _Finding:
@@ -227,9 +223,7 @@ def _bad_kind(place: _Place) -> _Finding:
 def _unknown_word(place: _Place) -> _Finding:
     words = [str(word) for word in get_args(place.slot.base)]
     if place.path == ("text2sim",):
-        return _Finding(
-            place.path, f"this is version {words[0]} of the language (got {show(place.data)})", "version"
-        )
+        return _Finding(place.path, f"this is version {words[0]} of the language (got {show(place.data)})", "version")
     message = f"must be {describe(place.slot)} (got {_quoted(place.data)})"
     return _Finding(place.path, message, "unknown-word", nearest(place.data, words))
 
@@ -264,6 +258,4 @@ def _bad_length(place: _Place, details: ErrorDetails) -> _Finding:
 
 
 def _quoted(value: object) -> str:
-    return (
-        f"`{show(value).removeprefix('the text ').strip(chr(39))}`" if isinstance(value, str) else show(value)
-    )
+    return f"`{show(value).removeprefix('the text ').strip(chr(39))}`" if isinstance(value, str) else show(value)

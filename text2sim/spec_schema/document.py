@@ -65,9 +65,7 @@ class Document:
         for step in path:
             children = node.children
             if isinstance(children, dict) and step in children:
-                place = (
-                    node.keys[str(step)] if key else (children[str(step)].line, children[str(step)].column)
-                )
+                place = node.keys[str(step)] if key else (children[str(step)].line, children[str(step)].column)
                 node = children[str(step)]
             elif isinstance(children, list) and isinstance(step, int) and step < len(children):
                 node = children[step]
@@ -76,9 +74,7 @@ class Document:
                 break
         return place
 
-    def problem(
-        self, path: Path, message: str, *, key: bool = False, rule: str, hint: str | None = None
-    ) -> Problem:
+    def problem(self, path: Path, message: str, *, key: bool = False, rule: str, hint: str | None = None) -> Problem:
         """A problem at a place of the document."""
         line, column = self.place(path, key=key)
         return Problem(pointer(path), message, line, column, self.source.file, hint, rule)
@@ -157,9 +153,7 @@ class _Composer:
                 message = f"aliases (`*{event.anchor}`) are not part of the language; use params or repeat"
                 raise self._fatal(event.start_mark, message, "alias")
             elif isinstance(event, yaml.DocumentStartEvent) and root is not None:
-                raise self._fatal(
-                    event.start_mark, "a file holds one document; a second one starts here", "documents"
-                )
+                raise self._fatal(event.start_mark, "a file holds one document; a second one starts here", "documents")
             else:
                 continue
 
@@ -242,9 +236,7 @@ class _Composer:
     def _text(self, event: Any) -> str:
         text = event.value
         if len(text) > MAX_SCALAR:
-            raise self._fatal(
-                event.start_mark, f"the text is longer than {MAX_SCALAR} characters", "too-large"
-            )
+            raise self._fatal(event.start_mark, f"the text is longer than {MAX_SCALAR} characters", "too-large")
         if event.style == '"':
             written = self.source.text[event.start_mark.index : event.end_mark.index]
             if "\\" in written and (_ESCAPED.search(written) or _CONTROL.search(text)):
@@ -263,9 +255,7 @@ class _Composer:
             raise self._fatal(event.start_mark, f"tags (`{event.tag}`) are not part of the language", "tag")
 
     def _add(self, mark: Any, message: str, rule: str) -> None:
-        self.problems.append(
-            Problem("", message, mark.line + 1, mark.column + 1, self.source.file, rule=rule)
-        )
+        self.problems.append(Problem("", message, mark.line + 1, mark.column + 1, self.source.file, rule=rule))
 
     def _fatal(self, mark: Any, message: str, rule: str) -> SpecError:
         self._add(mark, message, rule)

@@ -73,9 +73,7 @@ def _name(name: str, names: Mapping[str, Value]) -> Value:
         return CONSTANTS[name]
     if name not in names:
         known = list(names)
-        message = f"unknown name `{name}`" + (
-            f"; there are {', '.join(known)}" if 0 < len(known) <= 12 else ""
-        )
+        message = f"unknown name `{name}`" + (f"; there are {', '.join(known)}" if 0 < len(known) <= 12 else "")
         raise ExpressionError(message, nearest(name, [*known, *CONSTANTS]), "unknown-name")
     return names[name]
 
@@ -114,11 +112,7 @@ def _power(base: float, exponent: float) -> float:
     if base != 0 and exponent * math.log10(abs(base)) > math.log10(MAX_NUMBER):
         raise ExpressionError(f"the result is larger than {MAX_NUMBER:g}")
     if abs(base) <= 1 or abs(exponent) > 1000:
-        return (
-            math.pow(base, exponent)
-            if isinstance(base, float) or exponent < 0
-            else int(math.pow(base, exponent))
-        )
+        return math.pow(base, exponent) if isinstance(base, float) or exponent < 0 else int(math.pow(base, exponent))
     return base**exponent
 
 
@@ -126,9 +120,7 @@ def _compare(node: ast.Compare, names: Mapping[str, Value]) -> bool:
     left = evaluate(node.left, names)
     for operator, operand in zip(node.ops, node.comparators, strict=True):
         right = evaluate(operand, names)
-        if not isinstance(operator, ast.Eq | ast.NotEq) and not (
-            isinstance(left, str) and isinstance(right, str)
-        ):
+        if not isinstance(operator, ast.Eq | ast.NotEq) and not (isinstance(left, str) and isinstance(right, str)):
             left, right = number(left), number(right)
         if not COMPARISONS[type(operator)](left, right):
             return False

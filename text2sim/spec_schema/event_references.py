@@ -59,9 +59,7 @@ def prescribed(cast: Cast, measure: actions.Measure) -> bool:
     """Whether a measure only repeats the motion that the case prescribes."""
     members = measured(cast, measure)
     moved_by_the_case = bool(members) and not any(member.dynamic for member in members)
-    return (
-        measure.kind not in CONTACT_KINDS and moved_by_the_case and any(member.driven for member in members)
-    )
+    return measure.kind not in CONTACT_KINDS and moved_by_the_case and any(member.driven for member in members)
 
 
 def _check_released(cast: Cast, where: Path, event: actions.ReleasedEvent) -> None:
@@ -86,11 +84,7 @@ def _check_subject(
         return
     if isinstance(event, actions.JointLimitEvent):
         joint = check_joint(cast, (*where, "of"), member, "measure")
-        if (
-            joint is not None
-            and getattr(joint, "range_deg", None) is None
-            and getattr(joint, "range", None) is None
-        ):
+        if joint is not None and getattr(joint, "range_deg", None) is None and getattr(joint, "range", None) is None:
             cast.report((*where, "of"), f"the joint of `{member.text}` has no limits", "no-limit")
     elif not member.dynamic:
         message = f"{member.why_not_dynamic}, so this event would show nothing"

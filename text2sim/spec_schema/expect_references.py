@@ -23,9 +23,7 @@ def _check_event(cast: Cast, where: Path, expect: Expect) -> None:
     for field in ("event", "before"):
         name = getattr(expect, field)
         if name is not None and name not in events:
-            cast.report(
-                (*where, field), f"there is no event `{name}`", "unknown-event", nearest(name, events)
-            )
+            cast.report((*where, field), f"there is no event `{name}`", "unknown-event", nearest(name, events))
     if expect.before is not None and expect.before == expect.event:
         cast.report((*where, "before"), "an event cannot come before itself", "impossible")
     if expect.within is not None and expect.within[0] > duration:

@@ -76,9 +76,7 @@ def _slot(slot: Slot, definitions: dict[str, Schema]) -> Schema:
         return _mapping(arguments, bounds, definitions)
     if origin in (list, tuple):
         length = (
-            {"minItems": len(arguments), "maxItems": len(arguments)}
-            if origin is tuple
-            else _length(bounds, "Items")
+            {"minItems": len(arguments), "maxItems": len(arguments)} if origin is tuple else _length(bounds, "Items")
         )
         # All items of a vector are alike.
         return _or_expression({"type": "array", "items": _slot(slot_of(arguments[0]), definitions), **length})

@@ -77,21 +77,17 @@ def _section(section: Section) -> str:
 
 def _shared(models: list[type[BaseModel]]) -> list[type[BaseModel]]:
     """Classes from which several models of a union have fields: those are said once."""
-    several = [
-        base for model in models for base in model.__mro__[1:] if sum(issubclass(m, base) for m in models) > 1
-    ]
+    several = [base for model in models for base in model.__mro__[1:] if sum(issubclass(m, base) for m in models) > 1]
     return [
-        base
-        for base in dict.fromkeys(several)
-        if issubclass(base, Model) and base is not Model and base not in models
+        base for base in dict.fromkeys(several) if issubclass(base, Model) and base is not Model and base not in models
     ]
 
 
 def _kinds(union: Any) -> dict[str, type[BaseModel]]:
     """Models of a union on `kind`, which may stand beside a plain type."""
-    return {
-        kind: model for member in slot_of(union).members for kind, model in member.models.items()
-    } or slot_of(union).models
+    return {kind: model for member in slot_of(union).members for kind, model in member.models.items()} or slot_of(
+        union
+    ).models
 
 
 def _table(model: type[BaseModel], without: list[type[BaseModel]]) -> list[str]:

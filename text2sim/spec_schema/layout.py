@@ -37,9 +37,7 @@ class Entry:
         """Whether there is a comment inside it."""
         if not isinstance(self.value, list):
             return False
-        return any(
-            child.trail or child.has_comments or child.after or any(child.before) for child in self.value
-        )
+        return any(child.trail or child.has_comments or child.after or any(child.before) for child in self.value)
 
 
 @dataclass(frozen=True)
@@ -97,9 +95,7 @@ class _Reader:
             if stack and stack[-1][0].mapping and key is None:
                 key = (next(stack[-1][2]), event.start_mark.line, event.start_mark.column)
                 continue
-            data = (
-                self.document.data if not stack else stack[-1][1][key[0] if key else len(stack[-1][0].value)]
-            )
+            data = self.document.data if not stack else stack[-1][1][key[0] if key else len(stack[-1][0].value)]
             entry = self._entry(event, data, key, stack[-1][0] if stack else None)
             key = None
             if isinstance(event, yaml.CollectionStartEvent):
@@ -165,9 +161,7 @@ def _attach(reader: _Reader, lines: list[str]) -> list[str]:
     return _take_head(reader)
 
 
-def _attach_below(
-    reader: _Reader, starts: dict[int, list[Entry]], gap: list[Comment | None], column: int
-) -> int:
+def _attach_below(reader: _Reader, starts: dict[int, list[Entry]], gap: list[Comment | None], column: int) -> int:
     """Give the comments that stand deeper than the next entry to the end of the block that they stand in.
 
     Returns:

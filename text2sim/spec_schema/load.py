@@ -117,8 +117,7 @@ class LoadedCase:
                 problems = diagnose(self.document, error, type(model), data, root)
         copy = f"copy {known['i']}: "
         raise SpecError(
-            Problem(p.path, copy + p.message, p.line, p.column, p.file, p.hint, p.rule, p.severity)
-            for p in problems
+            Problem(p.path, copy + p.message, p.line, p.column, p.file, p.hint, p.rule, p.severity) for p in problems
         )
 
 

@@ -46,9 +46,7 @@ def check_contacts_recorded(cast: Cast, where: Path) -> None:
 
 
 def _check_distance(cast: Cast, where: Path, measure: actions.Distance) -> None:
-    members = [
-        cast.find(selector, (*where, "between", index)) for index, selector in enumerate(measure.between)
-    ]
+    members = [cast.find(selector, (*where, "between", index)) for index, selector in enumerate(measure.between)]
     first, second = members
     if first is not None and second is not None and first.text == second.text and first.count == 1:
         cast.report((*where, "between", 1), f"`{first.text}` has no distance from itself", "itself")

@@ -63,9 +63,7 @@ class Place(Model):
     def _one_relation(self) -> "Place":
         given = [name for name in RELATIONS if getattr(self, name) is not None]
         if len(given) != 1:
-            raise ValueError(
-                f"exactly one of {', '.join(RELATIONS)} is needed (got {', '.join(given) or 'none'})"
-            )
+            raise ValueError(f"exactly one of {', '.join(RELATIONS)} is needed (got {', '.join(given) or 'none'})")
         return self
 
     @property

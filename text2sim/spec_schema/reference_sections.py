@@ -97,9 +97,7 @@ goes by the name of its link. A joint's position counts from the pose that the c
 SECTIONS = (
     Section("The case", "case", 2, (Case,)),
     Section("`scene`: the stage", "scene", 2, (scene.Scene,)),
-    Section(
-        "Statics", "static", 3, (scene.Static,), "By name in `scene.statics`. Only a static can be a `plane`."
-    ),
+    Section("Statics", "static", 3, (scene.Static,), "By name in `scene.statics`. Only a static can be a `plane`."),
     Section(
         "Settings of the scene",
         "setting",

@@ -58,9 +58,7 @@ def _check_places(cast: Cast) -> None:
             roots[name] = (*section, name)
             if model.place is None:
                 continue
-            found = cast.find(
-                model.place.target, (*section, name, "place", model.place.relation), parts=False
-            )
+            found = cast.find(model.place.target, (*section, name, "place", model.place.relation), parts=False)
             if found is not None:
                 targets[name] = found.name
     for circle in find_circles(targets):

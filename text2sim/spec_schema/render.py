@@ -132,9 +132,10 @@ Light = Annotated[Sun | Softbox | Lamp, Field(discriminator="kind")]
 class Render(Model):
     """The cinematography."""
 
-    resolution: tuple[
-        Annotated[Integer, Field(ge=64, le=4096)], Annotated[Integer, Field(ge=64, le=4096)]
-    ] = (1280, 720)
+    resolution: tuple[Annotated[Integer, Field(ge=64, le=4096)], Annotated[Integer, Field(ge=64, le=4096)]] = (
+        1280,
+        720,
+    )
     """Width and height [pixels], both even."""
     fps: Positive = Field(default=25.0, ge=1.0, le=240.0)
     """Frames per second of film."""

@@ -250,10 +250,7 @@ def _scopes(data: Any) -> Iterator[Path]:
     for name in controls:
         control = _mapping(controls, name)
         target = control.get("body", control.get("joint"))
-        if (
-            isinstance(target, str)
-            and _mapping(bodies, target.split("[")[0].split(".")[0]).get("repeat") is not None
-        ):
+        if isinstance(target, str) and _mapping(bodies, target.split("[")[0].split(".")[0]).get("repeat") is not None:
             yield ("actions", "controls", name)
 
 

@@ -188,19 +188,7 @@ Shape = Annotated[
     Field(discriminator="kind"),
 ]
 StaticShape = Annotated[
-    Plane
-    | Box
-    | Sphere
-    | Cylinder
-    | Capsule
-    | Cone
-    | Ellipsoid
-    | Torus
-    | Tube
-    | Cup
-    | Funnel
-    | Mesh
-    | Compound,
+    Plane | Box | Sphere | Cylinder | Capsule | Cone | Ellipsoid | Torus | Tube | Cup | Funnel | Mesh | Compound,
     Field(discriminator="kind"),
 ]
 Part.model_rebuild()

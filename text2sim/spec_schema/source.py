@@ -58,18 +58,14 @@ def read_source(path: Path, file: str | None = None) -> Source:
             data = stream.read(MAX_BYTES + 1)
     except OSError as error:
         reason = error.strerror or type(error).__name__
-        raise SpecError(
-            [Problem("", f"cannot read the file: {reason}", file=file, rule="unreadable")]
-        ) from None
+        raise SpecError([Problem("", f"cannot read the file: {reason}", file=file, rule="unreadable")]) from None
     return decode_source(data, file)
 
 
 def decode_source(data: bytes, file: str = "case.yaml") -> Source:
     """Decode and check the bytes of a file; see `read_source`."""
     if len(data) > MAX_BYTES:
-        problem = Problem(
-            "", f"the file is larger than {MAX_BYTES // 1_000_000} MB", file=file, rule="too-large"
-        )
+        problem = Problem("", f"the file is larger than {MAX_BYTES // 1_000_000} MB", file=file, rule="too-large")
         raise SpecError([problem])
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise SpecError([Problem("", "the file is UTF-16; save it as UTF-8", file=file, rule="encoding")])

@@ -27,9 +27,7 @@ def syntax_problem(source: Source, error: yaml.YAMLError) -> Problem:
     unclosed = find_unclosed(source.text)
     if unclosed is not None and (mark is None or unclosed < mark.index):
         line, column = source.place(unclosed)
-        return Problem(
-            "", "`${` has no closing brace on its line", line, column, source.file, rule="expression"
-        )
+        return Problem("", "`${` has no closing brace on its line", line, column, source.file, rule="expression")
     text = unmask(str(getattr(error, "problem", None) or error))
     if "quoted scalar" in str(getattr(error, "context", "")):
         mark = getattr(error, "context_mark", None) or mark

@@ -65,9 +65,7 @@ def _check_roots(cast: Cast, root: Path, links: dict[str, Link]) -> None:
         if link.joint is None:
             message = "`joint` is missing: a link without one of its own has `joint: {kind: fixed}`"
             cast.report(where, message, "tree", key=True)
-    for circle in find_circles(
-        {name: link.parent for name, link in links.items() if link.parent is not None}
-    ):
+    for circle in find_circles({name: link.parent for name, link in links.items() if link.parent is not None}):
         message = f"links hang on each other in a circle: {' -> '.join([*circle, circle[0]])}"
         cast.report((*root, "links", circle[0], "parent"), message, "circular-tree")
     if first is None and all(link.parent in links for link in links.values()):

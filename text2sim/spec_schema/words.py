@@ -209,11 +209,5 @@ def show(value: object) -> str:
     if isinstance(value, dict):
         return "a mapping"
     if isinstance(value, list | tuple):
-        return (
-            f"a list of {len(value)} items"
-            if len(value) > 1
-            else "a list of 1 item"
-            if value
-            else "an empty list"
-        )
+        return f"a list of {len(value)} items" if len(value) > 1 else "a list of 1 item" if value else "an empty list"
     return f"{value:.12g}" if isinstance(value, float) else str(value)

@@ -58,12 +58,7 @@ def number(value: float) -> str:
 def quoted(text: str) -> str:
     """Text in double quotes."""
     plain = json.dumps(text, ensure_ascii=False)
-    return (
-        plain.replace("\x7f", "\\x7f")
-        .replace("\x85", "\\N")
-        .replace("\u2028", "\\L")
-        .replace("\u2029", "\\P")
-    )
+    return plain.replace("\x7f", "\\x7f").replace("\x85", "\\N").replace("\u2028", "\\L").replace("\u2029", "\\P")
 
 
 def block_lines(text: str, width: int) -> list[str] | None:

@@ -410,6 +410,7 @@ def _digest(*parts: bytes) -> str:
 
 
 def write_json(path: Path, value) -> None:
+    """Writes a value as strict JSON, in one motion."""
     _replace(path, lambda file: file.write((json.dumps(value, indent=1, allow_nan=False) + "\n").encode()))
 
 

@@ -51,220 +51,140 @@ DRIVES = [
         "roller[0]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[1]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[2]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[3]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[4]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[5]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[6]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[7]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[8]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[9]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[10]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[11]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[12]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[13]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[14]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[15]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[16]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[17]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[18]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
         "roller[19]",
         "roller",
         [
-            (
-                0.0,
-                "velocity",
-                ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth"),
-            ),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
         ],
     ),
     (
@@ -293,11 +213,7 @@ DRIVES = [
         "gate",
         "gate",
         [
-            (
-                0.0,
-                "position",
-                ramp(start=5.5, end=6.2, before=0.0, after=-1.5, ease="smooth"),
-            ),  # case.yaml:83 open
+            (0.0, "position", ramp(start=5.5, end=6.2, before=0.0, after=-1.5, ease="smooth")),  # case.yaml:83 open
         ],
     ),
 ]

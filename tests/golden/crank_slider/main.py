@@ -66,9 +66,7 @@ def simulate(scene, bodies, out):
 
 def main():
     """Run the program; return its exit code."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True, help="folder for states and film")
     parser.add_argument("--film-only", action="store_true", help="film the recorded states of the folder")
     parser.add_argument("--no-film", action="store_true", help="simulate only")

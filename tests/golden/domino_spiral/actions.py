@@ -51,11 +51,7 @@ DRIVES = [
         "finger",
         "finger",
         [
-            (
-                0.0,
-                "position",
-                piecewise(times=[0.0, 0.5, 0.8, 1.2], values=[0.0, 0.0, 0.07, 0.0]),
-            ),  # case.yaml:39 push
+            (0.0, "position", piecewise(times=[0.0, 0.5, 0.8, 1.2], values=[0.0, 0.0, 0.07, 0.0])),  # case.yaml:39 push
         ],
     ),
 ]
