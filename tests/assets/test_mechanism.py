@@ -194,6 +194,21 @@ class TestUrdf:
         assert message.startswith("`arm.urdf` ")
         assert words in message
 
+    def test_a_long_chain_of_links_is_read_and_an_endless_one_refused(self, write: Write) -> None:
+        def chain(links: int) -> str:
+            box = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
+            rows = [f'<link name="l{k}">{box}</link>' for k in range(links)]
+            for k in range(1, links):
+                rows.append(
+                    f'<joint name="j{k}" type="continuous"><parent link="l{k - 1}"/><child link="l{k}"/></joint>'
+                )
+            return f"<robot name='c'>{''.join(rows)}</robot>"
+
+        long = load_mechanism(write({"c.urdf": chain(500)}), "c.urdf")
+        assert len(long.joints) == 499
+        with pytest.raises(AssetError, match="has 501 links"):
+            load_mechanism(write({"c.urdf": chain(501)}), "c.urdf")
+
     def test_a_free_root_must_weigh_something(self, write: Write) -> None:
         text = ARM.replace('<link name="base">', '<link name="frame"/><link name="base">').replace(
             '<joint name="wrist"',
@@ -339,6 +354,14 @@ class TestFiles:
             assert "leads out" in refused(mjcf("", f"<asset><mesh file='{file}'/></asset>"))
         with pytest.raises(AssetError, match="leads out"):
             load_mechanism(folder, "link.xml")
+
+    def test_names_that_lead_nowhere_are_refused(self, write: Write) -> None:
+        folder = write({})
+        (folder / "round.xml").symlink_to(folder / "about.xml")
+        (folder / "about.xml").symlink_to(folder / "round.xml")
+        for name in ("round.xml", "x" * 300 + ".xml"):
+            with pytest.raises(AssetError):
+                load_mechanism(folder, name)
 
     def test_a_pipe_is_no_file(self, refused: Refused, write: Write) -> None:
         os.mkfifo(write({}) / "pipe.obj")

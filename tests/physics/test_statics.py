@@ -1,8 +1,9 @@
 """What rests: piles, chains, loads on springs. Forces are those of statics to float32; what gives does so by a formula.
 
-A resting contact is an impedance d between 0.9 and 0.95 (over the first millimetre), with the time constant 2 h: under
-a load that would accelerate it with a, it gives way by (1 - d) / d^2 (dmax timeconst)^2 a (MuJoCo, Computation: Solver
-parameters, which the engine follows).
+A constraint is an impedance d between 0.9 and 0.95 (over the first millimetre), with the time constant 2 h: under a
+load that would accelerate it with a, it gives way by (1 - d) / d^2 (dmax timeconst)^2 a (MuJoCo, Computation: Solver
+parameters, which the engine follows). A contact with the pyramidal cone has four edges, each with 2 mu^2 (1 + mu^2) of
+the softness of the normal: together mu^2 (1 + mu^2) / 2 of it.
 """
 
 import numpy as np
@@ -12,9 +13,13 @@ from scipy.optimize import fsolve
 G = 9.81
 
 
-def give(step, acceleration):
-    """Bounds [m] of how far a contact or weld gives way, for the stiffest and the softest impedance."""
-    return [(1 - d) / d**2 * (0.95 * 2 * step) ** 2 * acceleration for d in (0.95, 0.9)]
+def depth_of(step, acceleration, mu=0.5):
+    """How far [m] a contact gives way, with the impedance d of that depth x: 0.9 + 0.05 * 2 (x / 1 mm)^2 to half a mm."""
+    depth = 0.0
+    for _ in range(50):
+        d = 0.9 + 0.1 * min(depth / 1e-3, 0.5) ** 2
+        depth = mu**2 * (1 + mu**2) / 2 * (1 - d) / d**2 * (0.95 * 2 * step) ** 2 * acceleration
+    return depth
 
 
 @pytest.mark.parametrize(("dt", "substeps"), [(0.01, 1), (0.01, 4)])
@@ -43,9 +48,9 @@ actions: {measures: {weight: {kind: contact_force, of: box}, depth: {kind: penet
         step, force, depth = trial.contact(body, "slope")
         last = step == step.max()
         agree(f"{name}: force on the {body} [N]", force[last].sum(axis=0), -3 * gravity, within=2e-3 * 3 * size)
-        low, high = give(dt / substeps, size)
-        if body == "ball":
-            agree(f"{name}: depth of the {body} [m]", depth[last].max(), (low + high) / 2, within=(high - low) / 2)
+        theory = depth_of(dt / substeps, size) / (4 if body == "box" else 1)  # its four corners share the load
+        if body != "cup":
+            agree(f"{name}: depth of the {body} [m]", depth[last].max(), theory, within=0.02 * theory + 2e-7)
         agree(f"{name}: speed of the {body} [m/s]", np.linalg.norm(trial.vel(body)[-1]), 0.0, within=1e-3)
     agree(f"{name}: measured contact force [N]", trial.measure("weight")[-1], 3 * size, within=2e-3 * 3 * size)
     agree(
@@ -69,10 +74,11 @@ bodies:
         last = step > step.max() - 50
         agree(f"stack: force under box {k} [N]", force[last, 2].sum() / 50, (6 - k) * 2 * G, within=1e-3 * 2 * G)
         drift = trial.pos(f"box[{k}]")[-1] - trial.pos(f"box[{k}]")[len(trial.time) // 3]
-        agree(f"stack: drift of box {k} in 2 s [m]", drift, 0.0, within=1e-5)
+        agree(f"stack: drift of box {k} in 2 s [m]", drift, 0.0, within=2e-5)
         agree(f"stack: speed of box {k} [m/s]", trial.vel(f"box[{k}]")[-1], 0.0, within=1e-4)
-        # A contact in a pile gives way under the whole of what it carries, with the mass of one box.
-        agree(f"stack: depth under box {k} [m]", depth[last].max(), 0.0, within=(6 - k) * give(0.005, G)[1])
+        # Where two boxes give way, the load moves their common mass; four corners share it.
+        theory = depth_of(0.005, (6 - k) * G) / 4 * (2 if k else 1)
+        agree(f"stack: depth under box {k} [m]", depth[last].max(), theory, within=theory)
 
 
 def test_a_spring_scale_shows_the_weight_of_a_chain_and_its_load(simulate, agree):
@@ -80,7 +86,7 @@ def test_a_spring_scale_shows_the_weight_of_a_chain_and_its_load(simulate, agree
     trial = simulate("""
 scene: {duration: 4.0, dt: 0.005, substeps: 2}
 bodies:
-  scale: {kind: rigid, shape: {kind: box, size: [0.2, 0.2, 0.05]}, material: {mass: 1}, pose: {pos: [0, 0, 2]}, mount: {kind: slider, axis: z, spring: 800, damping: 60}}
+  scale: {kind: rigid, shape: {kind: box, size: [0.2, 0.2, 0.05]}, material: {mass: 1}, pose: {pos: [0, 0, 2]}, mount: {kind: slider, axis: z, spring: 800, damping: 200}}
   chain:
     kind: chain
     links: 6

@@ -138,7 +138,10 @@ def load_mechanism(folder: Path, file: str, *, base: str | None = None) -> Mecha
         AssetError: if it cannot be used, with the reason and the way out.
     """
     try:
-        return _load(folder.resolve(), file, base)
+        try:
+            return _load(folder.resolve(), file, base)
+        except (OSError, RuntimeError) as error:  # no permission, a name too long, links in a circle
+            raise AssetError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
     except AssetError as error:
         message = str(error)
         raise AssetError(message if message.startswith(f"`{file}`") else f"`{file}` {_joined(message)}") from None

@@ -11,6 +11,7 @@ from text2sim.spec_schema.errors import AssetError
 MESHES = (".obj", ".stl")
 TEXTURES = (".png",)
 MAX_TEXTURE = 4096
+MAX_LINKS = 500
 
 SECTIONS = frozenset("compiler default asset worldbody contact equality tendon actuator".split())
 IGNORED = frozenset("option size statistic visual sensor keyframe custom camera light".split())
@@ -160,6 +161,8 @@ def _drop_grounds(root: ET.Element) -> list[str]:
 
 def _name_all(root: ET.Element) -> None:
     bodies = [body for world in root.iter("worldbody") for body in world.iter("body")]
+    if len(bodies) > MAX_LINKS:
+        raise AssetError(f"has {len(bodies)} bodies; at most {MAX_LINKS} are possible")
     taken = {element.get("name") for element in root.iter() if element.get("name")}
 
     def fresh(stem: str) -> str:

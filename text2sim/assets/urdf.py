@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 
 from text2sim.assets.bundle import PICTURES, Bundle
 from text2sim.assets.markup import write_markup
-from text2sim.assets.mjcf import Draft
+from text2sim.assets.mjcf import MAX_LINKS, Draft
 from text2sim.spec_schema.circles import find_circles
 from text2sim.spec_schema.errors import AssetError, nearest
 
@@ -110,8 +110,8 @@ def _parse(text: str) -> "Robot":
 def _check_tree(robot: "Robot") -> None:
     links = [link.name for link in robot.links]
     joints = [joint.name for joint in robot.joints]
-    if not links:
-        raise AssetError("has no links")
+    if not 0 < len(links) <= MAX_LINKS:
+        raise AssetError(f"has {len(links)} links; at least one and at most {MAX_LINKS} are possible")
     for what, names in (("link", links), ("joint", joints)):
         if len(set(names)) < len(names):
             twice = next(name for name in names if names.count(name) > 1)
@@ -192,21 +192,19 @@ def _check_masses(robot: "Robot", *, free: bool) -> None:
 
 def _check_moving(robot: "Robot", *, free: bool) -> None:
     """Refuse a moving link that weighs nothing, together with all that hangs on it."""
-    children: dict[str, list[str]] = {}
-    for joint in robot.joints:
-        children.setdefault(joint.parent, []).append(joint.child)
-    links = {link.name: link for link in robot.links}
-
-    def weighs(name: str) -> bool:
-        link = links[name]
+    parents = {joint.child: joint.parent for joint in robot.joints}
+    heavy: set[str | None] = {None}
+    for link in robot.links:
         own = bool(link.collisions or link.visuals) if link.inertial is None else (link.inertial.mass or 0.0) > 0
-        return own or any(weighs(child) for child in children.get(name, ()))
-
+        name: str | None = link.name if own else None
+        while name not in heavy:
+            heavy.add(name)
+            name = parents.get(str(name))
     moving = [joint.child for joint in robot.joints if joint.type != "fixed"]
     if free:
         moving += {link.name for link in robot.links} - {joint.child for joint in robot.joints}
     for name in moving:
-        if not weighs(name):
+        if name not in heavy:
             raise AssetError(f"link `{name}` moves and weighs nothing; give it an `<inertial>` or a shape")
 
 

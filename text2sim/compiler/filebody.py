@@ -18,22 +18,21 @@ def mechanism_tree(mechanism: Mechanism, body: Articulated) -> Tree:
     What is only seen has no part in it, unless nothing can be touched.
     """
     touching = any(geom.touches for link in mechanism.links for geom in link.geoms)
-    children: dict[int, list[int]] = {}
-    for index, link in enumerate(mechanism.links[1:], 1):
-        children.setdefault(link.parent, []).append(index)
-
-    def build(index: int) -> TreeLink:
-        link = mechanism.links[index]
-        joints = tuple((joint.name, _joint(joint)) for joint in mechanism.joints if joint.link == link.name)
-        if link.parent == 0 and mechanism.kind == "urdf" and body.base == "free":
-            joints = ((link.name, TreeJoint("free")),)
-        own = tuple(build(child) for child in children.get(index, ()))
-        return TreeLink(link.name, link.pos, link.quat, joints=joints, geoms=shapes(link), children=own)
 
     def shapes(link: MechanismLink) -> tuple[TreeGeom, ...]:
         return tuple(_geom(geom) for geom in link.geoms if geom.touches or not touching)
 
-    roots = tuple(build(index) for index in children.get(0, ()))
+    # Parents come before children, so that from behind every link finds its children made.
+    children: dict[int, list[TreeLink]] = {}
+    for index in range(len(mechanism.links) - 1, 0, -1):
+        link = mechanism.links[index]
+        joints = tuple((joint.name, _joint(joint)) for joint in mechanism.joints if joint.link == link.name)
+        if link.parent == 0 and mechanism.kind == "urdf" and body.base == "free":
+            joints = ((link.name, TreeJoint("free")),)
+        own = tuple(reversed(children.get(index, ())))
+        made = TreeLink(link.name, link.pos, link.quat, joints=joints, geoms=shapes(link), children=own)
+        children.setdefault(link.parent, []).append(made)
+    roots = tuple(reversed(children.get(0, ())))
     return Tree(roots, fixtures=shapes(mechanism.links[0]), initial=dict(body.initial))
 
 

@@ -51,7 +51,11 @@ def mesh_path(file: str, folder: Path) -> Path:
         read.
     """
     root = folder.resolve()
-    path = (root / file).resolve()
+    try:
+        path = (root / file).resolve()
+        path.is_file()
+    except (OSError, RuntimeError, ValueError) as error:  # a name too long, links in a circle
+        raise AssetError(f"mesh file `{file[:80]}` cannot be read ({type(error).__name__})") from None
     if not path.is_relative_to(root):
         raise AssetError(f"mesh file `{file}` is outside the case's folder")
     if path.suffix.lower() not in SUFFIXES:

@@ -1,7 +1,6 @@
 """Contacts: which bodies touched when, and what momentum went through it.
 
-With substeps the engine tells of a step the contacts of its last substep alone; impulses take these for the
-whole step.
+A recorded force is the mean over the substeps of a step, so force times dt is the momentum that went through.
 """
 
 from dataclasses import dataclass, fields

@@ -136,7 +136,8 @@ def _check_drive(cast: Cast, where: Path, control: Drive) -> None:
     if joint is None:
         return
     if joint.actuator is None:
-        message = f"`{member.text}` has no actuator; give its joint one: `actuator: {{stiffness: …, damping: …}}`"
+        there = f"in `joints` of `{member.name}`" if getattr(member.model, "file", None) else "at its joint"
+        message = f"`{member.text}` has no actuator; give it one {there}: `actuator: {{stiffness: …, damping: …}}`"
         cast.report((*where, "joint"), message, "no-actuator")
     elif control.position is not None and joint.actuator.stiffness == 0:
         message = f"a position needs a stiffness, and the actuator of `{member.text}` has none"

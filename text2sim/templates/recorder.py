@@ -91,7 +91,7 @@ class Recorder:
         bodies: Copy name -> entity, statics included.
         out: Folder of the run.
         dt: Length of a step [s].
-        every: Steps between recorded frames. Contacts are kept for every step.
+        every: Steps between recorded frames. Contacts are kept for every step, as the mean over its substeps.
         duration: Simulated time the run aims at [s].
         speed_limit: Speed of a centre of mass above which the run has diverged [m/s].
     """
@@ -131,6 +131,7 @@ class Recorder:
         write_json(states / "layout.json", run | _layout(self._solver, self._bodies, self._link_bodies, self._offsets))
         _write_geometry(self._solver, self._offsets, self._out / "geometry")
         self._progress("simulate", 0.0, self._duration, force=True)
+        self._watch_substeps()
         self._record(0.0)
 
     def after_step(self, step: int) -> None:
@@ -143,7 +144,7 @@ class Recorder:
             Divergence: A value is not finite or a body is too fast. All sound frames are on disk by then.
         """
         self._step = step
-        self._contacts.gather(step)
+        self._contacts.end_step(step)
         if step % self._every == 0:
             self._record(step * self._dt)
             self._progress("simulate", step * self._dt, self._duration)
@@ -161,8 +162,19 @@ class Recorder:
 
     def close(self, state: str) -> None:
         """Writes what is in hand; `state` says how the run ended, such as `finished` or `diverged`."""
+        vars(self._solver).pop("substep", None)
         self._flush()
         self._progress("simulate", self._step * self._dt, self._duration, force=True, state=state)
+
+    def _watch_substeps(self) -> None:
+        """Looks at the contacts after every substep: a blow can begin and end within a step."""
+        substep = self._solver.substep
+
+        def watched(f):
+            substep(f)
+            self._contacts.gather(self._step + 1)
+
+        self._solver.substep = watched
 
     def _record(self, t: float) -> None:
         frame = {name: read() for name, read in self._reads.items()}
@@ -208,8 +220,8 @@ class Recorder:
 class _Contacts:
     """Every contact of every step, summed per pair of links before it is written.
 
-    On the CPU the solver's buffers are read in place, 10 us a step against 70 us for `collider.get_contacts`. Where a
-    step has substeps, its contacts are those of the last.
+    On the CPU the solver's buffers are read in place, 10 us a substep against 70 us for `collider.get_contacts`. Forces
+    are the mean over the substeps of a step, so that force times dt is the momentum that went through the contact.
     """
 
     def __init__(self, solver):
@@ -224,6 +236,7 @@ class _Contacts:
             self._views = [qd_to_numpy(field, transpose=True, copy=False)[0] for field in fields]
 
     def gather(self, step: int) -> None:
+        """Looks at the contacts once; `step` is the number of the step that is being made."""
         if self._collider is None:
             return
         if self._views is not None:
@@ -235,6 +248,11 @@ class _Contacts:
         self._steps.append((step, len(row[0])))
         self._rows.append(row)
         self._in_hand += len(row[0])
+
+    def end_step(self, step: int) -> None:
+        """Looks at the contacts, if nobody did during the step."""
+        if not self._steps or self._steps[-1][0] != step:
+            self.gather(step)
         if self._in_hand > CONTACTS_IN_HAND:
             self._sum()
 
@@ -242,26 +260,29 @@ class _Contacts:
         """Contacts since the last call: n pairs of touching links, over all steps, sorted by step, then by link.
 
         Returns:
-            contact_step (n,): Step after which the pair touched, 1 being the first.
+            contact_step (n,): Step in which the pair touched, 1 being the first.
             contact_links (n, 2): Link indices a < b.
-            contact_force (n, 3): Force on b [N]; a feels the opposite.
-            contact_normal_force (n,): Sum of the magnitudes along the contact normals [N].
+            contact_force (n, 3): Force on b [N], mean over the substeps; a feels the opposite.
+            contact_normal_force (n,): Sum of the magnitudes along the contact normals [N], mean over the substeps.
             contact_pos (n, 3): Mean point of contact, weighted by force [m].
             contact_penetration (n,): Deepest overlap [m].
-            contact_count (n,): Points of contact that were summed.
+            contact_count (n,): Points of contact, mean over the substeps, rounded up.
         """
         self._sum()
         sums, self._sums = self._sums, []
         return {name: np.concatenate([part[name] for part in sums]) for name in sums[0]}
 
     def _sum(self) -> None:
-        step = np.repeat(*np.array(self._steps or [(0, 0)]).T)
+        steps, sizes = np.array(self._steps or [(0, 0)]).T
+        step = np.repeat(steps, sizes)
+        looks = np.bincount(steps - steps[0]).astype(np.float32)
         a, b, pos, normal, force, depth = (np.concatenate(column) for column in zip(*self._rows, strict=True))
         low, high = np.minimum(a, b), np.maximum(a, b)
         key = (step * self._n_links + low) * self._n_links + high
         order = np.argsort(key, kind="stable")
         first = np.flatnonzero(np.diff(key[order], prepend=-1))
-        force, pos = np.where((a > b)[:, None], -force, force)[order], pos[order]
+        share = 1 / looks[step[order] - steps[0]]
+        force, pos = np.where((a > b)[:, None], -force, force)[order] * share[:, None], pos[order]
         along = np.abs(np.einsum("ij,ij->i", force, normal[order]))
         weight = np.linalg.norm(force, axis=1, keepdims=True) + np.float32(1e-9)
         mean = np.add.reduceat(pos * weight, first) / np.add.reduceat(weight, first)
@@ -273,7 +294,7 @@ class _Contacts:
                 "contact_normal_force": np.add.reduceat(along, first).astype(np.float32),
                 "contact_pos": mean.astype(np.float32),
                 "contact_penetration": np.maximum.reduceat(depth[order], first).astype(np.float32),
-                "contact_count": np.diff(first, append=len(order)).astype(np.int32),
+                "contact_count": np.ceil(np.add.reduceat(share, first) - 1e-3).astype(np.int32),
             }
         )
         self._steps, self._rows, self._in_hand = [], [NO_CONTACTS], 0
