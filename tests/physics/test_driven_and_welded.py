@@ -85,7 +85,12 @@ def test_a_driven_body_pushes_and_is_not_pushed_back(simulate, agree, substeps):
     mean = force[step > 200, 0].sum() / 200
     # It moves by little jumps; over a second their momentum, 50 kg times the change of speed, is what is left.
     change = 50 * np.ptp(trial.vel("load")[late, 0])
-    agree(f"paddle, {substeps} substeps: mean force [N]", mean, FRICTION * 50 * G, within=change + 1e-3 * FRICTION * 50 * G)
+    agree(
+        f"paddle, {substeps} substeps: mean force [N]",
+        mean,
+        FRICTION * 50 * G,
+        within=change + 1e-3 * FRICTION * 50 * G,
+    )
 
 
 WELDED = """

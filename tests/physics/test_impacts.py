@@ -94,7 +94,7 @@ def test_a_central_collision_keeps_momentum_and_returns_e_of_the_closing_speed(s
 
 @pytest.mark.parametrize(("dt", "substeps"), [(0.01, 20), (0.001, 1)])
 def test_the_recorded_contacts_add_up_to_the_change_of_momentum(simulate, agree, dt, substeps):
-    """m (v - v0) = m g t + sum F dt (Newton II), also of blows that begin and end within one recorded step."""
+    """M (v - v0) = m g t + sum F dt (Newton II), also of blows that begin and end within one recorded step."""
     trial = simulate(
         """
 scene: {duration: 1.5, dt: "${dt}", substeps: "${substeps}", record: {rate: 100}, statics: {floor: {shape: {kind: plane}}}}
@@ -111,7 +111,12 @@ actions: {controls: {go: {kind: initial_velocity, body: box, linear: [0.3, 0.2, 
         given = sum(trial.contact(body, other)[1].sum(axis=0) for other in ("floor", *bodies) if other != body) * dt
         mass, v = trial.link(body).mass, trial.vel(body)
         change = mass * (v[-1] - v[0] - np.array([0, 0, -G]) * trial.time[-1])
-        agree(f"contacts of the {body}, {substeps} substeps: momentum [N s]", given, change, within=1e-5 * np.linalg.norm(change))
+        agree(
+            f"contacts of the {body}, {substeps} substeps: momentum [N s]",
+            given,
+            change,
+            within=1e-5 * np.linalg.norm(change),
+        )
 
 
 def test_an_oblique_collision_of_equal_elastic_balls_parts_at_right_angles(simulate, agree):

@@ -200,7 +200,7 @@ def _check_bounce(loaded: LoadedCase, settings: Settings, bounce: dict[str, floa
         return [
             loaded.problem(
                 pointer,
-                f"restitution {largest:g} scatters by up to 0.15 with the moment of touch, because a contact lasts only "
+                f"restitution {largest:g} scatters by up to 0.15 with the moment of touch, for a contact lasts only "
                 f"{pi * time / step:.0f} substeps; it would be met with scene.substeps of {needed} or more",
                 rule="rough-bounce",
                 severity="warning",

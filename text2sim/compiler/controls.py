@@ -7,8 +7,8 @@ from text2sim.compiler.placement import Copy
 from text2sim.compiler.plan import DriveSegment, JointDrive, Prescribed, Velocity, Weld, Wrench
 from text2sim.compiler.schedules import constructor, oscillation, start_of, value_at, waypoint_functions
 from text2sim.compiler.selection import select, split
-from text2sim.spec_schema.actions import Attach, Control, Drive, Force, Impulse, InitialVelocity, Release, Torque
 from text2sim.spec_schema.bodies import Driven
+from text2sim.spec_schema.controls import Attach, Control, Drive, Force, Impulse, InitialVelocity, Release, Torque
 from text2sim.spec_schema.load import LoadedCase
 from text2sim.spec_schema.motion import Oscillate, Schedule, Spin
 

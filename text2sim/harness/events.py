@@ -15,7 +15,8 @@ from text2sim.harness.measures import Series
 from text2sim.harness.recording import Recording
 from text2sim.harness.selection import SelectionError, Target
 from text2sim.harness.states import Array
-from text2sim.spec_schema import actions as a
+from text2sim.spec_schema import events
+from text2sim.spec_schema.controls import Attach, Release
 
 LIMIT_TOUCH, LIMIT_LEAVE = 0.002, 0.02
 """Parts of a joint's range: nearer to its end it counts as arrived, and farther away as gone again."""
@@ -72,7 +73,7 @@ def find_events(recording: Recording, series: Mapping[str, Series]) -> EventLog:
 
 
 def _search(
-    recording: Recording, series: Mapping[str, Series], name: str, event: a.Event, since: float, log: EventLog
+    recording: Recording, series: Mapping[str, Series], name: str, event: events.Event, since: float, log: EventLog
 ) -> None:
     try:
         rows = _FINDERS[event.kind](recording, series, event, since)
@@ -123,7 +124,7 @@ def _episodes(recording: Recording, between: tuple[str, str]) -> tuple[Episodes,
     return recording.contacts.episodes(touches), first, second
 
 
-def _contact(recording: Recording, series: Any, event: a.ContactEvent, since: float) -> list[Occurrence]:
+def _contact(recording: Recording, series: Any, event: events.ContactEvent, since: float) -> list[Occurrence]:
     """Touches begin.
 
     A touch counts if it gives `min_impulse` within its first 50 ms: by resting on something for long enough,
@@ -133,7 +134,7 @@ def _contact(recording: Recording, series: Any, event: a.ContactEvent, since: fl
     return episode_rows(choose(episodes, episodes.impact_impulse >= event.min_impulse), first, second)
 
 
-def _separation(recording: Recording, series: Any, event: a.SeparationEvent, since: float) -> list[Occurrence]:
+def _separation(recording: Recording, series: Any, event: events.SeparationEvent, since: float) -> list[Occurrence]:
     """Touches end, and there is none for a while; near the end of the run that stays open."""
     episodes, first, second = _episodes(recording, event.between)
     until = np.append(episodes.start[1:], recording.states.end)
@@ -156,7 +157,7 @@ def crossings(time: Array, height: Array) -> list[float]:
 
 
 def _threshold(
-    recording: Recording, series: Mapping[str, Series], event: a.ThresholdEvent, since: float
+    recording: Recording, series: Mapping[str, Series], event: events.ThresholdEvent, since: float
 ) -> list[Occurrence]:
     """A measure passes a value; what is beyond it from the start has not passed it."""
     measured = series.get(event.measure)
@@ -167,7 +168,7 @@ def _threshold(
     return [{"time": t, "measure": event.measure, "value": bound} for t in crossings(recording.states.time, height)]
 
 
-def _rest(recording: Recording, series: Any, event: a.RestEvent, since: float) -> list[Occurrence]:
+def _rest(recording: Recording, series: Any, event: events.RestEvent, since: float) -> list[Occurrence]:
     """All are slow for a while; the time is the beginning of the quiet. Turning is not looked at."""
     time = recording.states.time
     speeds = [np.linalg.norm(recording.velocity(t), axis=1) for t in recording.cast.select(event.of)]
@@ -187,13 +188,13 @@ def _rest(recording: Recording, series: Any, event: a.RestEvent, since: float) -
     return rows
 
 
-def _region(recording: Recording, series: Any, event: a.RegionEvent, since: float) -> list[Occurrence]:
+def _region(recording: Recording, series: Any, event: events.RegionEvent, since: float) -> list[Occurrence]:
     """An origin enters or leaves a region."""
     sign = 1.0 if event.kind == "enters" else -1.0
     return _passages(recording, event.of, lambda points: sign * depth_inside(event.region, points))
 
 
-def _left_domain(recording: Recording, series: Any, event: a.LeftDomainEvent, since: float) -> list[Occurrence]:
+def _left_domain(recording: Recording, series: Any, event: events.LeftDomainEvent, since: float) -> list[Occurrence]:
     """An origin leaves the scene's domain; what starts outside has left it at the start."""
     domain = recording.case.scene.domain
     if domain is None:
@@ -222,7 +223,7 @@ def _passages(
     return rows
 
 
-def _joint_limit(recording: Recording, series: Any, event: a.JointLimitEvent, since: float) -> list[Occurrence]:
+def _joint_limit(recording: Recording, series: Any, event: events.JointLimitEvent, since: float) -> list[Occurrence]:
     """A joint comes to within 0.2 % of its range of an end; again, once it has been 2 % away."""
     time, rows = recording.states.time, []
     for label, joint in recording.cast.select_joints(event.of):
@@ -245,13 +246,13 @@ def _joint_limit(recording: Recording, series: Any, event: a.JointLimitEvent, si
     return rows
 
 
-def _released(recording: Recording, series: Any, event: a.ReleasedEvent, since: float) -> list[Occurrence]:
+def _released(recording: Recording, series: Any, event: events.ReleasedEvent, since: float) -> list[Occurrence]:
     """The time at which the case lets go."""
     controls = recording.case.actions.controls
     attach = controls.get(event.attach)
-    if not isinstance(attach, a.Attach):
+    if not isinstance(attach, Attach):
         raise EventError(f"there is no attach `{event.attach}`")
-    times = sorted(c.at for c in controls.values() if isinstance(c, a.Release) and c.attach == event.attach)
+    times = sorted(c.at for c in controls.values() if isinstance(c, Release) and c.attach == event.attach)
     return [{"time": t, "between": [attach.body, attach.to]} for t in times if t <= recording.states.end + 1e-9]
 
 

@@ -17,7 +17,7 @@ from text2sim.harness.geometry import depth_inside, reach, rotate
 from text2sim.harness.recording import Recording
 from text2sim.harness.selection import SelectionError, Target
 from text2sim.harness.states import Array, JointRecord
-from text2sim.spec_schema import actions as a
+from text2sim.spec_schema import measures
 from text2sim.spec_schema.base import AXES
 
 _COLUMN = {"x": 0, "y": 1, "z": 2}
@@ -76,8 +76,8 @@ class MeasureError(ValueError):
     """A measure that has no value in this recording."""
 
 
-def _value(recording: Recording, measure: a.Measure) -> tuple[Array, str]:
-    if isinstance(measure, a.JointPosition | a.JointVelocity | a.JointForce):
+def _value(recording: Recording, measure: measures.Measure) -> tuple[Array, str]:
+    if isinstance(measure, measures.JointPosition | measures.JointVelocity | measures.JointForce):
         joints = recording.cast.select_joints(measure.of)
         kinds = {joint.kind for _, joint in joints}
         if len(kinds) != 1 or not kinds <= {"hinge", "slider"}:
@@ -117,12 +117,12 @@ def _reduce(measure: Any, values: list[Array]) -> Array:
 # --- of one target, then reduced ---------------------------------------------------
 
 
-def _position(recording: Recording, measure: a.Position, target: Target) -> Array:
+def _position(recording: Recording, measure: measures.Position, target: Target) -> Array:
     """A coordinate of the origin."""
     return recording.origin(target)[:, _COLUMN[measure.axis]]
 
 
-def _velocity(recording: Recording, measure: a.Velocity, target: Target) -> Array:
+def _velocity(recording: Recording, measure: measures.Velocity, target: Target) -> Array:
     """A component of the velocity of the centre of mass."""
     return recording.velocity(target)[:, _COLUMN[measure.axis]]
 
@@ -137,14 +137,14 @@ def _angular_speed(recording: Recording, measure: Any, target: Target) -> Array:
     return np.linalg.norm(recording.states.ang[:, target.root].astype(float), axis=1)
 
 
-def _displacement(recording: Recording, measure: a.Displacement, target: Target) -> Array:
+def _displacement(recording: Recording, measure: measures.Displacement, target: Target) -> Array:
     """|x(t) - x(0)|, or its component along an axis."""
     origin = recording.origin(target)
     moved = origin - origin[:1]
     return np.linalg.norm(moved, axis=1) if measure.axis is None else moved[:, _COLUMN[measure.axis]]
 
 
-def _tilt(recording: Recording, measure: a.Tilt, target: Target) -> Array:
+def _tilt(recording: Recording, measure: measures.Tilt, target: Target) -> Array:
     """Angle between R(t) a and R(0) a, from both its sine and cosine: exact for small angles too."""
     quat = recording.states.quat[:, target.root].astype(float)
     now = rotate(quat, np.array(AXES[measure.axis]))
@@ -174,7 +174,7 @@ _PER_TARGET: dict[str, Callable[[Recording, Any, Target], Array]] = {
 # --- of all targets together -------------------------------------------------------
 
 
-def _extent(recording: Recording, measure: a.Extent) -> Array:
+def _extent(recording: Recording, measure: measures.Extent) -> Array:
     """Highest or lowest coordinate of the corners of all shapes, or the difference.
 
     Shapes are the recorded meshes: exact for flat-sided ones; round ones reach as far as the engine's mesh.
@@ -186,7 +186,7 @@ def _extent(recording: Recording, measure: a.Extent) -> Array:
     return {"min": low, "max": high, "range": high - low}[measure.stat]
 
 
-def _distance(recording: Recording, measure: a.Distance) -> Array:
+def _distance(recording: Recording, measure: measures.Distance) -> Array:
     """|x_a - x_b| of the nearest pair of origins; a body is not its own neighbour."""
     first, second = (recording.cast.select(selector) for selector in measure.between)
     nearest = np.full(recording.states.frames, np.inf)
@@ -215,7 +215,7 @@ def _contact_rows(recording: Recording, of: str, by: str | None) -> tuple[Array,
     return rows, forward[rows].astype(float) - backward[rows]
 
 
-def _contact_force(recording: Recording, measure: a.ContactForce) -> Array:
+def _contact_force(recording: Recording, measure: measures.ContactForce) -> Array:
     """|sum of F dt| / T over the steps of a frame: the size of the mean force, as a scale shows it."""
     rows, sign = _contact_rows(recording, measure.of, measure.by)
     states, log = recording.states, recording.contacts
@@ -228,7 +228,7 @@ def _contact_force(recording: Recording, measure: a.ContactForce) -> Array:
     return np.linalg.norm(total, axis=1)
 
 
-def _contact_count(recording: Recording, measure: a.ContactCount) -> Array:
+def _contact_count(recording: Recording, measure: measures.ContactCount) -> Array:
     """Number of different pairs of bodies that touch in any step that belongs to a frame."""
     rows, _ = _contact_rows(recording, measure.of, measure.by)
     frame, owner = _frames_with_first(recording, rows)
@@ -240,7 +240,7 @@ def _contact_count(recording: Recording, measure: a.ContactCount) -> Array:
     return np.bincount(found, minlength=recording.states.frames)
 
 
-def _penetration(recording: Recording, measure: a.Penetration) -> Array:
+def _penetration(recording: Recording, measure: measures.Penetration) -> Array:
     """Deepest overlap in any step that belongs to a frame; 0 without contact."""
     rows, _ = _contact_rows(recording, measure.of, measure.by)
     frame, owner = _frames_with_first(recording, rows)
@@ -262,7 +262,7 @@ def _links(recording: Recording, of: str | None) -> Array:
     return np.array(sorted({link for target in targets for link in target.links}), dtype=np.int64)
 
 
-def _energy(recording: Recording, measure: a.Energy) -> Array:
+def _energy(recording: Recording, measure: measures.Energy) -> Array:
     """Kinetic (1/2 m v.v + 1/2 w.I w), potential (-m g.x, zero at the origin), or their sum."""
     links = _links(recording, measure.of)
     total = np.zeros(recording.states.frames)
@@ -273,13 +273,13 @@ def _energy(recording: Recording, measure: a.Energy) -> Array:
     return total
 
 
-def _momentum(recording: Recording, measure: a.Momentum) -> Array:
+def _momentum(recording: Recording, measure: measures.Momentum) -> Array:
     """Sum of m v along an axis."""
     links = _links(recording, measure.of)
     return recording.states.vel[:, links, _COLUMN[measure.axis]].astype(float) @ recording.masses[links]
 
 
-def _count_in(recording: Recording, measure: a.CountIn) -> Array:
+def _count_in(recording: Recording, measure: measures.CountIn) -> Array:
     """Number of copies whose origin lies in the region or on its surface."""
     inside = [depth_inside(measure.region, recording.origin(t)) >= 0 for t in recording.cast.select(measure.of)]
     return np.sum(inside, axis=0)

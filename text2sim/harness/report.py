@@ -18,9 +18,9 @@ from text2sim.harness.plots import GREEN, ORANGE, Bound, Line, plot_series
 from text2sim.harness.record import RunRecord, write_atomically
 from text2sim.harness.recording import Recording
 from text2sim.harness.states import Array
-from text2sim.spec_schema.actions import Expect
 from text2sim.spec_schema.case import Case
 from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.expectations import Expect
 
 EMBEDDED = 30_000_000
 """Films of this size [bytes] in all are put into the page; larger ones are linked."""

@@ -2,18 +2,9 @@
 
 from typing import Any
 
-from text2sim.spec_schema.actions import (
-    Attach,
-    Control,
-    Drive,
-    Force,
-    Impulse,
-    InitialVelocity,
-    Release,
-    Torque,
-)
 from text2sim.spec_schema.bodies import Articulated, HingeMount, Ragdoll, Rigid, SliderMount
 from text2sim.spec_schema.cast import Cast, Member
+from text2sim.spec_schema.controls import Attach, Control, Drive, Force, Impulse, InitialVelocity, Release, Torque
 from text2sim.spec_schema.copies import count_copies
 from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import SpecError, nearest

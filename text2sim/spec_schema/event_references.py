@@ -1,9 +1,10 @@
 """Whether what events look at is there, and whether physics decides about it."""
 
-from text2sim.spec_schema import actions
+from text2sim.spec_schema import events, measures
 from text2sim.spec_schema.cast import Cast
 from text2sim.spec_schema.circles import find_circles
 from text2sim.spec_schema.control_references import check_joint
+from text2sim.spec_schema.controls import Attach, Release
 from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.measure_references import CONTACT_KINDS, check_contacts_recorded, measured
@@ -17,11 +18,11 @@ def check_events(cast: Cast) -> None:
         if event.after is not None and event.after not in script.events:
             message = f"there is no event `{event.after}`"
             cast.report((*where, "after"), message, "unknown-event", nearest(event.after, script.events))
-        if isinstance(event, actions.ContactEvent | actions.SeparationEvent):
+        if isinstance(event, events.ContactEvent | events.SeparationEvent):
             _check_pair(cast, where, event)
-        elif isinstance(event, actions.ThresholdEvent):
+        elif isinstance(event, events.ThresholdEvent):
             _check_threshold(cast, where, event)
-        elif isinstance(event, actions.ReleasedEvent):
+        elif isinstance(event, events.ReleasedEvent):
             _check_released(cast, where, event)
         else:
             _check_subject(cast, where, event)
@@ -31,7 +32,7 @@ def check_events(cast: Cast) -> None:
         cast.report(("actions", "events", circle[0], "after"), message, "circular-after")
 
 
-def _check_pair(cast: Cast, where: Path, event: actions.ContactEvent | actions.SeparationEvent) -> None:
+def _check_pair(cast: Cast, where: Path, event: events.ContactEvent | events.SeparationEvent) -> None:
     check_contacts_recorded(cast, where)
     found = [cast.find(selector, (*where, "between", index)) for index, selector in enumerate(event.between)]
     first, second = found
@@ -44,7 +45,7 @@ def _check_pair(cast: Cast, where: Path, event: actions.ContactEvent | actions.S
         cast.report((*where, "between"), f"nothing is left to physics here: {why}", "driven-subject")
 
 
-def _check_threshold(cast: Cast, where: Path, event: actions.ThresholdEvent) -> None:
+def _check_threshold(cast: Cast, where: Path, event: events.ThresholdEvent) -> None:
     measures = cast.loaded.case.actions.measures
     measure = measures.get(event.measure)
     if measure is None:
@@ -55,34 +56,34 @@ def _check_threshold(cast: Cast, where: Path, event: actions.ThresholdEvent) -> 
         cast.report((*where, "measure"), message, "driven-subject")
 
 
-def prescribed(cast: Cast, measure: actions.Measure) -> bool:
+def prescribed(cast: Cast, measure: measures.Measure) -> bool:
     """Whether a measure only repeats the motion that the case prescribes."""
     members = measured(cast, measure)
     moved_by_the_case = bool(members) and not any(member.dynamic for member in members)
     return measure.kind not in CONTACT_KINDS and moved_by_the_case and any(member.driven for member in members)
 
 
-def _check_released(cast: Cast, where: Path, event: actions.ReleasedEvent) -> None:
+def _check_released(cast: Cast, where: Path, event: events.ReleasedEvent) -> None:
     controls = cast.loaded.case.actions.controls
-    attaches = [name for name, control in controls.items() if isinstance(control, actions.Attach)]
+    attaches = [name for name, control in controls.items() if isinstance(control, Attach)]
     if event.attach not in attaches:
         message = f"there is no attach `{event.attach}`"
         cast.report((*where, "attach"), message, "unknown-attach", nearest(event.attach, attaches))
-    elif not any(isinstance(c, actions.Release) and c.attach == event.attach for c in controls.values()):
+    elif not any(isinstance(c, Release) and c.attach == event.attach for c in controls.values()):
         cast.report((*where, "attach"), f"no control releases `{event.attach}`", "unknown-attach")
 
 
 def _check_subject(
     cast: Cast,
     where: Path,
-    event: actions.RestEvent | actions.LeftDomainEvent | actions.RegionEvent | actions.JointLimitEvent,
+    event: events.RestEvent | events.LeftDomainEvent | events.RegionEvent | events.JointLimitEvent,
 ) -> None:
-    if isinstance(event, actions.LeftDomainEvent) and cast.loaded.case.scene.domain is None:
+    if isinstance(event, events.LeftDomainEvent) and cast.loaded.case.scene.domain is None:
         cast.report(where, "there is nothing to leave: `scene.domain` is missing", "no-domain", key=True)
-    member = cast.find(event.of, (*where, "of"), joint=isinstance(event, actions.JointLimitEvent))
+    member = cast.find(event.of, (*where, "of"), joint=isinstance(event, events.JointLimitEvent))
     if member is None:
         return
-    if isinstance(event, actions.JointLimitEvent):
+    if isinstance(event, events.JointLimitEvent):
         joint = check_joint(cast, (*where, "of"), member, "measure")
         if joint is not None and getattr(joint, "range_deg", None) is None and getattr(joint, "range", None) is None:
             cast.report((*where, "of"), f"the joint of `{member.text}` has no limits", "no-limit")

@@ -1,10 +1,10 @@
 """Whether expectations are about something, and whether anything could satisfy them."""
 
-from text2sim.spec_schema.actions import Expect
 from text2sim.spec_schema.cast import Cast
 from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.event_references import prescribed
+from text2sim.spec_schema.expectations import Expect
 
 
 def check_expectations(cast: Cast) -> None:

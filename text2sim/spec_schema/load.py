@@ -7,9 +7,9 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from text2sim.spec_schema.actions import Control
 from text2sim.spec_schema.bodies import Body
 from text2sim.spec_schema.case import Case
+from text2sim.spec_schema.controls import Control
 from text2sim.spec_schema.diagnosis import diagnose
 from text2sim.spec_schema.document import Document, Path, parse_document, parse_pointer, pointer
 from text2sim.spec_schema.errors import Problem, SpecError

@@ -1,11 +1,11 @@
 """Whether what measures look at is there, and has what is measured."""
 
-from text2sim.spec_schema import actions
+from text2sim.spec_schema import measures
 from text2sim.spec_schema.cast import Cast, Member
 from text2sim.spec_schema.control_references import check_joint
 from text2sim.spec_schema.document import Path
 
-JOINT_KINDS = (actions.JointPosition, actions.JointVelocity, actions.JointForce)
+JOINT_KINDS = (measures.JointPosition, measures.JointVelocity, measures.JointForce)
 CONTACT_KINDS = ("contact_force", "contact_count", "penetration")
 _OF_STATICS = (*CONTACT_KINDS, "position", "extent")
 """Measures of something that never moves which still say something."""
@@ -15,7 +15,7 @@ def check_measures(cast: Cast) -> None:
     """Check every measure."""
     for name, measure in cast.loaded.case.actions.measures.items():
         where: Path = ("actions", "measures", name)
-        if isinstance(measure, actions.Distance):
+        if isinstance(measure, measures.Distance):
             _check_distance(cast, where, measure)
             continue
         if measure.kind in CONTACT_KINDS:
@@ -30,10 +30,10 @@ def check_measures(cast: Cast) -> None:
             _check_subject(cast, where, measure, member)
 
 
-def measured(cast: Cast, measure: actions.Measure) -> list[Member]:
+def measured(cast: Cast, measure: measures.Measure) -> list[Member]:
     """The bodies that a measure is about, without selectors that mean nothing: those are reported already."""
     quiet = Cast(cast.loaded)
-    selectors = measure.between if isinstance(measure, actions.Distance) else (measure.of,)
+    selectors = measure.between if isinstance(measure, measures.Distance) else (measure.of,)
     found = [quiet.find(selector, ()) for selector in selectors if selector is not None]
     return [member for member in found if member is not None]
 
@@ -45,20 +45,20 @@ def check_contacts_recorded(cast: Cast, where: Path) -> None:
         cast.report(where, message, "contacts-not-recorded", key=True)
 
 
-def _check_distance(cast: Cast, where: Path, measure: actions.Distance) -> None:
+def _check_distance(cast: Cast, where: Path, measure: measures.Distance) -> None:
     members = [cast.find(selector, (*where, "between", index)) for index, selector in enumerate(measure.between)]
     first, second = members
     if first is not None and second is not None and first.text == second.text and first.count == 1:
         cast.report((*where, "between", 1), f"`{first.text}` has no distance from itself", "itself")
 
 
-def _check_subject(cast: Cast, where: Path, measure: actions.Measure, member: Member) -> None:
+def _check_subject(cast: Cast, where: Path, measure: measures.Measure, member: Member) -> None:
     if isinstance(measure, JOINT_KINDS):
         check_joint(cast, (*where, "of"), member, "measure")
     elif member.static and measure.kind not in _OF_STATICS:
         cast.report((*where, "of"), f"`{member.name}` is a static, which never moves", "not-dynamic")
         return
-    per_copy = "stat" in type(measure).model_fields and not isinstance(measure, actions.Extent)
+    per_copy = "stat" in type(measure).model_fields and not isinstance(measure, measures.Extent)
     if per_copy and measure.stat is None and member.count > 1:  # type: ignore[union-attr]
         message = f"`{member.text}` means {member.count} copies: `stat` says how they become one number"
         cast.report(where, message, "needs-stat", key=True)

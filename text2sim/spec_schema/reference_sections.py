@@ -3,7 +3,20 @@
 from dataclasses import dataclass
 from typing import Any
 
-from text2sim.spec_schema import actions, bodies, materials, motion, placement, render, scene, shapes
+from text2sim.spec_schema import (
+    actions,
+    bodies,
+    controls,
+    events,
+    expectations,
+    materials,
+    measures,
+    motion,
+    placement,
+    render,
+    scene,
+    shapes,
+)
 from text2sim.spec_schema.base import Pose
 from text2sim.spec_schema.case import Case
 
@@ -150,7 +163,7 @@ SECTIONS = (
         "surfaces",
     ),
     Section("`actions`: the script", "script", 2, (actions.Actions,)),
-    Section("Controls", "control", 3, actions.Control, "What acts on the bodies.", "controls"),
+    Section("Controls", "control", 3, controls.Control, "What acts on the bodies.", "controls"),
     Section(
         "Schedules",
         "schedule",
@@ -163,7 +176,7 @@ SECTIONS = (
         "Measures",
         "measure",
         3,
-        actions.Measure,
+        measures.Measure,
         "Numbers over time. Where `of` means several copies, `stat` says how they become one number.",
         "measures",
     ),
@@ -171,11 +184,11 @@ SECTIONS = (
         "Events",
         "event",
         3,
-        actions.Event,
+        events.Event,
         "Moments. Physics has to decide about them: what is driven cannot be their subject.",
         "events",
     ),
-    Section("Expectations", "expectation", 3, (actions.Expect,), "", "expectations"),
+    Section("Expectations", "expectation", 3, (expectations.Expect,), "", "expectations"),
     Section("`render`: the film", "film", 2, (render.Render,), "Nothing here can touch the physics."),
     Section("Cameras", "camera", 3, render.Camera, "", "cameras"),
     Section("Lights", "light", 3, render.Light, "", "lights"),
