@@ -291,9 +291,9 @@ def _ipc() -> list[Finding]:
     cuda = device_kind() == "cuda"
     if learned and cuda:
         return [Finding("ipc", True, "optional", f"pyuipc {_version('pyuipc')}", "")]
-    need = "cloth and soft contact by IPC need it"
+    need = "only cloth and soft bodies will need it, and this version has none"
     if not cuda:
-        value, fix = f"no CUDA; {need}", "a machine with an NVIDIA device, or `solver: pbd` for cloth"
+        value, fix = f"no CUDA; {need}", "a machine with an NVIDIA device"
     else:
         value, fix = f"{failure}; {need}", "pip install pyuipc"
     return [Finding("ipc", False, "optional", value, fix)]
