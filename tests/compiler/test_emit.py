@@ -1,13 +1,16 @@
 """What holds for every program: plain imports, same bytes, and no word of the author that becomes code."""
 
 import ast
+import math
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from text2sim.compiler.build import compile_case, plan_case
 from text2sim.compiler.literal import Code, comment, identifier, literal
+from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_case
 
 ALLOWED = {
@@ -21,6 +24,8 @@ ALLOWED = {
     "render",
     "recorder",
     "film",
+    "engine",
+    "quadrants",  # the compiler of the engine, which comes with it
     *sys.stdlib_module_names,
 }
 
@@ -90,6 +95,29 @@ def test_looks_and_film_do_not_change_what_is_simulated(tmp_path: Path) -> None:
 def test_what_has_no_literal_is_refused(value: object) -> None:
     with pytest.raises((TypeError, ValueError)):
         literal(value)
+
+
+def test_a_crowd_that_no_machine_can_hold_is_refused(tmp_path: Path) -> None:
+    crowd = "pose: {pos: [0, 0, 1]}\n    repeat: {kind: line, count: 30000, step: [1, 0, 0]}"
+    with pytest.raises(SpecError, match="convex pieces") as caught:
+        plan_case(load_case(write(tmp_path, CASE.replace("pose: {pos: [0, 0, 1]}", crowd))))
+    assert [problem.path for problem in caught.value.problems] == ["/bodies/ball"]
+
+
+@pytest.mark.parametrize("resolution", [(1280, 720), (720, 1280)])
+def test_a_derived_camera_just_sees_everything(tmp_path: Path, resolution: tuple[int, int]) -> None:
+    row = "pose: {pos: [-3, 2, 1]}\n    repeat: {kind: line, count: 7, step: [1, 0, 0]}"
+    text = CASE.replace("pose: {pos: [0, 0, 1]}", row) + f"render: {{resolution: {list(resolution)}}}\n"
+    (camera,) = plan_case(load_case(write(tmp_path, text))).render["cameras"]
+    forward = np.subtract(camera["look_at"], camera["pos"])
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, (0, 0, 1)) / np.linalg.norm(np.cross(forward, (0, 0, 1)))
+    balls = np.array([(i - 3, 2, z) for i in range(7) for z in (0.0, 1.0)] + [(1, 0, 0.0), (1, 0, 1.0)])
+    seen = balls - camera["pos"]
+    slope = math.tan(math.radians(camera["fov"] / 2))
+    across = np.abs(seen @ right) / (seen @ forward) / slope / (resolution[0] / resolution[1])
+    along = np.abs(seen @ np.cross(right, forward)) / (seen @ forward) / slope
+    assert 0.6 < max(across.max(), along.max()) < 0.95
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from text2sim.compiler.build import compile_case
+from text2sim.compiler.emit import COPIED
 from text2sim.spec_schema.load import load_case
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -17,7 +18,7 @@ CASES = sorted(path.parent for path in (ROOT.parent / "cases").glob("*/case.yaml
 def test_program_is_golden(case: Path, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     compile_case(load_case(case), tmp_path)
     made = {str(p.relative_to(tmp_path)): p.read_text() for p in sorted(tmp_path.rglob("*")) if p.is_file()}
-    made = {name: text for name, text in made.items() if name not in ("recorder.py", "film.py")}
+    made = {name: text for name, text in made.items() if name not in COPIED}
     folder = GOLDEN / case.name
     if request.config.getoption("--update-goldens"):
         for old in sorted(folder.rglob("*"), reverse=True):

@@ -25,7 +25,7 @@ def warnings(folder: Path, bodies: str) -> list[str]:
     [
         (["[0, 0, 0.5]", "[1, 0, 0.5]"], []),
         (["[0, 0, 0.5]", "[0.9, 0, 0.5]"], ["5: a and b overlap"]),
-        (["[0, 0, 0.5]", "[5, 0, 0.4]"], ["6: b is partly under floor"]),
+        (["[0, 0, 0.5]", "[5, 0, 0.4]"], ["6: b is partly or wholly under floor"]),
     ],
 )
 def test_two_boxes(tmp_path: Path, bodies: list[str], wanted: list[str]) -> None:

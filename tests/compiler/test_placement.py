@@ -81,6 +81,8 @@ class TestRelations:
             ("behind: table", (5, 0.6, 0.75)),
             ("inside: cup", (-3, 0, 0.13)),
             ("inside: cup, clearance: 0.02", (-3, 0, 0.15)),
+            # More room than the cup has beside the ball.
+            ("inside: cup, clearance: 0.2", (-3, 0, 0.33)),
             # A drum on its side: the ball lies on the lowest stave, whose middle is not straight below.
             ("inside: drum, at: [0, -5]", (0, -5, 0.7 - 0.4 * LEAN + 0.1 * LEAN)),
             ("touching: table, direction: x", (6.1, 0, 0.7)),

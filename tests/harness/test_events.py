@@ -221,6 +221,14 @@ def test_a_joint_limit_is_reached_once_however_it_trembles(new_run, look):
     assert log.occurrences["e"][0]["end"] == "upper"
 
 
+def test_a_joint_that_starts_at_an_end_has_not_come_there(new_run, look):
+    run = new_run()
+    run.add_link("flap")
+    run.add_joint("flap", "flap", "hinge", q=1.5 * np.sin(np.pi * run.time / run.time[-1]), limits=(0.0, 1.4))
+    log = look(run.write(), bodies=("flap",), e={"kind": "joint_limit", "of": "flap"})
+    assert [row["end"] for row in log.occurrences["e"]] == ["upper", "lower"]
+
+
 def test_releases_are_told_if_the_run_reached_them(slowing, look):
     controls = {
         "hold": {"kind": "attach", "body": "ball", "to": "other"},

@@ -304,8 +304,10 @@ time.sleep(60)
 
 
 def test_a_diverged_run_is_not_simulated_again(stage: Stage):
-    said = "{'state': 'diverged', 'message': 'speed of ball is 1e9'}"
+    said = "{'state': 'diverged', 'message': 'speed of ball is 1e9', 'where': {'body': 'ball'}}"
     stage.body = SIMULATE + f"\n(OUT / 'status.json').write_text(json.dumps({said})); sys.exit(3)\n"
     result = stage.run()
     assert (result.state, result.message, result.passed) == ("diverged", "speed of ball is 1e9", False)
+    assert result.problem is not None
+    assert (result.problem.path, result.problem.rule) == ("/bodies/ball", "diverged")
     assert stage.run().work is Work.NOTHING

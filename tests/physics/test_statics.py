@@ -115,15 +115,15 @@ def test_a_chain_between_two_points_hangs_in_the_discrete_catenary(simulate, agr
         """
 scene: {duration: 6.0, dt: 0.005, substeps: 2}
 bodies:
-  chain: {kind: chain, links: "${n + 1}", link_length: "${l}", radius: 0.01, direction: x, joint: {damping: 0.003, armature: 0.0001}}
+  chain: {kind: chain, links: "${bars + 1}", link_length: "${l}", radius: 0.01, direction: x, joint: {damping: 0.003, armature: 0.0001}}
   carriage:
     kind: driven
     shape: {kind: box, size: [0.05, 0.05, 0.05]}
-    pose: {pos: ["${n * l + 0.2}", 0, 0]}
+    pose: {pos: ["${bars * l + 0.2}", 0, 0]}
     motion: {kind: waypoints, times: [0, 2], positions: [[0, 0, 0], [-0.6, 0, 0]]}
-actions: {controls: {grip: {kind: attach, body: "chain.link_${n}", to: carriage, at: 0}}}
+actions: {controls: {grip: {kind: attach, body: "chain.link_${bars}", to: carriage, at: 0}}}
 """,
-        n=links, l=length,
+        bars=links, l=length,
     )  # fmt: skip
     path = np.array([trial.pos(f"chain.link_{k}")[-1] for k in range(links + 1)])
     span, rise = path[-1, 0] - path[0, 0], path[-1, 2] - path[0, 2]

@@ -57,7 +57,7 @@ def test_values(text, value):
         ("flag + 1", "true is not a number"), ("color + 'x'", "is not a number"),
         ("'x' * 1000000000", "is not a number"), ("speeed", "unknown name `speeed`"),
         ("brick[3]", "no item 3"), ("brick[0.5]", "whole number"), ("rows[0]", "only lists"),
-        ("min()", "takes"), ("min([])", "empty"), ("sin(1, 2)", "takes 1 arguments"),
+        ("min()", "takes"), ("min([])", "empty"), ("sin(1, 2)", "takes 1 argument "),
         ("clamp(1, 3, 2)", "lower bound first"), ("sin", "is a function"), ("round(1, 99)", "digits"),
         ("color and flag", "neither true nor false"), ("rows < color", "is not a number"),
     ],

@@ -65,14 +65,14 @@ def test_every_problem_at_once_each_in_its_place():
         (small(radius=""), "needs a number greater than 0 (got nothing)"),
         (small(ball=", pose: {pos: [1, 2]}"), "needs 3 numbers (got 2)"),
         (small(ball=", pose: {pos: [1, 2, 3, 4]}"), "needs 3 numbers (got 4)"),
-        (small(ball=", pose: 3"), "needs a mapping (got 3)"),
+        (small(ball=", pose: 3"), "needs a mapping (got the number 3)"),
         (
             small(ball=", mount: {kind: hinge, axis: w}"),
             "needs 3 numbers, or one of x, y, z (got the text 'w')",
         ),
         (small(ball=", mount: {kind: hinge, axis: [0, 0]}"), "needs 3 numbers (got 2)"),
         (small(ball=", mount: {kind: hinge, axis: [0, 0, 0]}"), "must not be zero: it has no direction"),
-        (small(ball=", mount: {kind: hinge, axis: 3}"), "needs 3 numbers, or one of x, y, z (got 3)"),
+        (small(ball=", mount: {kind: hinge, axis: 3}"), "needs 3 numbers, or one of x, y, z (got the number 3)"),
         (
             small(ball=", mount: {kind: hing}"),
             "unknown kind `hing`; there are free, fixed, hinge, slider, ball",
@@ -98,15 +98,44 @@ def test_every_problem_at_once_each_in_its_place():
         (small(ball=", look: {color: [2, 0, 0]}"), "must be from 0 to 1 (got 2)"),
         (
             small(ball=", look: {color: 3}"),
-            "needs a colour, 3 numbers from 0 to 1, or a list of colours (got 3)",
+            "needs a colour, 3 numbers from 0 to 1, or a list of colours (got the number 3)",
         ),
         (small(ball=", look: {color: [1, 0]}"), "needs 3 numbers from 0 to 1 (got 2)"),
         (small(ball=", place: {on: 'a b'}"), "`a b` is not a selector"),
         (small(ball=", place: {at: [0, 0]}"), "exactly one of on, above, below"),
         (small(scene=", domain: {min: [0, 0, 0], max: [1, 1, 0]}"), "every coordinate of max must be larger"),
         (small(top="render: {resolution: [641, 480]}"), "resolution must be even"),
-        (small(top="prompt: 3"), "needs text (got 3)"),
+        (small(top="prompt: 3"), "needs text (got the number 3)"),
         (small().replace("text2sim: 1", "text2sim: 2"), "this is version 1 of the language (got 2)"),
+        (small().replace("text2sim: 1", "text2sim: true"), "this is version 1 of the language (got true)"),
+        (small(ball=", material: {restitution: -1}"), "must be from 0 to 0.995 (got -1)"),
+        (small(ball=", place: {on: ball, clearance: -1}"), "must be at least 0 (got -1)"),
+        (small(ball=", pose: {pos: 3}"), "needs 3 numbers (got the number 3)"),
+        (small(ball=", pose: {pos: [1, 2, 1e16]}"), "1e16 is too large: numbers go up to 1e+15"),
+        (small(ball=", pose: {quat: [1e-12, 0, 0, 0]}"), "must not be zero: it has no direction"),
+        (
+            small().replace("sphere, radius: 0.1", "torus, radius: 0.1, bar_radius: 0.2"),
+            "bar_radius must be smaller than radius (got 0.2 and 0.1)",
+        ),
+        (
+            small().replace(
+                "rigid, shape: {kind: sphere, radius: 0.1}", "chain, links: 3, link_length: 1, radius: 0.6"
+            ),
+            "link_length must be at least twice the radius (got 1 and 0.6)",
+        ),
+        (
+            small().replace(
+                "rigid, shape: {kind: sphere, radius: 0.1}", "net, cells: [4, 4], size: [1, 1], radius: 0.2"
+            ),
+            "the strands are too thick for its meshes",
+        ),
+        (
+            small(top=f"render: {{lights: {{{', '.join(f'a{i}: {{kind: sun}}' for i in range(21))}}}}}"),
+            "needs at most 20 of them (got 21)",
+        ),
+        (small(top="actions: {expect: {a: {event: b, above: 1}}}"), "above goes with a measure, not with an event"),
+        (small(top="render: {during: [1, 1]}"), "the film needs some length"),
+        (small(top="render: {lights: {sun: {kind: sun, direction: [0, 0, 0]}}}"), "must not be zero"),
         (small().replace("text2sim: 1\n", ""), "`text2sim` is missing"),
         (
             small().replace("kind: sphere, ", "kind: plane, ").replace("radius: 0.1", ""),

@@ -36,6 +36,18 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
     ("circular-place", "/scene/statics/floor/place", None, {"/scene/statics/floor/place": {"on": "brick"}}),
     ("time-step", "/scene/dt", None, {"/scene/dt": 0.1, "/scene/duration": 0.05, "/actions": {}}),
     ("after-end", "/render/during", None, {"/render/during": [3, 4]}),
+    ("too-many", "/scene/dt", None, {"/scene/dt": 1e-9, "/scene/record": {"rate": 50}}),
+    ("too-many", "/scene/record/rate", None, {"/scene/dt": 1e-6, "/scene/record": {"rate": 1e9}}),
+    ("rate", "/scene/record/rate", None, {"/scene/record": {"rate": 0.1}}),
+    ("too-many", "/render", None, {"/render/fps": 240, "/render/speed": 0.01, "/scene/duration": 60}),
+    ("no-final", "/render/quality", None, {"/render/quality": "final"}),
+    ("range", "/bodies/drum/mount/range_deg", None, {"/bodies/drum/mount/range_deg": [10, 20]}),
+    (
+        "range",
+        f"{LINKS}/elbow/joint/range_deg",
+        None,
+        {f"{LINKS}/elbow/joint/range_deg": [10, 20], "/bodies/arm/initial": None},
+    ),
     # articulated bodies
     ("tree", f"{LINKS}/second", None, {f"{LINKS}/second": {"shape": SPHERE}}),
     ("tree", f"{LINKS}/base/joint", None, {f"{LINKS}/base/joint": {"kind": "fixed"}}),

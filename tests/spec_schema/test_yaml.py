@@ -1,5 +1,6 @@
 """What the language takes of YAML, and that hostile text ends in one located message."""
 
+import os
 import re
 
 import pytest
@@ -127,6 +128,13 @@ def test_a_missing_file_is_a_problem_of_the_case(tmp_path):
         with pytest.raises(SpecError) as caught:
             read_source(path)
         assert caught.value.problems[0].rule == "unreadable"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes in the file system")
+def test_a_pipe_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "case.yaml")
+    with pytest.raises(SpecError, match="ordinary file"):
+        read_source(tmp_path / "case.yaml")
 
 
 def test_expressions_and_selectors_need_no_quotes():

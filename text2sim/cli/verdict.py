@@ -59,7 +59,9 @@ def say_failure(case: "Examined", result: "RunResult") -> None:
     if result.problem is not None and case.loaded is not None:
         say_problems([result.problem], {result.problem.file: case.loaded.source.text})
     else:
-        say(f"{shown(case.path)}: {result.state.replace('_', ' ')}: {result.message}", to=sys.stderr)
+        state = result.state.replace("_", " ")
+        message = result.message if result.message.startswith(state) else f"{state}: {result.message}"
+        say(f"{shown(case.path)}: {message}", to=sys.stderr)
     say(f"    log: {shown(result.folder / 'log.txt')}", to=sys.stderr)
 
 

@@ -24,6 +24,8 @@ ENERGY_BOUND = 0.95
 """Largest substep times angular frequency of a bouncing contact at which the engine stays stable."""
 SCATTER_BOUND = 0.4
 """The same for a restitution that is met within 0.05, and contacts that gain next to no energy."""
+MAX_PIECES = 20_000
+"""Convex pieces of a scene. The engine keeps a table of all pairs of them: here it takes 1.6 GB."""
 CRISP = 0.02
 """Longest time [s] for which a bouncing contact may last without a warning."""
 
@@ -123,6 +125,9 @@ def _groups(
                 key = next((key for key in ("shape", "file") if getattr(copy.model, key, None) is not None), None)
                 problems.append(loaded.problem((*pointer, key) if key else pointer, str(error), rule="asset"))
                 break
+            if lowering.pieces > MAX_PIECES:
+                message = f"with this, the scene has more than {MAX_PIECES:,} convex pieces, too many for the engine"
+                raise SpecError([*problems, loaded.problem(pointer, message, key=True, rule="too-many")])
         if len({entity.morph for entity in entities}) > 1:
             problems.append(
                 loaded.problem(
@@ -230,9 +235,10 @@ def _check_overlaps(loaded: LoadedCase, placed: dict[str, list[Copy]], lowering:
         a, b = group[0]
         more = f" (and {len(group) - 1} more of their copies)" if len(group) > 1 else ""
         under = getattr(b.shape, "kind", None) == "plane"
-        says = f"{a.name} is partly under {b.name}" if under else f"{a.name} and {b.name} overlap"
+        says = f"{a.name} is partly or wholly under {b.name}" if under else f"{a.name} and {b.name} overlap"
+        then = "throw it out or let it fall; move it up" if under else "throw them apart; move one"
         pointer = ("scene", "statics", name) if name in loaded.case.scene.statics else ("bodies", name)
-        text = f"{says} at the start{more}: the engine will throw them apart; move one, or use place"
+        text = f"{says} at the start{more}: the engine will {then}, or use place"
         found.append(loaded.problem(pointer, text, key=True, rule="overlap", severity="warning"))
     return found
 

@@ -15,7 +15,7 @@ from text2sim.compiler.plan import EntityPlan, Group, Plan
 from text2sim.compiler.rotation import IDENTITY
 
 TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
-COPIED = ("recorder.py", "film.py")
+COPIED = ("engine.py", "recorder.py", "film.py")
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
 
 # Roughness and metallic of the engine's surfaces; its rasteriser shows little of the difference.

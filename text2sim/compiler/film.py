@@ -1,10 +1,10 @@
 """The render section with everything resolved: cameras as numbers, lights in the engine's terms, a camera if none."""
 
-from math import dist, radians, sin, sqrt
+from math import dist, radians, sqrt, tan
 from typing import Any
 
 from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import vector_unit
+from text2sim.compiler.rotation import vector_cross, vector_unit
 from text2sim.compiler.selection import select
 from text2sim.spec_schema.colors import rgb
 from text2sim.spec_schema.render import Camera, Dolly, Follow, Lamp, Light, Orbit, Render, Softbox, Sun
@@ -16,6 +16,8 @@ Ball = tuple[tuple[float, float, float], float]
 DEFAULT_LIGHTS: tuple[Light, ...] = (Sun(kind="sun", direction=(-0.5, 0.8, -1.0), strength=3.6),)
 DEFAULT_VIEW = (0.55, -1.0, 0.5)
 """Direction from the scene to a camera that nobody placed."""
+ROOM = 1.25
+"""How much farther away it stands than it has to: what moves needs room."""
 
 
 def resolve_render(
@@ -38,7 +40,10 @@ def resolve_render(
     lights = render.lights.values() or DEFAULT_LIGHTS
     cameras = [_camera(name, camera, placed) for name, camera in render.cameras.items()]
     cameras = cameras or [
-        _derived([ball for name in moving for copy in placed[name] for ball in balls.get(copy.name, [])])
+        _derived(
+            [ball for name in moving for copy in placed[name] for ball in balls.get(copy.name, [])],
+            render.resolution[0] / render.resolution[1],
+        )
     ]
     for camera in cameras:
         camera |= _clip(camera)
@@ -84,18 +89,35 @@ def _target(target: Any, placed: dict[str, list[Copy]]) -> tuple[float, float, f
     return tuple(round(sum(copy.pos[k] for copy in copies) / n, 6) for k in range(3))  # type: ignore[return-value]
 
 
-def _derived(balls: list[Ball]) -> dict[str, Any]:
-    """A still camera that sees everything that moves, where it starts and down to the ground below it."""
-    low = [min((c[k] - r for c, r in balls), default=-1.0) for k in range(3)]
-    high = [max((c[k] + r for c, r in balls), default=1.0) for k in range(3)]
-    low[2] = min(low[2], 0.0) if low[2] < 3.0 else low[2]
-    center = tuple(round((a + b) / 2, 4) for a, b in zip(low, high, strict=True))
-    radius = max(sqrt(sum((b - a) ** 2 for a, b in zip(low, high, strict=True))) / 2, 0.05)
-    fov = 40.0
-    distance = 1.15 * radius / sin(radians(fov / 2))
-    view = vector_unit(DEFAULT_VIEW)
+def _derived(balls: list[Ball], aspect: float) -> dict[str, Any]:
+    """A still camera that just sees everything that moves, where it starts and down to the ground below it.
+
+    Args:
+        balls: What is to be seen.
+        aspect: Width of the picture over its height.
+    """
+    balls = balls or [((0.0, 0.0, 0.0), 1.0)]
+    # Where something falls to, if there is ground at zero, and not too far below.
+    balls = balls + [((x, y, 0.0), r) for (x, y, z), r in balls if r < z < 3.0]
+    fov, view = 40.0, vector_unit(DEFAULT_VIEW)
+    right = vector_unit((-view[1], view[0], 0.0))
+    up = vector_cross(view, right)
+    center = tuple((min(c[k] - r for c, r in balls) + max(c[k] + r for c, r in balls)) / 2 for k in range(3))
+    tall = tan(radians(fov / 2))
+    distance = 0.1
+    for position, radius in balls:
+        offset = tuple(p - c for p, c in zip(position, center, strict=True))
+        for axis, slope in ((right, tall * aspect), (up, tall)):
+            # The ball touches the plane through the camera and an edge of the picture.
+            reach = abs(_dot(offset, axis)) / slope + radius * sqrt(1.0 + 1.0 / slope**2)
+            distance = max(distance, ROOM * reach + _dot(offset, view))
+    look_at = tuple(round(c, 4) for c in center)
     pos = tuple(round(c + distance * v, 4) for c, v in zip(center, view, strict=True))
-    return {"name": "main", "kind": "still", "fov": fov, "up": (0.0, 0.0, 1.0), "look_at": center, "pos": pos}
+    return {"name": "main", "kind": "still", "fov": fov, "up": (0.0, 0.0, 1.0), "look_at": look_at, "pos": pos}
+
+
+def _dot(a: tuple[float, ...], b: tuple[float, ...]) -> float:
+    return sum(x * y for x, y in zip(a, b, strict=True))
 
 
 def _clip(camera: dict[str, Any]) -> dict[str, float]:

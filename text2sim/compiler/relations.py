@@ -194,19 +194,24 @@ def _below(place: Place, subject: Group, target: Group, x: float, y: float) -> V
 
 
 def _inside(place: Place, subject: Group, target: Group, x: float, y: float) -> Vec:
-    """Let the subject fall: from the middle of the target if it is free there, otherwise through its top."""
+    """Let the subject fall: from the middle of the target if it is free there, otherwise through its top.
+
+    It falls until it touches, and is lifted by the clearance then: a gap on all sides would keep it out of a narrow
+    cup.
+    """
     if target.planes:
         raise PlaceError("a plane has no inside", "inside")
     (low, high), (bottom, top) = subject.bounds(), target.bounds()
     across = all(bottom[k] <= low[k] + s and high[k] + s <= top[k] for k, s in enumerate((x, y)))
     if across:
         start = target.middle()[2] - subject.middle()[2]
-        z = _fall(subject, target, (x, y, start), place.clearance)
+        z = _fall(subject, target, (x, y, start), 0.0)
         if z is not None and start - z < TOLERANCE:
-            z = _drop(subject, target, x, y, place.clearance)
+            z = _drop(subject, target, x, y, 0.0)
         if z is None:
             # Nothing holds it from below: an open tube stands on something.
-            z = bottom[2] - low[2] + place.clearance
+            z = bottom[2] - low[2]
+        z += place.clearance
         if low[2] + z < top[2] - 1e-6:
             return (x, y, z)
     raise PlaceError(f"it does not fit into `{place.target}` there", "inside")

@@ -224,7 +224,10 @@ def _passages(
 
 
 def _joint_limit(recording: Recording, series: Any, event: events.JointLimitEvent, since: float) -> list[Occurrence]:
-    """A joint comes to within 0.2 % of its range of an end; again, once it has been 2 % away."""
+    """A joint comes to within 0.2 % of its range of an end; again, once it has been 2 % away.
+
+    What rests on an end from the start has not come there.
+    """
     time, rows = recording.states.time, []
     for label, joint in recording.cast.select_joints(event.of):
         low, high = joint.limits
@@ -236,9 +239,8 @@ def _joint_limit(recording: Recording, series: Any, event: events.JointLimitEven
             if past is None:
                 continue
             beyond = (position - past if end == "upper" else past - position) + LIMIT_TOUCH * span
-            arrivals = ([float(time[0])] if len(time) and beyond[0] >= 0 else []) + crossings(time, beyond)
-            before = None
-            for t in arrivals:
+            before = float(time[0]) if len(time) and beyond[0] >= 0 else None
+            for t in crossings(time, beyond):
                 between = beyond[(time > (before or 0.0)) & (time < t)]
                 if before is None or (len(between) and between.min() < -LIMIT_LEAVE * span):
                     rows.append({"time": t, "of": label, "end": end, "limit": past})

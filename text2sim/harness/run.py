@@ -14,6 +14,7 @@ from text2sim.harness.child import Limits
 from text2sim.harness.folder import Wanted, Work, install_program, install_run, remaining_work, staging
 from text2sim.harness.lock import RunLock
 from text2sim.harness.machine import device_kind, missing_libraries, versions
+from text2sim.harness.outcome import read_status
 from text2sim.harness.program import Finished, run_program
 from text2sim.harness.progress import Clock, OnProgress, ignore
 from text2sim.harness.record import COMPLETE, RunRecord, write_atomically
@@ -172,6 +173,8 @@ class _Run:
     def result(self, work: Work) -> RunResult:
         """Write down what it took, and say what came of it."""
         timings, record = self.clock.finish(), self.record
+        if record.state == "diverged":
+            self.problem = self._blame_body()
         if work is not Work.NOTHING:
             record.timings |= {name: round(t, 3) for name, t in timings.items()}
             record.write(self.folder)
@@ -235,6 +238,14 @@ class _Run:
         if done.ended.log_left_out:
             record.notes.append(f"log.txt lacks {done.ended.log_left_out} bytes from its middle")
         record.write(self.folder)
+
+    def _blame_body(self) -> Problem | None:
+        """The divergence at the line of the body that it was first seen on."""
+        where = read_status(self.folder / "status.json").get("where")
+        name = str(where.get("body")).split("[")[0] if isinstance(where, dict) else ""
+        if name not in self.loaded.case.bodies:
+            return None
+        return self.loaded.problem(("bodies", name), self.record.message, key=True, rule="diverged")
 
     def _film_again(self) -> None:
         self.record.render_digest = ""

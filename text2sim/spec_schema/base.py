@@ -4,6 +4,7 @@ Units are SI throughout; angles are radians except in fields whose name ends in 
 quaternions are (w, x, y, z); z points up.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -47,7 +48,7 @@ Bool = StrictBool
 
 
 def _nonzero(value: tuple[float, ...]) -> tuple[float, ...]:
-    if not any(value):
+    if math.hypot(*value) < 1e-9:
         raise ValueError("must not be zero: it has no direction")
     return value
 
@@ -60,6 +61,8 @@ def _ordered(value: tuple[float, float]) -> tuple[float, float]:
 
 Vec2 = tuple[Real, Real]
 Vec3 = tuple[Real, Real, Real]
+Direction = Annotated[Vec3, AfterValidator(_nonzero)]
+"""A vector that points somewhere; normalised when it is resolved."""
 Size2 = tuple[Positive, Positive]
 Size3 = tuple[Positive, Positive, Positive]
 Quat = Annotated[tuple[Real, Real, Real, Real], AfterValidator(_nonzero)]
@@ -91,7 +94,7 @@ AXES: dict[str, tuple[float, float, float]] = {
     "z": (0.0, 0.0, 1.0),
 }
 
-Axis = Annotated[tuple[Real, Real, Real], AfterValidator(_nonzero)] | AxisName
+Axis = Direction | AxisName
 """A direction: ``x``, ``y``, ``z`` or a vector (normalised when it is resolved)."""
 
 

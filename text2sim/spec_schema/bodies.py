@@ -252,6 +252,13 @@ class Chain(_Placed):
     material: Material = Material(density=7800.0)
     """Of the bars."""
 
+    @model_validator(mode="after")
+    def _slender(self) -> "Chain":
+        if self.link_length < 2 * self.radius:
+            sizes = f"{self.link_length:g} and {self.radius:g}"
+            raise ValueError(f"link_length must be at least twice the radius (got {sizes})")
+        return self
+
 
 class Net(_Placed):
     """A rectangular net of capsule links and ball joints in the x-y plane, its edges held by the world."""
@@ -269,6 +276,13 @@ class Net(_Placed):
     """Of every joint; damping and armature are derived if left out."""
     material: Material = Material()
     """Of the strands."""
+
+    @model_validator(mode="after")
+    def _open(self) -> "Net":
+        mesh = min(length / cells for length, cells in zip(self.size, self.cells, strict=True))
+        if mesh <= 2 * self.radius:
+            raise ValueError(f"the strands are too thick for its meshes (got radius {self.radius:g}, meshes {mesh:g})")
+        return self
 
 
 class Ragdoll(_Placed):

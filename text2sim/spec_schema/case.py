@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from text2sim.spec_schema.actions import Actions
 from text2sim.spec_schema.base import Model, Name
@@ -13,10 +13,15 @@ from text2sim.spec_schema.scene import Scene
 LANGUAGE_VERSION = 1
 
 
+def _no_boolean(value: object) -> object:
+    """What is to be compared with 1: in Python, True equals it."""
+    return None if isinstance(value, bool) else value
+
+
 class Case(Model):
     """One scene: its stage, its actors, its script and its film."""
 
-    text2sim: Literal[1]
+    text2sim: Annotated[Literal[1], BeforeValidator(_no_boolean)]
     """Version of the language."""
     name: Name
     """Name of the case; the folder's name, by custom."""

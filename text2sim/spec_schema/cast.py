@@ -123,7 +123,7 @@ class Cast:
         if chosen.first is None or chosen.last is None:
             return True
         if model.repeat is None:
-            self.report(where, f"`{name}` has no repeat, and so no numbers; write `{name}`", "no-copies", name)
+            self.report(where, f"`{name}` has no repeat, and so no numbers", "no-copies", name)
             return False
         there = f"`{name}` has {copies} copies, `{name}[0]` to `{name}[{copies - 1}]`"
         if chosen.last <= chosen.first:
@@ -140,10 +140,10 @@ class Cast:
 
     def _has_part(self, part: str, name: str, model: Any, where: Path, parts: bool) -> bool:
         if not parts:
-            self.report(where, f"the whole body is meant here; write `{name}`", "part", name)
+            self.report(where, "the whole body is meant here", "part", name)
             return False
         if isinstance(model, Static | Driven | Rigid):
-            self.report(where, f"`{name}` is one body without links; write `{name}`", "unknown-link", name)
+            self.report(where, f"`{name}` is one body without links", "unknown-link", name)
             return False
         if isinstance(model, Articulated) and model.links is not None and part not in model.links:
             message = f"`{name}` has no link `{part}`" + _listed(list(model.links))

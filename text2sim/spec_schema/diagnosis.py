@@ -22,6 +22,7 @@ from text2sim.spec_schema.words import (
     range_of,
     show,
     slot_of,
+    structure_of,
 )
 
 
@@ -181,10 +182,10 @@ def _say(place: _Place, details: ErrorDetails) -> _Finding:
         most = bounds_of(slot).get("max_length", "")
         return _Finding(place.path, f"the text is longer than {most} characters", "length")
     if kind in ("greater_than", "greater_than_equal", "less_than", "less_than_equal"):
-        return _Finding(place.path, f"must be{range_of(slot)} (got {show(data)})", "range")
+        return _Finding(place.path, f"must be{range_of(slot).removeprefix(' of')} (got {show(data)})", "range")
     if isinstance(data, bool) and slot.structure == "number":
         return _Finding(place.path, f"needs {describe(slot)}; {show(data)} is not a number", "type")
-    return _Finding(place.path, f"needs {describe(slot)} (got {show(data)})", "type", key=data is None)
+    return _Finding(place.path, f"needs {describe(slot)} (got {_given(data, slot)})", "type", key=data is None)
 
 
 def _unknown_key(place: _Place) -> _Finding:
@@ -236,8 +237,14 @@ def _no_alternative(place: _Place) -> _Finding:
         for w in get_args(m.base)
         if isinstance(w, str)
     ]
-    message = f"needs {describe(place.slot)} (got {show(place.data)})"
+    message = f"needs {describe(place.slot)} (got {_given(place.data, place.slot)})"
     return _Finding(place.path, message, "type", nearest(place.data, words))
+
+
+def _given(data: Any, slot: Slot) -> str:
+    """What was given instead: `needs 3 numbers (got 3)` would puzzle."""
+    number = structure_of(data) == "number" and slot.structure != "number"
+    return f"the number {show(data)}" if number else show(data)
 
 
 def _bad_text(place: _Place) -> _Finding:

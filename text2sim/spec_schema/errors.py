@@ -8,6 +8,9 @@ from typing import Any, Literal
 
 Severity = Literal["error", "warning"]
 
+SHOWN = 100
+"""As many problems are shown to people; machines get all."""
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -92,25 +95,29 @@ def format_problems(problems: Iterable[Problem], source: Any = None) -> str:
         problems: What to report.
         source: The `Source` of the case or its text (or a mapping of file name to either); without it there
             are no excerpts.
+
+    Returns:
+        Lines for the first `SHOWN` problems, and how many more there are.
     """
-    blocks = []
-    for problem in sort_problems(problems):
+    blocks, lines = [], dict[str, list[str]]()
+    found = sort_problems(problems)
+    for problem in found[:SHOWN]:
         block = str(problem)
-        line = _line(source, problem)
-        if line is not None:
-            block += "\n" + _excerpt(line, problem)
+        if problem.file not in lines:
+            lines[problem.file] = _lines(source, problem.file)
+        if problem.line <= len(lines[problem.file]):
+            block += "\n" + _excerpt(lines[problem.file][problem.line - 1], problem)
         blocks.append(block)
+    if len(found) > SHOWN:
+        blocks.append(f"… and {len(found) - SHOWN} more problems")
     return "\n".join(blocks)
 
 
-def _line(source: Any, problem: Problem) -> str | None:
+def _lines(source: Any, file: str) -> list[str]:
     if isinstance(source, Mapping):
-        source = source.get(problem.file)
+        source = source.get(file)
     text = getattr(source, "text", source)
-    if not isinstance(text, str):
-        return None
-    lines = re.split(r"\r\n|\r|\n", text)
-    return lines[problem.line - 1] if problem.line <= len(lines) else None
+    return re.split(r"\r\n|\r|\n", text) if isinstance(text, str) else []
 
 
 def _excerpt(line: str, problem: Problem, width: int = 110) -> str:

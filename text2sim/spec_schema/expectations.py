@@ -50,12 +50,12 @@ class Expect(Model):
         of_measure = {"at", "during", "stat", "above", "below", "equals", "tolerance"} & self.model_fields_set
         if self.event is not None:
             if of_measure:
-                raise ValueError(f"{', '.join(sorted(of_measure))} belong to a measure, not to an event")
+                raise ValueError(f"{_listed(of_measure)} with a measure, not with an event")
             if self.never and (of_event - {"never", "within"}):
                 raise ValueError("never goes with within alone")
             return self
         if of_event:
-            raise ValueError(f"{', '.join(sorted(of_event))} belong to an event, not to a measure")
+            raise ValueError(f"{_listed(of_event)} with an event, not with a measure")
         if (self.at is None) == (self.during is None):
             raise ValueError("a measure needs either at or during")
         if self.stat is not None and self.during is None:
@@ -65,3 +65,7 @@ class Expect(Model):
         if (self.equals is None) != (self.tolerance is None):
             raise ValueError("equals and tolerance go together")
         return self
+
+
+def _listed(fields: set[str]) -> str:
+    return f"{', '.join(sorted(fields))} {'goes' if len(fields) == 1 else 'go'}"

@@ -74,7 +74,8 @@ def call(name: str, arguments: list[Value]) -> Value:
     function, fewest, most = _OF_NUMBERS[name]
     if not fewest <= len(arguments) <= most:
         wanted = str(fewest) if fewest == most else f"{fewest} to {most}"
-        raise ExpressionError(f"{name} takes {wanted} arguments (got {len(arguments)})")
+        noun = "argument" if most == 1 else "arguments"
+        raise ExpressionError(f"{name} takes {wanted} {noun} (got {len(arguments)})")
     numbers = [number(argument) for argument in arguments]
     try:
         return bounded(function(*numbers))

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from text2sim.spec_schema.bodies import Articulated
+from text2sim.spec_schema.bodies import Articulated, Rigid
 from text2sim.spec_schema.cast import Cast, Parts
 from text2sim.spec_schema.circles import find_circles
 from text2sim.spec_schema.control_references import check_controls
@@ -13,7 +13,8 @@ from text2sim.spec_schema.expect_references import check_expectations
 from text2sim.spec_schema.load import LoadedCase
 from text2sim.spec_schema.measure_references import check_measures
 from text2sim.spec_schema.render import Follow
-from text2sim.spec_schema.tree_references import check_tree
+from text2sim.spec_schema.time_references import check_time
+from text2sim.spec_schema.tree_references import check_mount, check_tree
 
 
 def check_references(loaded: LoadedCase, parts: Mapping[str, Parts] | None = None) -> list[Problem]:
@@ -30,10 +31,12 @@ def check_references(loaded: LoadedCase, parts: Mapping[str, Parts] | None = Non
     cast = Cast(loaded, parts or {})
     _check_names(cast)
     _check_places(cast)
-    _check_time(cast)
+    check_time(cast)
     for name, body in cast.bodies.items():
         if isinstance(body, Articulated):
             check_tree(cast, name, body)
+        elif isinstance(body, Rigid):
+            check_mount(cast, name, body)
     check_controls(cast)
     check_measures(cast)
     check_events(cast)
@@ -64,16 +67,6 @@ def _check_places(cast: Cast) -> None:
     for circle in find_circles(targets):
         message = f"is placed in relation to itself: {' -> '.join([*circle, circle[0]])}"
         cast.report((*roots[circle[0]], "place"), message, "circular-place", key=True)
-
-
-def _check_time(cast: Cast) -> None:
-    case = cast.loaded.case
-    if case.scene.dt > case.scene.duration:
-        message = f"the time step is longer than the whole run ({case.scene.duration:g} s)"
-        cast.report(("scene", "dt"), message, "time-step")
-    if case.render.during is not None and case.render.during[0] >= case.scene.duration:
-        message = f"the film would start when the run is over ({case.scene.duration:g} s)"
-        cast.report(("render", "during"), message, "after-end")
 
 
 def _check_cameras(cast: Cast) -> None:

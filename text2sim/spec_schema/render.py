@@ -2,9 +2,10 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from text2sim.spec_schema.base import (
+    Direction,
     Integer,
     Model,
     Name,
@@ -25,8 +26,8 @@ Target = Vec3 | Selector
 class _Camera(Model):
     fov: Positive = Field(default=40.0, ge=2.0, le=140.0)
     """Vertical field of view [deg]."""
-    up: Vec3 = (0.0, 0.0, 1.0)
-    """Which way is up in the picture."""
+    up: Direction = (0.0, 0.0, 1.0)
+    """Which way is up in the picture; +y where it looks straight up or down."""
 
 
 class Still(_Camera):
@@ -38,6 +39,12 @@ class Still(_Camera):
     look_at: Target
     """What it looks at (a body: where that is at the start)."""
 
+    @model_validator(mode="after")
+    def _apart(self) -> "Still":
+        if self.from_ == self.look_at:
+            raise ValueError("from and look_at are the same point")
+        return self
+
 
 class Follow(_Camera):
     """A camera that stands still or travels along, and keeps looking at a body."""
@@ -47,7 +54,7 @@ class Follow(_Camera):
     """The body it looks at."""
     from_: Vec3 | None = Field(default=None, alias="from")
     """Where it stands [m]; give either this or `offset`."""
-    offset: Vec3 | None = None
+    offset: Direction | None = None
     """Its place relative to the body [m]: it travels along."""
     smooth: Seconds = 0.3
     """Time [s] over which its motion is averaged."""
@@ -94,7 +101,7 @@ class Sun(Model):
     """Parallel light."""
 
     kind: Literal["sun"]
-    direction: Vec3 = (-0.4, 0.5, -1.0)
+    direction: Direction = (-0.4, 0.5, -1.0)
     """The way the light goes."""
     color: Color = "white"
     """Colour of the light."""
@@ -106,7 +113,7 @@ class Softbox(Model):
     """A large lamp that stands away from the scene, against the direction of its light."""
 
     kind: Literal["softbox"]
-    direction: Vec3
+    direction: Direction
     """The way the light goes."""
     color: Color = "white"
     """Colour of the light."""
@@ -129,19 +136,31 @@ class Lamp(Model):
 Light = Annotated[Sun | Softbox | Lamp, Field(discriminator="kind")]
 
 
+def _even(size: tuple[int, int]) -> tuple[int, int]:
+    if size[0] % 2 or size[1] % 2:
+        raise ValueError(f"resolution must be even, for the video encoder (got {size[0]} x {size[1]})")
+    return size
+
+
+def _long(span: tuple[float, float]) -> tuple[float, float]:
+    if span[0] == span[1]:
+        raise ValueError(f"the film needs some length (got {span[0]:g} and {span[1]:g})")
+    return span
+
+
+Pixels = Annotated[Integer, Field(ge=64, le=4096)]
+
+
 class Render(Model):
     """The cinematography."""
 
-    resolution: tuple[Annotated[Integer, Field(ge=64, le=4096)], Annotated[Integer, Field(ge=64, le=4096)]] = (
-        1280,
-        720,
-    )
+    resolution: Annotated[tuple[Pixels, Pixels], AfterValidator(_even)] = (1280, 720)
     """Width and height [pixels], both even."""
     fps: Positive = Field(default=25.0, ge=1.0, le=240.0)
     """Frames per second of film."""
     speed: Positive = Field(default=1.0, ge=0.01, le=100.0)
     """Simulated seconds per second of film; 0.25 is slow motion."""
-    during: Window | None = None
+    during: Annotated[Window, AfterValidator(_long)] | None = None
     """The part [s] of the run that is shown."""
     quality: Literal["preview", "final"] = "preview"
     """`preview` is rasterised."""
@@ -149,14 +168,7 @@ class Render(Model):
     """Colour behind everything."""
     ambient: NonNegative = 0.35
     """Light from everywhere."""
-    cameras: dict[Name, Camera] = Field(default_factory=dict)
+    cameras: dict[Name, Camera] = Field(default_factory=dict, max_length=20)
     """By name; the first makes `video.mp4`. One is derived if there is none."""
-    lights: dict[Name, Light] = Field(default_factory=dict)
+    lights: dict[Name, Light] = Field(default_factory=dict, max_length=20)
     """By name; one is derived if there are none."""
-
-    @model_validator(mode="after")
-    def _even(self) -> "Render":
-        if self.resolution[0] % 2 or self.resolution[1] % 2:
-            width, height = self.resolution
-            raise ValueError(f"resolution must be even, for the video encoder (got {width} x {height})")
-        return self

@@ -1,7 +1,8 @@
 """Plain scalars by the core schema of YAML 1.2: `no` is a word, `010` is ten, `1e-3` is a number."""
 
 import re
-from math import isfinite
+
+from text2sim.spec_schema.values import MAX_NUMBER
 
 Scalar = None | bool | int | float | str
 
@@ -32,7 +33,7 @@ def resolve(text: str) -> Scalar:
     """Return what a plain scalar means.
 
     Raises:
-        ValueError: For a number that is not finite, or has more digits than any quantity needs.
+        ValueError: For a number that is not finite, too large, or has more digits than any quantity needs.
     """
     if text in _WORDS:
         return _WORDS[text]
@@ -52,11 +53,17 @@ def resolve(text: str) -> Scalar:
 def _integer(text: str, base: int) -> int:
     if len(text) > MAX_DIGITS:
         raise ValueError(f"the number has more than {MAX_DIGITS} digits")
-    return int(text, base)
+    value = int(text, base)
+    _check_size(value, text)
+    return value
 
 
 def _float(text: str) -> float:
     value = float(text)
-    if not isfinite(value):
-        raise ValueError(f"{text[:20]} is too large for a number")
+    _check_size(value, text)
     return value
+
+
+def _check_size(value: float, text: str) -> None:
+    if abs(value) > MAX_NUMBER:
+        raise ValueError(f"{text[:20]} is too large: numbers go up to {MAX_NUMBER:g}")

@@ -83,6 +83,13 @@ class Torus(Model):
     segments: Segments = 16
     """Capsules around the ring."""
 
+    @model_validator(mode="after")
+    def _hollow(self) -> "Torus":
+        if self.bar_radius >= self.radius:
+            radii = f"{self.bar_radius:g} and {self.radius:g}"
+            raise ValueError(f"bar_radius must be smaller than radius (got {radii})")
+        return self
+
 
 class Tube(Model):
     """A hollow cylinder along z, open at both ends, made of convex staves."""

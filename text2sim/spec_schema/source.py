@@ -54,6 +54,9 @@ def read_source(path: Path, file: str | None = None) -> Source:
     """
     file = file if file is not None else str(path)
     try:
+        # A pipe that nobody writes to would be waited for without end, and a device has no end.
+        if path.exists() and not path.is_dir() and not path.is_file():
+            raise OSError(0, "it is no ordinary file")
         with path.open("rb") as stream:
             data = stream.read(MAX_BYTES + 1)
     except OSError as error:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from math import degrees
 from typing import Any
 
-from text2sim.spec_schema.bodies import Articulated, HingeMount, Link, SliderMount
+from text2sim.spec_schema.bodies import Articulated, HingeMount, Link, Rigid, SliderMount
 from text2sim.spec_schema.cast import Cast
 from text2sim.spec_schema.circles import find_circles
 from text2sim.spec_schema.document import Path
@@ -29,6 +29,15 @@ def check_tree(cast: Cast, name: str, body: Articulated) -> None:
     _check_roots(cast, root, links)
     _check_loops(cast, root, body, links)
     _check_initial(cast, root, body, {name: link.joint for name, link in links.items()})
+    for link, model in links.items():
+        if isinstance(model.joint, HingeMount | SliderMount) and link not in body.initial:
+            _check_range(cast, (*root, "links", link, "joint", _range_field(model.joint)), model.joint, 0.0)
+
+
+def check_mount(cast: Cast, name: str, body: Rigid) -> None:
+    """Check that a body on a hinge or slider starts within the range of its joint."""
+    if isinstance(body.mount, HingeMount | SliderMount):
+        _check_range(cast, ("bodies", name, "mount", _range_field(body.mount)), body.mount, 0.0)
 
 
 def _check_file(cast: Cast, root: Path, body: Articulated, joints: Mapping[str, Any]) -> None:
@@ -94,10 +103,18 @@ def _check_initial(cast: Cast, root: Path, body: Articulated, joints: Mapping[st
             what = f"`{name}` has no hinge or slider" if name in joints else f"there is no joint `{name}`"
             cast.report(where, what, "unknown-joint", nearest(name, movable), key=True)
             continue
-        low, high, start, unit = _start_and_range(joints[name], value)
-        if not low <= start <= high:
-            message = f"starts outside its range: {start:.5g} {unit} is not from {low:g} to {high:g}"
-            cast.report(where, message, "range")
+        _check_range(cast, where, joints[name], value)
+
+
+def _check_range(cast: Cast, where: Path, joint: HingeMount | SliderMount, value: float) -> None:
+    low, high, start, unit = _start_and_range(joint, value)
+    if not low <= start <= high:
+        message = f"starts outside its range: {start:.5g} {unit} is not from {low:g} to {high:g}"
+        cast.report(where, message, "range")
+
+
+def _range_field(joint: HingeMount | SliderMount) -> str:
+    return "range_deg" if isinstance(joint, HingeMount) else "range"
 
 
 def _start_and_range(joint: HingeMount | SliderMount, value: float) -> tuple[float, float, float, str]:
