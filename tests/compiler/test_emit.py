@@ -1,7 +1,9 @@
 """What holds for every program: plain imports, same bytes, and no word of the author that becomes code."""
 
 import ast
+import json
 import math
+import subprocess
 import sys
 from pathlib import Path
 
@@ -134,3 +136,39 @@ def test_only_our_own_text_is_code() -> None:
     with pytest.raises(ValueError, match="identifier"):
         identifier("a\nimport os")
     assert "\n" not in comment("a\nimport os") and '"' not in comment('"""')
+
+
+STAND_INS = {
+    "genesis.py": "cpu = gpu = None\nclass GenesisException(Exception): pass\n",
+    "actions.py": "class Actions:\n    def __init__(self, *given): pass\n",
+    "bodies.py": "def add_bodies(scene): return {}\ndef configure(bodies): pass\n",
+    "film.py": "class NoOpenGL(Exception): pass\ndef film(*given, **named): pass\n",
+    "render.py": "END = FPS = SPEED = START = 1\nadd_cameras = camera_pose = vis_options = lambda *given: {}\n",
+    "scene.py": "DT = MAX_SPEED = RECORD_EVERY = STEPS = 1\nadd_statics = make_scene = start_engine = lambda given: {}\n",
+    "recorder.py": """\
+import signal
+from contextlib import suppress
+
+class Divergence(Exception): pass
+
+class Progress:
+    def __init__(self, out): pass
+    def __call__(self, *given, **named): pass
+
+Recorder = None
+
+def build(scene):
+    with suppress(BaseException):
+        signal.raise_signal(signal.SIGTERM)
+""",
+}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of other systems")
+def test_a_signal_that_the_engine_swallows_stops_the_program_all_the_same(tmp_path: Path) -> None:
+    compile_case(load_case(write(tmp_path, CASE)), tmp_path)
+    for name, text in STAND_INS.items():
+        (tmp_path / name).write_text(text)
+    done = subprocess.run([sys.executable, "main.py", "--out", "out"], cwd=tmp_path, timeout=60, check=False)
+    assert done.returncode == 130
+    assert json.loads((tmp_path / "out" / "status.json").read_text())["state"] == "interrupted"

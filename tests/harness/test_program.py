@@ -4,12 +4,14 @@ import os
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import psutil
 import pytest
 
 from text2sim.harness.child import Limits
+from text2sim.harness.outcome import outcome_of
 from text2sim.harness.program import Finished, run_program
 from text2sim.harness.progress import Clock, Progress, ignore
 from text2sim.harness.stop import Stop
@@ -138,7 +140,9 @@ time.sleep(60)
     pid = int((folder / "pid").read_text())
     # Killed with its group; when it is gone is up to the system, and to whoever inherits it.
     deadline = time.monotonic() + 5
-    while psutil.pid_exists(pid) and psutil.Process(pid).status() != psutil.STATUS_ZOMBIE and time.monotonic() < deadline:
+    while (
+        psutil.pid_exists(pid) and psutil.Process(pid).status() != psutil.STATUS_ZOMBIE and time.monotonic() < deadline
+    ):
         time.sleep(0.05)
     assert not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
 
@@ -253,7 +257,10 @@ def test_the_log_of_a_second_program_follows_that_of_the_first(make_run):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of other systems")
-def test_a_kill_by_the_system_is_explained(make_run):
-    outcome = run(make_run("os.kill(os.getpid(), signal.SIGKILL)")).outcome
-    assert outcome.state == "out_of_memory"
+@pytest.mark.parametrize(("used", "state"), [(0.3, "crashed"), (3.0, "out_of_memory")])
+def test_a_kill_is_explained(make_run, used, state):
+    ended = run(make_run("os.kill(os.getpid(), signal.SIGKILL)")).ended
+    ended = replace(ended, peak_memory=round(used * 1e9), memory_limit=4 * 10**9)
+    outcome = outcome_of(ended, Limits(), {}, "", 0.0)
+    assert outcome.state == state
     assert "SIGKILL" in outcome.message

@@ -50,7 +50,9 @@ def test_a_program_gives_the_same_bytes_in_a_process_of_its_own(simulate, tmp_pa
     """As users run it, which also tries the program's own main function."""
     trial = simulate(LIVELY)
     main = trial.folder / "program/main.py"
-    done = subprocess.run([sys.executable, main, "--out", tmp_path, "--no-film"], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, main, "--out", tmp_path, "--no-film"], capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "status.json").read_text().split() == ["{", '"state":', '"finished"', "}"]
     assert content(trial.folder) == content(tmp_path)

@@ -69,29 +69,27 @@ def test_a_driven_body_is_where_its_motion_says(simulate, agree, substeps):
 
 @pytest.mark.parametrize("substeps", [1, 4])
 def test_a_driven_body_pushes_and_is_not_pushed_back(simulate, agree, substeps):
-    """A paddle pushes 50 kg at its own speed with the force of friction, mu m g (the floor's, as the larger), and keeps to its path."""
+    """A paddle pushes 50 kg at its own speed with the force of friction, mu m g (the floor's, as the larger).
+
+    It keeps to its path but for the blow at the start: 25 N s on 1e4 kg (`IMMOVABLE`) are made good in the next step.
+    The elliptic cone is for the load: on the pyramid it hops, and is pushed by blows.
+    """
     trial = simulate(DRIVEN, dt=DT, substeps=substeps)
     late = trial.time > 1.0
-    agree(f"paddle, {substeps} substeps: its own way [m]", trial.pos("paddle")[:, 0], 0.5 * trial.time, within=1e-5)
+    agree(f"paddle, {substeps} substeps: its own way [m]", trial.pos("paddle")[:, 0], 0.5 * trial.time, within=3e-5)
     way = trial.pos("load")[late, 0]
     agree(
         f"paddle, {substeps} substeps: mean speed of the load [m/s]",
         (way[-1] - way[0]) / (trial.time[late][-1] - trial.time[late][0]),
         0.5,
-        within=0.01,
+        within=1e-4,
     )
     gap = trial.pos("load")[late, 0] - trial.pos("paddle")[late, 0] - 0.125
-    agree(f"paddle, {substeps} substeps: gap between them [m]", gap, 0.0, within=0.5 * 2 * DT)
+    agree(f"paddle, {substeps} substeps: gap between them [m]", gap, 0.0, within=1e-4)
     step, force, _ = trial.contact("load", "paddle")
     mean = force[step > 200, 0].sum() / 200
-    # It moves by little jumps; over a second their momentum, 50 kg times the change of speed, is what is left.
-    change = 50 * np.ptp(trial.vel("load")[late, 0])
-    agree(
-        f"paddle, {substeps} substeps: mean force [N]",
-        mean,
-        FRICTION * 50 * G,
-        within=change + 1e-3 * FRICTION * 50 * G,
-    )
+    theory = FRICTION * 50 * G
+    agree(f"paddle, {substeps} substeps: mean force [N]", mean, theory, within=5e-3 * theory)
 
 
 WELDED = """
@@ -126,7 +124,7 @@ def test_what_is_attached_hangs_and_falls_freely_when_released(simulate, agree):
 
 
 def test_bodies_attached_in_flight_go_on_together_with_their_common_momentum(simulate, agree):
-    """V' = sum m v / sum m at once, at any distance; the relative pose stays; both momenta do, before, while and after."""
+    """Their speed is v' = sum m v / sum m at once, at any distance; the relative pose stays; both momenta do, before, while and after."""
     trial = simulate(WELDED, dt=DT, g=0.0)
     masses = {name: trial.link(name).mass for name in ("tug", "barge")}
     p = sum(m * trial.vel(name) for name, m in masses.items())

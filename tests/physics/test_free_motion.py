@@ -26,7 +26,7 @@ HAMMER = """
 
 @pytest.mark.parametrize("substeps", [1, 4])
 def test_free_fall_is_the_exact_solution_of_the_integrator_whatever_the_mass(simulate, agree, substeps):
-    """Z = z0 - g h^2 N (N + 1) / 2 and v = -g h N (Galileo; Hairer, Lubich, Wanner: Geometric Numerical Integration, I.1)."""
+    """Heights are z = z0 - g h^2 N (N + 1) / 2 and v = -g h N (Galileo; Hairer, Lubich, Wanner: Geometric Numerical Integration, I.1)."""
     trial = simulate(
         """
 scene: {duration: 1.0, dt: 0.01, substeps: "${substeps}"}
@@ -58,7 +58,7 @@ actions: {measures: {height: {kind: position, of: light, axis: z}, speed: {kind:
 
 
 def test_a_projectile_flies_a_parabola_in_any_gravity(simulate, agree):
-    """X = x0 + v0 h N + g h^2 N (N + 1) / 2 for gravity that does not point down, of the centre of mass of a spinning body."""
+    """The path is x = x0 + v0 h N + g h^2 N (N + 1) / 2 for gravity that does not point down, of the centre of mass of a spinning body."""
     trial = simulate(f"""
 scene: {{duration: 1.0, dt: 0.005, substeps: 1, gravity: [1.5, -2.0, 3.0]}}
 bodies:
@@ -76,7 +76,7 @@ actions:
 
 
 def test_start_velocities_are_those_of_the_world_and_the_centre_of_mass(simulate, agree):
-    """V and w as given, on bodies turned by (30, 50, 70) deg whose centre and principal axes are not those of their frame.
+    """They have v and w as given, on bodies turned by (30, 50, 70) deg whose centre and principal axes are not those of their frame.
 
     Without forces the centre of mass then goes on at v (Newton I), and R I R' w stays what it is.
     """
@@ -146,7 +146,7 @@ actions: {controls: {go: {kind: initial_velocity, body: top, angular: [0, 0, "${
 
 
 def test_a_brick_flips_about_its_middle_axis_as_eulers_equations_say(simulate, agree):
-    """I1 w1' = (I2 - I3) w2 w3 and so on (Landau and Lifshitz, section 36), integrated to 1e-10, in the brick's frame.
+    """Euler: I1 w1' = (I2 - I3) w2 w3 and so on (Landau and Lifshitz, section 36), integrated to 1e-10, in the brick's frame.
 
     The start is nearly along the middle axis, which is unstable (Dzhanibekov). L keeps size and direction.
     """

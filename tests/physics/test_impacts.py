@@ -21,7 +21,7 @@ def scatter(restitution):
 
 @pytest.mark.parametrize("e", [0.3, 0.5, 0.7, 0.9, 0.99])
 def test_a_dropped_ball_rises_again_by_the_square_of_restitution(simulate, agree, e):
-    """H' = e^2 h (Newton, Principia, scholium to the laws), for balls that touch at different moments of a step."""
+    """It rises to h' = e^2 h (Newton, Principia, scholium to the laws), for balls that touch at different moments of a step."""
     trial = simulate(
         """
 scene: {duration: 0.75, dt: 0.001, substeps: 2, record: {rate: 1000}, statics: {floor: {shape: {kind: plane}}}}
@@ -94,7 +94,7 @@ def test_a_central_collision_keeps_momentum_and_returns_e_of_the_closing_speed(s
 
 @pytest.mark.parametrize(("dt", "substeps"), [(0.01, 20), (0.001, 1)])
 def test_the_recorded_contacts_add_up_to_the_change_of_momentum(simulate, agree, dt, substeps):
-    """M (v - v0) = m g t + sum F dt (Newton II), also of blows that begin and end within one recorded step."""
+    """Forces give m (v - v0) = m g t + sum F dt (Newton II), also of blows that begin and end within one recorded step."""
     trial = simulate(
         """
 scene: {duration: 1.5, dt: "${dt}", substeps: "${substeps}", record: {rate: 100}, statics: {floor: {shape: {kind: plane}}}}

@@ -36,17 +36,17 @@ actions: {controls: {motor: {kind: drive, joint: bars.crank, velocity: -6.283185
 
 
 def test_a_crank_slider_moves_its_piston_as_geometry_says(simulate, agree):
-    """X = r cos q + sqrt(l^2 - r^2 sin^2 q) (Norton, Design of Machinery, 4.11)."""
-    r, l, speed = 0.1, 0.3, 2 * np.pi
+    """The piston is at x = r cos q + sqrt(l^2 - r^2 sin^2 q) (Norton, Design of Machinery, 4.11)."""
+    r, rod, speed = 0.1, 0.3, 2 * np.pi
     gaps = []
     for dt in (0.01, 0.005, 0.0025):
-        trial = simulate(SLIDER, dt=dt, r=r, l=l, speed=speed)
+        trial = simulate(SLIDER, dt=dt, r=r, l=rod, speed=speed)
         q, rate, _ = trial.joint("engine.crank")
         x = trial.pos("engine.piston")[:, 0]
-        theory = r * np.cos(q) + np.sqrt(l**2 - (r * np.sin(q)) ** 2)
+        theory = r * np.cos(q) + np.sqrt(rod**2 - (r * np.sin(q)) ** 2)
         turning = trial.time > 0.5  # the motor starts with a jerk
         gaps.append(np.abs(x - theory)[turning].max())
-        largest = r * speed**2 * (1 + r / l)
+        largest = r * speed**2 * (1 + r / rod)
         agree(f"crank-slider, dt {dt}: piston [m]", x[turning], theory[turning], within=2.5 * largest * dt**2)
         end = trial.pos("engine.rod") + 0.3 * trial.turn("engine.rod")[:, :, 0]
         agree(

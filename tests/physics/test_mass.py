@@ -59,9 +59,10 @@ def theory(name):
         m, z, across, along = disc(0.1, 0.3)
         return m, z, across, across, along
     if name == "capsule":
-        r, l = 0.1, 0.3
-        rod, ball = math.pi * r**2 * l, 4 / 3 * math.pi * r**3
-        across = rod * (3 * r**2 + l**2) / 12 + ball * (0.4 * r**2 + l**2 / 4 + 3 * l * r / 8)
+        r, straight = 0.1, 0.3
+        rod, ball = math.pi * r**2 * straight, 4 / 3 * math.pi * r**3
+        across = rod * (3 * r**2 + straight**2) / 12
+        across += ball * (0.4 * r**2 + straight**2 / 4 + 3 * straight * r / 8)
         return rod + ball, 0, across, across, rod * r**2 / 2 + 0.4 * ball * r**2
     if name == "ellipsoid":
         a, b, c = 0.1, 0.2, 0.3
@@ -135,7 +136,7 @@ def test_a_given_mass_is_the_mass(shapes, agree, name):
 
 
 def test_a_compound_adds_up_its_parts(simulate, agree):
-    """M = sum m_i, centre = sum m_i x_i / m, I = sum R_i I_i R_i' + m_i (r^2 - r r') (Steiner)."""
+    """Sums: m = sum m_i, centre = sum m_i x_i / m, I = sum R_i I_i R_i' + m_i (r^2 - r r') (Steiner)."""
     trial = simulate("""
 scene: {duration: 0.01, dt: 0.01, gravity: [0, 0, 0]}
 bodies:

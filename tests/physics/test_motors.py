@@ -39,7 +39,7 @@ def lifts(simulate):
 
 
 def test_a_position_drive_sags_under_its_load_by_force_over_stiffness(lifts, agree):
-    """Kp (q* - q) = m g: no secret gravity compensation, no integral part."""
+    """At rest kp (q* - q) = m g: no secret gravity compensation, no integral part."""
     for k, kp in enumerate([400, 4000]):
         position, _, force = lifts.joint(f"lift[{k}]")
         # What is left of the start dies away as exp(-10 t) or faster.
@@ -52,7 +52,7 @@ def test_a_position_drive_sags_under_its_load_by_force_over_stiffness(lifts, agr
 
 
 def test_a_velocity_drive_lags_under_its_load_by_force_over_damping(lifts, agree):
-    """Kv (v* - v) = m g; before that v' = (v + h (kv v* / m - g)) / (1 + h kv / m)."""
+    """In the end kv (v* - v) = m g; before that v' = (v + h (kv v* / m - g)) / (1 + h kv / m)."""
     for k, kv in ((2, 100), (3, 1000)):
         _, speed, force = lifts.joint(f"lift[{k}]")
         agree(f"velocity drive, kv {kv}: v* - v [m/s]", 0.3 - speed[-1], 2 * G / kv, within=1e-5)
@@ -65,7 +65,7 @@ def test_a_velocity_drive_lags_under_its_load_by_force_over_damping(lifts, agree
 
 
 def test_an_arm_sags_to_where_its_servo_balances_gravity(simulate, agree):
-    """Kp (q* - q) = m g d cos(q), a hinge whose load depends on where it is."""
+    """At rest kp (q* - q) = m g d cos(q): a hinge whose load depends on where it is."""
     trial = simulate("""
 scene: {duration: 3.0, dt: 0.005, substeps: 1}
 bodies:
@@ -82,7 +82,7 @@ actions: {controls: {hold: {kind: drive, joint: arm, position: -0.3}}}
 
 
 def test_a_servo_swings_in_as_a_damped_oscillator(simulate, agree):
-    """Q = q* (1 - e^(-z w t) (cos(W t) + z w / W sin(W t))), w^2 = kp / m, 2 z w = kv / m; first order in h."""
+    """Theory: q = q* (1 - e^(-z w t) (cos(W t) + z w / W sin(W t))), w^2 = kp / m, 2 z w = kv / m; first order in h."""
     m, kp, kv, goal = 2.0, 200.0, 12.0, 0.2
     w, z = np.sqrt(kp / m), kv / (2 * np.sqrt(kp * m))
     swing = w * np.sqrt(1 - z * z)
@@ -140,7 +140,7 @@ def joints(simulate):
 
 
 def test_a_force_drive_accelerates_by_force_over_mass_and_armature(joints, agree):
-    """V = F t / (m + armature), clipped at max_force; nothing is added to the mass in secret."""
+    """Its speed is v = F t / (m + armature), clipped at max_force; nothing is added to the mass in secret."""
     for k, (force, inertia) in {0: (8, 2.0), 5: (8, 8.0), 6: (5, 2.0)}.items():
         _, speed, measured = joints.joint(f"cart[{k}]")
         name = {0: "bare", 5: "with armature", 6: "with max_force"}[k]
@@ -161,7 +161,7 @@ def test_a_force_drive_accelerates_by_force_over_mass_and_armature(joints, agree
 
 
 def test_joint_damping_is_viscous(joints, agree):
-    """V' = (v + h F / m) / (1 + h c / m), which tends to F / c: the implicit Euler step of m v' = F - c v."""
+    """Each step gives v' = (v + h F / m) / (1 + h c / m), which tends to F / c: the implicit Euler step of m v' = F - c v."""
     expected = [0.0]
     for _ in joints.time[1:]:
         expected.append((expected[-1] + 0.002 * 8 / 2) / (1 + 0.002 * 4 / 2))
@@ -175,7 +175,7 @@ def test_joint_damping_is_viscous(joints, agree):
 
 
 def test_a_joint_spring_is_linear_about_the_start(joints, agree):
-    """Q = F / k (1 - cos(w t)), w^2 = k / m, under a constant force; phase and size to first order in w h."""
+    """It swings as q = F / k (1 - cos(w t)), w^2 = k / m, under a constant force; phase and size to first order in w h."""
     w = np.sqrt(50 / 2)
     position = joints.joint("cart[2]")[0]
     agree(

@@ -53,7 +53,7 @@ def momentum(trial, body):
 
 @pytest.mark.parametrize("body", ["hammer", "box"])
 def test_a_blow_through_the_centre_gives_its_momentum_and_no_spin(trial, agree, body):
-    """M dv = J (Newton II), at the step that begins at the blow's time, and for that step only."""
+    """It gives m dv = J (Newton II), at the step that begins at the blow's time, and for that step only."""
     p = momentum(trial, f"{body}[0]")
     agree(f"blow on the {body}: momentum before [N s]", p[:11], 0.0, within=0)
     agree(f"blow on the {body}: momentum after [N s]", p[11:], J, within=3 * ROUNDING)
@@ -62,7 +62,7 @@ def test_a_blow_through_the_centre_gives_its_momentum_and_no_spin(trial, agree, 
 
 @pytest.mark.parametrize("body", ["hammer", "box"])
 def test_a_blow_beside_the_centre_gives_spin_too(trial, agree, body):
-    """DL = r x J about the centre of mass, with the point given in the body's frame (not in that of its principal axes)."""
+    """It gives dL = r x J about the centre of mass, with the point given in the body's frame (not in that of its principal axes)."""
     name = f"{body}[1]"
     lever = trial.turn(name)[10] @ (np.array([0.1, 0.2, -0.1]) - trial.link(name).com)
     agree(f"blow beside the centre of the {body}: momentum [N s]", momentum(trial, name)[-1], 0.01 * J, within=ROUNDING)
@@ -78,7 +78,7 @@ def test_a_blow_beside_the_centre_gives_spin_too(trial, agree, body):
 
 @pytest.mark.parametrize("body", ["hammer", "box"])
 def test_a_force_gives_momentum_in_the_frame_that_it_is_given_in(trial, agree, body):
-    """M v = F t in the world, R F t in a body that does not turn, and the integral of R(t) F in one that does."""
+    """It gives m v = F t in the world, R F t in a body that does not turn, and the integral of R(t) F in one that does."""
     turned = trial.turn(f"{body}[2]")[10] @ J
     agree(
         f"force in the frame of the {body}: momentum [N s]",
@@ -109,7 +109,7 @@ def test_a_growing_force_is_taken_at_the_start_of_each_step(trial, agree, body):
 
 @pytest.mark.parametrize("body", ["hammer", "box"])
 def test_a_torque_gives_angular_momentum_and_nothing_else(trial, agree, body):
-    """DL = M t in the world, R M t in the body's frame; the centre of mass stays."""
+    """It gives dL = M t in the world, R M t in the body's frame; the centre of mass stays."""
     moment = np.array([0.02, 0.04, 0.06])
     size = np.linalg.norm(moment)
     for k, turn, span in ((4, np.eye(3), 0.1), (5, trial.turn(f"{body}[5]")[10], 0.01)):

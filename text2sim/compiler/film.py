@@ -16,7 +16,7 @@ Ball = tuple[tuple[float, float, float], float]
 DEFAULT_LIGHTS: tuple[Light, ...] = (Sun(kind="sun", direction=(-0.5, 0.8, -1.0), strength=3.6),)
 DEFAULT_VIEW = (0.55, -1.0, 0.5)
 """Direction from the scene to a camera that nobody placed."""
-ROOM = 1.25
+ROOM = 1.5
 """How much farther away it stands than it has to: what moves needs room."""
 
 

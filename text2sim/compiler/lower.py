@@ -31,8 +31,10 @@ from text2sim.spec_schema.shapes import Compound, Part
 
 NATIVE = {"box": "Box", "sphere": "Sphere", "cylinder": "Cylinder"}
 IMMOVABLE = 1e4
-"""Armature [kg or kg m2] of a driven body's joints: contact cannot push it back. The solver stops by the mean inertia of
-the scene: with ten times as much, the contacts of all other bodies would be ten times less exact."""
+"""Armature [kg or kg m2] of a driven body's joints: contact cannot push it back.
+
+The solver stops by the mean inertia of the scene: with ten times as much here, the contacts of all other bodies would
+be ten times less exact."""
 PIECES_OF_A_MESH = 16
 """Convex pieces that a mesh is taken to fall into; only the engine knows how many there are."""
 

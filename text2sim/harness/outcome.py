@@ -71,7 +71,7 @@ def _state(ended: ChildExit, limits: Limits, said: str, log: str) -> tuple[str, 
         return "finished", ""
     number = -ended.code if ended.code < 0 else ended.code - 128 if ended.code > 128 else 0
     if number:
-        return _signalled(number)
+        return _signalled(number, ended)
     if ended.code == EXIT_DIVERGED:
         return "diverged", said or "the simulation diverged"
     if "MemoryError" in (error := last_error(log)):
@@ -79,13 +79,18 @@ def _state(ended: ChildExit, limits: Limits, said: str, log: str) -> tuple[str, 
     return "failed", said or error or f"the program ended with exit code {ended.code} and said nothing"
 
 
-def _signalled(number: int) -> tuple[str, str]:
+def _signalled(number: int, ended: ChildExit) -> tuple[str, str]:
     try:
         name = signal.Signals(number).name
     except ValueError:
         name = f"signal {number}"
     if name == "SIGKILL":
-        return "out_of_memory", "the system killed it (SIGKILL), most likely because memory ran out"
+        if ended.peak_memory > ended.memory_limit / 2:
+            return "out_of_memory", "the system killed it (SIGKILL), most likely because memory ran out"
+        return (
+            "crashed",
+            f"somebody killed it (SIGKILL): it used no more than {ended.peak_memory / GIGA:.2g} GB of memory",
+        )
     if name in ("SIGINT", "SIGTERM"):
         return "interrupted", f"someone stopped it ({name})"
     return "crashed", _SIGNALS.get(name, f"it was killed ({name})")

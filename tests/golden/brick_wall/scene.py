@@ -1,6 +1,7 @@
 """The stage of brick_wall: time, gravity, solver, and what never moves."""
 
 import genesis as gs
+from engine import mend
 
 DT = 0.01  # time step [s]
 STEPS = 400  # 4.0 s of simulated time
@@ -10,6 +11,7 @@ MAX_SPEED = 1000.0  # a body faster than this [m/s] has diverged
 
 def start_engine(backend):
     """Start the engine; once in a process."""
+    mend()
     gs.init(backend=backend, precision="32", seed=0, logging_level="warning")
 
 

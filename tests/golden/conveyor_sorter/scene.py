@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import genesis as gs
+from engine import mend
 
 HERE = Path(__file__).resolve().parent
 DT = 0.01  # time step [s]
@@ -13,6 +14,7 @@ MAX_SPEED = 1000.0  # a body faster than this [m/s] has diverged
 
 def start_engine(backend):
     """Start the engine; once in a process."""
+    mend()
     gs.init(backend=backend, precision="32", seed=0, logging_level="warning")
 
 
@@ -27,6 +29,7 @@ def make_scene(vis_options=None):
         rigid_options=gs.options.RigidOptions(
             constraint_solver=gs.constraint_solver.Newton,  # few enough bodies for the exact solver
             iterations=50,
+            tolerance=1e-08,
             friction_cone=gs.friction_cone.pyramidal,  # survives hard impacts; elliptic does not creep on slopes
             constraint_timeconst=0.005,  # two substeps: the stiffest contact that stays stable
             max_collision_pairs=704,  # 16 for each of 44 convex pieces

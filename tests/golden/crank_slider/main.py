@@ -22,6 +22,8 @@ from scene import DT, MAX_SPEED, RECORD_EVERY, STEPS, add_statics, make_scene, s
 
 FINISHED, DIVERGED, FAILED, INTERRUPTED = 0, 3, 4, 130
 
+signals = []  # that came so far
+
 
 class Interrupted(KeyboardInterrupt):
     """Somebody wants the run to stop."""
@@ -34,6 +36,7 @@ def assemble(with_cameras=True):
     cameras = add_cameras(scene) if with_cameras else {}
     build(scene)
     configure(bodies)
+    heed()
     return scene, bodies, cameras
 
 
@@ -45,6 +48,7 @@ def simulate(scene, bodies, out):
     try:
         recorder.start()
         for step in range(STEPS):
+            heed()
             actions.before_step(step)
             scene.step()
             recorder.after_step(step + 1)
@@ -111,7 +115,14 @@ def main():
 def interrupt(number, frame):
     """Turn a signal into an exception, once; a second one ends the process."""
     signal.signal(number, signal.SIG_DFL)
+    signals.append(number)
     raise Interrupted
+
+
+def heed():
+    """Stop if a signal came while the engine compiled, where exceptions get lost."""
+    if signals:
+        raise Interrupted
 
 
 def write_status(out, status):

@@ -1,6 +1,7 @@
 """The stage of domino_spiral: time, gravity, solver, and what never moves."""
 
 import genesis as gs
+from engine import mend
 
 DT = 0.005  # time step [s]
 STEPS = 1200  # 6.0 s of simulated time
@@ -10,6 +11,7 @@ MAX_SPEED = 1000.0  # a body faster than this [m/s] has diverged
 
 def start_engine(backend):
     """Start the engine; once in a process."""
+    mend()
     gs.init(backend=backend, precision="32", seed=0, logging_level="warning")
 
 
@@ -24,6 +26,7 @@ def make_scene(vis_options=None):
         rigid_options=gs.options.RigidOptions(
             constraint_solver=gs.constraint_solver.Newton,  # few enough bodies for the exact solver
             iterations=50,
+            tolerance=1e-08,
             friction_cone=gs.friction_cone.pyramidal,  # survives hard impacts; elliptic does not creep on slopes
             constraint_timeconst=0.005,  # two substeps: the stiffest contact that stays stable
             max_collision_pairs=1312,  # 16 for each of 82 convex pieces
