@@ -45,7 +45,9 @@ def test_root_link_points_into_the_package(name: str) -> None:
 
 def test_root_links_cannot_be_imported_by_mistake(project: dict) -> None:
     assert set(project["tool"]["ruff"]["lint"]["flake8-tidy-imports"]["banned-api"]) == set(LINKS)
-    assert set(LINKS) <= set(project["tool"]["pytest"]["ini_options"]["norecursedirs"])
+    pytest_options = project["tool"]["pytest"]["ini_options"]
+    assert pytest_options["testpaths"] == ["tests"], "pytest must not walk the package through the links"
+    assert not set(LINKS) & set(pytest_options["norecursedirs"]), "tests/ has folders of these names"
 
 
 def test_every_direct_dependency_is_pinned(project: dict, pins: dict[str, str]) -> None:

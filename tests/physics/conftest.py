@@ -157,6 +157,13 @@ Agree = Callable[..., None]
 LEDGER = pytest.StashKey[list[tuple[str, ...]]]()
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Every test here runs the engine."""
+    for item in items:
+        if item.path.parent == Path(__file__).parent:
+            item.add_marker(pytest.mark.slow)
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
     """With -v, print every comparison that was made."""
     rows = config.stash.get(LEDGER, [])
