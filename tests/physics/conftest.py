@@ -44,6 +44,7 @@ class Worker:
         ready, _, _ = select.select([process.stdout], [], [], PATIENCE)
         answer = process.stdout.readline() if ready else ""
         if not answer:
+            process.kill()
             self.stop()
             ended = "died" if ready else f"did not answer within {PATIENCE:g} s"
             pytest.fail(f"the worker {ended} (rc {process.returncode}):\n{self._log.read_text()[-3000:]}")
@@ -51,11 +52,16 @@ class Worker:
             pytest.fail(f"{program} failed:\n{error}")
 
     def stop(self) -> None:
-        """End the process, if there is one."""
-        if self._process is not None:
-            self._process.kill()
-            self._process.wait()
-            self._process = None
+        """End the process, if there is one; where it ends by itself, it keeps the kernels that it compiled."""
+        process, self._process = self._process, None
+        if process is None or process.stdin is None:
+            return
+        process.stdin.close()
+        try:
+            process.wait(60)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
 
     def _start(self) -> subprocess.Popen[str]:
         self._process = subprocess.Popen(
@@ -158,10 +164,11 @@ LEDGER = pytest.StashKey[list[tuple[str, ...]]]()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Every test here runs the engine."""
+    """Every test here runs the engine; those that need another process for it come last."""
     for item in items:
         if item.path.parent == Path(__file__).parent:
             item.add_marker(pytest.mark.slow)
+    items.sort(key=lambda item: item.path == Path(__file__).with_name("test_determinism.py"))
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
