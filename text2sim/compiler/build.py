@@ -1,7 +1,7 @@
 """From a loaded case to a plan, and from a plan to the program's folder."""
 
 import json
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from hashlib import sha256
 from math import ceil, pi
 from pathlib import Path
@@ -30,8 +30,28 @@ CRISP = 0.02
 """Longest time [s] for which a bouncing contact may last without a warning."""
 
 
+@dataclass(frozen=True)
+class Resolution:
+    """A case with everything worked out: its plan, and what the plan was made from."""
+
+    loaded: LoadedCase
+    placed: dict[str, list[Copy]]
+    """Copies by static or body."""
+    lowering: Lowering
+    """Pieces, trees, model files, motors."""
+    rows: Rows
+    """Controls, lowered."""
+    settings: Settings
+    plan: Plan
+
+
 def plan_case(loaded: LoadedCase) -> Plan:
-    """Resolve a case into a plan.
+    """Resolve a case into a plan; see `resolve_case`."""
+    return resolve_case(loaded).plan
+
+
+def resolve_case(loaded: LoadedCase) -> Resolution:
+    """Work a case out.
 
     Raises:
         SpecError: with every problem found, if there is an error among them.
@@ -81,7 +101,8 @@ def plan_case(loaded: LoadedCase) -> Plan:
         notes=(*settings.notes(), *lowering.notes),
         warnings=tuple(problems),
     )
-    return replace(plan, sim_digest=_sim_digest(plan), render_digest=_render_digest(plan))
+    plan = replace(plan, sim_digest=_sim_digest(plan), render_digest=_render_digest(plan))
+    return Resolution(loaded, placed, lowering, rows, settings, plan)
 
 
 def compile_case(loaded: LoadedCase, out: Path) -> Plan:

@@ -1,0 +1,32 @@
+"""Dotted paths, as people write them: `bodies.ball.material.density`, `bodies.ball.pose.pos[2]`."""
+
+import re
+
+from text2sim.spec_schema.document import Path, Step
+
+_STEP = re.compile(r"([^.\[\]]+)((?:\[\d{1,6}\])*)")
+MAX_LENGTH = 500
+
+
+def dotted(path: Path) -> str:
+    """Text of a path; indices stand in brackets."""
+    text = ""
+    for step in path:
+        text += f"[{step}]" if isinstance(step, int) else f".{step}" if text else str(step)
+    return text
+
+
+def parse_dotted(text: str) -> Path:
+    """Path of a text; the last of its steps may be an index in brackets, or several.
+
+    Raises:
+        ValueError: If it is not such a path.
+    """
+    steps: list[Step] = []
+    for part in text.split("."):
+        found = _STEP.fullmatch(part)
+        if found is None or len(text) > MAX_LENGTH:
+            raise ValueError("a path is written like bodies.ball.material.density or bodies.ball.pose.pos[2]")
+        steps.append(found[1])
+        steps += [int(index) for index in re.findall(r"\d+", found[2])]
+    return tuple(steps)
