@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from text2sim.harness import report as module
+from text2sim.harness import run_files as module
 from text2sim.harness.evidence import judge
 from text2sim.harness.record import RunRecord
 from text2sim.harness.report import write_report

@@ -8,6 +8,7 @@ import typer
 from text2sim import __version__
 from text2sim.cli import exits
 from text2sim.cli.check import check
+from text2sim.cli.compare import compare_runs
 from text2sim.cli.compile import compile_cases
 from text2sim.cli.doctor import doctor
 from text2sim.cli.fmt import fmt
@@ -31,6 +32,7 @@ app.command("new")(new)
 app.command("check")(check)
 app.command("run")(run_cases)
 app.command("test")(run_suite)
+app.command("compare")(compare_runs)
 app.command("compile")(compile_cases)
 app.command("fmt")(fmt)
 app.command("schema")(schema)

@@ -1,0 +1,93 @@
+"""The command `text2sim compare`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from text2sim.cli import exits
+
+if TYPE_CHECKING:
+    from text2sim.comparison.compare import Comparison
+
+SHOWN = 40
+"""Most rows of differences in the terminal; the page has all."""
+
+
+def compare_runs(
+    runs: Annotated[list[Path], typer.Argument(help="Run folders, or the folder of a sweep.")],
+    html: Annotated[
+        Path | None,
+        typer.Option("--html", help="The page; comparison.html beside the first run if left out."),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document and write no page.")] = False,
+) -> None:
+    """Put runs side by side: what differed in their cases, and what that did to measures, events and films."""
+    from text2sim.cli.output import say, say_json, shown
+    from text2sim.comparison.compare import compare
+    from text2sim.comparison.runs import read_runs
+
+    comparison = compare(read_runs(runs))
+    if as_json:
+        say_json(comparison.as_dict())
+        raise typer.Exit(exits.OK)
+    from text2sim.comparison.page import write_comparison
+
+    _say(comparison)
+    path = write_comparison(comparison, html or comparison.runs[0].folder.parent / "comparison.html")
+    say(f"page: {shown(path)}")
+
+
+def _say(comparison: "Comparison") -> None:
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    from text2sim.cli.output import printable
+
+    table = Table(box=box.SIMPLE, pad_edge=False)
+    for head in ("", *(run.label for run in comparison.runs)):
+        table.add_column(Text(printable(head)), overflow="fold")
+
+    def section(title: str, rows: list[tuple[str, list[str]]]) -> None:
+        if rows:
+            table.add_row(Text(title, style="bold"))
+        for name, cells in rows[:SHOWN]:
+            table.add_row(Text(printable(f"  {name}")), *(Text(printable(cell)) for cell in cells))
+        if len(rows) > SHOWN:
+            table.add_row(f"  … and {len(rows) - SHOWN} more")
+
+    it = comparison
+    section("case", [(row["path"], [_text(value) for value in row["values"]]) for row in it.spec])
+    section("expectations", [(row["name"], [_verdict(cell) for cell in row["cells"]]) for row in it.expectations])
+    section("measures at the end", [(_measure(row), [_last(cell) for cell in row["cells"]]) for row in it.measures])
+    section("events, first time [s]", [(row["name"], [_first(cell) for cell in row["cells"]]) for row in it.events])
+    section("runs", [(row["name"], [_text(value) for value in row["values"]]) for row in it.diagnostics])
+    Console().print(table)
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_text, value)) + "]"
+    return "–" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _measure(row: dict[str, Any]) -> str:
+    return f"{row['name']} [{row['unit']}]" if row["unit"] else row["name"]
+
+
+def _last(cell: dict[str, Any] | None) -> str:
+    return _text(cell.get("last") if cell else None)
+
+
+def _verdict(cell: dict[str, Any] | None) -> str:
+    if cell is None:
+        return "–"
+    return f"{'✓' if cell['ok'] else '✗' if cell['ok'] is False else '?'} {cell['why']}"
+
+
+def _first(cell: dict[str, Any] | None) -> str:
+    if cell is None or cell.get("problem"):
+        return "–"
+    return "never" if not cell["count"] else f"{cell['first']:.4g} ({cell['count']}×)"

@@ -1,0 +1,84 @@
+"""The comparison itself, as plain data: one row for each thing that can differ, one cell for each run."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from text2sim.comparison.runs import Run, differing, same
+from text2sim.spec_schema.paths import dotted
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Runs side by side. Every row has a cell for each run, in their order; None where a run has none."""
+
+    runs: list[Run]
+    spec: list[dict[str, Any]]
+    """`path`, `values`: what differs in the cases."""
+    expectations: list[dict[str, Any]]
+    """`name`, `cells` with `ok`, `value`, `unit`, `why`."""
+    measures: list[dict[str, Any]]
+    """`name`, `unit`, `cells` with `last`, `min`, `max` …"""
+    events: list[dict[str, Any]]
+    """`name`, `cells` with `count`, `first`, `last`."""
+    diagnostics: list[dict[str, Any]]
+    """`name`, `values`: how the runs ended, what they took, what they ran on."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """The comparison for machines."""
+        return {
+            "runs": [{"label": run.label, "folder": str(run.folder), "verdict": run.verdict} for run in self.runs],
+            "spec": self.spec,
+            "expectations": self.expectations,
+            "measures": self.measures,
+            "events": self.events,
+            "diagnostics": self.diagnostics,
+        }
+
+
+def compare(runs: list[Run]) -> Comparison:
+    """Put runs side by side."""
+    return Comparison(
+        runs,
+        _spec(runs),
+        _rows(runs, "expect"),
+        _measures(runs),
+        _rows(runs, "events"),
+        _diagnostics(runs),
+    )
+
+
+def _spec(runs: list[Run]) -> list[dict[str, Any]]:
+    return [{"path": dotted(path), "values": [run.leaves.get(path) for run in runs]} for path in differing(runs)]
+
+
+def _rows(runs: list[Run], key: str) -> list[dict[str, Any]]:
+    names: dict[str, None] = {}
+    for run in runs:
+        names |= dict.fromkeys(run.evidence.get(key, {}))
+    return [{"name": name, "cells": [run.evidence.get(key, {}).get(name) for run in runs]} for name in names]
+
+
+def _measures(runs: list[Run]) -> list[dict[str, Any]]:
+    rows = _rows(runs, "measures")
+    for row in rows:
+        row["unit"] = next((cell["unit"] for cell in row["cells"] if cell), "")
+    return rows
+
+
+def _diagnostics(runs: list[Run]) -> list[dict[str, Any]]:
+    rows = {
+        "state": [run.record.state for run in runs],
+        "simulated [s]": [run.record.time for run in runs],
+        "wall time [s]": [run.record.wall for run in runs],
+        "deepest overlap [m]": [(run.evidence.get("penetration") or {}).get("value") for run in runs],
+        "energy at the start [J]": [(run.evidence.get("energy") or {}).get("start") for run in runs],
+        "energy at the end [J]": [(run.evidence.get("energy") or {}).get("end") for run in runs],
+        "engine": [run.record.key.get("genesis") for run in runs],
+        "device": [run.record.key.get("device") for run in runs],
+    }
+    kept = ("state", "wall time [s]", "deepest overlap [m]")
+    return [
+        {"name": name, "values": values}
+        for name, values in rows.items()
+        if any(value is not None for value in values) and (name in kept or not same(values))
+    ]

@@ -1,0 +1,88 @@
+"""The page of a comparison: one file with everything in it."""
+
+import base64
+import hashlib
+from importlib import resources
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from text2sim.comparison.compare import Comparison
+from text2sim.comparison.runs import Run
+from text2sim.harness.page import data_uri, render_page
+from text2sim.harness.plots import BLUE, GREEN, GREY, ORANGE, VERMILION, Line, plot_series
+from text2sim.harness.record import write_atomically
+from text2sim.harness.run_files import EMBEDDED, read_films, read_measures
+from text2sim.harness.states import Array
+
+STYLES = [(color, dashes) for dashes in ("-", "--", ":", "-.") for color in (BLUE, VERMILION, GREEN, ORANGE, GREY)]
+"""A run keeps its colour and dashes through all plots."""
+
+
+def write_comparison(comparison: Comparison, path: Path) -> Path:
+    """Write the page.
+
+    Args:
+        comparison: The runs.
+        path: The file, overwritten.
+    """
+    script = resources.files("text2sim.comparison").joinpath("page.js").read_text("utf-8")
+    page = render_page(
+        "comparison",
+        "page.html.j2",
+        {
+            "it": comparison,
+            "case": " and ".join(dict.fromkeys(run.record.case for run in comparison.runs)),
+            "films": _films(comparison.runs, path),
+            "plots": _plots(comparison),
+            "script": script,
+            # The only script that the page may run is ours: whatever a case says stays text.
+            "allowed": base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+        },
+    )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(path, page)
+    return path
+
+
+def _films(runs: list[Run], path: Path) -> list[dict[str, Any]]:
+    rows = []
+    for run in runs:
+        films, linked = read_films(run.folder, EMBEDDED // len(runs))
+        uri = films[0][1] if films else None
+        link = None
+        if not films and linked:
+            link = (run.folder / linked[0][1]).resolve().as_uri()
+        rows.append({"label": run.label, "uri": uri, "link": link})
+    return rows
+
+
+def _plots(comparison: Comparison) -> list[tuple[str, str]]:
+    series = [read_measures(run.folder) for run in comparison.runs]
+    found = []
+    with TemporaryDirectory() as folder:
+        for number, row in enumerate(comparison.measures):
+            time, lines = _lines(comparison.runs, series, row["name"])
+            if not lines:
+                continue
+            file = Path(folder) / f"{number}.png"
+            plot_series(file, time, lines, title=row["name"], unit=row["unit"])
+            found.append((row["name"], data_uri(file, "image/png") or ""))
+    return found
+
+
+def _lines(runs: list[Run], series: list[tuple[Array, dict[str, Array]]], name: str) -> tuple[Array, list[Line]]:
+    """Bring the series of one measure to the times of all runs: those of one that ended early end there."""
+    times = [time for time, columns in series if name in columns]
+    if not times:
+        return np.zeros(0), []
+    time = np.unique(np.concatenate(times))
+    lines = []
+    for run, (own, columns), (color, dashes) in zip(runs, series, STYLES * 2, strict=False):
+        if name not in columns or not len(own):
+            continue
+        values = np.interp(time, own, columns[name], right=np.nan) if len(own) > 1 else columns[name]
+        lines.append(Line(run.label, values, color, dashes))
+    return time, lines

@@ -1,0 +1,132 @@
+"""What of a run folder is compared."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from text2sim.harness.record import RunRecord
+from text2sim.harness.run_files import read_json
+from text2sim.spec_schema.errors import RunError
+
+MAX_RUNS = 24
+"""More do not fit side by side."""
+
+WORDS = ("text2sim", "prompt")
+"""Parts of a case that nothing follows from."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run, as far as it can be compared."""
+
+    folder: Path
+    label: str
+    """What sets it apart from the others."""
+    record: RunRecord
+    evidence: dict[str, Any]
+    resolved: dict[str, Any]
+    """The case as it ran, every default written out."""
+
+    @property
+    def verdict(self) -> str:
+        """`passed`, `failed` or `incomplete`."""
+        return str(self.evidence.get("verdict") or "incomplete")
+
+    @cached_property
+    def leaves(self) -> dict[tuple[Any, ...], Any]:
+        """Every value of the case by path; a list of numbers or words counts as one value."""
+        found: dict[tuple[Any, ...], Any] = {}
+        stack: list[tuple[tuple[Any, ...], Any]] = [((), self.resolved)]
+        while stack:
+            path, value = stack.pop()
+            if isinstance(value, dict) and value:
+                stack += [((*path, key), item) for key, item in reversed(value.items())]
+            elif isinstance(value, list) and any(isinstance(item, dict | list) for item in value):
+                stack += [((*path, index), item) for index, item in reversed(list(enumerate(value)))]
+            elif value not in (None, {}, []):
+                found[path] = value
+        return found
+
+
+def read_runs(folders: Sequence[Path]) -> list[Run]:
+    """Read run folders; the folder of a sweep stands for all its runs.
+
+    Raises:
+        RunError: If one is no run folder, or was never judged.
+    """
+    rows: list[tuple[Path, str | None]] = []
+    for folder in folders:
+        sweep = read_json(folder / "sweep.json")
+        rows += _members(folder, sweep) if isinstance(sweep, dict) else [(folder, None)]
+    if len(rows) < 2:
+        raise RunError("two runs or more are needed for a comparison")
+    if len(rows) > MAX_RUNS:
+        raise RunError(f"at most {MAX_RUNS} runs can be compared at once (got {len(rows)})")
+    runs = [_read(folder, label) for folder, label in rows]
+    return _labelled(runs)
+
+
+def _members(folder: Path, sweep: dict[str, Any]) -> list[tuple[Path, str | None]]:
+    members = []
+    for row in sweep.get("runs", []):
+        name = row.get("folder") if isinstance(row, dict) else None
+        if isinstance(name, str) and name == Path(name).name:
+            members.append((folder.parent / name, str(row.get("label", name))))
+    return members
+
+
+def _read(folder: Path, label: str | None) -> Run:
+    record = RunRecord.read(folder)
+    if record is None:
+        raise RunError(f"{folder}: not the folder of a run (no run.json)")
+    evidence, resolved = read_json(folder / "evidence.json"), read_json(folder / "resolved.json")
+    if not isinstance(evidence, dict) or not isinstance(resolved, dict):
+        why = f": {record.message}" if record.message else ""
+        raise RunError(f"{folder}: the run {record.state} before there was anything to compare{why}")
+    return Run(folder, label or folder.name, record, evidence, resolved)
+
+
+def _labelled(runs: list[Run]) -> list[Run]:
+    """Shorten labels: no digest where names differ without it, or where one or two values tell the runs apart."""
+    names = [run.label for run in runs]
+    short = [name.rpartition("-")[0] or name for name in names]
+    told = _values(runs)
+    for better in (short, told):
+        if len(set(better)) == len(names):
+            names = better
+            break
+    seen: set[str] = set()
+    for number, name in enumerate(names):
+        names[number] = f"{name} ({number + 1})" if name in seen else name  # one folder, given twice
+        seen.add(name)
+    return [replace(run, label=name) for run, name in zip(runs, names, strict=True)]
+
+
+def _values(runs: list[Run]) -> list[str]:
+    """What differs between the runs, `density 500`, if it is little; parameters speak for what follows from them."""
+    paths = differing(runs)
+    told = [path for path in paths if path[0] == "params"] or paths
+    if len(told) > 2 or any(isinstance(run.leaves.get(path), list) for run in runs for path in told):
+        return []
+    return [", ".join(f"{path[-1]} {_text(run.leaves.get(path))}" for path in told) for run in runs]
+
+
+def _text(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def differing(runs: Sequence[Run]) -> list[tuple[Any, ...]]:
+    """Paths of the values that are not the same in all cases, parameters first."""
+    paths: dict[tuple[Any, ...], None] = {}
+    for run in runs:
+        paths |= dict.fromkeys(run.leaves)
+    found = [path for path in paths if path[0] not in WORDS and not same([run.leaves.get(path) for run in runs])]
+    return sorted(found, key=lambda path: path[0] != "params")
+
+
+def same(values: Sequence[Any]) -> bool:
+    """Whether all values are the same, as JSON has them."""
+    return len({json.dumps(value, sort_keys=True) for value in values}) == 1
