@@ -7,13 +7,14 @@ STAMP := $(VENV)/.bootstrapped
 SOURCES := text2sim tests $(wildcard benchmarks)
 export VENV
 
-.PHONY: help demo test check format bench setup clean
+.PHONY: help demo test check format fuzz bench setup clean
 
 help:
 	@echo 'make demo    set up, run cases/brick_wall, print where the film and the report are'
 	@echo 'make test    set up, run the tests'
 	@echo 'make check   set up; format, lint, types, tests: what a change must pass'
 	@echo 'make format  set up, put the source in its canonical format'
+	@echo 'make fuzz    set up, read 10,000 hostile documents'
 	@echo 'make bench   set up, measure'
 	@echo 'make clean   remove the environment and the caches'
 
@@ -32,6 +33,9 @@ check: $(STAMP)
 format: $(STAMP)
 	$(BIN)/ruff check --fix-only $(SOURCES)
 	$(BIN)/ruff format $(SOURCES)
+
+fuzz: $(STAMP)
+	$(BIN)/python tests/fuzz/trial.py --count 10000 $(ARGS)
 
 bench: $(STAMP)
 	$(BIN)/python benchmarks/run.py $(ARGS)

@@ -33,8 +33,8 @@ def test_a_good_case_is_ok(cli: Cli, case: Path):
     assert (answer.code, answer.out, answer.err) == (0, "cases/fall/case.yaml: ok\n", "")
 
 
-def test_explain_gives_reasons(cli: Cli, case: Path):
-    answer = cli("check", "--explain", case)
+def test_settings_come_with_reasons(cli: Cli, case: Path):
+    answer = cli("check", "--settings", case)
     assert answer.code == 0
     assert "solver = newton: " in answer.out
 

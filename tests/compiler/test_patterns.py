@@ -9,7 +9,7 @@ from text2sim.compiler.packing import PackingError, grain_of, pack
 from text2sim.compiler.patterns import bond_slots, copy_count, copy_variables, pattern_slots
 from text2sim.compiler.rotation import IDENTITY, quat_rotate
 from text2sim.compiler.sweep import distance, solids
-from text2sim.spec_schema.placement import Repeat
+from text2sim.spec_schema.repeat import Repeat
 from text2sim.spec_schema.shapes import Box, Cylinder, Sphere
 
 

@@ -18,12 +18,12 @@ bodies:
         head: {shape: {kind: box, size: [0.22, 0.15, 0.05]}, pose: {pos: [0.02, 0.01, 0.3], euler_deg: [10, 20, 30]}, density: 2000}
         handle: {shape: {kind: cylinder, radius: 0.04, height: 0.55}}
     pose: {pos: [1, 2, 3], euler_deg: [30, 50, 70]}
-    repeat: {kind: line, count: 8, step: [0, 3, 0]}
+    repeat: {kind: line, count: 10, step: [0, 3, 0]}
   box:
     kind: rigid
     shape: {kind: box, size: [0.1, 0.2, 0.3]}
     pose: {pos: [-5, 2, 3], euler_deg: [30, 50, 70]}
-    repeat: {kind: line, count: 8, step: [0, 3, 0]}
+    repeat: {kind: line, count: 10, step: [0, 3, 0]}
 actions:
   controls:
 """
@@ -36,15 +36,23 @@ CONTROLS = """
     turn_own_{0}: {{kind: torque, body: "{0}[5]", torque: [0.02, 0.04, 0.06], during: [0.1, 0.11], frame: body}}
     grow_{0}: {{kind: force, body: "{0}[6]", force: [1, 2, 3], scale: {{kind: ramp, from: 0, to: 2, start: 0.1, end: 0.3, ease: linear}}, during: [0.1, 0.3]}}
     steady_{0}: {{kind: force, body: "{0}[7]", force: [1, 0, 0], frame: body}}
+    lever_{0}: {{kind: force, body: "{0}[8]", force: [0.2, 0.4, 0.6], during: [0.1, 0.2], point: [0.1, 0.2, -0.1]}}
+    corner_{0}: {{kind: force, body: "{0}[9]", force: [0.2, 0.4, 0.6], during: [0.1, 0.2], frame: body, point: {1}}}
     spin_{0}: {{kind: initial_velocity, body: "{0}[7]", angular: [0, 0, 3]}}
 """
+CORNERS = {
+    "hammer": ("{face: bottom}", (0.0, 0.0, -0.275)),
+    "box": ("{corner: [right, front, top]}", (0.05, -0.1, 0.15)),
+}
+"""Region of each body, and its middle."""
 J, DT = np.array([1.0, 2.0, 3.0]), 0.01
 ROUNDING = 2**-24 * 100
 
 
 @pytest.fixture(scope="module")
 def trial(simulate):
-    return simulate(BODIES + CONTROLS.format("hammer") + CONTROLS.format("box"), dt=DT)
+    controls = (CONTROLS.format(body, region) for body, (region, _) in CORNERS.items())
+    return simulate(BODIES + "".join(controls), dt=DT)
 
 
 def momentum(trial, body):
@@ -93,6 +101,32 @@ def test_a_force_gives_momentum_in_the_frame_that_it_is_given_in(trial, agree, b
     agree(
         f"force that turns with the {body}: momentum [N s]", momentum(trial, f"{body}[7]"), theory, within=2 * ROUNDING
     )
+
+
+@pytest.mark.parametrize("body", ["hammer", "box"])
+def test_a_force_at_a_point_turns_the_body_too(trial, agree, body):
+    """It gives m dv = F t and dL = sum r(t_k) x F dt, where r goes from the centre of mass to the point, and turns with it."""
+    force = 0.2 * J
+    for k, point in ((8, (0.1, 0.2, -0.1)), (9, CORNERS[body][1])):
+        name = f"{body}[{k}]"
+        turns = trial.turn(name)[10:20]
+        forces = turns @ force if k == 9 else np.tile(force, (10, 1))
+        levers = turns @ (np.array(point) - trial.link(name).com)
+        agree(
+            f"force at {point} of the {body}: momentum [N s]",
+            momentum(trial, name)[-1],
+            forces.sum(0) * DT,
+            within=ROUNDING,
+        )
+        spin = np.cross(levers, forces).sum(0) * DT
+        turn = np.linalg.norm(trial.ang(name), axis=1).max() * DT
+        agree(
+            f"force at {point} of the {body}: angular momentum [N m s]",
+            trial.spin(name)[-1],
+            spin,
+            within=turn * np.linalg.norm(spin),
+        )
+        assert np.linalg.norm(spin) > 1e-3
 
 
 @pytest.mark.parametrize("body", ["hammer", "box"])

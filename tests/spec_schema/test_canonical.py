@@ -177,7 +177,7 @@ def test_models_are_written_as_their_author_gave_them():
     text = format_text(small(ball=", mount: {kind: hinge, range_deg: [-10, 10]}", top="prompt: A ball."))
     loaded = load_text(text)
     assert load_text(dump_case(loaded.case)).case == loaded.case
-    assert dump_case(loaded.raw) == text
+    assert dump_case(loaded.written.data) == text
 
 
 def test_other_tools_read_the_canonical_form():

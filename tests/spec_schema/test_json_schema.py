@@ -77,6 +77,7 @@ PARENTS = {
     "surfaces": "/bodies/ball",
     "repeats": "/bodies/ball",
     "regions": "/actions/measures/it",
+    "body_regions": "/actions/controls/it",
     "bodies": "/bodies",
     "motions": "/bodies/paddle",
     "schedules": "/actions/controls/it",
@@ -89,6 +90,7 @@ PARENTS = {
 }
 FRAMES = {
     "regions": {"kind": "count_in", "of": "brick"},
+    "body_regions": {"kind": "force", "body": "ball", "force": [0, 0, 1]},
     "schedules": {"kind": "force", "body": "ball", "force": [0, 0, 1]},
 }
 EXAMPLES = [(section, kind) for section, kinds in load_examples().items() for kind in kinds]

@@ -5,6 +5,7 @@ import re
 import struct
 from pathlib import Path
 
+from text2sim.assets.shelf import Shelf
 from text2sim.spec_schema.errors import AssetError
 
 MAX_FILE = 64 * 1024 * 1024
@@ -16,28 +17,28 @@ _MTL_PICTURE = re.compile(r"^\s*(?:map_\w+|bump|disp|decal|refl|norm)\s", re.IGN
 _DAE_PICTURE = re.compile(rb"(<init_from[^>]*>)([^<]*)(</init_from>)")
 
 
-def inside(root: Path, path: Path, text: str) -> Path:
-    """Return a path with links followed, which must lie in the folder `root`.
+def inside(shelf: Shelf, path: Path, text: str) -> Path:
+    """Return a path with links followed, which must lie on the shelf.
 
     Raises:
         AssetError: if it leads out of it.
     """
     resolved = path.resolve()
-    if not resolved.is_relative_to(root):
-        raise AssetError(f"`{text}` leads out of the case's folder; copy it into the folder")
+    if not resolved.is_relative_to(shelf.root):
+        raise AssetError(f"`{text}` leads out of {shelf.name}{shelf.advice('copy it into the folder')}")
     return resolved
 
 
 class Bundle:
-    """Takes in files of a case's folder.
+    """Takes in files of a case's folder, or of the engine's assets.
 
     Args:
-        root: The case's folder, resolved.
+        shelf: Where all of them must lie.
         here: Folder of the model that refers to the files, resolved.
     """
 
-    def __init__(self, root: Path, here: Path) -> None:
-        self.root, self.here = root, here
+    def __init__(self, shelf: Shelf, here: Path) -> None:
+        self.shelf, self.here = shelf, here
         self.files: dict[str, bytes] = {}
         self._names: dict[tuple[Path, bool], str] = {}
         self._read_files: list[Path] = []
@@ -45,7 +46,7 @@ class Bundle:
 
     @property
     def sources(self) -> list[Path]:
-        """The files as they lie in the case's folder, resolved."""
+        """The files as they lie on the shelf, resolved."""
         return list(dict.fromkeys(self._read_files))
 
     def take(
@@ -65,8 +66,7 @@ class Bundle:
             painted: Whether materials and pictures of a mesh come with it.
 
         Raises:
-            AssetError: if it is not there, not in the case's folder, too large, or of a kind that is not
-                read.
+            AssetError: if it is not there, not on the shelf, too large, or of a kind that is not read.
         """
         path = self._find(reference, folders or (self.here,))
         if path.suffix.lower() not in suffixes:
@@ -90,22 +90,21 @@ class Bundle:
             # Packages are a matter of the machine they were written on; here they are folders of the case.
             rest = reference.removeprefix("package://")
             above = [self.here, *self.here.parents]
-            above = above[: above.index(self.root) + 1]
+            above = above[: above.index(self.shelf.root) + 1]
             candidates = [folder / part for part in (rest, rest.partition("/")[2]) if part for folder in above]
-            way_out = f"`{reference}` is in no folder of the case; copy its package into the case's folder"
+            advice = self.shelf.advice("copy its package into the case's folder")
+            way_out = f"`{reference}` is in no folder of {self.shelf.owner}{advice}"
         elif "://" in reference or reference.startswith("file:"):
-            raise AssetError(
-                f"`{reference}` is not a file of the case; copy it into the folder and give its relative path"
-            )
+            advice = self.shelf.advice("copy it into the folder and give its relative path")
+            raise AssetError(f"`{reference}` is not a file of {self.shelf.owner}{advice}")
         elif reference.startswith(("/", "~")) or re.match(r"[A-Za-z]:", reference):
-            raise AssetError(
-                f"`{reference}` is an absolute path; copy it into the case's folder and give its path there"
-            )
+            advice = self.shelf.advice("copy it into the case's folder and give its path there")
+            raise AssetError(f"`{reference}` is an absolute path{advice}")
         else:
             candidates = [folder / reference for folder in folders]
-            way_out = f"`{reference}` does not exist in the case's folder"
+            way_out = f"`{reference}` does not exist in {self.shelf.name}"
         for candidate in candidates:
-            path = inside(self.root, candidate, reference)
+            path = inside(self.shelf, candidate, reference)
             if path.is_file():
                 return path
         raise AssetError(way_out)

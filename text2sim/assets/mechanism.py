@@ -7,6 +7,7 @@ from typing import Any
 
 from text2sim.assets.bundle import Bundle, inside
 from text2sim.assets.inspection import inspect_model
+from text2sim.assets.shelf import PREFIX, shelf_of
 from text2sim.assets.markup import parse_markup
 from text2sim.assets.mjcf import read_mjcf
 from text2sim.assets.urdf import mesh_names, read_urdf
@@ -96,7 +97,8 @@ class Mechanism:
     files: tuple[tuple[str, bytes], ...]
     """Meshes and pictures, by the names that the document gives them."""
     sources: tuple[str, ...]
-    """The same files, and the document, by their paths in the case's folder."""
+    """The same files, and the document, by their paths in the case's folder; what comes with the engine begins with
+    `genesis:`."""
     inertialess: bool
     """Whether some link's mass is left to its shape and density."""
     notes: tuple[str, ...]
@@ -124,14 +126,14 @@ class Mechanism:
 
 
 def load_mechanism(folder: Path, file: str, *, base: str | None = None) -> Mechanism:
-    """Read an articulated body from the case's folder.
+    """Read an articulated body from the case's folder, or from the engine's assets.
 
-    Nothing outside of the folder is opened. What MuJoCo has to parse, it parses in a process of its own, from
+    Nothing outside of the one or the other is opened. What MuJoCo has to parse, it parses in a process of its own, from
     bytes that were read here.
 
     Args:
         folder: The case's folder.
-        file: Path inside it, ending in .xml (MJCF) or .urdf.
+        file: Path inside it, or `genesis:` and a path inside the assets, ending in .xml (MJCF) or .urdf.
         base: `fixed` or `free`; as the file has it if None.
 
     Raises:
@@ -139,7 +141,7 @@ def load_mechanism(folder: Path, file: str, *, base: str | None = None) -> Mecha
     """
     try:
         try:
-            return _load(folder.resolve(), file, base)
+            return _load(folder, file, base)
         except (OSError, RuntimeError) as error:  # no permission, a name too long, links in a circle
             raise AssetError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
     except AssetError as error:
@@ -152,10 +154,12 @@ def _joined(message: str) -> str:
     return re.sub(r"^(`[^`]*`) ", r"refers to \1, which ", message)
 
 
-def _load(root: Path, file: str, base: str | None) -> Mechanism:
+def _load(folder: Path, file: str, base: str | None) -> Mechanism:
     if not file or file.startswith(("/", "~")) or "\\" in file or "\0" in file or "://" in file:
         raise AssetError("must be a path inside the case's folder, with forward slashes")
-    path = inside(root, root / file, file)
+    shelf = shelf_of(folder, file)
+    root = shelf.root
+    path = inside(shelf, root / shelf.file, file)
     kind = KINDS.get(path.suffix.lower())
     if kind is None:
         raise AssetError("must end in .xml (MJCF) or .urdf")
@@ -164,12 +168,13 @@ def _load(root: Path, file: str, base: str | None) -> Mechanism:
     document = parse_markup(path)
     if document.tag != TAGS[kind]:
         raise AssetError(f"begins with <{document.tag}>; {kind.upper()} begins with <{TAGS[kind]}>")
-    bundle = Bundle(root, path.parent)
+    bundle = Bundle(shelf, path.parent)
     draft = (read_mjcf if kind == "mjcf" else read_urdf)(document, bundle, base)
     files = tuple(bundle.files.items())
     read = {name for name, _ in files} if kind == "mjcf" else mesh_names(draft.text)
     model = inspect_model(kind, draft.text, tuple((name, content) for name, content in files if name in read))
-    sources = (file, *(str(source.relative_to(root)) for source in bundle.sources))
+    prefix = "" if shelf.own else PREFIX
+    sources = (file, *(f"{prefix}{source.relative_to(root).as_posix()}" for source in bundle.sources))
     return Mechanism(
         kind=kind,
         links=_links(model),

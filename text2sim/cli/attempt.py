@@ -22,11 +22,13 @@ def attempt(row: Examined, *, quiet: bool = False, **options: Any) -> RunResult 
     """
     assert row.loaded is not None
     try:
+        if row.plan is None:
+            row.work_out()
         with watch(row.name, quiet=quiet) as on_progress:
             result = run_case(row.loaded, on_progress=on_progress, **options)
     except Text2SimError as error:
         row.blame(error)
         return None
-    row.problems = result.warnings
-    row.collect_sources()
+    # The plan's warnings, which are the result's, are among those of the lint.
+    result.warnings = row.problems
     return result

@@ -13,6 +13,7 @@ from text2sim.spec_schema.errors import MachineError, Problem, SpecError, Text2S
 
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
+    from text2sim.lint import Waived
     from text2sim.spec_schema.load import LoadedCase
 
 CASE_FILE = "case.yaml"
@@ -29,6 +30,8 @@ class Examined:
     loaded: "LoadedCase | None" = None
     plan: "Plan | None" = None
     problems: list[Problem] = field(default_factory=list)
+    waived: "list[Waived]" = field(default_factory=list)
+    """What the lint found and the case says is meant."""
     sources: dict[str, str] = field(default_factory=dict)
     """Text by file name, for excerpts."""
     failure: str = ""
@@ -54,12 +57,31 @@ class Examined:
             "file": str(self.path),
             "ok": self.ok,
             "problems": [problem.as_dict() for problem in self.problems],
+            "waived": [waived.as_dict() for waived in self.waived],
         }
         if self.failure:
             document["error"] = self.failure
         if self.plan is not None:
             document["notes"] = list(self.plan.notes)
         return document
+
+    def work_out(self) -> None:
+        """Resolve the case that was read, and lint it.
+
+        Raises:
+            SpecError: with every problem found, if there is an error among them.
+        """
+        from text2sim.compiler.build import resolve_case
+        from text2sim.lint import lint_case
+
+        assert self.loaded is not None
+        resolution = resolve_case(self.loaded)
+        report = lint_case(resolution)
+        self.waived = report.waived
+        if not report.ok:
+            raise SpecError(report.problems)
+        self.plan, self.problems = resolution.plan, report.problems
+        self.collect_sources()
 
     def blame(self, error: Exception) -> None:
         """Take note of an error that its author, or the owner of the machine, can put right."""
@@ -91,7 +113,7 @@ class Examined:
 
 
 def examine(path: Path, *, plan: bool = True) -> Examined:
-    """Read a case, and plan it if asked to; whatever its author did wrong ends up in `problems`."""
+    """Read a case, and plan and lint it if asked to; whatever its author did wrong ends up in `problems`."""
     from text2sim.spec_schema.load import load_case
 
     found = Examined(case_file(path))
@@ -99,11 +121,7 @@ def examine(path: Path, *, plan: bool = True) -> Examined:
         found.loaded = load_case(path)
         found.path = found.loaded.path
         if plan:
-            from text2sim.compiler.build import plan_case
-
-            found.plan = plan_case(found.loaded)
-            found.problems = list(found.plan.warnings)
-            found.collect_sources()
+            found.work_out()
     except (Text2SimError, OSError) as error:
         found.blame(error)
     return found

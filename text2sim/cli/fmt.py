@@ -1,7 +1,6 @@
 """The command `text2sim fmt`."""
 
 import difflib
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -19,6 +18,7 @@ def fmt(
     """Bring cases into their one canonical form: order, indentation, quotes. Comments stay."""
     from text2sim.cli.cases import Examined, case_file, find_cases
     from text2sim.cli.output import say, say_json, shown
+    from text2sim.revision.files import rewrite
     from text2sim.spec_schema.canonical import format_source
     from text2sim.spec_schema.errors import Text2SimError
     from text2sim.spec_schema.source import read_source
@@ -31,7 +31,7 @@ def fmt(
             text = format_source(source)
             changed = text != source.text
             if changed and not (check or diff):
-                _replace(file, text)
+                rewrite(file, source, text)
         except (Text2SimError, OSError) as error:
             row = Examined(file)
             row.blame(error)
@@ -54,14 +54,3 @@ def fmt(
     if as_json:
         say_json({"ok": code == exits.OK, "files": documents})
     raise typer.Exit(code)
-
-
-def _replace(file: Path, text: str) -> None:
-    from text2sim.harness.record import write_atomically
-    from text2sim.spec_schema.errors import RunError
-
-    if file.is_symlink():
-        raise RunError("a symbolic link is not written through; name the file itself")
-    mode = file.stat().st_mode
-    write_atomically(file, text)
-    os.chmod(file, mode)

@@ -10,12 +10,19 @@ from text2sim.cli import exits
 from text2sim.cli.check import check
 from text2sim.cli.compare import compare_runs
 from text2sim.cli.compile import compile_cases
+from text2sim.cli.diff import diff
 from text2sim.cli.doctor import doctor
 from text2sim.cli.fmt import fmt
+from text2sim.cli.git import git
+from text2sim.cli.migrate import migrate
 from text2sim.cli.new import new
+from text2sim.cli.patch import patch
+from text2sim.cli.prefabs import prefabs
 from text2sim.cli.run import run_cases
 from text2sim.cli.schema import schema
+from text2sim.cli.show import show
 from text2sim.cli.suite import run_suite
+from text2sim.cli.watch import watch
 
 app = typer.Typer(
     name="text2sim",
@@ -30,11 +37,18 @@ app = typer.Typer(
 )
 app.command("new")(new)
 app.command("check")(check)
+app.command("show")(show)
 app.command("run")(run_cases)
+app.command("watch")(watch)
 app.command("test")(run_suite)
 app.command("compare")(compare_runs)
 app.command("compile")(compile_cases)
 app.command("fmt")(fmt)
+app.command("diff")(diff)
+app.command("patch")(patch)
+app.command("migrate")(migrate)
+app.add_typer(git, name="git")
+app.command("prefabs")(prefabs)
 app.command("schema")(schema)
 app.command("doctor")(doctor)
 

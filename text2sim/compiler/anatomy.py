@@ -8,10 +8,11 @@ from text2sim.compiler.filebody import mechanism_parts
 from text2sim.compiler.geometry import Bounds
 from text2sim.compiler.lower import Lowering
 from text2sim.compiler.patterns import SINGLE
+from text2sim.compiler.piece import Piece
 from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import IDENTITY, Quaternion
+from text2sim.compiler.rotation import IDENTITY, Quaternion, Vec
 from text2sim.compiler.selection import SELECTOR
-from text2sim.compiler.tree import Tree, tree_bounds
+from text2sim.compiler.tree import Tree, tree_bounds, tree_pieces
 from text2sim.spec_schema.bodies import Articulated, Chain, Net, Ragdoll
 from text2sim.spec_schema.cast import Parts
 from text2sim.spec_schema.errors import AssetError, Problem
@@ -36,6 +37,15 @@ def tree_extents(model: Any, quat: Quaternion, folder: Path) -> Bounds:
         AssetError: if one of its files cannot be used.
     """
     return tree_bounds(tree_of(model, folder), quat)
+
+
+def tree_standing(model: Any, folder: Path) -> list[tuple[Piece, Vec, Quaternion]]:
+    """Return the pieces of a tree of links at the start, each with the pose [m] of its link in the tree's frame.
+
+    Raises:
+        AssetError: if one of its files cannot be used.
+    """
+    return [(one.piece, one.pos, one.quat) for one in tree_pieces(tree_of(model, folder))]
 
 
 def known_parts(loaded: LoadedCase) -> tuple[dict[str, Parts], list[Problem]]:

@@ -3,31 +3,24 @@
 import json
 from dataclasses import dataclass, fields, is_dataclass, replace
 from hashlib import sha256
-from math import ceil, pi
 from pathlib import Path
 from typing import Any
 
 from text2sim import __version__
-from text2sim.compiler.anatomy import known_parts, named_parts, tree_extents
+from text2sim.compiler.anatomy import known_parts, named_parts, tree_extents, tree_standing
+from text2sim.compiler.body_points import BodyPoints
 from text2sim.compiler.controls import Rows, lower_controls, lower_motions
-from text2sim.compiler.film import resolve_render
+from text2sim.compiler.film import check_targets, resolve_render
 from text2sim.compiler.lower import Lowering
-from text2sim.compiler.overlap import overlaps
 from text2sim.compiler.placement import Copy, place_all
 from text2sim.compiler.plan import EntityPlan, Group, Plan
-from text2sim.compiler.settings import CRISPNESS, Settings, Traits, derive
+from text2sim.compiler.settings import Settings, Traits, derive
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.load import LoadedCase
 from text2sim.spec_schema.references import check_references
 
-ENERGY_BOUND = 0.95
-"""Largest substep times angular frequency of a bouncing contact at which the engine stays stable."""
-SCATTER_BOUND = 0.4
-"""The same for a restitution that is met within 0.05, and contacts that gain next to no energy."""
 MAX_PIECES = 20_000
 """Convex pieces of a scene. The engine keeps a table of all pairs of them: here it takes 1.6 GB."""
-CRISP = 0.02
-"""Longest time [s] for which a bouncing contact may last without a warning."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +52,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     parts, problems = known_parts(loaded)
     problems += check_references(loaded, parts)
     _stop_at_errors(problems)
-    placed, found = place_all(loaded, tree_extents)
+    placed, found = place_all(loaded, tree_extents, tree_standing)
     problems += found
     _stop_at_errors(problems)
     lowering = Lowering(loaded.folder, named_parts(loaded))
@@ -67,13 +60,13 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     statics = _groups(loaded, placed, tuple(scene.statics), "scene", lowering, problems)
     bodies = _groups(loaded, placed, tuple(case.bodies), None, lowering, problems)
     _stop_at_errors(problems)
-    problems += _check_overlaps(loaded, placed, lowering)
-    rows = lower_controls(loaded, placed, lowering.initial)
+    points = BodyPoints(lowering.trees, loaded.folder)
+    rows = lower_controls(loaded, placed, lowering.initial, points)
+    problems += rows.problems + check_targets(loaded, placed, points)
+    _stop_at_errors(problems)
     moving = [copy for name in case.bodies for copy in placed[name]]
     bounce = {c.name: e for group in placed.values() for c in group if (e := _restitution(c)) is not None}
     settings = derive(scene, _traits(lowering, moving, rows, bounce))
-    problems += _check_bounce(loaded, settings, bounce)
-    _stop_at_errors(problems)
     every = max(1, round(1.0 / (scene.record.rate * scene.dt)))
     plan = Plan(
         case=case.name,
@@ -94,7 +87,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
         wrenches=tuple(rows.wrenches),
         welds=tuple(rows.welds),
         prescribed=tuple(lower_motions(placed)),
-        render=resolve_render(case.render, placed, tuple(case.bodies), scene.duration, lowering.balls),
+        render=resolve_render(case.render, placed, tuple(case.bodies), scene.duration, lowering.balls, points),
         files=lowering.files,
         changes=tuple(lowering.changes),
         unpowered=tuple(lowering.unpowered),
@@ -201,67 +194,6 @@ def _damping(
             time, ratio = settings.contact_damping(restitution, step)
             values[copy.name] = (round(time, 9), round(ratio, 6))
     return values
-
-
-def _check_bounce(loaded: LoadedCase, settings: Settings, bounce: dict[str, float]) -> list[Problem]:
-    if not settings.bounce_time:
-        return []
-    largest = max(bounce.values())
-    scene, time = loaded.case.scene, settings.bounce_time
-    step = scene.dt / settings.substeps
-    name = next(copy for copy, value in bounce.items() if value == largest).split("[")[0]
-    section = ("scene", "statics", name) if name in scene.statics else ("bodies", name)
-    pointer = (*section, "material", "restitution")
-    needed = ceil(scene.dt / (SCATTER_BOUND * time))
-    if step > ENERGY_BOUND * time * (1 + 1e-9):
-        return [
-            loaded.problem(
-                pointer,
-                f"restitution {largest:g} with contact timeconst {settings.timeconst:g} s would gain energy at a "
-                f"substep of {step:g} s; it needs scene.substeps of at least {needed}, or a longer timeconst",
-                rule="restitution-step",
-            )
-        ]
-    if step > SCATTER_BOUND * time * (1 + 1e-9):
-        return [
-            loaded.problem(
-                pointer,
-                f"restitution {largest:g} scatters by up to 0.15 with the moment of touch, for a contact lasts only "
-                f"{pi * time / step:.0f} substeps; it would be met with scene.substeps of {needed} or more",
-                rule="rough-bounce",
-                severity="warning",
-            )
-        ]
-    if pi * time > CRISP:
-        needed = ceil(scene.dt * pi / (CRISP * CRISPNESS))
-        return [
-            loaded.problem(
-                pointer,
-                f"contacts that bounce last {pi * time:.2g} s and are soft; with scene.substeps of {needed} or more "
-                "they would be crisp",
-                rule="soft-bounce",
-                severity="warning",
-            )
-        ]
-    return []
-
-
-def _check_overlaps(loaded: LoadedCase, placed: dict[str, list[Copy]], lowering: Lowering) -> list[Problem]:
-    """One warning for each pair of bodies, however many of their copies overlap."""
-    pairs: dict[tuple[str, str], list[tuple[Copy, Copy]]] = {}
-    for a, b in overlaps(placed, lowering):
-        pairs.setdefault((a.body, b.body), []).append((a, b))
-    found = []
-    for (name, _), group in pairs.items():
-        a, b = group[0]
-        more = f" (and {len(group) - 1} more of their copies)" if len(group) > 1 else ""
-        under = getattr(b.shape, "kind", None) == "plane"
-        says = f"{a.name} is partly or wholly under {b.name}" if under else f"{a.name} and {b.name} overlap"
-        then = "throw it out or let it fall; move it up" if under else "throw them apart; move one"
-        pointer = ("scene", "statics", name) if name in loaded.case.scene.statics else ("bodies", name)
-        text = f"{says} at the start{more}: the engine will {then}, or use place"
-        found.append(loaded.problem(pointer, text, key=True, rule="overlap", severity="warning"))
-    return found
 
 
 # --- digests --------------------------------------------------------------------------------------------------

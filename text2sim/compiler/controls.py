@@ -3,16 +3,22 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from text2sim.compiler.body_points import BodyPoints
 from text2sim.compiler.placement import Copy
 from text2sim.compiler.plan import DriveSegment, JointDrive, Prescribed, Velocity, Weld, Wrench
+from text2sim.compiler.regions import RegionError
 from text2sim.compiler.schedules import constructor, oscillation, start_of, value_at, waypoint_functions
 from text2sim.compiler.selection import select, split
 from text2sim.spec_schema.bodies import Driven
 from text2sim.spec_schema.controls import Attach, Control, Drive, Force, Impulse, InitialVelocity, Release, Torque
+from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.load import LoadedCase
 from text2sim.spec_schema.motion import Oscillate, Schedule, Spin
 
 FOREVER = 1e9
+
+Target = tuple[float, str, Schedule, int, str]
+"""Of a drive: from when [s], what is controlled, the target, line and name of the control."""
 
 
 @dataclass
@@ -23,18 +29,24 @@ class Rows:
     drives: list[JointDrive] = field(default_factory=list)
     wrenches: list[Wrench] = field(default_factory=list)
     welds: list[Weld] = field(default_factory=list)
+    targets: dict[tuple[str, str], list[Target]] = field(default_factory=dict)
+    """What `drives` are made of, by copy and joint, in the order of the case."""
+    problems: list[Problem] = field(default_factory=list)
+    """Regions in which there is nothing."""
 
 
-def lower_controls(loaded: LoadedCase, copies: dict[str, list[Copy]], initial: dict[str, dict[str, float]]) -> Rows:
+def lower_controls(
+    loaded: LoadedCase, copies: dict[str, list[Copy]], initial: dict[str, dict[str, float]], points: BodyPoints
+) -> Rows:
     """Return the rows for all controls, in the order of the case.
 
     Args:
         loaded: The case.
         copies: Copies by body, statics included.
         initial: Start positions of joints by copy.
+        points: Finds regions of bodies.
     """
     rows = Rows()
-    driven: dict[tuple[str, str], list[tuple[float, str, Schedule, int, str]]] = {}
     for name, control in loaded.case.actions.controls.items():
         pointer = ("actions", "controls", name)
         line = loaded.line(pointer)
@@ -54,8 +66,12 @@ def lower_controls(loaded: LoadedCase, copies: dict[str, list[Copy]], initial: d
         varies = loaded.varies(pointer)
         for copy in chosen:
             own = loaded.control_copy(name, copy.variables) if varies else control
-            _lower(own, copy, part, copies, rows, driven, line, name)
-    for (entity, joint), segments in driven.items():
+            try:
+                _lower(own, copy, part, copies, rows, line, name, points)
+            except RegionError as error:
+                rows.problems.append(loaded.problem((*pointer, "point"), f"{copy.name}: {error}", rule="empty-region"))
+                break
+    for (entity, joint), segments in rows.targets.items():
         rows.drives.append(JointDrive(entity, joint, _chain(segments, initial.get(entity, {}).get(joint, 0.0))))
     rows.welds.sort(key=lambda weld: (weld.at, weld.on))
     return rows
@@ -67,9 +83,9 @@ def _lower(
     part: str | None,
     copies: dict[str, list[Copy]],
     rows: Rows,
-    driven: dict,
     line: int,
     name: str,
+    points: BodyPoints,
 ) -> None:
     if isinstance(control, InitialVelocity):
         rows.velocities.append(Velocity(copy.name, control.linear, control.angular, line, name))
@@ -85,7 +101,7 @@ def _lower(
                 (0.0, 0.0, 0.0),
                 None,
                 False,
-                control.point,
+                points.on_link(copy, part, control.point),
                 line,
                 name,
             )
@@ -94,9 +110,10 @@ def _lower(
         start, end = control.during or (0.0, FOREVER)
         force = control.force if isinstance(control, Force) else (0.0, 0.0, 0.0)
         torque = control.torque if isinstance(control, Torque) else (0.0, 0.0, 0.0)
+        point = points.on_link(copy, part, control.point) if isinstance(control, Force) else None
         scale = None if control.scale == 1.0 else constructor(control.scale)
         rows.wrenches.append(
-            Wrench(copy.name, part, start, end, force, torque, scale, control.frame == "body", None, line, name)
+            Wrench(copy.name, part, start, end, force, torque, scale, control.frame == "body", point, line, name)
         )
     elif isinstance(control, Attach):
         for a, b in _pairs(control, copies):
@@ -107,10 +124,10 @@ def _lower(
             (m, s) for m in ("position", "velocity", "force") if (s := getattr(control, m)) is not None
         )
         joint = part or copy.body
-        driven.setdefault((copy.name, joint), []).append((start_of(schedule), mode, schedule, line, name))
+        rows.targets.setdefault((copy.name, joint), []).append((start_of(schedule), mode, schedule, line, name))
 
 
-def _chain(segments: list[tuple[float, str, Schedule, int, str]], first: float) -> tuple[DriveSegment, ...]:
+def _chain(segments: list[Target], first: float) -> tuple[DriveSegment, ...]:
     """Order the drives of one joint; a ramp without `from` starts where the one before it is then."""
     segments = sorted(segments, key=lambda segment: segment[0])
     rows: list[DriveSegment] = []

@@ -20,7 +20,7 @@ def mechanism_tree(mechanism: Mechanism, body: Articulated) -> Tree:
     touching = any(geom.touches for link in mechanism.links for geom in link.geoms)
 
     def shapes(link: MechanismLink) -> tuple[TreeGeom, ...]:
-        return tuple(_geom(geom) for geom in link.geoms if geom.touches or not touching)
+        return tuple(geom_of(geom) for geom in link.geoms if geom.touches or not touching)
 
     # Parents come before children, so that from behind every link finds its children made.
     children: dict[int, list[TreeLink]] = {}
@@ -49,7 +49,8 @@ def _joint(joint: MechanismJoint) -> TreeJoint:
     )
 
 
-def _geom(geom: MechanismGeom) -> TreeGeom:
+def geom_of(geom: MechanismGeom) -> TreeGeom:
+    """Return a shape of a file's body as a convex piece."""
     size = geom.size
     sizes = {
         "box": tuple(2 * half for half in size),

@@ -3,10 +3,15 @@
 from math import dist, radians, sqrt, tan
 from typing import Any
 
+from text2sim.compiler.body_points import BodyPoints
 from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import vector_cross, vector_unit
+from text2sim.compiler.regions import RegionError
+from text2sim.compiler.rotation import Vec, vector_cross, vector_unit
 from text2sim.compiler.selection import select
 from text2sim.spec_schema.colors import rgb
+from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.regions import BodyPoint
 from text2sim.spec_schema.render import Camera, Dolly, Follow, Lamp, Light, Orbit, Render, Softbox, Sun
 
 Ball = tuple[tuple[float, float, float], float]
@@ -26,6 +31,7 @@ def resolve_render(
     moving: tuple[str, ...],
     duration: float,
     balls: dict[str, list[Ball]],
+    points: BodyPoints,
 ) -> dict[str, Any]:
     """Return plain data for the template.
 
@@ -35,10 +41,11 @@ def resolve_render(
         moving: Names of the bodies.
         duration: Simulated time [s].
         balls: Balls around the pieces of each copy at the start, in the world.
+        points: Finds links and regions of bodies.
     """
     start, end = render.during or (0.0, duration)
     lights = render.lights.values() or DEFAULT_LIGHTS
-    cameras = [_camera(name, camera, placed) for name, camera in render.cameras.items()]
+    cameras = [_camera(name, camera, placed, points) for name, camera in render.cameras.items()]
     cameras = cameras or [
         _derived(
             [ball for name in moving for copy in placed[name] for ball in balls.get(copy.name, [])],
@@ -60,14 +67,14 @@ def resolve_render(
     }
 
 
-def _camera(name: str, camera: Camera, placed: dict[str, list[Copy]]) -> dict[str, Any]:
+def _camera(name: str, camera: Camera, placed: dict[str, list[Copy]], points: BodyPoints) -> dict[str, Any]:
     common: dict[str, Any] = {"name": name, "kind": camera.kind, "fov": camera.fov, "up": camera.up}
     if isinstance(camera, Follow):
         copies, link = select(camera.body, placed)
         common |= {"body": copies[0].name, "link": link, "smooth": camera.smooth}
         place = {"pos": camera.from_} if camera.from_ is not None else {"offset": camera.offset}
         return common | place
-    target = _target(camera.look_at, placed)
+    target = _target(camera.look_at, placed, points)
     if isinstance(camera, Orbit):
         return common | {
             "look_at": target,
@@ -81,12 +88,31 @@ def _camera(name: str, camera: Camera, placed: dict[str, list[Copy]]) -> dict[st
     return common | {"look_at": target, "pos": camera.from_}
 
 
-def _target(target: Any, placed: dict[str, list[Copy]]) -> tuple[float, float, float]:
+def check_targets(loaded: LoadedCase, placed: dict[str, list[Copy]], points: BodyPoints) -> list[Problem]:
+    """Return what is wrong with the regions that cameras look at."""
+    problems = []
+    for name, camera in loaded.case.render.cameras.items():
+        if isinstance(camera, Follow) or not isinstance(camera.look_at, BodyPoint):
+            continue
+        try:
+            _target(camera.look_at, placed, points)
+        except RegionError as error:
+            where = ("render", "cameras", name, "look_at", "region")
+            problems.append(loaded.problem(where, f"{camera.look_at.body}: {error}", rule="empty-region"))
+    return problems
+
+
+def _target(target: Any, placed: dict[str, list[Copy]], points: BodyPoints) -> Vec:
+    """Where a camera looks at the start: the middle of all copies, links or regions that are meant."""
+    region = None
+    if isinstance(target, BodyPoint):
+        target, region = target.body, target.region
     if not isinstance(target, str):
         return target
-    copies, _ = select(target, placed)
-    n = len(copies)
-    return tuple(round(sum(copy.pos[k] for copy in copies) / n, 6) for k in range(3))  # type: ignore[return-value]
+    copies, link = select(target, placed)
+    found = [points.in_world(copy, link, region) for copy in copies]
+    x, y, z = (round(sum(axis) / len(found), 6) for axis in zip(*found, strict=True))
+    return (x, y, z)
 
 
 def _derived(balls: list[Ball], aspect: float) -> dict[str, Any]:

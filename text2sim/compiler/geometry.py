@@ -45,11 +45,18 @@ TreeExtents = Callable[[Any, Quaternion, Path], Bounds]
 """Bounds of a body that is a tree of links, about its origin, turned by a quaternion."""
 
 
+_MEMORY = 4096
+_KNOWN: dict[Any, tuple[Piece, ...]] = {}
+"""Pieces of shapes: copies, and bodies that are alike, share them, and what was worked out of them."""
+_DRAWN: dict[Any, VisualMesh] = {}
+"""The same of drawn surfaces."""
+
+
 def pieces(shape: Any, folder: Path) -> list[Piece]:
     """Return the convex pieces with which a shape touches others, in the body's frame.
 
     Hollow shapes become staves (see `piece.wall_pieces`), a ring capsules, a cone a pyramid; a mesh stays
-    one piece, which the engine makes convex.
+    one piece, which the engine makes convex. Equal shapes have the same pieces.
 
     Args:
         shape: Any shape but a plane.
@@ -58,6 +65,25 @@ def pieces(shape: Any, folder: Path) -> list[Piece]:
     Raises:
         AssetError: if a mesh file cannot be used.
     """
+    key = _key(shape, folder)
+    found = _KNOWN.get(key)
+    if found is None:
+        if len(_KNOWN) >= _MEMORY:
+            _KNOWN.clear()
+        found = _KNOWN[key] = tuple(_pieces(shape, folder))
+    return list(found)
+
+
+def _key(shape: Any, folder: Path) -> Any:
+    """What two shapes with the same pieces have in common; meshes are known by their content."""
+    if isinstance(shape, Compound):
+        files = [part.shape.file for part in shape.parts.values() if isinstance(part.shape, Mesh)]
+        return (shape.model_dump_json(exclude_defaults=True), *(load_mesh(file, folder) for file in files))
+    own = tuple(vars(shape).values())
+    return (*own, load_mesh(shape.file, folder)) if isinstance(shape, Mesh) else own
+
+
+def _pieces(shape: Any, folder: Path) -> list[Piece]:
     kind = shape.kind
     if kind == "box":
         return [Piece("box", size=shape.size)]
@@ -141,7 +167,14 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
             )  # fmt: skip
             for paint in load_paint(shape.file, folder)
         ]
-    return [surface(shape)] if isinstance(shape, Drawn) else None
+    if not isinstance(shape, Drawn):
+        return None
+    key = _key(shape, folder)
+    if key not in _DRAWN:
+        if len(_DRAWN) >= _MEMORY:
+            _DRAWN.clear()
+        _DRAWN[key] = surface(shape)
+    return [_DRAWN[key]]
 
 
 def volume(shape: Any, folder: Path) -> float:

@@ -17,12 +17,17 @@ STAGE = "#98a1a9"
 PALETTE = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
 
 
+def default_color(name: str, *, static: bool) -> str:
+    """Return the colour of a body or static that was given none."""
+    return STAGE if static else PALETTE[sum(name.encode()) % len(PALETTE)]
+
+
 def rgba_of(look: Look, copy: Copy) -> Rgba:
     """Colour of a copy, each channel in 0..1 with four digits."""
     index = copy.index or 0
     color = look.color
     if color is None:
-        color = STAGE if isinstance(copy.model, Static) else PALETTE[sum(copy.body.encode()) % len(PALETTE)]
+        color = default_color(copy.body, static=isinstance(copy.model, Static))
     elif isinstance(color, list):
         color = color[index % len(color)]
     red, green, blue = rgb(color)

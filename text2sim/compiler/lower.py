@@ -13,13 +13,13 @@ from text2sim.compiler import generators, geometry
 from text2sim.compiler.articulated import articulated_tree
 from text2sim.compiler.filebody import file_changes, file_motors, mechanism_tree
 from text2sim.compiler.joints import joint_of
-from text2sim.compiler.looks import rgba_of
+from text2sim.compiler.looks import Rgba, rgba_of
 from text2sim.compiler.meshfile import load_mesh
 from text2sim.compiler.mjcf import write_mjcf
 from text2sim.compiler.piece import Piece, piece_ball, piece_thickness
 from text2sim.compiler.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
-from text2sim.compiler.rotation import frame_apply, quat_conjugate, quat_rotate, vector_unit
+from text2sim.compiler.rotation import Vec, frame_apply, quat_conjugate, quat_rotate, vector_unit
 from text2sim.compiler.surface import VisualMesh
 from text2sim.compiler.tree import Tree, TreeGeom, TreeJoint, TreeLink, TreeVisual, link_colors, tree_balls, uncolored
 from text2sim.spec_schema.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
@@ -27,9 +27,11 @@ from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.materials import Look, Material
 from text2sim.spec_schema.motion import Oscillate, Spin
 from text2sim.spec_schema.scene import Static
-from text2sim.spec_schema.shapes import Compound, Part
+from text2sim.spec_schema.shapes import Compound, Mesh, Part
 
 NATIVE = {"box": "Box", "sphere": "Sphere", "cylinder": "Cylinder"}
+Ball = tuple[Vec, float]
+"""Centre and radius [m]."""
 IMMOVABLE = 1e4
 """Armature [kg or kg m2] of a driven body's joints: contact cannot push it back.
 
@@ -57,8 +59,12 @@ class Lowering:
     """By file and base."""
     trees: dict[str, Tree] = field(default_factory=dict)
     """Tree by name of the copy, for lookups of links and joints."""
-    balls: dict[str, list[tuple[tuple[float, float, float], float]]] = field(default_factory=dict)
+    balls: dict[str, list[Ball]] = field(default_factory=dict)
     """Balls around the pieces of each copy [m], at the start, in the world."""
+    alike: dict[tuple[Any, ...], "_Written"] = field(default_factory=dict)
+    """What was made of copies, by all in which they can differ."""
+    texts: dict[int, tuple[Any, str]] = field(default_factory=dict)
+    """Models as text, without their place; each kept beside it, so that its id stays its own."""
     pieces: int = 0
     """Convex pieces made so far."""
     thinnest: float = 1e9
@@ -150,9 +156,20 @@ class Lowering:
             center, radius = piece_ball(piece)
             self.balls[copy.name] = [(frame_apply(copy.pos, copy.quat, center), radius)]
             return self._native(copy, NATIVE[shape.kind], options, material, look, piece.volume())
-        link = self._link(copy, material, look)
-        link = TreeLink(link.name, joint=joint, geoms=link.geoms, visuals=link.visuals)
-        return self._model(copy, Tree((link,)))
+        # Copies that differ in nothing but where they are, and perhaps in their one colour, share what is made of them.
+        plain = _one_color(shape)
+        key = (copy.body, self._text(copy.model), self._text(shape), *(() if plain else _colors(shape, look, copy)))
+        made = self.alike.get(key)
+        if made is None:
+            link = self._link(copy, material, look)
+            link = TreeLink(link.name, joint=joint, geoms=link.geoms, visuals=link.visuals)
+            made = self.alike[key] = self._written(copy, Tree((link,)))
+        return self._entity_of(copy, made, rgba_of(look, copy) if plain else made.color)
+
+    def _text(self, model: Any) -> str:
+        if id(model) not in self.texts:
+            self.texts[id(model)] = (model, model.model_dump_json(exclude={"pose", "place", "repeat"}))
+        return self.texts[id(model)][1]
 
     def _native(
         self, copy: Copy, morph: str, options: dict, material: Material, look: Look, volume: float | None
@@ -165,6 +182,16 @@ class Lowering:
         return EntityPlan(copy.name, morph, options, copy.pos, copy.quat, rho, material.friction, surface)
 
     def _model(self, copy: Copy, tree: Tree) -> EntityPlan:
+        made = self._written(copy, tree)
+        return self._entity_of(copy, made, made.color)
+
+    def _entity_of(self, copy: Copy, made: "_Written", color: Rgba | None) -> EntityPlan:
+        self._take_in(copy, made.tree, made.balls, made.pieces)
+        surface = None if made.color is None or color is None else Surface(color, copy.model.look.finish)
+        return EntityPlan(copy.name, "MJCF", dict(made.options), copy.pos, copy.quat, surface=surface)
+
+    def _written(self, copy: Copy, tree: Tree) -> "_Written":
+        """Write the model file of a tree."""
         meshes: dict[str, str] = {}
         decompose: set[bool] = set()
         for link in tree.links():
@@ -182,11 +209,9 @@ class Lowering:
             )
         # One colour for all is given to the entity, so that copies in several colours share one file.
         colors = {rgba for link in tree.links() for rgba in link_colors(link)} | {geom.rgba for geom in tree.fixtures}
-        surface = None
-        if len(colors) == 1 and (rgba := colors.pop()) is not None:
-            surface = Surface(rgba, copy.model.look.finish)
+        color = colors.pop() if len(colors) == 1 else None
+        if color is not None:
             tree = uncolored(tree)
-        self._take_in(copy, tree)
         text = write_mjcf(tree, copy.body, meshes).encode()
         path = f"models/{copy.body}.xml"
         if self.files.get(path, text) != text:
@@ -195,17 +220,16 @@ class Lowering:
         options: dict[str, Any] = {"file": path}
         if decompose:
             options["decompose"] = decompose.pop()
-        return EntityPlan(copy.name, "MJCF", options, copy.pos, copy.quat, surface=surface)
+        return _Written(tree, options, color, tree_balls(tree), _count(tree))
 
-    def _take_in(self, copy: Copy, tree: Tree) -> None:
+    def _take_in(self, copy: Copy, tree: Tree, balls: list[Ball], pieces: int) -> None:
         """Remember what the rest of the compiler asks about a tree."""
         self.trees[copy.name] = tree
-        if balls := tree_balls(tree):
+        if balls:
             self.balls[copy.name] = [(frame_apply(copy.pos, copy.quat, center), radius) for center, radius in balls]
         if tree.initial:
             self.initial[copy.name] = tree.initial
-        geoms = [geom for link in tree.links() for geom in link.geoms] + list(tree.fixtures)
-        self.pieces += sum(PIECES_OF_A_MESH if geom.piece.decompose else 1 for geom in geoms)
+        self.pieces += pieces
 
     def _file(self, name: str, content: Callable[[], str | bytes]) -> str:
         """Put a file beside the models, once, and return its name."""
@@ -226,7 +250,7 @@ class Lowering:
         assert model.file is not None
         mechanism = self._mechanism(model.file, model.base)
         tree = mechanism_tree(mechanism, model)
-        self._take_in(copy, tree)
+        self._take_in(copy, tree, tree_balls(tree), _count(tree))
         touching = (geom.piece for link in tree.links() for geom in link.geoms if geom.touches)
         self.thinnest = min([self.thinnest, *(piece_thickness(piece) for piece in touching)])
         self.motors += file_motors(mechanism, model, copy.name)
@@ -328,6 +352,39 @@ class Lowering:
     def _local(self, copy: Copy, axis: Any) -> tuple[float, float, float]:
         """A world axis in the copy's frame."""
         return quat_rotate(quat_conjugate(copy.quat), vector_unit(axis))
+
+
+@dataclass(frozen=True)
+class _Written:
+    """A tree with its model file."""
+
+    tree: Tree
+    options: dict[str, Any]
+    """Of the morph."""
+    color: Rgba | None
+    """The one colour of everything, which is not in the file."""
+    balls: list[Ball]
+    """Around its pieces, in its own frame."""
+    pieces: int
+
+
+def _count(tree: Tree) -> int:
+    """How many convex pieces a tree has."""
+    geoms = [geom for link in tree.links() for geom in link.geoms] + list(tree.fixtures)
+    return sum(PIECES_OF_A_MESH if geom.piece.decompose else 1 for geom in geoms)
+
+
+def _one_color(shape: Any) -> bool:
+    """Whether everything of a shape has the colour of its body."""
+    if isinstance(shape, Compound):
+        return all(part.look is None and not isinstance(part.shape, Mesh) for part in shape.parts.values())
+    return not isinstance(shape, Mesh)
+
+
+def _colors(shape: Any, look: Look, copy: Copy) -> list[Rgba]:
+    """The colours of a body and of its parts, as a copy has them."""
+    looks = [part.look for part in shape.parts.values()] if isinstance(shape, Compound) else []
+    return [rgba_of(one, copy) for one in (look, *looks) if one is not None]
 
 
 def _drawn(mesh: VisualMesh, look: Look, copy: Copy) -> TreeVisual:

@@ -6,6 +6,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.assets.shelf import shelf_of
 from text2sim.spec_schema.errors import AssetError
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
@@ -43,45 +44,48 @@ class MeshFile:
         return "\n".join(lines) + "\n"
 
 
-def mesh_path(file: str, folder: Path) -> Path:
-    """Return the path of a mesh of a case.
+def mesh_path(file: str, folder: Path) -> tuple[Path, Path]:
+    """Return the path of a mesh of a case, and the folder that it and all that it refers to must lie in.
 
     Raises:
-        AssetError: if it leaves the case's folder, does not exist, is too large or of a kind that is not
-        read.
+        AssetError: if it leaves that folder, does not exist, is too large or of a kind that is not read.
     """
-    root = folder.resolve()
     try:
-        path = (root / file).resolve()
+        shelf = shelf_of(folder, file)
+    except AssetError as error:
+        raise AssetError(f"mesh file `{file[:80]}` {error}") from None
+    root = shelf.root
+    try:
+        path = (root / shelf.file).resolve()
         path.is_file()
     except (OSError, RuntimeError, ValueError) as error:  # a name too long, links in a circle
         raise AssetError(f"mesh file `{file[:80]}` cannot be read ({type(error).__name__})") from None
     if not path.is_relative_to(root):
-        raise AssetError(f"mesh file `{file}` is outside the case's folder")
+        raise AssetError(f"mesh file `{file}` is outside {shelf.name}")
     if path.suffix.lower() not in SUFFIXES:
         raise AssetError(f"mesh file `{file}` must end in one of {', '.join(SUFFIXES)}")
     if not path.is_file():
-        raise AssetError(f"mesh file `{file}` does not exist in the case's folder")
+        raise AssetError(f"mesh file `{file}` does not exist in {shelf.name}")
     size = path.stat().st_size
     if size > MAX_BYTES:
         raise AssetError(f"mesh file `{file}` is too large ({size / 2**20:.0f} MiB; at most {MAX_BYTES // 2**20} MiB)")
-    return path
+    return path, root
 
 
 def load_mesh(file: str, folder: Path) -> MeshFile:
     """Read a mesh file of a case; all its pieces become one mesh.
 
     Args:
-        file: Path inside the case's folder.
+        file: Path inside the case's folder, or `genesis:` and a path inside the engine's assets.
         folder: The case's folder.
 
     Raises:
         AssetError: if it cannot be used.
     """
-    path = mesh_path(file, folder)
+    path, root = mesh_path(file, folder)
     stat = path.stat()
     try:
-        return _read(path, folder.resolve(), stat.st_mtime_ns, stat.st_size)
+        return _read(path, root, stat.st_mtime_ns, stat.st_size)
     except AssetError as error:
         raise AssetError(f"mesh file `{file}` {error}") from None
 

@@ -43,10 +43,10 @@ def load_paint(file: str, folder: Path) -> list[MeshPaint]:
     Raises:
         AssetError: if it cannot be used.
     """
-    path = mesh_path(file, folder)
+    path, root = mesh_path(file, folder)
     stat = path.stat()
     try:
-        return _read_paint(path, folder.resolve(), stat.st_mtime_ns, stat.st_size)
+        return _read_paint(path, root, stat.st_mtime_ns, stat.st_size)
     except AssetError as error:
         raise AssetError(f"mesh file `{file}` {error}") from None
 

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from text2sim.compiler.geometry import Bounds
-from text2sim.compiler.region import Space
 from text2sim.compiler.rotation import (
     IDENTITY,
     Quaternion,
@@ -24,7 +23,8 @@ from text2sim.compiler.rotation import (
     quat_normalize,
     quat_to_rows,
 )
-from text2sim.spec_schema.placement import Packing
+from text2sim.compiler.space import Space
+from text2sim.spec_schema.repeat import Packing
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def pack(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion])
 
     Raises:
         PackingError: if not all copies fit.
-        RegionError: if the region is none.
+        SpaceError: if the region is none.
     """
     space = Space(packing.region)
     filled = sum(8 * g.half[0] * g.half[1] * g.half[2] * (math.pi / 6 if g.round else 1.0) for g in grains)

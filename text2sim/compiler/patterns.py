@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass
 
 from text2sim.compiler.rotation import IDENTITY, Quaternion, Vec, quat_from_yaw
-from text2sim.spec_schema.placement import Grid, Line, Repeat, Ring, RunningBond, Spiral
+from text2sim.spec_schema.repeat import Grid, Line, Repeat, Ring, RunningBond, Spiral
 from text2sim.spec_schema.shapes import Box
 
 Variables = dict[str, int | float]

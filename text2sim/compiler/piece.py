@@ -2,7 +2,9 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 from text2sim.compiler.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply, quat_rotate
 
@@ -40,6 +42,16 @@ class Piece:
     part: str | None = None
     """Of a compound: name of the part."""
 
+    @cached_property
+    def ball(self) -> tuple[Vec, float]:
+        """Centre [m] and radius [m] of a ball around the piece, in the body's frame."""
+        return _ball(self)
+
+    @cached_property
+    def turned(self) -> dict[Quaternion, Any]:
+        """What others work out of the piece in an orientation of its body: copies share their pieces."""
+        return {}
+
     def at(self, pos: Vec, quat: Quaternion, part: str | None = None) -> "Piece":
         """Return the piece in the frame around (`pos`, `quat`)."""
         part = part or self.part
@@ -51,6 +63,15 @@ class Piece:
 
     def volume(self) -> float:
         """Volume [m3] of the piece, as it counts for the mass."""
+        return self._volume
+
+    @cached_property
+    def thickness(self) -> float:
+        """Smallest thickness [m] of the piece: what a fast body may jump over."""
+        return _thickness(self)
+
+    @cached_property
+    def _volume(self) -> float:
         size = self.size
         if self.kind == "box":
             return size[0] * size[1] * size[2]
@@ -142,6 +163,10 @@ def ring_pieces(radius: float, bar: float, segments: int) -> list[Piece]:
 
 def piece_ball(piece: Piece) -> tuple[Vec, float]:
     """Return centre [m] and radius [m] of a ball around the piece, in the body's frame."""
+    return piece.ball
+
+
+def _ball(piece: Piece) -> tuple[Vec, float]:
     size = piece.size
     if piece.kind in ("hull", "mesh"):
         n = len(piece.vertices)
@@ -185,6 +210,10 @@ def piece_reach(piece: Piece, direction: Vec) -> float:
 
 def piece_thickness(piece: Piece) -> float:
     """Return the smallest thickness [m] of a piece: what a fast body may jump over."""
+    return piece.thickness
+
+
+def _thickness(piece: Piece) -> float:
     if piece.kind == "box":
         return min(piece.size)
     if piece.kind == "cylinder":

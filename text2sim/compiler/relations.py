@@ -1,98 +1,31 @@
 """Relative placement: where a body goes that is `on`, `inside` or `left_of` something, from real geometry.
 
-What is placed is a group: one body, or all copies of a pattern, which move together. `at` is where the
+What is placed is a group: one body, or all copies of a pattern, which move together. `at: [x, y]` is where the
 origin of a body (the middle of a pattern) goes; without it the middles of the two groups' bounds are
 brought over each other.
 """
 
-import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable
 
-from text2sim.compiler.geometry import Bounds, pieces
-from text2sim.compiler.piece import Piece
-from text2sim.compiler.rotation import (
-    Quaternion,
-    Vec,
-    quat_conjugate,
-    quat_multiply,
-    quat_rotate,
-    vector_unit,
-)
-from text2sim.compiler.sizes import Sizes, Spot
-from text2sim.compiler.sweep import TOLERANCE, Solid, solids, sweep
+from text2sim.compiler.around import surround
+from text2sim.compiler.footing import footing, slide
+from text2sim.compiler.group import Group
+from text2sim.compiler.place_error import PlaceError
+from text2sim.compiler.rotation import Vec, quat_rotate
+from text2sim.compiler.sides import stand_beside, touch
+from text2sim.compiler.sizes import Spot
+from text2sim.compiler.sweep import TOLERANCE, sweep
+from text2sim.spec_schema.place_rules import STANDING, contradictions
 from text2sim.spec_schema.placement import Place
+from text2sim.spec_schema.regions import BodyRegion
 
-ORIGIN: Vec = (0.0, 0.0, 0.0)
 _DOWN = (0.0, 0.0, -1.0)
 
-
-class PlaceError(ValueError):
-    """A relation that cannot be fulfilled; `key` is the word of `place` at which it fails."""
-
-    def __init__(self, message: str, key: str, rule: str = "placement", hint: str | None = None) -> None:
-        super().__init__(message)
-        self.key, self.rule, self.hint = key, rule, hint
+Height = Callable[[Place, Group, Group, float, float], float]
+"""Shift in z [m] of a subject that is shifted by so much in x and y."""
 
 
-class Group:
-    """Copies that are placed, or are placed on, together."""
-
-    def __init__(self, spots: Iterable[Spot], sizes: Sizes) -> None:
-        self.sizes = sizes
-        self.members: list[Spot] = []
-        self.planes: list[Spot] = []
-        for spot in spots:
-            plane = spot.shape is not None and spot.shape.kind == "plane"
-            (self.planes if plane else self.members).append(spot)
-        self._bounds: Bounds | None = None
-        self._solids: list[Solid] | None = None
-
-    def bounds(self, frame: Quaternion | None = None) -> Bounds:
-        """Bounds [m] of all copies but planes, along the axes of the world or of `frame`."""
-        if frame is None and self._bounds is not None:
-            return self._bounds
-        low, high = [math.inf] * 3, [-math.inf] * 3
-        back = None if frame is None else quat_conjugate(frame)
-        for spot in self.members:
-            pos, quat = spot.pos, spot.quat
-            if back is not None:
-                pos, quat = quat_rotate(back, pos), quat_multiply(back, quat)
-            a, b = self.sizes.of(spot, quat)
-            for k in range(3):
-                low[k], high[k] = min(low[k], pos[k] + a[k]), max(high[k], pos[k] + b[k])
-        found = (low[0], low[1], low[2]), (high[0], high[1], high[2])
-        if frame is None:
-            self._bounds = found
-        return found
-
-    def middle(self) -> Vec:
-        """Middle [m] of the bounds; of a group of planes, the first one's origin."""
-        if not self.members:
-            return self.planes[0].pos
-        low, high = self.bounds()
-        return ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2)
-
-    def solids(self, shift: Vec = ORIGIN) -> list[Solid]:
-        """Convex pieces of all copies but planes, moved by `shift` [m]; a tree counts as its bounds."""
-        if shift == ORIGIN and self._solids is not None:
-            return self._solids
-        found: list[Solid] = []
-        for spot in self.members:
-            pos = spot.pos
-            at = (pos[0] + shift[0], pos[1] + shift[1], pos[2] + shift[2])
-            if spot.shape is None:
-                low, high = self.sizes.of(spot)
-                x, y, z = ((a + b) / 2 + p for a, b, p in zip(low, high, at, strict=True))
-                lx, ly, lz = (b - a for a, b in zip(low, high, strict=True))
-                found.append(Solid(Piece("box", size=(lx, ly, lz)), (x, y, z), (1.0, 0.0, 0.0, 0.0)))
-            else:
-                found += solids(pieces(spot.shape, self.sizes.folder), at, spot.quat)
-        if shift == ORIGIN:
-            self._solids = found
-        return found
-
-
-def settle(place: Place, subject: Group, target: Group, middle: Vec) -> Vec:
+def settle(place: Place, subject: Group, target: Group, middle: Vec, *, ringed: bool = False) -> Vec:
     """Return the shift [m] that brings a group into relation with another.
 
     Args:
@@ -100,29 +33,78 @@ def settle(place: Place, subject: Group, target: Group, middle: Vec) -> Vec:
         subject: What is placed, where it is before.
         target: What it is placed in relation to.
         middle: The point [m] of the subject that `at` speaks of.
+        ringed: With `around`: the subject's copies stand around the target, instead of each going round it.
 
     Raises:
         PlaceError: if there is no such place.
     """
+    for key, message in contradictions(place):
+        raise PlaceError(message, key)
     relation = place.relation
     if subject.planes:
         raise PlaceError("a plane has no end and cannot be placed; give it a pose", relation)
-    if place.at is not None and relation not in ("on", "above", "below", "inside"):
-        raise PlaceError(f"`at` has no meaning with `{relation}`", "at")
-    if "direction" in place.model_fields_set and relation != "touching":
-        raise PlaceError(f"`direction` has no meaning with `{relation}`", "direction")
-    if relation == "touching":
-        return _touch(place, subject, target)
-    if relation in _SIDES:
-        return _beside(place, subject, target)
-    if place.at is not None:
-        x, y = place.at[0] - middle[0], place.at[1] - middle[1]
+    if relation in STANDING:
+        return _stand(place, subject, target, middle)
+    dx, dy, dz = place.offset
+    if relation == "around":
+        return surround(place, subject, target, middle, ringed)
+    x, y, z = (touch if relation == "touching" else stand_beside)(place, subject, target)
+    return (x + dx, y + dy, z + dz)
+
+
+def _stand(place: Place, subject: Group, target: Group, middle: Vec) -> Vec:
+    if place.relation == "inside":
+        return _stand_inside(place, subject, target, middle)
+    height: Height = {"on": _on, "above": _above, "below": _below}[place.relation]
+    if isinstance(place.at, BodyRegion):
+        x, y = footing(place, subject, target, middle, lambda x, y: height(place, subject, target, x, y))
     else:
-        here, there = subject.middle(), target.middle()
-        x, y = there[0] - here[0], there[1] - here[1]
-    if relation == "inside":
-        return _inside(place, subject, target, x, y)
-    return {"on": _on, "above": _above, "below": _below}[relation](place, subject, target, x, y)
+        x, y = _level(place, subject, target, middle)
+    dx, dy, dz = place.offset
+    return (x + dx, y + dy, height(place, subject, target, x + dx, y + dy) + dz)
+
+
+def _stand_inside(place: Place, subject: Group, target: Group, middle: Vec) -> Vec:
+    dx, dy, dz = place.offset
+    if place.align is None and not isinstance(place.at, BodyRegion):
+        x, y = _level(place, subject, target, middle)
+        return (x + dx, y + dy, _inside(place, subject, target, x + dx, y + dy) + dz)
+    x, y = _over(subject, target)
+    x, y, z = slide(place, subject, target, (x, y, _inside(place, subject, target, x, y)))
+    x, y = x + dx, y + dy
+    landed = _fall(subject, target, (x, y, z), 0.0)
+    if landed is None:
+        landed = target.bounds()[0][2] - subject.bounds()[0][2]
+    return (x, y, landed + place.clearance + dz)
+
+
+def _blamed(place: Place) -> str:
+    """The word that says where it should go: that is wrong if it cannot go there."""
+    return "offset" if any(place.offset[:2]) else "at" if place.at is not None else place.relation
+
+
+def _over(subject: Group, target: Group) -> tuple[float, float]:
+    here, there = subject.middle(), target.middle()
+    return there[0] - here[0], there[1] - here[1]
+
+
+def _level(place: Place, subject: Group, target: Group, middle: Vec) -> tuple[float, float]:
+    """Shift in x and y: to `at`, or to the middles or ends that line up."""
+    if place.at is not None:
+        assert not isinstance(place.at, BodyRegion)
+        return place.at[0] - middle[0], place.at[1] - middle[1]
+    x, y = _over(subject, target)
+    ends = (place.alignment(0), place.alignment(1))
+    if ends == (None, None):
+        return x, y
+    if not target.members:
+        raise PlaceError("a plane has no ends to align with; say `at: [x, y]`", "align")
+    (low, high), (bottom, top) = subject.bounds(), target.bounds()
+    shift = [x, y]
+    for k, end in enumerate(ends):
+        if end in ("min", "max"):
+            shift[k] = bottom[k] - low[k] if end == "min" else top[k] - high[k]
+    return shift[0], shift[1]
 
 
 def _plane_height(plane: Spot, subject: Group, x: float, y: float, gap: float, relation: str) -> float:
@@ -130,13 +112,16 @@ def _plane_height(plane: Spot, subject: Group, x: float, y: float, gap: float, r
     nx, ny, nz = quat_rotate(plane.quat, (0.0, 0.0, 1.0))
     if nz < 1e-6:
         raise PlaceError("the plane does not face upwards", relation)
-    low, high = subject.bounds(None if nz > 1 - 1e-15 else plane.quat)
+    up: Vec = (0.0, 0.0, 1.0) if nz > 1 - 1e-15 else (nx, ny, nz)
     level = nx * plane.pos[0] + ny * plane.pos[1] + nz * plane.pos[2]
-    edge = level - gap - high[2] if relation == "below" else level + gap - low[2]
+    if relation == "below":
+        edge = level - gap + subject.lowest((-up[0], -up[1], -up[2]))
+    else:
+        edge = level + gap - subject.lowest(up)
     return (edge - nx * x - ny * y) / nz
 
 
-def _on(place: Place, subject: Group, target: Group, x: float, y: float) -> Vec:
+def _on(place: Place, subject: Group, target: Group, x: float, y: float) -> float:
     gap = place.clearance
     heights = [_plane_height(plane, subject, x, y, gap, "on") for plane in target.planes]
     if target.members:
@@ -146,8 +131,20 @@ def _on(place: Place, subject: Group, target: Group, x: float, y: float) -> Vec:
         if z is not None:
             heights.append(z)
     if not heights:
-        raise PlaceError(f"`{place.target}` is nowhere under it", "on")
-    return (x, y, max(heights))
+        raise PlaceError(_falls_past(place, subject, target, x, y), _blamed(place))
+    return max(heights)
+
+
+def _falls_past(place: Place, subject: Group, target: Group, x: float, y: float) -> str:
+    (low, high), (bottom, top) = subject.bounds(), target.bounds()
+    beside = next((k for k, s in enumerate((x, y)) if high[k] + s <= bottom[k] or low[k] + s >= top[k]), None)
+    there = f"`{place.target}` is nowhere under it, and it would fall past"
+    if beside is None:
+        return f"{there}: it passes through"
+    s = (x, y)[beside]
+    mine = f"{low[beside] + s:.4g} to {high[beside] + s:.4g}"
+    its = f"{bottom[beside]:.4g} to {top[beside]:.4g}"
+    return f"{there}: along {'xy'[beside]} it would reach from {mine}, and `{place.target}` reaches from {its}"
 
 
 def _flat_top(subject: Group, target: Group, x: float, y: float, gap: float) -> float | None:
@@ -161,7 +158,7 @@ def _flat_top(subject: Group, target: Group, x: float, y: float, gap: float) -> 
         over = abs(pos[2] + sz / 2 - top) < 1e-12
         if over and pos[0] - sx / 2 <= low[0] + x and high[0] + x <= pos[0] + sx / 2:  # noqa: SIM102
             if pos[1] - sy / 2 <= low[1] + y and high[1] + y <= pos[1] + sy / 2:
-                return top - low[2] + gap
+                return top - subject.lowest((0.0, 0.0, 1.0)) + gap
     return None
 
 
@@ -175,25 +172,25 @@ def _drop(subject: Group, target: Group, x: float, y: float, gap: float) -> floa
 
 
 def _fall(subject: Group, target: Group, start: Vec, gap: float) -> float | None:
-    way = sweep(subject.solids(start), target.solids(), _DOWN, gap=gap)
+    way = sweep(subject.solids(), target.solids(), _DOWN, gap=gap, start=start)
     return None if way is None else start[2] - way
 
 
-def _above(place: Place, subject: Group, target: Group, x: float, y: float) -> Vec:
+def _above(place: Place, subject: Group, target: Group, x: float, y: float) -> float:
     heights = [_plane_height(plane, subject, x, y, place.clearance, "above") for plane in target.planes]
     if target.members:
         heights.append(target.bounds()[1][2] - subject.bounds()[0][2] + place.clearance)
-    return (x, y, max(heights))
+    return max(heights)
 
 
-def _below(place: Place, subject: Group, target: Group, x: float, y: float) -> Vec:
+def _below(place: Place, subject: Group, target: Group, x: float, y: float) -> float:
     heights = [_plane_height(plane, subject, x, y, place.clearance, "below") for plane in target.planes]
     if target.members:
         heights.append(target.bounds()[0][2] - subject.bounds()[1][2] - place.clearance)
-    return (x, y, min(heights))
+    return min(heights)
 
 
-def _inside(place: Place, subject: Group, target: Group, x: float, y: float) -> Vec:
+def _inside(place: Place, subject: Group, target: Group, x: float, y: float) -> float:
     """Let the subject fall: from the middle of the target if it is free there, otherwise through its top.
 
     It falls until it touches, and is lifted by the clearance then: a gap on all sides would keep it out of a narrow
@@ -213,52 +210,5 @@ def _inside(place: Place, subject: Group, target: Group, x: float, y: float) -> 
             z = bottom[2] - low[2]
         z += place.clearance
         if low[2] + z < top[2] - 1e-6:
-            return (x, y, z)
-    raise PlaceError(f"it does not fit into `{place.target}` there", "inside")
-
-
-_SIDES = {"left_of": (0, -1), "right_of": (0, 1), "in_front_of": (1, -1), "behind": (1, 1)}
-
-
-def _beside(place: Place, subject: Group, target: Group) -> Vec:
-    """Bounds against bounds; the middles agree across, the lowest points in height."""
-    relation = place.relation
-    if target.planes:
-        raise PlaceError("a plane has no sides", relation)
-    axis, sign = _SIDES[relation]
-    (low, high), (bottom, top) = subject.bounds(), target.bounds()
-    here, there = subject.middle(), target.middle()
-    shift = [there[0] - here[0], there[1] - here[1], bottom[2] - low[2]]
-    shift[axis] = bottom[axis] - high[axis] - place.clearance if sign < 0 else top[axis] - low[axis] + place.clearance
-    return (shift[0], shift[1], shift[2])
-
-
-def _touch(place: Place, subject: Group, target: Group) -> Vec:
-    """From far away on the side `direction`, straight towards the target's middle, middle to middle."""
-    try:
-        d = vector_unit(place.direction)
-    except ValueError as error:
-        raise PlaceError(str(error), "direction") from None
-    here, there = subject.middle(), target.middle()
-    # A distance at which the balls around the two are apart.
-    far = place.clearance + sum(math.dist(*group.bounds()) / 2 for group in (subject, target) if group.members) * 1.01
-    best = math.inf
-    for plane in target.planes:
-        n = quat_rotate(plane.quat, (0.0, 0.0, 1.0))
-        closing = _dot(n, d)
-        if closing < 1e-6:
-            raise PlaceError("it cannot touch the plane from this side", "direction")
-        low = subject.bounds(plane.quat)[0][2] - _dot(n, here)
-        best = min(best, far - (place.clearance - low) / closing)
-    start = tuple(t - h + far * c for t, h, c in zip(there, here, d, strict=True))
-    if target.members:
-        backwards = (-d[0], -d[1], -d[2])
-        way = sweep(subject.solids((start[0], start[1], start[2])), target.solids(), backwards, gap=place.clearance)
-        best = min(best, math.inf if way is None else way)
-    if best == math.inf:
-        raise PlaceError(f"it passes `{place.target}` without touching it", "touching")
-    return (start[0] - best * d[0], start[1] - best * d[1], start[2] - best * d[2])
-
-
-def _dot(a: Sequence[float], b: Sequence[float]) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+            return z
+    raise PlaceError(f"it does not fit into `{place.target}` there", _blamed(place))

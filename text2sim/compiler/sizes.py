@@ -1,10 +1,16 @@
-"""Bounds of bodies and statics, worked out once for each orientation."""
+"""Bounds and pieces of bodies and statics, worked out once for each orientation."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from text2sim.compiler.geometry import Bounds, TreeExtents, body_extents, extents
-from text2sim.compiler.rotation import Quaternion, Vec
+from text2sim.compiler.geometry import Bounds, TreeExtents, body_extents, extents, pieces
+from text2sim.compiler.piece import Piece
+from text2sim.compiler.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply
+from text2sim.compiler.solid import Solid, solids
+
+TreePieces = Callable[[Any, Path], list[tuple[Piece, Vec, Quaternion]]]
+"""Pieces of a body that is a tree of links, each with the pose [m] of its link in the body's frame."""
 
 
 class Spot(NamedTuple):
@@ -23,13 +29,16 @@ class SizeError(ValueError):
 
 
 class Sizes:
-    """Gives bounds [m], and remembers them."""
+    """Gives bounds [m] and pieces, and remembers them."""
 
-    def __init__(self, folder: Path, tree_extents: TreeExtents | None = None) -> None:
+    def __init__(
+        self, folder: Path, tree_extents: TreeExtents | None = None, tree_pieces: TreePieces | None = None
+    ) -> None:
         self.folder = folder
-        self._tree_extents = tree_extents
-        # The object is kept beside its bounds, so that its id stays its own.
+        self._tree_extents, self._tree_pieces = tree_extents, tree_pieces
+        # The object is kept beside what is known of it, so that its id stays its own.
         self._known: dict[tuple[int, Quaternion], tuple[Any, Bounds]] = {}
+        self._trees: dict[int, tuple[Any, list[tuple[Piece, Vec, Quaternion]]]] = {}
 
     def of(self, spot: Spot, quat: Quaternion | None = None) -> Bounds:
         """Return the bounds [m] about the copy's origin, turned by its orientation (or by `quat`).
@@ -52,3 +61,31 @@ class Sizes:
                 raise SizeError(str(error)) from None
             found = self._known[key] = (thing, bounds)
         return found[1]
+
+    def pieces(self, spot: Spot) -> list[tuple[Piece, Vec, Quaternion]]:
+        """Return the convex pieces of a copy, each with the pose [m] of its frame in the copy's frame.
+
+        A tree of links whose pieces nobody knows counts as its bounds.
+        """
+        if spot.shape is not None:
+            return [(piece, (0.0, 0.0, 0.0), IDENTITY) for piece in pieces(spot.shape, self.folder)]
+        found = self._trees.get(id(spot.model))
+        if found is None:
+            if self._tree_pieces is not None:
+                made = self._tree_pieces(spot.model, self.folder)
+            else:
+                low, high = self.of(spot, IDENTITY)
+                x, y, z = ((a + b) / 2 for a, b in zip(low, high, strict=True))
+                size = tuple(b - a for a, b in zip(low, high, strict=True))
+                made = [(Piece("box", size=size), (x, y, z), IDENTITY)]
+            found = self._trees[id(spot.model)] = (spot.model, made)
+        return found[1]
+
+    def solids(self, spot: Spot) -> list[Solid]:
+        """Return the convex pieces of a copy where it is."""
+        if spot.shape is not None:
+            return solids(pieces(spot.shape, self.folder), spot.pos, spot.quat)
+        return [
+            Solid(piece, frame_apply(spot.pos, spot.quat, pos), quat_multiply(spot.quat, quat))
+            for piece, pos, quat in self.pieces(spot)
+        ]

@@ -12,10 +12,10 @@ from text2sim.compiler.rotation import (
     quat_to_rows,
     vector_unit,
 )
-from text2sim.spec_schema.placement import BoxRegion, CylinderRegion, SphereRegion
+from text2sim.spec_schema.space import BoxRegion, CylinderRegion, SphereRegion
 
 
-class RegionError(ValueError):
+class SpaceError(ValueError):
     """A region without space."""
 
 
@@ -40,7 +40,7 @@ class Space:
         try:
             axis = vector_unit(region.axis)
         except ValueError as error:
-            raise RegionError(f"axis: {error}") from None
+            raise SpaceError(f"axis: {error}") from None
         if axis != (0.0, 0.0, 1.0):
             quat = quat_between((0.0, 0.0, 1.0), axis)
             self.turn = quat_to_rows(quat_conjugate(quat))

@@ -5,10 +5,10 @@ from itertools import repeat as again
 
 from text2sim.compiler.packing import PackingError, grain_of, pack
 from text2sim.compiler.patterns import bond_slots, pattern_slots
-from text2sim.compiler.region import RegionError
 from text2sim.compiler.rotation import IDENTITY, Quaternion, Vec, quat_multiply, quat_rotate
 from text2sim.compiler.sizes import Sizes, Spot
-from text2sim.spec_schema.placement import Line, Packing, Repeat, RunningBond, Stack
+from text2sim.compiler.space import SpaceError
+from text2sim.spec_schema.repeat import Line, Packing, Repeat, RunningBond, Stack
 from text2sim.spec_schema.shapes import Box
 
 
@@ -86,7 +86,7 @@ def _packed(packing: Packing, spots: Sequence[Spot], sizes: Sizes) -> list[Spot]
     grains = [grain_of(None if s.shape is None else s.shape.kind, sizes.of(s, IDENTITY)) for s in spots]
     try:
         packed = pack(packing, grains, [spot.quat for spot in spots])
-    except RegionError as error:
+    except SpaceError as error:
         raise PatternError(str(error), "repeat", "region") from None
     except PackingError as error:
         raise PatternError(str(error), "repeat") from None

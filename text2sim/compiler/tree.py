@@ -123,6 +123,29 @@ class StandingPiece(NamedTuple):
     """False for what the world holds."""
 
 
+class StandingLink(NamedTuple):
+    """A link with its frame at the start."""
+
+    link: TreeLink
+    pos: Vec
+    quat: Quaternion
+    moves: bool
+    """False for what the world holds."""
+
+
+def tree_links(tree: Tree, pos: Vec = (0.0, 0.0, 0.0), quat: Quaternion = IDENTITY) -> list[StandingLink]:
+    """Return every link of a tree that stands at (`pos`, `quat`), all joints at their start positions."""
+    found = []
+    queue = [(link, pos, quat, False) for link in tree.roots]
+    while queue:
+        link, pos, quat, moves = queue.pop()
+        pos, quat = _start_frame(link, tree, pos, quat)
+        moves = moves or bool(link.all_joints())
+        found.append(StandingLink(link, pos, quat, moves))
+        queue += [(child, pos, quat, moves) for child in link.children]
+    return found
+
+
 def tree_pieces(
     tree: Tree, pos: Vec = (0.0, 0.0, 0.0), quat: Quaternion = IDENTITY, *, drawn: bool = False
 ) -> list[StandingPiece]:
@@ -135,13 +158,8 @@ def tree_pieces(
         drawn: Whether pieces that touch nothing are meant, too.
     """
     found = [StandingPiece(geom.piece, pos, quat, False) for geom in tree.fixtures]
-    queue = [(link, pos, quat, False) for link in tree.roots]
-    while queue:
-        link, pos, quat, moves = queue.pop()
-        pos, quat = _start_frame(link, tree, pos, quat)
-        moves = moves or bool(link.all_joints())
-        found += [StandingPiece(geom.piece, pos, quat, moves) for geom in link.geoms if geom.touches or drawn]
-        queue += [(child, pos, quat, moves) for child in link.children]
+    for link, at, turn, moves in tree_links(tree, pos, quat):
+        found += [StandingPiece(geom.piece, at, turn, moves) for geom in link.geoms if geom.touches or drawn]
     return found
 
 

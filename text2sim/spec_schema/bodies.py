@@ -21,7 +21,8 @@ from text2sim.spec_schema.base import (
 )
 from text2sim.spec_schema.materials import Actuator, JointDynamics, Look, Material
 from text2sim.spec_schema.motion import Motion
-from text2sim.spec_schema.placement import Place, Repeat
+from text2sim.spec_schema.placement import Place
+from text2sim.spec_schema.repeat import Repeat
 from text2sim.spec_schema.shapes import Shape, SolidShape
 
 
@@ -200,8 +201,8 @@ class Articulated(_Placed):
     links: dict[Name, Link] | None = Field(default=None, min_length=1, max_length=500)
     """The tree, by name of link."""
     file: str | None = Field(default=None, max_length=200)
-    """Path inside the case's folder: .xml (MJCF) or .urdf; its meshes must lie in the folder, too. Instead of
-    `links`."""
+    """Path inside the case's folder: .xml (MJCF) or .urdf; its meshes must lie in the folder, too. `genesis:` before
+    the path means the engine's own assets. Instead of `links`."""
     joints: dict[Name, JointOverride] = Field(default_factory=dict)
     """With `file`: changes to its joints, by their names."""
     material: Material = Material()

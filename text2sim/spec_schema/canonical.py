@@ -12,13 +12,15 @@ from pydantic import BaseModel
 from text2sim.spec_schema.case import Case
 from text2sim.spec_schema.document import Path, parse_document
 from text2sim.spec_schema.layout import Entry, plain_layout, written_layout
+from text2sim.spec_schema.prefab_models import PrefabFile
+from text2sim.spec_schema.slots import slots_by_key
 from text2sim.spec_schema.source import Source, check_source
-from text2sim.spec_schema.words import Slot, fields_of, is_model, slot_of
+from text2sim.spec_schema.words import Slot, slot_of
 from text2sim.spec_schema.writing import block_lines, key, scalar
 
 WIDTH = 110
 INDENT = 2
-SECTIONS = ("scene", "bodies", "actions", "render")
+SECTIONS = ("prefabs", "scene", "bodies", "actions", "render", "variants", "sweeps", "waive")
 ANY = "*"
 
 _SPREAD: tuple[Path, ...] = (
@@ -33,6 +35,16 @@ _SPREAD: tuple[Path, ...] = (
     ("render",),
     ("render", "cameras"),
     ("render", "lights"),
+    ("prefabs",),
+    ("prefabs", ANY),
+    ("prefabs", ANY, "params"),
+    ("prefabs", ANY, "body"),
+    ("prefabs", ANY, "bodies"),
+    ("prefabs", ANY, "bodies", ANY),
+    ("variants",),
+    ("sweeps",),
+    ("sweeps", ANY, "points"),
+    ("waive",),
 )
 """Mappings that are written line by line even if they would fit on one."""
 
@@ -49,11 +61,7 @@ def format_text(text: str, file: str = "case.yaml") -> str:
 def format_source(source: Source) -> str:
     """Bring a file that was read into canonical form; see `format_text`."""
     document = parse_document(source)
-    root, head, foot = written_layout(document)
-    lines = [*head, *_Writer().document(root)]
-    if foot:
-        lines += ["", *foot]
-    text = "\n".join(_trimmed(lines)) + "\n"
+    text = dump_layout(*written_layout(document))
     again = parse_document(Source(text, source.file))
     if again.data != document.data:
         raise AssertionError("the canonical form says something else than the original")
@@ -65,6 +73,42 @@ def dump_case(case: Case | Mapping[str, Any]) -> str:
     if isinstance(case, Case):
         case = case.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
     return "\n".join(_trimmed(_Writer().document(plain_layout(dict(case))))) + "\n"
+
+
+def dump_layout(root: Entry, head: list[str], foot: list[str]) -> str:
+    """Write a document with the comments above and below everything in canonical form."""
+    lines = [*head, *_Writer().document(root)]
+    if foot:
+        lines += ["", *foot]
+    return "\n".join(_trimmed(lines)) + "\n"
+
+
+def entry_lines(entry: Entry, indent: int) -> list[str]:
+    """Lines of one entry of a document, as its canonical form has them, without the comments above and below it."""
+    slot, path = _context(entry)
+    return _Writer()._entry(entry, slot, path, indent)
+
+
+def flow_text(entry: Entry) -> str:
+    """The value of an entry on one line, as it stands inside brackets."""
+    return _flow(entry, _context(entry)[0])
+
+
+def rank(parent: Entry, key: str) -> int:
+    """Where a key belongs among the entries of a mapping: after as many of them."""
+    order = list(slots_by_key(_chosen(_context(parent)[0], parent)))
+    if key not in order:
+        return len(parent.value)
+    ahead = order[: order.index(key)]
+    return max((i + 1 for i, child in enumerate(parent.value) if child.key in ahead), default=0)
+
+
+def _context(entry: Entry) -> tuple[Slot | None, Path]:
+    """What the language takes in the place of an entry, and the path to it."""
+    if entry.parent is None:
+        return _root(entry)
+    slot, path = _context(entry.parent)
+    return _inside(_chosen(slot, entry.parent), entry), (*path, entry.key if entry.key is not None else ANY)
 
 
 def _trimmed(lines: list[str]) -> list[str]:
@@ -83,7 +127,7 @@ class _Writer:
         """Lines of a whole document."""
         if not isinstance(root.value, list) or not root.value:
             return [_flow(root)]
-        return self._block(root, slot_of(Case), (), 0)
+        return self._block(root, *_root(root), 0)
 
     def _block(self, entry: Entry, slot: Slot | None, path: Path, indent: int) -> list[str]:
         """Lines of a collection, one or more for each of its entries."""
@@ -152,19 +196,31 @@ def _flow(entry: Entry, slot: Slot | None = None) -> str:
 
 def _in_order(entry: Entry, slot: Slot | None) -> list[Entry]:
     """Entries in canonical order: that of the language for the fields of a model, the author's otherwise."""
-    if not entry.mapping or slot is None or not is_model(slot.base):
+    if not entry.mapping:
         return entry.value
-    ranks = {key: rank for rank, key in enumerate(fields_of(slot.base))}
+    ranks = {key: rank for rank, key in enumerate(slots_by_key(slot))}
     return sorted(entry.value, key=lambda child: ranks.get(child.key or "", len(ranks)))
 
 
+def _root(entry: Entry) -> tuple[Slot, Path]:
+    """What a document is: a case, or a prefab in a file of its own."""
+    if entry.mapping and any(child.key == "prefab" for child in entry.value):
+        return slot_of(PrefabFile), ("prefabs", ANY)
+    return slot_of(Case), ()
+
+
 def _chosen(slot: Slot | None, entry: Entry) -> Slot | None:
-    """The alternative of a union that a collection is written for, None if that cannot be told."""
+    """The alternative of a union that a collection is written for, None if that cannot be told.
+
+    A union itself if the entry says no kind: what is laid over something need not, nor what uses a prefab.
+    """
     if slot is None or not isinstance(entry.value, list):
         return None
     if slot.discriminator is not None:
-        kind = next((child.value for child in entry.value if child.key == "kind"), None)
-        model: type[BaseModel] | None = slot.models.get(kind) if isinstance(kind, str) else None
+        kinds = [child.value for child in entry.value if child.key == "kind"]
+        if not kinds:
+            return slot if entry.mapping else None
+        model: type[BaseModel] | None = slot.models.get(kinds[0]) if isinstance(kinds[0], str) else None
         return slot_of(model) if model is not None else None
     if len(slot.members) > 1:
         given = "mapping" if entry.mapping else "list"
@@ -177,10 +233,9 @@ def _inside(slot: Slot | None, child: Entry) -> Slot | None:
     """What the language takes for an entry of a collection."""
     if slot is None:
         return None
-    if is_model(slot.base):
-        field = fields_of(slot.base).get(child.key or "")
-        return field[1] if field is not None else None
-    return slot_of(get_args(slot.base)[1]) if get_origin(slot.base) is dict else None
+    if get_origin(slot.base) is dict:
+        return slot_of(get_args(slot.base)[1])
+    return slots_by_key(slot).get(child.key or "")
 
 
 def _spread(path: Path, entry: Entry) -> bool:

@@ -6,6 +6,7 @@ from pydantic import Field, model_validator
 
 from text2sim.spec_schema.base import Model, Name, Seconds, Selector, Vec3, Window
 from text2sim.spec_schema.motion import Schedule
+from text2sim.spec_schema.regions import BodyRegion
 
 
 class InitialVelocity(Model):
@@ -30,8 +31,8 @@ class Impulse(Model):
     """[N s], in the world."""
     at: Seconds
     """Time [s]."""
-    point: Vec3 | None = None
-    """Where it strikes [m], in the body's frame; the centre of mass if left out."""
+    point: Vec3 | BodyRegion | None = None
+    """Where it strikes: a point [m] or region in the body's frame; the centre of mass if left out."""
 
 
 class Force(Model):
@@ -48,6 +49,8 @@ class Force(Model):
     """From and to [s]; the whole run if left out."""
     frame: Literal["world", "body"] = "world"
     """The frame in which `force` is given."""
+    point: Vec3 | BodyRegion | None = None
+    """Where it acts: a point [m] or region in the body's frame, moving with it; the centre of mass if left out."""
 
 
 class Torque(Model):

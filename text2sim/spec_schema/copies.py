@@ -2,7 +2,7 @@
 
 import math
 
-from text2sim.spec_schema.placement import Grid, Repeat, RunningBond
+from text2sim.spec_schema.repeat import Grid, Repeat, RunningBond
 
 
 def count_copies(repeat: Repeat | None) -> int:

@@ -207,7 +207,10 @@ def _name_of(place: _Place) -> str:
     if kinds and isinstance(place.data, dict):
         return f"`kind: {place.data.get('kind', kinds[0])}`"
     named = next((str(step) for step in reversed(place.path) if isinstance(step, str)), "")
-    return f"`{named}`" if named else "a case"
+    return f"`{named}`" if named else _ROOTS.get(place.slot.base.__name__, "a case")
+
+
+_ROOTS = {"PrefabFile": "a prefab", "Prefab": "a prefab", "Sweep": "a sweep"}
 
 
 def _bad_kind(place: _Place) -> _Finding:
@@ -223,8 +226,6 @@ def _bad_kind(place: _Place) -> _Finding:
 
 def _unknown_word(place: _Place) -> _Finding:
     words = [str(word) for word in get_args(place.slot.base)]
-    if place.path == ("text2sim",):
-        return _Finding(place.path, f"this is version {words[0]} of the language (got {show(place.data)})", "version")
     message = f"must be {describe(place.slot)} (got {_quoted(place.data)})"
     return _Finding(place.path, message, "unknown-word", nearest(place.data, words))
 

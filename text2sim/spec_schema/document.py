@@ -6,7 +6,7 @@ from typing import Any
 
 import yaml
 
-from text2sim.spec_schema.errors import Problem, SpecError, sort_problems
+from text2sim.spec_schema.errors import Problem, Severity, SpecError, sort_problems
 from text2sim.spec_schema.masking import MARK, mask, unmask
 from text2sim.spec_schema.scalars import Scalar, resolve
 from text2sim.spec_schema.source import Source
@@ -35,11 +35,48 @@ class Node:
 
     __slots__ = ("children", "column", "keys", "line")
 
+    origin: "Origin | None" = None
+    """Where it really comes from, if that is not the place in the file."""
+
     def __init__(self, line: int, column: int) -> None:
         self.line = line
         self.column = column
         self.children: dict[str, Node] | list[Node] | None = None
         self.keys: dict[str, tuple[int, int]] = {}
+
+    def copy(self) -> "Node":
+        """A node of its own at the same place, with the same children."""
+        node = Node(self.line, self.column) if self.origin is None else Derived(self.line, self.column, self.origin)
+        node.children, node.keys = self.children, self.keys
+        return node
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a value comes from that does not stand in the file itself; a message gets it as its end."""
+
+    text: str
+    file: str = ""
+    line: int = 0
+    outer: "Origin | None" = None
+    """Where the text comes from that took this one in."""
+
+    def __str__(self) -> str:
+        place = f", {self.file}:{self.line}" if self.file else ""
+        outer, between = self.outer, 0
+        while outer is not None and outer.outer is not None:
+            outer, between = outer.outer, between + 1
+        return f"{self.text}{place}{', …' if between else ''}" + (f", {outer}" if outer is not None else "")
+
+
+class Derived(Node):
+    """The node of a value that does not stand in the file itself, at the place that brought it in."""
+
+    __slots__ = ("origin",)
+
+    def __init__(self, line: int, column: int, origin: Origin) -> None:
+        super().__init__(line, column)
+        self.origin = origin
 
 
 @dataclass(frozen=True)
@@ -51,12 +88,14 @@ class Document:
         data: Its content; `${…}` stands in it as text.
         root: Positions.
         sites: Every scalar with `${` in it, by path.
+        roomy: Paths of expressions that were put together from several, and may be longer than written ones.
     """
 
     source: Source
     data: Any
     root: Node
     sites: dict[Path, str]
+    roomy: frozenset[Path] = frozenset()
 
     def place(self, path: Path, *, key: bool = False) -> tuple[int, int]:
         """Line and column of a value, or of its key; of what there is of the way to it, if it is missing."""
@@ -74,10 +113,35 @@ class Document:
                 break
         return place
 
-    def problem(self, path: Path, message: str, *, key: bool = False, rule: str, hint: str | None = None) -> Problem:
+    def origin(self, path: Path) -> Origin | None:
+        """Where a value comes from, if it does not stand in the file itself."""
+        node = self.root
+        for step in path:
+            children: Any = node.children
+            if isinstance(children, dict) and step in children:
+                node = children[step]
+            elif isinstance(children, list) and isinstance(step, int) and step < len(children):
+                node = children[step]
+            else:
+                break
+        return node.origin
+
+    def problem(
+        self,
+        path: Path,
+        message: str,
+        *,
+        key: bool = False,
+        rule: str,
+        hint: str | None = None,
+        severity: Severity = "error",
+    ) -> Problem:
         """A problem at a place of the document."""
         line, column = self.place(path, key=key)
-        return Problem(pointer(path), message, line, column, self.source.file, hint, rule)
+        origin = self.origin(path)
+        if origin is not None:
+            message += f" ({origin})"
+        return Problem(pointer(path), message, line, column, self.source.file, hint, rule, severity)
 
 
 def pointer(path: Path) -> str:
@@ -91,6 +155,21 @@ def parse_pointer(text: str) -> Path:
         return ()
     steps = text.removeprefix("/").split("/")
     return tuple(int(s) if s.isdigit() else s.replace("~1", "/").replace("~0", "~") for s in steps)
+
+
+def sites_of(data: Any, root: Path = ()) -> dict[Path, str]:
+    """Every scalar with `${` in it, by path."""
+    found: dict[Path, str] = {}
+    stack: list[tuple[Path, Any]] = [(root, data)]
+    while stack:
+        path, value = stack.pop()
+        if isinstance(value, dict):
+            stack += [((*path, key), item) for key, item in reversed(value.items())]
+        elif isinstance(value, list):
+            stack += [((*path, index), item) for index, item in reversed(list(enumerate(value)))]
+        elif isinstance(value, str) and "${" in value:
+            found[path] = value
+    return found
 
 
 def parse_document(source: Source) -> Document:

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from text2sim.spec_schema.base import Model, Name, NonNegative, Positive, Real, Seconds, Selector
-from text2sim.spec_schema.placement import Region
+from text2sim.spec_schema.space import Region
 
 
 class _Event(Model):

@@ -20,6 +20,8 @@ RESERVED = frozenset(CONSTANTS) | frozenset(FUNCTIONS)
 
 MAX_LENGTH = 500
 MAX_DEPTH = 30
+MAX_ROOMY = (5000, 100)
+"""Length and depth of expressions that are put together from several: those of prefabs with their arguments."""
 
 
 class Expression:
@@ -27,16 +29,17 @@ class Expression:
 
     Attributes:
         text: What was written between the braces.
+        tree: What it says.
         names: Parameters and copy variables that it uses.
     """
 
-    __slots__ = ("_tree", "names", "text")
+    __slots__ = ("names", "text", "tree")
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, limits: tuple[int, int] = (MAX_LENGTH, MAX_DEPTH)) -> None:
         self.text = text
-        self._tree = _parse(text)
+        self.tree = _parse(text, *limits)
         self.names = frozenset(
-            node.id for node in ast.walk(self._tree) if isinstance(node, ast.Name) and node.id not in RESERVED
+            node.id for node in ast.walk(self.tree) if isinstance(node, ast.Name) and node.id not in RESERVED
         )
 
     def evaluate(self, names: Mapping[str, Value]) -> Value:
@@ -49,15 +52,20 @@ class Expression:
             ExpressionError: If a name is unknown, types do not fit, or the result is not a finite number.
         """
         try:
-            return evaluate(self._tree, names)
+            return evaluate(self.tree, names)
         except OverflowError:
             raise ExpressionError(f"the result is larger than {MAX_NUMBER:g}") from None
 
 
 @lru_cache(maxsize=4096)
-def parse_expression(text: str) -> Expression:
-    """Parse and check the text of an expression, without `${` and `}`."""
-    return Expression(text)
+def parse_expression(text: str, roomy: bool = False) -> Expression:
+    """Parse and check the text of an expression, without `${` and `}`.
+
+    Args:
+        text: The text.
+        roomy: Whether it may be as large as one that was put together from several.
+    """
+    return Expression(text, MAX_ROOMY) if roomy else Expression(text)
 
 
 _ALLOWED = (
@@ -95,9 +103,9 @@ _HINTS: dict[type[ast.AST], str] = {
 }
 
 
-def _parse(text: str) -> ast.expr:
-    if len(text) > MAX_LENGTH:
-        raise ExpressionError(f"the expression is longer than {MAX_LENGTH} characters")
+def _parse(text: str, length: int, depth: int) -> ast.expr:
+    if len(text) > length:
+        raise ExpressionError(f"the expression is longer than {length} characters")
     if not text.strip():
         raise ExpressionError("there is nothing between the braces")
     try:
@@ -106,13 +114,21 @@ def _parse(text: str) -> ast.expr:
             tree = ast.parse(" ".join(text.split()), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise ExpressionError(f"`{text.strip()}` is not arithmetic") from None
-    _check(tree, text, 1)
+    _check_depth(tree, depth)
+    _check(tree, text)
     return tree
 
 
-def _check(node: ast.AST, text: str, depth: int) -> None:
-    if depth > MAX_DEPTH:
-        raise ExpressionError(f"the expression is nested more than {MAX_DEPTH} deep")
+def _check_depth(tree: ast.AST, most: int) -> None:
+    row = [tree]
+    for _ in range(most):
+        row = [child for node in row for child in ast.iter_child_nodes(node) if isinstance(child, ast.expr)]
+        if not row:
+            return
+    raise ExpressionError(f"the expression is nested more than {most} deep")
+
+
+def _check(node: ast.AST, text: str) -> None:
     if not isinstance(node, _ALLOWED):
         way_out = next((f"; {hint}" for kind, hint in _HINTS.items() if isinstance(node, kind)), "")
         raise ExpressionError(f"`{_snippet(node, text)}` is not part of the language{way_out}")
@@ -136,7 +152,7 @@ def _check(node: ast.AST, text: str, depth: int) -> None:
             continue
         for item in child if isinstance(child, list) else [child]:
             if isinstance(item, ast.AST):
-                _check(item, text, depth + 1)
+                _check(item, text)
 
 
 def _snippet(node: ast.AST, text: str) -> str:

@@ -17,41 +17,47 @@ class Interpolation:
     """One scalar with expressions in it.
 
     Attributes:
+        parts: Its text and its expressions, in order.
+        whole: Whether it is wholly one expression.
         names: Parameters and copy variables that it uses.
     """
 
-    __slots__ = ("_parts", "_whole", "names")
+    __slots__ = ("names", "parts", "whole")
 
-    def __init__(self, text: str) -> None:
-        self._parts = _split(text)
-        self._whole = len(self._parts) == 1 and isinstance(self._parts[0], Expression)
-        self.names = frozenset().union(*(part.names for part in self._parts if isinstance(part, Expression)))
+    def __init__(self, text: str, roomy: bool = False) -> None:
+        self.parts = _split(text, roomy)
+        self.whole = len(self.parts) == 1 and isinstance(self.parts[0], Expression)
+        self.names = frozenset().union(*(part.names for part in self.parts if isinstance(part, Expression)))
 
     def evaluate(self, names: Mapping[str, Value]) -> Value:
         """Return the value; see `Expression.evaluate`."""
-        if self._whole:
-            part = self._parts[0]
+        if self.whole:
+            part = self.parts[0]
             assert isinstance(part, Expression)
             return part.evaluate(names)
         text = ""
-        for part in self._parts:
-            text += part if isinstance(part, str) else _as_text(part.evaluate(names))
+        for part in self.parts:
+            text += part if isinstance(part, str) else as_text(part.evaluate(names))
             if len(text) > MAX_TEXT:
                 raise ExpressionError(f"the text is longer than {MAX_TEXT} characters")
         return text
 
 
 @lru_cache(maxsize=4096)
-def parse_interpolation(text: str) -> Interpolation:
+def parse_interpolation(text: str, roomy: bool = False) -> Interpolation:
     """Split a scalar into text and expressions.
+
+    Args:
+        text: The scalar.
+        roomy: See `parse_expression`.
 
     Raises:
         ExpressionError: If an expression is not closed or not arithmetic.
     """
-    return Interpolation(text)
+    return Interpolation(text, roomy)
 
 
-def _split(text: str) -> list[str | Expression]:
+def _split(text: str, roomy: bool) -> list[str | Expression]:
     parts: list[str | Expression] = []
     literal, done = "", 0
     while found := _MARK.search(text, done):
@@ -64,7 +70,7 @@ def _split(text: str) -> list[str | Expression]:
         if literal:
             parts.append(literal)
             literal = ""
-        parts.append(parse_expression(text[found.end() : end]))
+        parts.append(parse_expression(text[found.end() : end], roomy))
         done = end + 1
     literal += text[done:]
     if literal or not parts:
@@ -81,7 +87,8 @@ def _closing(text: str, start: int) -> int:
     raise ExpressionError("`${` has no closing brace (the characters themselves are written `$${`)")
 
 
-def _as_text(value: Value) -> str:
+def as_text(value: Value) -> str:
+    """What a value is inside text."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float):

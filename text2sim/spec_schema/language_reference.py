@@ -17,8 +17,12 @@ from text2sim.spec_schema.docstrings import field_docs, model_doc
 from text2sim.spec_schema.document import parse_document
 from text2sim.spec_schema.expressions import MAX_DEPTH, MAX_LENGTH
 from text2sim.spec_schema.functions import FUNCTIONS
+from text2sim.spec_schema.prefabs import MAX_DEPTH as NESTED
+from text2sim.spec_schema.prefabs import MAX_USES
 from text2sim.spec_schema.reference_sections import INTRODUCTION, SECTIONS, Section
+from text2sim.spec_schema.slots import meant
 from text2sim.spec_schema.source import read_source
+from text2sim.spec_schema.sweep_models import MAX_RUNS
 from text2sim.spec_schema.values import MAX_NUMBER
 from text2sim.spec_schema.words import Slot, describe, fields_of, is_model, slot_of
 from text2sim.spec_schema.writing import scalar
@@ -38,11 +42,14 @@ def language_reference() -> str:
         "@LENGTH@": str(MAX_LENGTH),
         "@DEPTH@": str(MAX_DEPTH),
         "@NUMBER@": f"{MAX_NUMBER:g}",
+        "@RUNS@": str(MAX_RUNS),
+        "@USES@": str(MAX_USES),
+        "@NESTED@": str(NESTED),
     }
-    intro = INTRODUCTION
+    text = INTRODUCTION + "\n" + "\n".join(_section(section) for section in SECTIONS)
     for word, value in limits.items():
-        intro = intro.replace(word, value)
-    return _HEADER + intro + "\n" + "\n".join(_section(section) for section in SECTIONS) + _colors()
+        text = text.replace(word, value)
+    return _HEADER + text + _colors()
 
 
 @cache
@@ -97,8 +104,9 @@ def _table(model: type[BaseModel], without: list[type[BaseModel]]) -> list[str]:
     rows = []
     for key, (attribute, slot) in fields_of(model).items():
         field = model.model_fields[attribute]
-        if attribute in left_out or (key == "kind" and field.is_required()):
+        if attribute in left_out or (key == "kind" and field.is_required() and attribute not in docs):
             continue
+        slot = meant(model, key, slot)
         default = "required" if field.is_required() else _default(field.default)
         rows.append(f"| `{key}` | {_type(slot)} | {default} | {docs.get(attribute, '')} |")
     return ["| field | takes | if left out | meaning |", "|---|---|---|---|", *rows, ""] if rows else []

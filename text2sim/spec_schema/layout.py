@@ -31,6 +31,15 @@ class Entry:
     end: int = 0
     """Line on which it ends."""
     parent: "Entry | None" = None
+    span: tuple[int, int] = (0, 0)
+    """Where the value stands in the text: its first character, and the one after its last. A collection without
+    brackets ends where its last entry does."""
+    name: tuple[int, int] = (0, 0)
+    """Where the key stands in the text."""
+    flow: bool = False
+    """Whether the value is a collection in brackets."""
+    lowest: int = -1
+    """Line of the last comment below it."""
 
     @property
     def has_comments(self) -> bool:
@@ -51,13 +60,30 @@ class Comment:
     """Whether nothing else is on its line."""
 
 
+_BLOCKS = ("|", ">")
+"""Styles of text on lines of its own."""
+
+
 def plain_layout(data: Any, key: str | None = None) -> Entry:
     """Plain data as an entry without comments."""
     if isinstance(data, dict):
-        return Entry([plain_layout(value, str(name)) for name, value in data.items()], key, mapping=True)
-    if isinstance(data, list | tuple):
-        return Entry([plain_layout(value) for value in data], key)
-    return Entry(data, key)
+        entry = Entry([plain_layout(value, str(name)) for name, value in data.items()], key, mapping=True)
+    elif isinstance(data, list | tuple):
+        entry = Entry([plain_layout(value) for value in data], key)
+    else:
+        return Entry(data, key)
+    for child in entry.value:
+        child.parent = entry
+    return entry
+
+
+def plain_data(entry: Entry) -> Any:
+    """What an entry says, without comments."""
+    if not isinstance(entry.value, list):
+        return entry.value
+    if entry.mapping:
+        return {child.key: plain_data(child) for child in entry.value}
+    return [plain_data(child) for child in entry.value]
 
 
 def written_layout(document: Document) -> tuple[Entry, list[str], list[str]]:
@@ -82,29 +108,31 @@ class _Reader:
         text = self.document.source.text
         # Open collections: entry, data, and the keys that are still to come.
         stack: list[tuple[Entry, Any, Iterator[str]]] = []
-        key: tuple[str, int, int] | None = None
+        key: tuple[str, Any] | None = None
         parser = open_parser(mask(text))
         while (event := parser.get_event()) is not None and not isinstance(event, yaml.StreamEndEvent):
             if isinstance(event, yaml.ScalarEvent):
                 self._step_over(event)
             if isinstance(event, yaml.CollectionEndEvent):
                 entry = stack.pop()[0]
-                entry.end = event.end_mark.line if entry.end < 0 else -1
+                entry.end = event.end_mark.line if entry.flow else -1
+                stop = event.end_mark.index if entry.flow else max(entry.span[1], *(e.span[1] for e in entry.value))
+                entry.span = (entry.span[0], stop)
             if not isinstance(event, yaml.ScalarEvent | yaml.CollectionStartEvent):
                 continue
             if stack and stack[-1][0].mapping and key is None:
-                key = (next(stack[-1][2]), event.start_mark.line, event.start_mark.column)
+                key = (next(stack[-1][2]), event)
                 continue
             data = self.document.data if not stack else stack[-1][1][key[0] if key else len(stack[-1][0].value)]
             entry = self._entry(event, data, key, stack[-1][0] if stack else None)
             key = None
             if isinstance(event, yaml.CollectionStartEvent):
                 # The end of a block is where the next thing begins: only that of brackets says something.
-                entry.end = -1 if event.flow_style else 0
+                entry.flow = bool(event.flow_style)
                 stack.append((entry, data, iter(data)))
         self._scan(self.scanned, len(text))
 
-    def _entry(self, event: Any, data: Any, key: tuple[str, int, int] | None, parent: Entry | None) -> Entry:
+    def _entry(self, event: Any, data: Any, key: tuple[str, Any] | None, parent: Entry | None) -> Entry:
         collection = isinstance(event, yaml.CollectionStartEvent)
         entry = Entry([] if collection else data, mapping=isinstance(data, dict), parent=parent)
         entry.line, entry.column, entry.end = (
@@ -112,8 +140,14 @@ class _Reader:
             event.start_mark.column,
             event.end_mark.line,
         )
+        start, stop = event.start_mark.index, event.end_mark.index
+        if not collection and event.style in _BLOCKS:  # the parser counts the blank lines below to it
+            stop = start + len(self.document.source.text[start:stop].rstrip())
+        entry.span = (start, stop)
         if key is not None:
-            entry.key, entry.line, entry.column = key
+            mark = key[1].start_mark
+            entry.key, entry.line, entry.column = key[0], mark.line, mark.column
+            entry.name = (mark.index, key[1].end_mark.index)
         if parent is None:
             self.root = entry
         else:
@@ -125,7 +159,7 @@ class _Reader:
         """Look for comments between the last scalar and this one."""
         text = self.document.source.text
         start, end = event.start_mark.index, event.end_mark.index
-        if event.style in ("|", ">"):  # a comment may follow in the line of the header
+        if event.style in _BLOCKS:  # a comment may follow in the line of the header
             start = next((i for i in range(start, end) if text[i] in "\r\n"), end)
         self._scan(self.scanned, start)
         self.scanned = max(end, self.scanned)
@@ -178,6 +212,7 @@ def _attach_below(reader: _Reader, starts: dict[int, list[Entry]], gap: list[Com
         if owner is None or owner.column <= column:
             break
         owner.after.append(row.text)
+        owner.lowest = row.line
         used = number + 1
     return used
 

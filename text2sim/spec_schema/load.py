@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
 
@@ -13,10 +13,15 @@ from text2sim.spec_schema.controls import Control
 from text2sim.spec_schema.diagnosis import diagnose
 from text2sim.spec_schema.document import Document, Path, parse_document, parse_pointer, pointer
 from text2sim.spec_schema.errors import Problem, SpecError
+from text2sim.spec_schema.migration import migrate
+from text2sim.spec_schema.overlay import NOTHING, Overlay, needs_layers
 from text2sim.spec_schema.resolution import COPY_VARIABLES, Resolver
 from text2sim.spec_schema.scene import Static
 from text2sim.spec_schema.source import Source, check_source, read_source
 from text2sim.spec_schema.values import Value
+
+if TYPE_CHECKING:
+    from text2sim.spec_schema.arguments import Argument
 
 CASE_FILE = "case.yaml"
 
@@ -32,8 +37,15 @@ class LoadedCase:
     data: dict[str, Any]
     """Plain data with every expression evaluated."""
     document: Document
+    """The case as it is checked: of the latest version, with overlays laid over it and prefabs expanded."""
+    written: Document
+    """The case as it stands in the file."""
     resolver: Resolver = field(repr=False)
     _varying: frozenset[Path] = field(repr=False)
+    overlay: Overlay = NOTHING
+    """What was laid over it."""
+    _arguments: "tuple[Argument, ...]" = field(default=(), repr=False)
+    """Arguments of prefabs that may differ from copy to copy."""
 
     @property
     def folder(self) -> FilePath:
@@ -42,7 +54,7 @@ class LoadedCase:
 
     @property
     def raw(self) -> dict[str, Any]:
-        """Plain data with `${…}` left in."""
+        """Plain data of `document`, with `${…}` left in."""
         return self.document.data
 
     @property
@@ -74,9 +86,7 @@ class LoadedCase:
             hint: The nearest right word.
             severity: `error` or `warning`.
         """
-        path = _path(where)
-        line, column = self.document.place(path, key=key)
-        return Problem(pointer(path), message, line, column, self.source.file, hint, rule, severity)
+        return self.document.problem(_path(where), message, key=key, rule=rule, hint=hint, severity=severity)
 
     def varies(self, where: str | Path) -> bool:
         """Whether the value, or something inside it, differs from copy to copy."""
@@ -110,6 +120,7 @@ class LoadedCase:
             value = value[step]
         known = {**COPY_VARIABLES, **variables}
         data, problems = self.resolver.copy(root, value, known)
+        problems = self._judge_arguments(root, known) or problems
         if not problems:
             try:
                 return type(model).model_validate(data, by_alias=True, by_name=False)
@@ -120,12 +131,22 @@ class LoadedCase:
             Problem(p.path, copy + p.message, p.line, p.column, p.file, p.hint, p.rule, p.severity) for p in problems
         )
 
+    def _judge_arguments(self, root: Path, known: Mapping[str, Value]) -> list[Problem]:
+        arguments = [argument for argument in self._arguments if root in argument.roots]
+        if not arguments:
+            return []
+        from text2sim.spec_schema.arguments import judge
 
-def load_case(path: FilePath | str) -> LoadedCase:
+        found = [judge(self.document, self.resolver, argument, known) for argument in arguments]
+        return [problem for problem in found if problem is not None]
+
+
+def load_case(path: FilePath | str, overlay: Overlay = NOTHING) -> LoadedCase:
     """Load a case.
 
     Args:
         path: The case's folder, or its YAML file.
+        overlay: What is laid over it.
 
     Raises:
         SpecError: With everything that is wrong with the form of the case, in the order of the file.
@@ -133,29 +154,41 @@ def load_case(path: FilePath | str) -> LoadedCase:
     path = FilePath(path)
     if path.is_dir():
         path = path / CASE_FILE
-    return _load(read_source(path), path)
+    return _load(read_source(path), path, overlay)
 
 
-def load_text(text: str, path: FilePath | str = CASE_FILE) -> LoadedCase:
+def load_text(text: str, path: FilePath | str = CASE_FILE, overlay: Overlay = NOTHING) -> LoadedCase:
     """Load a case from text, as if it stood in the file `path`; see `load_case`."""
-    return _load(check_source(Source(text, str(path))), FilePath(path))
+    return _load(check_source(Source(text, str(path))), FilePath(path), overlay)
 
 
-def _load(source: Source, path: FilePath) -> LoadedCase:
-    document = parse_document(source)
-    if not isinstance(document.data, dict):
+def _load(source: Source, path: FilePath, overlay: Overlay) -> LoadedCase:
+    written = parse_document(source)
+    if not isinstance(written.data, dict):
         message = "a case is a mapping with the keys text2sim, name, scene, bodies, actions, render"
-        raise SpecError([document.problem((), message, rule="type")])
+        raise SpecError([written.problem((), message, rule="type")])
+    document, faults = migrate(written)
+    layers = None
+    if needs_layers(document.data, overlay):
+        from text2sim.spec_schema.layers import build
+
+        layers = build(document, path.parent, overlay)
+        document, faults = layers.document, [*faults, *layers.problems]
     resolver = Resolver(document)
     data = resolver.data()
     case, problems = _validate(document, data)
     # What has no value cannot be judged: of it, only the expression is reported.
     problems = [p for p in problems if not _touches(resolver.broken, p)]
-    if resolver.problems or problems:
-        raise SpecError([*resolver.problems, *problems])
+    problems = [*resolver.problems, *problems]
+    if layers is not None:
+        found, problems = layers.judge(resolver, problems)
+        faults += found
+    if faults or problems:
+        raise SpecError([*faults, *problems])
     assert case is not None
     varying = frozenset(path[:depth] for path in resolver.varying for depth in range(len(path) + 1))
-    return LoadedCase(path, case, data, document, resolver, varying)
+    arguments = () if layers is None else tuple(layers.arguments)
+    return LoadedCase(path, case, data, document, written, resolver, varying, overlay, arguments)
 
 
 def _validate(document: Document, data: dict[str, Any]) -> tuple[Case | None, list[Problem]]:

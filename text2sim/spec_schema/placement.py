@@ -1,37 +1,45 @@
-"""Where bodies start: relative placement, and patterns of copies.
+"""Where bodies start, said in relation to others."""
 
-Inside a repeated body these may stand in ``${…}``: ``i`` (0, 1, …), ``n`` (how many), ``u`` (``i/(n-1)``, 0
-to 1), ``row``, ``column``, ``layer``.
-"""
+from typing import Literal
 
-from typing import Annotated, Literal
+from pydantic import model_validator
 
-from pydantic import Field, model_validator
+from text2sim.spec_schema.base import Axis, Model, NonNegative, Quat, Selector, Vec2, Vec3
+from text2sim.spec_schema.regions import BodyRegion
 
-from text2sim.spec_schema.base import (
-    Axis,
-    Bool,
-    Bounds,
-    Count,
-    Integer,
-    Model,
-    NonNegative,
-    Positive,
-    Quat,
-    Real,
-    Selector,
-    Vec2,
-    Vec3,
+RELATIONS = (
+    "on",
+    "above",
+    "below",
+    "inside",
+    "left_of",
+    "right_of",
+    "in_front_of",
+    "behind",
+    "beside",
+    "around",
+    "touching",
 )
 
-RELATIONS = ("on", "above", "below", "inside", "left_of", "right_of", "in_front_of", "behind", "touching")
+End = Literal["min", "center", "max"]
+
+
+class Align(Model):
+    """Which parts of the two line up along each axis of the world; what is left out is as without `align`."""
+
+    x: End | None = None
+    """`min`: their left ends, `center`: their middles, `max`: their right ends."""
+    y: End | None = None
+    """`min`: their front ends, `max`: their back ends."""
+    z: End | None = None
+    """`min`: their lowest points, `max`: their highest."""
 
 
 class Place(Model):
     """Position in relation to another body or static: exactly one relation. Left is -x, in front is -y."""
 
     on: Selector | None = None
-    """Rest on top of it."""
+    """Rest on top of it: lowered until it touches."""
     above: Selector | None = None
     """Over it, `clearance` higher than its top."""
     below: Selector | None = None
@@ -46,14 +54,26 @@ class Place(Model):
     """Beside it, on the -y side."""
     behind: Selector | None = None
     """Beside it, on the +y side."""
+    beside: Selector | None = None
+    """Beside it, on the side `direction`."""
+    around: Selector | None = None
+    """All around it: a ring on its pole, turned with its axis; copies in a ring or spiral stand around it."""
     touching: Selector | None = None
-    """Moved from the side `direction` towards its centre until the two surfaces meet."""
-    at: Vec2 | None = None
-    """World x and y [m] (on, above, below, inside); the other's centre if left out."""
-    direction: Axis = Field(default=(0.0, 0.0, 1.0))
-    """For `touching`: the side from which it comes."""
+    """Moved from the side `direction` towards its centre, or towards the region `at`, until the two surfaces meet."""
+    at: Vec2 | BodyRegion | None = None
+    """World x and y [m], or a region of the other in the other's own frame; the other's centre if left out."""
+    inset: NonNegative = 0.0
+    """With a side, an edge or a corner in `at`: how far [m] from it."""
+    direction: Axis | None = None
+    """The side: of `beside`, level, x if left out; of `touching`, z if left out."""
+    align: Literal["top", "center", "bottom"] | Align | None = None
+    """What lines up where the relation leaves it open: heights (`top`, `center`, `bottom`), or each axis."""
     clearance: NonNegative = 0.0
     """Gap [m] that is left between the two surfaces."""
+    offset: Vec3 = (0.0, 0.0, 0.0)
+    """Moved by this [m] in the end; `on` and `inside` let it down there."""
+    facing: Selector | Vec3 | None = None
+    """Turned about the vertical until its +x axis points towards this body or point [m]."""
     quat: Quat | None = None
     """Orientation (w, x, y, z)."""
     euler_deg: Vec3 | None = None
@@ -63,7 +83,12 @@ class Place(Model):
     def _one_relation(self) -> "Place":
         given = [name for name in RELATIONS if getattr(self, name) is not None]
         if len(given) != 1:
-            raise ValueError(f"exactly one of {', '.join(RELATIONS)} is needed (got {', '.join(given) or 'none'})")
+            raise ValueError(
+                f"exactly one of {', '.join(RELATIONS)} is needed (got {', '.join(given) or 'none'}); "
+                "what it leaves open is said by align, at and offset"
+            )
+        if self.quat is not None and self.euler_deg is not None:
+            raise ValueError("give either quat or euler_deg, not both")
         return self
 
     @property
@@ -76,133 +101,10 @@ class Place(Model):
         """The selector of the body that the relation is to."""
         return getattr(self, self.relation)
 
-
-class Line(Model):
-    """Copies in a row."""
-
-    kind: Literal["line"]
-    count: Count
-    """How many copies."""
-    step: Vec3
-    """From one copy to the next [m]."""
-    start: Vec3 | None = None
-    """Position [m] of the first copy, instead of the body's pose."""
-
-
-class Grid(Model):
-    """Copies on a regular grid, centred on the body's pose in x and y, rising from it in z."""
-
-    kind: Literal["grid"]
-    counts: tuple[Count, Count, Count] | tuple[Count, Count]
-    """Copies along x, y (and z)."""
-    spacing: tuple[Positive, Positive, Positive] | tuple[Positive, Positive] | Positive
-    """Distance [m] between neighbours' centres."""
-
-
-class Ring(Model):
-    """Copies on a circle about the vertical through the body's pose."""
-
-    kind: Literal["ring"]
-    count: Count
-    """How many copies."""
-    radius: Positive
-    """Radius [m]."""
-    start_deg: Real = 0.0
-    """Angle [deg] of the first copy from +x."""
-    arc_deg: Real = Field(default=360.0, gt=0, le=360.0)
-    """Part of the circle that is filled; at less than 360 the last copy stands at its end."""
-    turn: Bool = True
-    """Turn each copy with the circle."""
-
-
-class Spiral(Model):
-    """Copies along a flat spiral about the body's vertical, evenly spaced and turned with it."""
-
-    kind: Literal["spiral"]
-    count: Count
-    """How many copies."""
-    inner_radius: Positive
-    """Radius [m] at the first copy."""
-    spacing: Positive
-    """Distance [m] between neighbours along the curve."""
-    pitch: Positive
-    """Growth [m] of the radius in one turn."""
-    outward: Bool = True
-    """False puts the first copy at the outer end."""
-
-
-class Stack(Model):
-    """Copies on top of each other."""
-
-    kind: Literal["stack"]
-    count: Count
-    """How many copies."""
-    gap: NonNegative = 0.0
-    """Gap [m] between neighbours."""
-
-
-class RunningBond(Model):
-    """A wall of boxes: the joints of a row stand over the middles of the row below; along x, one box deep."""
-
-    kind: Literal["running_bond"]
-    rows: Count
-    """Rows of boxes on top of each other."""
-    columns: Count
-    """Boxes in a row."""
-    gap: NonNegative = 0.0
-    """Gap [m] between the boxes of a row; rows lie directly on each other."""
-    ends: Literal["half", "open"] = "half"
-    """`half` closes every second row with half boxes; `open` leaves the ends toothed (the end boxes hang
-    over)."""
-
-
-class BoxRegion(Bounds):
-    """An upright box of space."""
-
-    kind: Literal["box"]
-
-
-class CylinderRegion(Model):
-    """A cylinder of space."""
-
-    kind: Literal["cylinder"]
-    center: Vec3
-    """Its middle [m]."""
-    radius: Positive
-    """Radius [m]."""
-    height: Positive
-    """Length [m] along its axis."""
-    axis: Axis = "z"
-    """Direction of its axis."""
-
-
-class SphereRegion(Model):
-    """A ball of space."""
-
-    kind: Literal["sphere"]
-    center: Vec3
-    """Its middle [m]."""
-    radius: Positive
-    """Radius [m]."""
-
-
-Region = Annotated[BoxRegion | CylinderRegion | SphereRegion, Field(discriminator="kind")]
-
-
-class Packing(Model):
-    """Copies at random in a region, without overlap."""
-
-    kind: Literal["packing"]
-    count: Count
-    """How many copies."""
-    region: Region
-    """Where they lie; every copy is wholly inside."""
-    seed: Integer = Field(default=0, ge=0)
-    """Same seed, same packing."""
-    gap: NonNegative = 0.001
-    """Least gap [m] between neighbours."""
-    turn: Literal["random", "yaw", "none"] = "random"
-    """Orientation: anyhow, about the vertical only, or as the body's pose says."""
-
-
-Repeat = Annotated[Line | Grid | Ring | Spiral | Stack | RunningBond | Packing, Field(discriminator="kind")]
+    def alignment(self, axis: int) -> End | None:
+        """Which parts line up along an axis (0, 1, 2); None if the author says nothing of it."""
+        if isinstance(self.align, Align):
+            return (self.align.x, self.align.y, self.align.z)[axis]
+        if self.align is None or axis != 2:
+            return None
+        return {"top": "max", "center": "center", "bottom": "min"}[self.align]  # type: ignore[return-value]

@@ -1,18 +1,24 @@
 """Whether everything that a case names is there, and fits."""
 
 from collections.abc import Mapping
+from typing import Any
 
 from text2sim.spec_schema.bodies import Articulated, Rigid
-from text2sim.spec_schema.cast import Cast, Parts
+from text2sim.spec_schema.cast import Cast, Member, Parts
 from text2sim.spec_schema.circles import find_circles
 from text2sim.spec_schema.control_references import check_controls
+from text2sim.spec_schema.copies import count_copies
 from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import Problem, sort_problems
 from text2sim.spec_schema.event_references import check_events
 from text2sim.spec_schema.expect_references import check_expectations
 from text2sim.spec_schema.load import LoadedCase
 from text2sim.spec_schema.measure_references import check_measures
+from text2sim.spec_schema.place_rules import contradictions
+from text2sim.spec_schema.placement import Place
+from text2sim.spec_schema.regions import BodyPoint
 from text2sim.spec_schema.render import Follow
+from text2sim.spec_schema.selectors import parse_selector
 from text2sim.spec_schema.time_references import check_time
 from text2sim.spec_schema.tree_references import check_mount, check_tree
 
@@ -59,19 +65,44 @@ def _check_places(cast: Cast) -> None:
     for section, models in ((("scene", "statics"), cast.statics), (("bodies",), cast.bodies)):
         for name, model in models.items():
             roots[name] = (*section, name)
-            if model.place is None:
-                continue
-            found = cast.find(model.place.target, (*section, name, "place", model.place.relation), parts=False)
-            if found is not None:
-                targets[name] = found.name
+            if model.place is not None:
+                found = _check_place(cast, (*section, name, "place"), name, model)
+                if found is not None:
+                    targets[name] = found.name
     for circle in find_circles(targets):
-        message = f"is placed in relation to itself: {' -> '.join([*circle, circle[0]])}"
+        way = " -> ".join([*circle, circle[0]])
+        message = f"is placed in relation to itself: {way}; give one of them a pose, or place it by another"
         cast.report((*roots[circle[0]], "place"), message, "circular-place", key=True)
+
+
+def _check_place(cast: Cast, where: Path, name: str, model: Any) -> Member | None:
+    """Check one place; return what it is in relation to."""
+    place: Place = model.place
+    for key, message in contradictions(place):
+        cast.report((*where, key), message, "placement")
+    if isinstance(place.facing, str):
+        facing = cast.find(place.facing, (*where, "facing"), parts=False)
+        if facing is not None and facing.name == name:
+            cast.report((*where, "facing"), "it cannot face itself", "itself")
+    found = cast.find(place.target, (*where, place.relation), parts=False)
+    if found is None:
+        return None
+    copies = count_copies(model.repeat)
+    if model.repeat is not None and parse_selector(place.target).indexed and found.count not in (1, copies):
+        message = (
+            f"copies are placed one by one where brackets name several, and `{found.text}` means {found.count}, "
+            f"`{name}` has {copies}; `{found.name}` means all of them together"
+        )
+        cast.report((*where, place.relation), message, "pairs", found.name)
+    return found
 
 
 def _check_cameras(cast: Cast) -> None:
     for name, camera in cast.loaded.case.render.cameras.items():
-        field = "body" if isinstance(camera, Follow) else "look_at"
-        target = getattr(camera, field)
-        if isinstance(target, str):
-            cast.find(target, ("render", "cameras", name, field))
+        where: Path = ("render", "cameras", name)
+        if isinstance(camera, Follow):
+            cast.find(camera.body, (*where, "body"))
+        elif isinstance(camera.look_at, BodyPoint):
+            cast.find(camera.look_at.body, (*where, "look_at", "body"))
+        elif isinstance(camera.look_at, str):
+            cast.find(camera.look_at, (*where, "look_at"))

@@ -18,13 +18,14 @@ from text2sim.spec_schema.base import (
     Window,
 )
 from text2sim.spec_schema.colors import Color
+from text2sim.spec_schema.regions import BodyPoint
 
-Target = Vec3 | Selector
-"""A point [m], or a body that is looked at (the middle of its copies, if there are several)."""
+Target = Vec3 | Selector | BodyPoint
+"""A point [m], or a body that is looked at (the middle of its copies, if there are several), or a region of it."""
 
 
 class _Camera(Model):
-    fov: Positive = Field(default=40.0, ge=2.0, le=140.0)
+    fov: Positive = Field(default=40.0, ge=2.0, le=140.0, alias="fov_deg")
     """Vertical field of view [deg]."""
     up: Direction = (0.0, 0.0, 1.0)
     """Which way is up in the picture; +y where it looks straight up or down."""

@@ -32,7 +32,7 @@ class Resolver:
         self.sites: dict[Path, Interpolation] = {}
         for path, text in document.sites.items():
             try:
-                self.sites[path] = parse_interpolation(text)
+                self.sites[path] = parse_interpolation(text, path in document.roomy)
             except ExpressionError as error:
                 self.fail(path, error)
         self._size = 0
@@ -48,6 +48,10 @@ class Resolver:
         """Record that the scalar at `path` has no value."""
         self.broken.add(path)
         self.problems.append(self.document.problem(path, str(error), rule=error.rule, hint=error.hint))
+
+    def scope(self, variables: Mapping[str, Value] = COPY_VARIABLES) -> Mapping[str, Value]:
+        """Parameters and copy variables together; a parameter without a value raises `Cascade`."""
+        return _Scope(self.params, variables)
 
     def data(self) -> Any:
         """The document's data with every expression evaluated; copy variables stand at copy 0."""
@@ -77,7 +81,7 @@ class Resolver:
         """Put values in the place of expressions; what has none is shared with `value`."""
         if not sites:
             return value
-        names = _Scope(self.params, variables)
+        names = self.scope(variables)
         copied: dict[Path, Any] = {root: copy.copy(value)}
         for path in sites:
             if path in self.broken:
@@ -88,7 +92,7 @@ class Resolver:
             except ExpressionError as error:
                 self.fail(path, error)
                 continue
-            except _Cascade:
+            except Cascade:
                 self.broken.add(path)
                 continue
             container = copied[root]
@@ -130,7 +134,7 @@ class Resolver:
         return False
 
 
-class _Cascade(Exception):
+class Cascade(Exception):
     """A value depends on a parameter that is already reported."""
 
 
@@ -161,7 +165,7 @@ class _Parameters(Mapping[str, Value]):
             try:
                 if name not in self._failed:
                     self._values[name] = self._resolve(("params", name), self._raw[name])
-            except _Cascade:
+            except Cascade:
                 self._failed.add(name)
 
     def _order(self, needs: dict[str, set[str]]) -> list[str]:
@@ -182,12 +186,12 @@ class _Parameters(Mapping[str, Value]):
 
     def __getitem__(self, name: str) -> Value:
         if name in self._failed:
-            raise _Cascade
+            raise Cascade
         return self._values[name]
 
     def _resolve(self, path: Path, value: Any) -> Value:
         if path in self._resolver.broken:
-            raise _Cascade
+            raise Cascade
         if isinstance(value, list):
             return [self._resolve((*path, index), item) for index, item in enumerate(value)]
         if path not in self._resolver.sites:
@@ -196,7 +200,7 @@ class _Parameters(Mapping[str, Value]):
             return self._resolver.sites[path].evaluate(self)
         except ExpressionError as error:
             self._resolver.fail(path, error)
-            raise _Cascade from None
+            raise Cascade from None
 
     def _check(self, path: Path, value: Any) -> None:
         """Refuse what no expression could use."""

@@ -6,12 +6,13 @@ from pydantic import Field
 
 from text2sim.spec_schema.base import Bool, Bounds, Integer, Model, Name, Pose, Positive, Vec3
 from text2sim.spec_schema.materials import Look, Material
-from text2sim.spec_schema.placement import Place, Repeat
+from text2sim.spec_schema.placement import Place
+from text2sim.spec_schema.repeat import Repeat
 from text2sim.spec_schema.shapes import StaticShape
 
 
 class Contact(Model):
-    """How bodies touch. What is left out is derived from the scene, and `check --explain` says why."""
+    """How bodies touch. What is left out is derived from the scene, and `check --settings` says why."""
 
     model: Literal["rigid"] = "rigid"
     """Contact solver of the engine."""

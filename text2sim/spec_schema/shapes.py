@@ -157,7 +157,8 @@ class Mesh(Model):
 
     kind: Literal["mesh"]
     file: str = Field(max_length=200)
-    """Path inside the case's folder: .obj, .stl, .ply, .glb or .gltf."""
+    """Path inside the case's folder: .obj, .stl, .ply, .glb or .gltf; `genesis:` before it means the engine's own
+    assets."""
     scale: Positive = 1.0
     """Factor from the file's unit to metres."""
     collision: Literal["hull", "decompose"] = "hull"

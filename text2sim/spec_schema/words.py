@@ -188,6 +188,8 @@ def _plural(slot: Slot) -> str:
     if get_origin(slot.base) in (tuple, list):
         inner = describe(slot).removeprefix("a list of ")
         return f"lists of {inner}"
+    if get_origin(slot.base) is Literal:
+        return f"words of {', '.join(str(word) for word in get_args(slot.base))}"
     return "values"
 
 

@@ -36,6 +36,15 @@ def scalar(value: Any, *, flow: bool) -> str:
     return value if _plain(value, flow) else quoted(value)
 
 
+def flow_text(value: Any) -> str:
+    """Text of any value on one line."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key(name)}: {flow_text(item)}" for name, item in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(flow_text(item) for item in value) + "]"
+    return scalar(value, flow=True)
+
+
 def key(name: str) -> str:
     """Text of a key. A word is never quoted: the key `on` is one of the language's own."""
     return name if _WORD.fullmatch(name) else scalar(name, flow=True)
@@ -75,14 +84,14 @@ def block_lines(text: str, width: int) -> list[str] | None:
         return None
     if "\n" in text:
         return ["|" if text.endswith("\n") else "|-", *lines]
-    if len(text) <= width or "  " in text or not _plain(text, flow=False, trap=False):
+    if len(text) <= width or "  " in text:
         return None
     return [">-", *textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False)]
 
 
-def _plain(text: str, flow: bool, trap: bool = True) -> bool:
+def _plain(text: str, flow: bool) -> bool:
     if not text or "${" in text or not _STARTS.match(text) or not text.isprintable():
         return False
     if _BLOCK_STOPS.search(text) or (flow and _FLOW_STOPS.search(text)):
         return False
-    return not trap or not (_TRAPS.fullmatch(text) or not isinstance(resolve(text), str))
+    return not _TRAPS.fullmatch(text) and isinstance(resolve(text), str)

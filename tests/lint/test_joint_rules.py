@@ -1,0 +1,228 @@
+"""Joints that cannot do what they are told, masses that do not go together, limits and names."""
+
+from pathlib import Path
+
+import pytest
+from lint_support import findings
+
+DOOR = """
+scene: {{duration: 2}}
+bodies:
+  door:
+    kind: rigid
+    shape: {{kind: box, size: [0.8, 0.04, 1.0]}}
+    pose: {{pos: [0, 0, 0.6]}}
+    mount: {{kind: hinge, axis: z, anchor: [-0.4, 0, 0], {limits} actuator: {{stiffness: 800, damping: 160}}}}
+actions: {{controls: {{open: {{kind: drive, joint: door, position: {target}}}}}}}
+"""
+
+
+def door(target: str, limits: str = "") -> str:
+    return DOOR.format(target=target, limits=limits)
+
+
+@pytest.mark.parametrize(
+    ("target", "limits", "says"),
+    [
+        ("1.5", "range_deg: [0, 90],", ""),
+        ("1.6", "range_deg: [0, 90],", ""),  # pressed shut
+        ("2.5", "range_deg: [0, 90],", "goes from 0 to 1.571 rad (0 to 90 deg)"),
+        ("45", "range_deg: [0, 90],", "45 deg is ${radians(45)}"),
+        ("{kind: ramp, from: 0, to: -0.5, end: 1}", "range_deg: [0, 90],", "stop at 0 rad"),
+        ("{kind: ramp, to: 3, start: 5, end: 6}", "range_deg: [0, 90],", ""),  # after the end of the run
+        ("{kind: sine, amplitude: 1, frequency: 1}", "range_deg: [-30, 30],", "asks for 1 rad"),
+        ("{kind: sine, amplitude: 0.5, frequency: 1}", "range_deg: [-30, 30],", ""),
+        ("{kind: piecewise, times: [0, 1, 3], values: [0, 1, 9]}", "range_deg: [0, 360],", ""),  # 5 at its end
+    ],
+)
+def test_a_target_beyond_the_range(assets: Path, target: str, limits: str, says: str) -> None:
+    found = findings(assets, "target-out-of-range", door(target, limits))
+    assert bool(found) == bool(says), found
+    assert all(says in problem.message for problem in found)
+
+
+@pytest.mark.parametrize(
+    ("target", "wanted"),
+    [
+        ("90", True),
+        ("{kind: ramp, to: -45, end: 1}", True),
+        ("9.42477", False),
+        ("12.5", False),
+        ('"${14 * pi}"', False),
+    ],
+)
+def test_angles_that_look_like_degrees(assets: Path, target: str, wanted: bool) -> None:
+    assert bool(findings(assets, "looks-like-degrees", door(target))) == wanted
+
+
+def test_a_start_position_that_looks_like_degrees(assets: Path) -> None:
+    arm = """
+bodies:
+  arm:
+    kind: articulated
+    links:
+      base: {shape: {kind: box, size: [0.1, 0.1, 0.1]}}
+      hand: {parent: base, shape: {kind: sphere, radius: 0.05}, joint: {kind: hinge, axis: y}}
+    initial: {hand: %s}
+"""
+    (found,) = findings(assets, "looks-like-degrees", arm % 30)
+    assert found.path == "/bodies/arm/initial/hand"
+    assert not findings(assets, "looks-like-degrees", arm % 0.5)
+
+
+SLIDER = """
+bodies:
+  weight:
+    kind: rigid
+    shape: {{kind: box, size: [0.1, 0.1, 0.1]}}
+    pose: {{pos: [0, 0, 2]}}
+    mount: {{kind: slider, axis: {axis}{more}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("axis", "more", "scene", "wanted"),
+    [
+        ("z", "", "scene: {statics: null}", True),
+        ("[0, 0.5, -1]", "", "scene: {statics: null}", True),
+        ("x", "", "scene: {statics: null}", False),
+        ("z", "", "", False),  # the floor
+        ("z", ", range: [-1, 0]", "scene: {statics: null}", False),
+        ("z", ", spring: 100", "scene: {statics: null}", False),
+        ("z", ", friction: 20", "scene: {statics: null}", False),
+        ("z", "", "scene: {statics: null, gravity: [0, 0, 0]}", False),
+        ("z", "", "scene: {statics: {floor: null, anvil: {shape: {kind: box, size: [1, 1, 1]}}}}", False),
+    ],
+)
+def test_a_slider_that_falls(assets: Path, axis: str, more: str, scene: str, wanted: bool) -> None:
+    parts = [SLIDER.format(axis=axis, more=more), *([scene] if scene else [])]
+    assert bool(findings(assets, "falls-along-slider", *parts)) == wanted
+
+
+def test_a_rotor_heavier_than_its_load(assets: Path) -> None:
+    heavy = SLIDER.format(axis="x", more=", armature: 3")
+    (found,) = findings(assets, "heavy-armature", heavy)
+    assert "2 times too slowly" in found.message  # sqrt((1 + 3) / 1)
+    assert found.path == "/bodies/weight/mount/armature"
+    assert not findings(assets, "heavy-armature", SLIDER.format(axis="x", more=", armature: 0.5"))
+    driven = SLIDER.format(axis="x", more=", armature: 3, actuator: {stiffness: 900, damping: 90}")
+    assert not findings(assets, "heavy-armature", driven)
+
+
+STACK = """
+scene: {{substeps: {substeps}}}
+bodies:
+  tray: {{kind: rigid, shape: {{kind: box, size: [0.3, 0.3, 0.02]}}, material: {{mass: {light}}}, place: {{on: floor}}}}
+  iron: {{kind: rigid, shape: {{kind: box, size: [0.2, 0.2, 0.2]}}, material: {{mass: 100}}, {place}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("light", "substeps", "place", "wanted"),
+    [
+        (0.2, 1, "place: {on: tray}", True),  # 500 to 1
+        (5, 1, "place: {on: tray}", False),
+        (0.2, 10, "place: {on: tray}", False),  # contacts are ten times as fast
+        (0.2, 1, "pose: {pos: [1, 0, 0.1]}", False),  # beside it
+    ],
+)
+def test_heavy_on_light(assets: Path, light: float, substeps: int, place: str, wanted: bool) -> None:
+    found = findings(assets, "mass-ratio", STACK.format(light=light, substeps=substeps, place=place))
+    assert [problem.path for problem in found] == (["/bodies/tray"] if wanted else [])
+
+
+def test_heavy_welded_to_light(assets: Path) -> None:
+    crane = """
+scene: {substeps: 1}
+bodies:
+  hook:
+    kind: rigid
+    shape: {kind: sphere, radius: 0.02}
+    material: {mass: 0.05}
+    pose: {pos: [0, 0, 2]}
+    mount: {kind: slider, axis: z, actuator: {stiffness: 20000, damping: 800}}
+  crate: {kind: rigid, shape: {kind: box, size: [0.3, 0.3, 0.3]}, material: {mass: %s}, pose: {pos: [0, 0, 1.8]}}
+actions:
+  controls:
+    hang: {kind: attach, body: crate, to: hook}
+    lift: {kind: drive, joint: hook, position: {kind: ramp, to: 0.3, end: 1}}
+"""
+    (found,) = findings(assets, "mass-ratio", crane % 40)  # 800 to 1
+    assert found.path == "/actions/controls/hang"
+    assert not findings(assets, "mass-ratio", crane % 0.5)
+
+
+def test_what_is_too_light_for_the_solver(assets: Path) -> None:
+    case = """
+scene: {solver: {kind: %s}}
+bodies:
+  block: {kind: rigid, shape: {kind: box, size: [1, 1, 1]}, material: {mass: 500}, place: {on: floor}}
+  pea: {kind: rigid, shape: {kind: sphere, radius: 0.004}, material: {mass: %s}, pose: {pos: [2, 0, 1]}}
+"""
+    (found,) = findings(assets, "light-link", case % ("cg", 0.003))  # 1e-5 of 500 kg
+    assert found.path == "/bodies/pea"
+    assert not findings(assets, "light-link", case % ("cg", 0.01))
+    assert not findings(assets, "light-link", case % ("newton", 0.003))
+    assert findings(assets, "light-link", case % ("newton", 1e-6))
+
+
+def test_room_for_contacts(assets: Path) -> None:
+    case = """
+scene: {contact: {max_pairs: %d}}
+bodies:
+  cube:
+    kind: rigid
+    shape: {kind: %s}
+    pose: {pos: [0, 0, 0.2]}
+    repeat: {kind: grid, counts: [5, 5, 2], spacing: 0.15}
+"""
+    box = "box, size: [0.1, 0.1, 0.1]"
+    (found,) = findings(assets, "few-pairs", case % (30, box))  # 50 cubes, 200 points, room for 150
+    assert found.path == "/scene/contact/max_pairs"
+    assert not findings(assets, "few-pairs", case % (60, box))
+    assert not findings(assets, "few-pairs", case % (30, "sphere, radius: 0.05"))  # a ball has one point
+
+
+@pytest.mark.parametrize(
+    ("use", "wanted"),
+    [
+        ('"${b}"', ["a"]),
+        ('"${a + b}"', []),
+        ('"${a * 2}"', ["b"]),
+        ("0.1", ["a", "b"]),
+    ],
+)
+def test_parameters_that_nothing_uses(assets: Path, use: str, wanted: list[str]) -> None:
+    case = f"""
+params: {{a: 0.1, b: 0.2}}
+bodies: {{ball: {{kind: rigid, shape: {{kind: sphere, radius: {use}}}, pose: {{pos: [0, 0, 1]}}}}}}
+"""
+    assert [p.path.removeprefix("/params/") for p in findings(assets, "unused-param", case)] == wanted
+
+
+def test_a_parameter_of_parameters_is_used(assets: Path) -> None:
+    case = """
+params: {a: 0.1, b: "${2 * a}"}
+bodies: {ball: {kind: rigid, shape: {kind: sphere, radius: "${b}"}, pose: {pos: [0, 0, 1]}}}
+"""
+    assert not findings(assets, "unused-param", case)
+
+
+def test_chains_without_damping(assets: Path) -> None:
+    links = "\n".join(
+        f"      l{k}: {{parent: {f'l{k - 1}' if k else 'top'}, shape: {{kind: sphere, radius: 0.02}}, pose: "
+        "{pos: [0, 0, -0.1]}, joint: {kind: ball, anchor: [0, 0, 0.1]%s}}"
+        for k in range(4)
+    )
+    rope = "bodies:\n  rope:\n    kind: articulated\n    pose: {pos: [0, 0, 2]}\n    links:\n"
+    rope += "      top: {shape: {kind: sphere, radius: 0.02}}\n" + links
+    bare, damped, rotors = (rope.replace("%s", more) for more in ("", ", damping: 0.01", ", armature: 0.001"))
+    assert findings(assets, "undamped-joints", bare, "scene: {substeps: 1}")
+    assert not findings(assets, "undamped-joints", bare)  # the compiler chooses substeps that hold it
+    assert not findings(assets, "undamped-joints", damped, "scene: {substeps: 1}")
+    assert not findings(assets, "undamped-joints", rotors, "scene: {substeps: 1}")
+    chain = "bodies: {rope: {kind: chain, links: 9, link_length: 0.1, radius: 0.01, pose: {pos: [0, 0, 2]}%s}}"
+    assert not findings(assets, "undamped-joints", chain % "", "scene: {substeps: 1}")
+    none = ", joint: {damping: 0, armature: 0}"
+    (found,) = findings(assets, "undamped-joints", chain % none, "scene: {substeps: 1}")
+    assert found.path == "/bodies/rope/joint"

@@ -1,0 +1,81 @@
+"""Sizes, masses and places that the engine cannot bear; each bound was measured in it."""
+
+from pathlib import Path
+
+import pytest
+from lint_support import findings
+
+BALL = "bodies: {{ball: {{kind: rigid, shape: {{kind: sphere, radius: {0}}}, place: {{on: floor}}{1}}}}}"
+
+
+@pytest.mark.parametrize(
+    ("radius", "severity"), [(1e-9, "error"), (5e-6, "error"), (0.0005, "error"), (0.002, "warning"), (0.01, None)]
+)
+def test_too_small(tmp_path: Path, radius: float, severity: str | None) -> None:
+    found = findings(tmp_path, "too-small", BALL.format(radius, ""))
+    assert [problem.severity for problem in found] == ([severity] if severity else [])
+
+
+def test_a_shorter_timeconst_carries_smaller_bodies(tmp_path: Path) -> None:
+    (found,) = findings(tmp_path, "too-small", BALL.format(0.002, ""))
+    assert "scene.contact.timeconst of 0.01 s, with scene.substeps of 2 or more" in found.message
+    better = "scene: {contact: {timeconst: 0.01}, substeps: 2}"
+    assert findings(tmp_path, "too-small", better, BALL.format(0.002, "")) == []
+
+
+def test_without_gravity_nothing_sinks(tmp_path: Path) -> None:
+    free = "scene: {gravity: [0, 0, 0]}"
+    assert findings(tmp_path, "too-small", free, BALL.format(0.002, "")) == []
+    assert len(findings(tmp_path, "too-small", free, BALL.format(1e-6, ""))) == 1
+
+
+@pytest.mark.parametrize(("radius", "severity"), [(400, None), (600, "warning"), (1e7, "error")])
+def test_too_large(tmp_path: Path, radius: float, severity: str | None) -> None:
+    found = findings(tmp_path, "too-large", BALL.format(radius, ""))
+    assert [problem.severity for problem in found] == ([severity] if severity else [])
+
+
+def test_the_unit_of_a_mesh(assets: Path) -> None:
+    mesh = "bodies: {ring: {kind: rigid, shape: {kind: mesh, file: ring.obj%s}, pose: {pos: [0, 0, 5000]}}}"
+    assert findings(assets, "too-large", mesh % "") == []
+    (found,) = findings(assets, "too-large", mesh % ", scale: 4000")
+    assert "scale: 0.001" not in found.message
+    big = (assets / "ring.obj").read_text().splitlines()
+    lines = [
+        " ".join(["v", *(str(5000 * float(x)) for x in line.split()[1:4])]) if line.startswith("v ") else line
+        for line in big
+    ]
+    (assets / "big.obj").write_text("\n".join(lines))
+    (found,) = findings(assets, "too-large", mesh.replace("ring.obj", "big.obj") % "")
+    assert "`scale: 0.001` if the file is in millimetres" in found.message
+
+
+@pytest.mark.parametrize(("density", "count"), [(0.01, 1), (0.1, 0), (22_600, 0), (7.8e6, 1)])
+def test_implausible_density(tmp_path: Path, density: float, count: int) -> None:
+    found = findings(tmp_path, "implausible-density", BALL.format(0.1, f", material: {{density: {density}}}"))
+    assert [problem.path for problem in found] == ["/bodies/ball/material/density"] * count
+
+
+def test_densities_of_parts_and_statics(tmp_path: Path) -> None:
+    parts = "parts: {a: {shape: {kind: sphere, radius: 0.1}, density: 1.0e+6}, b: {shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 0.2]}}}"
+    (found,) = findings(
+        tmp_path,
+        "implausible-density",
+        f"bodies: {{c: {{kind: rigid, shape: {{kind: compound, {parts}}}, place: {{on: floor}}}}}}",
+    )
+    assert found.path == "/bodies/c/shape/parts/a/density"
+
+
+@pytest.mark.parametrize(("mass", "severity"), [(1e6, None), (1e9, "warning"), (1e11, "error")])
+def test_too_heavy(tmp_path: Path, mass: float, severity: str | None) -> None:
+    found = findings(tmp_path, "too-heavy", BALL.format(0.1, f", material: {{mass: {mass}}}"))
+    assert [problem.severity for problem in found] == ([severity] if severity else [])
+
+
+@pytest.mark.parametrize(("x", "severity"), [(3000, None), (20_000, "warning"), (1e6, "error")])
+def test_far_away(tmp_path: Path, x: float, severity: str | None) -> None:
+    ball = f"bodies: {{ball: {{kind: rigid, shape: {{kind: sphere, radius: 0.1}}, pose: {{pos: [{x}, 0, 1]}}}}}}"
+    found = findings(tmp_path, "far-away", ball)
+    assert [(problem.path, problem.severity) for problem in found] == (
+        [("/bodies/ball/pose", severity)] if severity else []
+    )

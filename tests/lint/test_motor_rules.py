@@ -1,0 +1,227 @@
+"""Motors that are too weak, too slow, too soft, too stiff or idle: by numbers that were worked out by hand."""
+
+from pathlib import Path
+
+import pytest
+from lint_support import findings
+
+G = 9.81
+
+LIFT = """
+bodies:
+  lift:
+    kind: rigid
+    shape: {{kind: box, size: [0.2, 0.2, 0.1]}}
+    material: {{mass: 4}}
+    pose: {{pos: [0, 0, 1]}}
+    mount: {{kind: slider, axis: {axis}, {joint} actuator: {{{motor}}}}}
+actions: {{controls: {{go: {{kind: drive, joint: lift, {target}}}}}}}
+"""
+ARM = """
+scene: {{duration: 3}}
+bodies:
+  arm:
+    kind: articulated
+    pose: {{pos: [0, 0, 1]}}
+    links:
+      base: {{shape: {{kind: box, size: [0.1, 0.1, 0.1]}}}}
+      upper:
+        parent: base
+        shape: {{kind: box, size: [0.4, 0.05, 0.05]}}
+        material: {{mass: 2}}
+        pose: {{pos: [0.2, 0, 0]}}
+        joint: {{kind: hinge, axis: y, anchor: [-0.2, 0, 0], actuator: {{stiffness: 5000, damping: 300, max_force: {upper}}}}}
+      lower:
+        parent: upper
+        shape: {{kind: box, size: [0.4, 0.05, 0.05]}}
+        material: {{mass: 1}}
+        pose: {{pos: [0.4, 0, 0]}}
+        joint: {{kind: hinge, axis: y, anchor: [-0.2, 0, 0], actuator: {{stiffness: 5000, damping: 200, max_force: {lower}}}}}
+    {more}
+  load: {{kind: rigid, shape: {{kind: box, size: [0.1, 0.1, 0.1]}}, material: {{mass: 3}}, pose: {{pos: [0.86, 0, 1]}}}}
+actions:
+  controls:
+    a: {{kind: drive, joint: arm.upper, position: {position}}}
+    b: {{kind: drive, joint: arm.lower, position: 0}}
+    {control}
+"""
+
+
+def lift(axis: str = "z", joint: str = "", motor: str = "", target: str = "position: 0") -> str:
+    return LIFT.format(axis=axis, joint=joint, motor=motor, target=target)
+
+
+def arm(upper: float = 100, lower: float = 100, more: str = "", position: str = "0", control: str = "") -> str:
+    return ARM.format(upper=upper, lower=lower, more=more, position=position, control=control)
+
+
+@pytest.mark.parametrize(
+    ("case", "says"),
+    [
+        (lift(motor="stiffness: 8000, damping: 300, max_force: 35"), "takes 39.2 N, and its motor gives at most 35 N"),
+        (lift(motor="stiffness: 8000, damping: 300, max_force: 45"), ""),
+        (lift(motor="stiffness: 8000, damping: 300"), ""),
+        (lift("x", motor="stiffness: 8000, damping: 300, max_force: 5"), ""),  # gravity does not pull along x
+        (lift(joint="friction: 10,", motor="stiffness: 8000, damping: 300, max_force: 35"), ""),  # friction helps
+        (lift(motor="damping: 100", target="velocity: 0.2"), "with damping 100 its motor stalls at 20 N"),
+        (lift(motor="damping: 100", target="velocity: 0.6"), ""),
+        (lift("x", "friction: 10,", "damping: 1", "force: 8"), "dry friction of `lift` (10 N) is larger than this"),
+        (lift("x", "friction: 10,", "damping: 1", "force: 12"), ""),
+        # 9.81 (2 x 0.2 + 1 x 0.6) = 9.81 N m at the upper joint, 9.81 x 1 x 0.2 = 1.96 at the lower one.
+        (arm(upper=9), "to hold what `arm.upper` carries (3 kg) takes 9.81 N m at 0 rad"),
+        (arm(upper=11), ""),
+        (arm(lower=1.5), "to hold what `arm.lower` carries (1 kg) takes 1.96 N m"),
+        # Straight down it carries nothing, but on the way there it passes the horizontal.
+        (arm(upper=9, position="{kind: ramp, from: 1.5, to: 1.5708, end: 1}"), ""),
+        (arm(upper=9, position="{kind: ramp, from: -0.5, to: 1.5708, end: 1}"), "at 0 rad"),
+        # The load adds 3 x 9.81 x 0.86 = 25.3 N m.
+        (arm(upper=30, control="grip: {kind: attach, body: load, to: arm.lower}"), "takes 35.1 N m"),
+        (arm(upper=40, control="grip: {kind: attach, body: load, to: arm.lower}"), ""),
+        (arm(upper=30, control="grip: {kind: attach, body: load, to: arm.base}"), ""),
+        # Something else may carry: nothing is said.
+        (arm(upper=9, more="loops: {hold: {kind: connect, between: [lower, world]}}"), ""),
+        (arm(upper=9, more="base: free"), ""),
+    ],
+)
+def test_what_a_motor_has_to_hold(assets: Path, case: str, says: str) -> None:
+    found = findings(assets, "weak-motor", case)
+    assert bool(found) == bool(says), found
+    assert all(says in problem.message for problem in found)
+
+
+def test_a_weak_motor_is_blamed_where_the_number_stands(assets: Path) -> None:
+    (found,) = findings(assets, "weak-motor", lift(motor="stiffness: 8000, damping: 300, max_force: 35"))
+    assert found.path == "/bodies/lift/mount/actuator/max_force"
+    assert found.severity == "warning"
+    (found,) = findings(assets, "weak-motor", arm(upper=9))
+    assert found.path == "/bodies/arm/links/upper/joint/actuator/max_force"
+
+
+def test_copies_that_are_alike_make_one_finding(assets: Path) -> None:
+    more = "bodies: {lift: {repeat: {kind: line, count: 5, step: [1, 0, 0]}}}"
+    (found,) = findings(assets, "weak-motor", lift(motor="stiffness: 8000, damping: 300, max_force: 35"), more)
+    assert "`lift[0]`" in found.message
+
+
+@pytest.mark.parametrize(
+    ("motor", "target", "says"),
+    [
+        # 39.24 N on 400 N/m
+        ("stiffness: 400, damping: 80", "{kind: ramp, to: 0.3, end: 1}", "stays 0.0981 m, 33% of its travel"),
+        ("stiffness: 8000, damping: 300", "{kind: ramp, to: 0.3, end: 1}", ""),
+        ("stiffness: 400, damping: 80", "0", "stays 0.0981 m away"),
+        ("stiffness: 5000, damping: 80", "0", ""),
+    ],
+)
+def test_how_far_a_servo_droops(assets: Path, motor: str, target: str, says: str) -> None:
+    found = findings(assets, "servo-droop", lift(motor=motor, target=f"position: {target}"))
+    assert bool(found) == bool(says), found
+    assert all(says in problem.message for problem in found)
+
+
+@pytest.mark.parametrize(
+    ("motor", "target", "says"),
+    [
+        # 4 kg over 0.5 m within 0.5 s: 4 d / T2 = 8 m/s2, 32 N.
+        (
+            "stiffness: 9000, damping: 100, max_force: 10",
+            "position: {kind: ramp, to: 0.5, end: 0.5}",
+            "takes 40 N (32 N",
+        ),
+        ("stiffness: 9000, damping: 100, max_force: 40", "position: {kind: ramp, to: 0.5, end: 0.5}", ""),
+        # 2 kg m/s within 0.1 s: 20 N; damping x substep = 2000 x 0.01 counts as 20 kg more.
+        ("damping: 100, max_force: 5", "velocity: {kind: ramp, to: 0.5, end: 0.1}", "takes 25 N (20 N for its inertia"),
+        ("damping: 2000, max_force: 60", "velocity: {kind: ramp, to: 0.5, end: 0.1}", "which counts as inertia"),
+        ("damping: 100, max_force: 60", "velocity: {kind: ramp, to: 0.5, end: 0.1}", ""),
+        # A w2 = 0.1 (2 pi 2)2 = 15.8 m/s2
+        (
+            "stiffness: 9000, damping: 100, max_force: 20",
+            "position: {kind: sine, amplitude: 0.1, frequency: 2}",
+            "takes 79",
+        ),
+        ("stiffness: 9000, damping: 100, max_force: 90", "position: {kind: sine, amplitude: 0.1, frequency: 2}", ""),
+        (
+            "stiffness: 9000, damping: 100, max_force: 10",
+            "position: {kind: steps, times: [0, 0.5], values: [0, 0.4]}",
+            "",
+        ),
+        (
+            "stiffness: 9000, damping: 100, max_force: 10",
+            "position: {kind: steps, times: [0, 0.5, 0.6], values: [0, 0.4, 0]}",
+            "cannot keep up: 0 to 0.4 m",
+        ),
+        (
+            "stiffness: 9000, damping: 100, max_force: 2",
+            "position: {kind: piecewise, times: [0, 0.4, 0.6], values: [0, 0, 0.3]}",
+            "cannot keep up: 0 to 0.3 m",
+        ),
+    ],
+)
+def test_what_a_schedule_asks_of_a_motor(assets: Path, motor: str, target: str, says: str) -> None:
+    found = findings(assets, "slow-motor", lift("x", motor=motor, target=target), "scene: {substeps: 1}")
+    assert bool(found) == bool(says), found
+    assert all(says in problem.message for problem in found)
+
+
+@pytest.mark.parametrize(
+    ("joint", "motor", "says"),
+    [
+        ("damping: 20,", "damping: 20", "will run at 0.25 m/s instead of 0.5"),
+        ("damping: 20,", "damping: 2000", ""),
+        ("friction: 5,", "damping: 20", "will run at 0.25 m/s"),
+        ("damping: 20,", "damping: 2000, max_force: 6", "give it a max_force of 12"),
+    ],
+)
+def test_the_speed_that_a_motor_reaches(assets: Path, joint: str, motor: str, says: str) -> None:
+    found = findings(assets, "short-speed", lift("x", joint, motor, "velocity: 0.5"))
+    assert bool(found) == bool(says), found
+    assert all(says in problem.message for problem in found)
+
+
+def test_a_servo_without_damping_swings(assets: Path) -> None:
+    (found,) = findings(assets, "swinging-servo", lift("x", motor="stiffness: 400", target="position: 0.1"))
+    assert "every 0.628 s" in found.message  # 2 pi sqrt(4 / 400)
+    assert "damping 80 " in found.message  # 2 sqrt(4 x 400)
+    assert not findings(assets, "swinging-servo", lift("x", motor="stiffness: 400, damping: 8", target="position: 0.1"))
+    assert not findings(assets, "swinging-servo", lift("x", "damping: 8,", "stiffness: 400", "position: 0.1"))
+
+
+def test_a_motor_that_nobody_drives_is_idle(assets: Path) -> None:
+    (found,) = findings(assets, "idle-motor", arm(), "actions: {controls: {b: null}}")
+    assert "`arm.lower`" in found.message
+    assert not findings(assets, "idle-motor", arm())
+    more = "bodies: {lift: {repeat: {kind: line, count: 3, step: [1, 0, 0]}}}"
+    one = lift(motor="stiffness: 8000, damping: 300").replace("joint: lift,", 'joint: "lift[1]",')
+    assert not findings(assets, "idle-motor", one, more)  # some of them are driven: that may be meant
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "damping", "severity"),
+    [
+        # h = 0.01 s, 4 kg: stable below 4 x 4 / 1e-4 = 160000 N/m + 200 x damping.
+        (150_000, 1, "warning"),
+        (170_000, 1, "error"),
+        (170_000, 100, "warning"),
+        (1_000_000, 5000, ""),
+        (20_000, 1, ""),
+    ],
+)
+def test_how_stiff_a_servo_may_be(assets: Path, stiffness: float, damping: float, severity: str) -> None:
+    case = lift("x", motor=f"stiffness: {stiffness}, damping: {damping}", target="position: 0.1")
+    found = findings(assets, "stiff-joint", case, "scene: {substeps: 1}")
+    assert [problem.severity for problem in found] == ([severity] if severity else [])
+    assert not findings(assets, "stiff-joint", case, "scene: {substeps: 20}")
+
+
+def test_a_limited_servo_chatters_instead_of_diverging(assets: Path) -> None:
+    case = lift("x", motor="stiffness: 500000, max_force: 100", target="position: 0.1")
+    (found,) = findings(assets, "stiff-joint", case, "scene: {substeps: 1}")
+    assert found.severity == "warning"
+    assert "chatters" in found.message
+
+
+def test_a_joint_spring_counts_as_well(assets: Path) -> None:
+    case = "bodies: {a: {kind: rigid, shape: {kind: sphere, radius: 0.05}, mount: {kind: slider, axis: x, spring: 1.0e+6}}}"
+    (found,) = findings(assets, "stiff-joint", case)
+    assert found.severity == "error"
+    assert found.path == "/bodies/a/mount/spring"

@@ -1,0 +1,128 @@
+"""What is too fast for the time step."""
+
+from pathlib import Path
+
+import pytest
+from lint_support import findings
+
+BALL = "bodies: {ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {mass: 1}, pose: {pos: [0, 0, 1]}}}"
+STATIC = "scene: {duration: 1, dt: 0.01, substeps: 1}"
+
+
+def control(text: str) -> str:
+    return f"actions: {{controls: {{act: {{{text}}}}}}}"
+
+
+@pytest.mark.parametrize(
+    ("scene", "wanted"),
+    [
+        ("substeps: 1, contact: {timeconst: 0.01}", "scene.substeps of 2 or more"),
+        ("substeps: 2, contact: {timeconst: 0.01}", ""),
+        ("substeps: 1", ""),
+    ],
+)
+def test_a_time_constant_below_two_substeps_is_raised(assets: Path, scene: str, wanted: str) -> None:
+    found = findings(assets, "contact-timeconst", BALL, f"scene: {{{scene}}}")
+    assert bool(found) == bool(wanted)
+    assert all(wanted in problem.message for problem in found)
+
+
+def test_soft_contacts_are_seen_against_the_thinnest_piece(assets: Path) -> None:
+    soft = "scene: {contact: {timeconst: 0.25}}"  # 0.05 g tc2 = 31 mm
+    (found,) = findings(assets, "soft-contact", BALL, soft)
+    assert "about 30.7 mm deep" in found.message
+    assert not findings(assets, "soft-contact", BALL, "scene: {contact: {timeconst: 0.1}}")  # 5 mm of 200 mm
+    assert not findings(assets, "soft-contact", BALL, soft, "scene: {gravity: [0, 0, 0]}")
+
+
+@pytest.mark.parametrize(
+    ("act", "path"),
+    [
+        ("kind: initial_velocity, body: ball, angular: [0, 60, 0]", "/actions/controls/act/angular"),
+        ("kind: initial_velocity, body: ball, angular: [0, 40, 0]", ""),
+    ],
+)
+def test_a_body_that_spins_too_fast(assets: Path, act: str, path: str) -> None:
+    assert [p.path for p in findings(assets, "fast-spin", BALL, STATIC, control(act))] == ([path] if path else [])
+
+
+def test_driven_and_motorised_turns_count(assets: Path) -> None:
+    driven = "bodies: {fan: {kind: driven, shape: {kind: box, size: [1, 0.1, 0.1]}, motion: {kind: spin, speed: 80}}}"
+    assert [p.path for p in findings(assets, "fast-spin", driven, STATIC)] == ["/bodies/fan/motion/speed"]
+    mount = "mount: {kind: hinge, axis: y, actuator: {damping: 1}}"
+    motor = f"bodies: {{fan: {{kind: rigid, shape: {{kind: box, size: [1, 0.1, 0.1]}}, {mount}}}}}"
+    act = control("kind: drive, joint: fan, velocity: {kind: ramp, to: 80, end: 0.5}")
+    assert [p.path for p in findings(assets, "fast-spin", motor, STATIC, act)] == ["/actions/controls/act/velocity"]
+    assert not findings(assets, "fast-spin", motor, "scene: {dt: 0.005, substeps: 1}", act)
+
+
+@pytest.mark.parametrize(
+    ("scale", "says"),
+    [
+        ("{kind: sine, amplitude: 1, frequency: 60}", "shows as another"),
+        ("{kind: sine, amplitude: 1, frequency: 20}", "is coarse"),
+        ("{kind: sine, amplitude: 1, frequency: 10}", ""),
+        ("{kind: ramp, from: 0, to: 1, start: 0.5, end: 0.502}", "is a jump"),
+        ("{kind: ramp, from: 0, to: 1, start: 0.5, end: 0.51}", ""),
+        ("{kind: steps, times: [0, 0.5, 0.503], values: [0, 1, 2]}", "within one time step"),
+        ("{kind: piecewise, times: [0, 0.5, 0.51], values: [0, 1, 2]}", ""),
+        ("2.0", ""),
+    ],
+)
+def test_schedules_that_change_within_a_step(assets: Path, scale: str, says: str) -> None:
+    act = control(f"kind: force, body: ball, force: [1, 0, 0], scale: {scale}")
+    found = findings(assets, "fast-schedule", BALL, STATIC, act)
+    assert bool(found) == bool(says)
+    assert all(says in problem.message for problem in found)
+
+
+@pytest.mark.parametrize(
+    ("act", "severity"),
+    [
+        ("kind: impulse, body: ball, impulse: [3, 0, 0], at: 0.1", ""),
+        ("kind: impulse, body: ball, impulse: [30, 0, 0], at: 0.1", "warning"),  # 30 m/s: 0.3 m in a step
+        ("kind: impulse, body: ball, impulse: [3000, 0, 0], at: 0.1", "error"),  # faster than max_speed
+        ("kind: initial_velocity, body: ball, linear: [0, 2000, 0]", "error"),
+        ("kind: initial_velocity, body: ball, linear: [0, 900, 0]", ""),  # what it passes is another rule's
+        ("kind: force, body: ball, force: [50, 0, 0]", ""),
+        ("kind: force, body: ball, force: [5000, 0, 0]", "warning"),
+        ("kind: force, body: ball, force: [1200, 0, 0], during: [0, 0.9]", "warning"),  # 1080 m/s
+        ("kind: force, body: ball, force: [1200, 0, 0], during: [0, 0.1]", ""),
+    ],
+)
+def test_pushes_out_of_proportion(assets: Path, act: str, severity: str) -> None:
+    found = findings(assets, "violent-push", BALL, STATIC, control(act))
+    assert [problem.severity for problem in found] == ([severity] if severity else [])
+
+
+@pytest.mark.parametrize(
+    ("during", "says"),
+    [
+        ("[0.101, 0.109]", "no time step begins within"),
+        ("[0.1, 0.105]", ""),
+        ("[0.095, 0.105]", ""),
+        ("[0.5, 0.5]", "acts as one blow"),
+        ("[0, 1]", ""),
+    ],
+)
+def test_a_span_without_a_step(assets: Path, during: str, says: str) -> None:
+    act = control(f"kind: force, body: ball, force: [1, 0, 0], during: {during}")
+    found = findings(assets, "unfelt-push", BALL, STATIC, act)
+    assert bool(found) == bool(says)
+    assert all(says in problem.message for problem in found)
+
+
+@pytest.mark.parametrize(
+    ("more", "rules"),
+    [
+        ("scene: {substeps: 1, contact: {timeconst: 0.02}}", ["restitution-step"]),
+        ("scene: {dt: 0.001, substeps: 1, contact: {timeconst: 0.02}}", ["rough-bounce"]),
+        ("scene: {substeps: 2}", ["soft-bounce"]),
+        ("scene: {}", []),
+        ("bodies: {ball: {material: {restitution: 0}}}", []),
+    ],
+)
+def test_bounces_against_the_time_step(assets: Path, more: str, rules: list[str]) -> None:
+    bouncy = "bodies: {ball: {material: {restitution: 0.8}}}"
+    every = ("restitution-step", "rough-bounce", "soft-bounce")
+    assert [rule for rule in every if findings(assets, rule, BALL, bouncy, more)] == rules

@@ -1,0 +1,114 @@
+"""Expectations that come too soon, ask for too much, or hold if nothing moves."""
+
+from pathlib import Path
+
+import pytest
+from lint_support import findings
+
+THROW = """
+scene: {duration: 3, statics: {wall: {shape: {kind: box, size: [0.1, 2, 2]}, pose: {pos: [4, 0, 1]}}}}
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {mass: 1}, pose: {pos: [0, 0, 1.1]}}
+actions:
+  controls: {throw: {kind: initial_velocity, body: ball, linear: [4, 0, 0]}}
+  measures: {x: {kind: position, of: ball, axis: x}, z: {kind: position, of: ball, axis: z}, v: {kind: speed, of: ball}}
+  events: {hit: {kind: contact, between: [ball, wall]}, in: {kind: enters, of: ball, region: {kind: sphere, center: [9, 0, 1], radius: 1}}}
+"""
+MOTOR = """
+bodies:
+  cart:
+    kind: rigid
+    shape: {kind: box, size: [0.1, 0.1, 0.1]}
+    pose: {pos: [0, 3, 1]}
+    mount: {kind: slider, axis: x, actuator: {stiffness: 900, damping: 60}}
+actions: {controls: {push: {kind: drive, joint: cart, position: {kind: ramp, to: 0.5, end: 1}}}}
+"""
+
+
+def expecting(expect: str) -> str:
+    return f"actions: {{expect: {{e: {{{expect}}}}}}}"
+
+
+@pytest.mark.parametrize(
+    ("expect", "wanted"),
+    [
+        # 3.85 m at 4 m/s take about a second; what is certain is 2 v t + g t2, which is 0.36 s.
+        ("event: hit, within: [0, 0.3]", True),
+        ("event: hit, within: [0, 0.5]", False),
+        ("event: hit, within: [0, 0.3], count: 0", False),
+        ("event: hit, never: true, within: [0, 0.3]", False),
+        ("event: in, within: [0, 0.4]", True),
+        ("event: in, within: [0, 1.9]", False),
+        ("measure: x, at: 0.3, above: 4", True),
+        ("measure: x, at: 1.2, above: 4", False),
+        ("measure: x, during: [0, 0.3], stat: max, above: 4", True),
+        ("measure: x, during: [0, 0.3], stat: min, below: -4", True),
+        ("measure: x, during: [0, 2], stat: max, above: 4", False),
+        ("measure: x, during: [0.3, 2], above: 4", True),
+    ],
+)
+def test_what_comes_too_soon(assets: Path, expect: str, wanted: bool) -> None:
+    assert bool(findings(assets, "too-soon", THROW, expecting(expect))) == wanted
+    assert not findings(assets, "too-soon", THROW, MOTOR, expecting(expect))  # a motor may throw anything
+
+
+@pytest.mark.parametrize(
+    ("expect", "wanted"),
+    [
+        # 8 J of speed and 10.8 J of height: at most 6.4 m/s, or 2.1 m high.
+        ("measure: v, during: [0.1, 3], stat: max, above: 7", True),
+        ("measure: v, during: [0.1, 3], stat: max, above: 5.5", False),
+        ("measure: z, during: [0.1, 3], stat: max, above: 2.5", True),
+        ("measure: z, during: [0.1, 3], stat: max, above: 1.5", False),
+        ("measure: z, at: 1, above: 2.5", True),
+        ("measure: z, at: 1, below: 2.5", False),
+    ],
+)
+def test_what_takes_too_much_energy(assets: Path, expect: str, wanted: bool) -> None:
+    assert bool(findings(assets, "too-little-energy", THROW, expecting(expect))) == wanted
+    assert not findings(assets, "too-little-energy", THROW, MOTOR, expecting(expect))
+    small = "scene: {statics: {floor: {shape: {kind: plane, size: 4}}}}"  # it falls off, and gets faster
+    assert not findings(assets, "too-little-energy", THROW, small, expecting(expect))
+
+
+@pytest.mark.parametrize(
+    ("expect", "wanted"),
+    [
+        ("a: {measure: z, during: all, above: -1}", True),
+        ("a: {measure: v, at: end, below: 0.5}", True),
+        ("a: {measure: v, at: end, below: 0.5}, b: {event: hit, never: true}", True),
+        ("a: {measure: z, during: all, above: -1}, b: {event: hit, within: [0.5, 2]}", False),
+        ("a: {measure: z, at: end, below: 0.5}", False),
+        ("a: {event: hit}", False),
+    ],
+)
+def test_what_holds_if_nothing_moves(assets: Path, expect: str, wanted: bool) -> None:
+    case = f"actions: {{expect: {{{expect}}}}}"
+    assert bool(findings(assets, "passes-at-rest", THROW, case)) == wanted
+
+
+def test_a_tower_may_stand_still(assets: Path) -> None:
+    tower = """
+bodies:
+  block:
+    kind: rigid
+    shape: {kind: box, size: [0.1, 0.1, 0.1]}
+    place: {on: floor}
+    repeat: {kind: stack, count: 5}
+actions:
+  measures: {lean: {kind: tilt, of: block, stat: max}}
+  expect: {stands: {measure: lean, during: all, below: 1}}
+"""
+    assert not findings(assets, "passes-at-rest", tower)
+    in_the_air = "bodies: {block: {place: null, pose: {pos: [0, 0, 1]}}}"
+    assert findings(assets, "passes-at-rest", tower, in_the_air)
+
+
+def test_a_case_without_expectations_is_not_named(assets: Path) -> None:
+    assert not findings(assets, "passes-at-rest", THROW)
+
+
+def test_a_drive_after_the_end(assets: Path) -> None:
+    late = "actions: {controls: {push: {position: {kind: ramp, to: 0.5, start: 4, end: 5}}}}"
+    assert findings(assets, "late-drive", MOTOR, late)
+    assert not findings(assets, "late-drive", MOTOR, late, "scene: {duration: 4.5}")

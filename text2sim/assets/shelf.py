@@ -1,0 +1,88 @@
+"""Files that come with the engine: `genesis:PATH` names one in the folder of assets of the installed package."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
+
+from text2sim.spec_schema.errors import AssetError, nearest
+
+PREFIX = "genesis:"
+SUFFIXES = (".xml", ".urdf", ".obj", ".stl", ".ply", ".glb", ".gltf")
+"""What is listed as a nearest word; the readers of the files say which they take."""
+
+
+@dataclass(frozen=True)
+class Shelf:
+    """A folder out of which nothing is read that a case names."""
+
+    root: Path
+    """Resolved."""
+    file: str
+    """Path inside it, as the case wrote it."""
+    own: bool
+    """Whether it is the case's folder, into which an author can copy files."""
+
+    @property
+    def name(self) -> str:
+        """The folder, in words."""
+        return "the case's folder" if self.own else "the engine's assets"
+
+    @property
+    def owner(self) -> str:
+        """Whose folder it is, in words."""
+        return "the case" if self.own else self.name
+
+    def advice(self, text: str) -> str:
+        """Return what an author can do about a file that is not there: nothing, if it is not his folder."""
+        return f"; {text}" if self.own else ""
+
+
+def shelf_of(folder: Path, file: str) -> Shelf:
+    """Return the folder in which a file that a case names has to lie.
+
+    The engine is not imported for that.
+
+    Args:
+        folder: The case's folder.
+        file: Path inside it, or `genesis:` and a path inside the engine's assets.
+
+    Raises:
+        AssetError: if the engine is asked for a file that it does not have, or is not installed.
+    """
+    if not file.startswith(PREFIX):
+        return Shelf(folder.resolve(), file, own=True)
+    path = file.removeprefix(PREFIX)
+    root = engine_assets()
+    if root is None:
+        raise AssetError("comes with the engine, which is not installed: pip install genesis-world")
+    if not path or path.startswith("/") or "\\" in path or "\0" in path or ".." in path.split("/"):
+        raise AssetError("must be `genesis:` and a path inside the engine's assets, with forward slashes")
+    try:
+        there = (root / path).is_file()
+    except (OSError, ValueError):
+        there = False
+    if not there:
+        near = nearest(path, _listed(root))
+        raise AssetError(f"is not among the engine's assets{f'; did you mean `{PREFIX}{near}`?' if near else ''}")
+    return Shelf(root, path, own=False)
+
+
+@lru_cache(maxsize=1)
+def engine_assets() -> Path | None:
+    """Return the folder of assets of the installed engine, links followed; None if it is not installed."""
+    try:
+        spec = find_spec("genesis")
+    except (ImportError, ValueError):
+        return None
+    for place in (spec and spec.submodule_search_locations) or ():
+        folder = Path(place) / "assets"
+        if folder.is_dir():
+            return folder.resolve()
+    return None
+
+
+@lru_cache(maxsize=1)
+def _listed(root: Path) -> tuple[str, ...]:
+    found = (path for path in root.rglob("*") if path.suffix.lower() in SUFFIXES)
+    return tuple(sorted(path.relative_to(root).as_posix() for path in found))

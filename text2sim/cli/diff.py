@@ -1,0 +1,132 @@
+"""The command `text2sim diff`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from text2sim.cli import exits
+
+if TYPE_CHECKING:
+    from text2sim.revision.compare import Comparison
+    from text2sim.revision.side import Side
+
+EFFECTS = 20
+"""Values that follow, of which as many are shown to people."""
+_STYLES = {"+": "green", "-": "red", ">": "cyan", "~": "yellow", "=": "dim"}
+_HELP = "A case, its folder, one of its revisions (`case.yaml@HEAD~1`), a variant (`case.yaml+soft`), or a run folder."
+_Options = Annotated[list[str] | None, typer.Option(metavar="NAME", help="Lay this variant over it; several in order.")]
+
+
+def diff(
+    a: Annotated[str, typer.Argument(help=_HELP)],
+    b: Annotated[str, typer.Argument(help="Another.")],
+    variant_a: _Options = None,
+    variant_b: _Options = None,
+    runs: Annotated[Path, typer.Option("--runs", help="Folder of runs: what came of both is compared, too.")] = Path(
+        "runs"
+    ),
+    stat: Annotated[bool, typer.Option("--stat", help="Only say how much differs.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the RFC 6902 patch that makes B of A.")] = False,
+) -> None:
+    """Say how two versions of a case differ in meaning: order, comments and format are none.
+
+    Exit codes: 0 they mean the same, 1 they differ, 2 one cannot be read.
+    """
+    from contextlib import ExitStack
+
+    from text2sim.cli.output import say_json
+    from text2sim.revision.compare import compare
+    from text2sim.revision.side import open_side
+    from text2sim.spec_schema.overlay import Overlay
+
+    with ExitStack() as stack:
+        one = stack.enter_context(open_side(a, Overlay(tuple(variant_a or ()))))
+        other = stack.enter_context(open_side(b, Overlay(tuple(variant_b or ()))))
+        found = compare(one, other, runs if not (stat or as_json) and runs.is_dir() else None)
+    if as_json:
+        say_json(found.operations)
+    else:
+        for side in (one, other):
+            _say_invalid(side)
+        for line in stat_lines(found) if stat else report_lines(found):
+            say_line(line)
+    raise typer.Exit(exits.OK if found.same else exits.PHYSICS)
+
+
+def report_lines(found: "Comparison") -> list[str]:
+    """What differs, section by section, and what follows from it."""
+    from text2sim.spec_schema.diff_words import change_line, effect_line, sections
+
+    lines = []
+    for name, changes in sections(found.changes).items():
+        lines += [f"{name or 'case'}:", *(f"  {change_line(change)}" for change in changes)]
+    if found.effects:
+        lines += ["what follows:", *(f"  {effect_line(effect)}" for effect in found.effects[:EFFECTS])]
+        if len(found.effects) > EFFECTS:
+            lines.append(f"  … and {len(found.effects) - EFFECTS} more values")
+    return [*lines, *_run_lines(found)]
+
+
+def stat_lines(found: "Comparison") -> list[str]:
+    """How much differs."""
+    from text2sim.spec_schema.diff_words import sections
+
+    lines = []
+    for name, changes in sections(found.changes).items():
+        kinds = [change.kind if change.kind != "kind" else "changed" for change in changes]
+        counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(kinds))
+        lines.append(f"{name or 'case'}: {counts}")
+    if found.effects:
+        lines.append(f"{len(found.effects)} value{'s' if len(found.effects) != 1 else ''} that follow")
+    return lines
+
+
+def _run_lines(found: "Comparison") -> list[str]:
+    from text2sim.cli.output import shown
+    from text2sim.cli.verdict import MARKS
+    from text2sim.revision.compare import STATISTICS
+
+    if found.runs is None:
+        return []
+    if found.same_simulation:
+        return [] if found.same else [f"both mean the same simulation: {shown(found.runs[0])}"]
+    lines = [f"what came of it ({shown(found.runs[0])} → {shown(found.runs[1])}):"]
+    for row in found.measured:
+        unit = f" {row.unit}" if row.unit else ""
+        pairs = [f"{STATISTICS[key]} {_number(x)} → {_number(y)}{unit}" for key, (x, y) in row.values.items()]
+        lines.append(f"  {row.name}  {', '.join(pairs)}")
+    for row in found.judged:
+        lines.append(f"  {row.name}  {MARKS[row.was]} → {MARKS[row.now]}: {row.why}")
+    return lines if len(lines) > 1 else [*lines, "  nothing that is measured differs"]
+
+
+def _number(value: float | None) -> str:
+    return "?" if value is None else f"{value:.4g}"
+
+
+def _say_invalid(side: "Side") -> None:
+    import sys
+
+    from text2sim.cli.output import say
+
+    if side.problems:
+        say(f"{side.label} is not valid, so that nothing can be said about what follows:", to=sys.stderr)
+        say(f"  {side.problems[0]}", to=sys.stderr)
+
+
+def say_line(line: str) -> None:
+    """Print a line of a difference, in colour on a terminal."""
+    import sys
+
+    from text2sim.cli.output import printable, say
+
+    if not sys.stdout.isatty():
+        say(line)
+        return
+    from rich.console import Console
+    from rich.text import Text
+
+    bare = line.lstrip(" ")
+    style: Any = _STYLES.get(bare[:1], "") if line.startswith(" ") else "bold"
+    Console(highlight=False, soft_wrap=True).print(Text(printable(line), style=style))

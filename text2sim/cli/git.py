@@ -1,0 +1,96 @@
+"""The commands `text2sim git`: cases in a git repository."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from text2sim.cli import exits
+
+git = typer.Typer(
+    help="Let git show and merge cases by meaning.",
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+_Global = Annotated[
+    bool, typer.Option("--global", help="For all repositories of this user, instead of the one that we are in.")
+]
+_Name = Annotated[str, typer.Argument()]
+_File = Annotated[Path, typer.Argument()]
+
+
+@git.command("install")
+def install(everywhere: _Global = False) -> None:
+    """Set the repository up: `git diff` speaks of meaning, and changes of different values merge without conflict."""
+    from text2sim.cli.output import say, shown
+    from text2sim.revision.installation import LINE, install, settings
+
+    file, changed = install(Path.cwd(), everywhere=everywhere)
+    say(f"{shown(file)}: {LINE}" if changed else f"{shown(file)}: unchanged")
+    say(f"git config: {', '.join(settings(''))}")
+
+
+@git.command("uninstall")
+def uninstall(everywhere: _Global = False) -> None:
+    """Undo what `install` did."""
+    from text2sim.cli.output import say, shown
+    from text2sim.revision.installation import uninstall
+
+    file, changed = uninstall(Path.cwd(), everywhere=everywhere)
+    say(f"{shown(file)}: {'without text2sim' if changed else 'unchanged'}")
+
+
+@git.command("diff", hidden=True)
+def diff(name: _Name, files: Annotated[list[str] | None, typer.Argument()] = None) -> None:
+    """What git calls as `diff.text2sim.command`: PATH OLD HEX MODE NEW HEX MODE."""
+    from text2sim.cli.diff import say_line
+
+    for line in _difference(name, files or []):
+        say_line(line)
+
+
+@git.command("textconv", hidden=True)
+def textconv(file: _File) -> None:
+    """What git calls as `diff.text2sim.textconv`."""
+    from text2sim.revision.driver import flat_text
+    from text2sim.spec_schema.errors import SpecError
+    from text2sim.spec_schema.source import read_source
+
+    try:
+        print(flat_text(read_source(file)), end="")
+    except SpecError:
+        sys.stdout.write(file.read_bytes().decode("utf-8", "replace"))
+
+
+@git.command("merge", hidden=True)
+def merge(base: _File, ours: _File, theirs: _File, name: _Name, marker: Annotated[int, typer.Argument()] = 7) -> None:
+    """What git calls as `merge.text2sim.driver`: %O %A %B %P %L. The result goes to the second file."""
+    from text2sim.cli.output import say
+    from text2sim.revision.driver import merge_files
+
+    result = merge_files(base, ours, theirs, name, max(1, min(marker, 100)))
+    ours.write_bytes(result.text)
+    for remark in result.remarks:
+        say(f"{name}: {remark}", to=sys.stderr)
+    raise typer.Exit(exits.OK if result.clean else exits.PHYSICS)
+
+
+def _difference(name: str, files: list[str]) -> list[str]:
+    from text2sim.cli.diff import report_lines
+    from text2sim.revision.compare import compare
+    from text2sim.revision.driver import driver_side, text_difference
+
+    if len(files) < 6:
+        return [f"{name}: not merged yet"]
+    old, new = Path(files[0]), Path(files[3])
+    title = f"{name} → {files[6]}" if len(files) > 6 else name
+    if "/dev/null" in (files[0], files[3]):
+        return [title, f"  {'a new case' if files[0] == '/dev/null' else 'the case is gone'}"]
+    one, other = driver_side(old, name, f"a/{name}"), driver_side(new, name, f"b/{name}")
+    if one is None or other is None:
+        return text_difference(old, new, name)
+    found = compare(one, other)
+    if found.same:
+        return [f"{title}: the meaning is the same", *text_difference(old, new, name)]
+    return [title, *(f"  {line}" for line in report_lines(found))]

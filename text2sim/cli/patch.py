@@ -1,0 +1,115 @@
+"""The command `text2sim patch`."""
+
+import difflib
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from text2sim.cli import exits
+
+if TYPE_CHECKING:
+    from text2sim.revision.patch_file import PatchFile
+    from text2sim.revision.revise import Revision
+
+
+class Owner(StrEnum):
+    """Who may own a section."""
+
+    scene = "scene"
+    bodies = "bodies"
+    actions = "actions"
+    render = "render"
+
+
+def patch(
+    case: Annotated[Path, typer.Argument(help="A case folder or case.yaml file.")],
+    operations: Annotated[str, typer.Argument(metavar="PATCH.JSON", help="RFC 6902 operations; - reads them in.")],
+    owner: Annotated[
+        Owner | None, typer.Option("--owner", help="Whoever patches may change this section and nothing else.")
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Write nothing; print what would change.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """Apply a patch to a case: all of it, with the author's comments and order kept, or nothing.
+
+    The result has to be a valid case, in which the lint finds no new error.
+    """
+    from text2sim.cli.cases import case_file
+    from text2sim.cli.output import say_json, say_problems
+    from text2sim.revision.files import rewrite
+    from text2sim.revision.patch_file import read_patch
+    from text2sim.revision.revise import Refused, revise
+    from text2sim.spec_schema.patch import PatchError
+    from text2sim.spec_schema.source import decode_source, read_source
+
+    file = case_file(case)
+    source = read_source(file)
+    given = decode_source(sys.stdin.buffer.read(), "-") if operations == "-" else read_source(Path(operations))
+    wanted = read_patch(given)
+    try:
+        revision = revise(source, file, wanted.operations, owner.value if owner is not None else None)
+        if not dry_run and revision.text != source.text:
+            rewrite(file, source, revision.text)
+    except PatchError as error:
+        problem = wanted.problem(error)
+        if as_json:
+            say_json({"ok": False, "file": str(file), "operation": error.index, "problems": [problem.as_dict()]})
+        else:
+            say_problems([problem], {given.file: given.text})
+        raise typer.Exit(exits.INPUT) from None
+    except Refused as refused:
+        _say_refused(refused, file, wanted, as_json)
+        raise typer.Exit(exits.INPUT) from None
+    if as_json:
+        say_json(_document(revision, file, dry_run))
+    else:
+        _say(revision, file, len(wanted.operations), dry_run)
+
+
+def _say(revision: "Revision", file: Path, count: int, dry_run: bool) -> None:
+    from text2sim.cli.output import say, say_problems, shown
+    from text2sim.spec_schema.diff_words import change_line
+
+    say_problems([*revision.remaining, *revision.warnings], {str(file): revision.text})
+    for change in revision.changes:
+        say(change_line(change))
+    if dry_run:
+        before, after = revision.source.text.splitlines(keepends=True), revision.text.splitlines(keepends=True)
+        for line in difflib.unified_diff(before, after, shown(file), f"{shown(file)} (patched)"):
+            say(line.rstrip("\r\n"))
+    if revision.text == revision.source.text:
+        say(f"{shown(file)}: the patch changes nothing")
+    else:
+        say(f"{shown(file)}: {count} operation{'s' if count != 1 else ''} {'would be ' if dry_run else ''}applied")
+
+
+def _say_refused(refused: Any, file: Path, wanted: "PatchFile", as_json: bool) -> None:
+    from text2sim.cli.output import say, say_json, say_problems, shown
+
+    if as_json:
+        rows = zip(refused.problems, refused.blame, strict=True)
+        problems = [problem.as_dict() | {"operation": index} for problem, index in rows]
+        say_json({"ok": False, "file": str(file), "problems": problems})
+        return
+    say_problems(refused.problems, {str(file): refused.text})
+    for index in sorted({index for index in refused.blame if index is not None}):
+        operation = wanted.operations[index]
+        say(f"    operation {index + 1} ({operation['op']} {operation['path']}) has to do with it", to=sys.stderr)
+    say(f"{shown(file)} would be wrong with this patch, and stays as it is", to=sys.stderr)
+
+
+def _document(revision: "Revision", file: Path, dry_run: bool) -> dict[str, Any]:
+    from text2sim.spec_schema.diff_words import change_line
+
+    return {
+        "ok": True,
+        "file": str(file),
+        "written": not dry_run and revision.text != revision.source.text,
+        "changes": [change_line(change) for change in revision.changes],
+        "undo": revision.undo,
+        "warnings": [problem.as_dict() for problem in revision.warnings],
+        "remaining": [problem.as_dict() for problem in revision.remaining],
+    }

@@ -1,0 +1,115 @@
+"""The command `text2sim prefabs`."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from text2sim.spec_schema.library import Definition, Library
+
+
+def prefabs(
+    name: Annotated[str, typer.Argument(help="Say all about this one; list them if left out.")] = "",
+    case: Annotated[Path | None, typer.Option("--case", help="Count those of this case, too.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """List the prefabs that a case can use, or say how to use one."""
+    from text2sim.cli import exits
+    from text2sim.cli.output import say, say_json
+
+    library = _library(case)
+    if not name:
+        code = _list(library, as_json)
+    else:
+        found = _find(library, name)
+        code = exits.INPUT if found is None else exits.OK
+        if found is not None and as_json:
+            say_json(_plain(found))
+        elif found is not None:
+            say("\n".join(_described(found)))
+    raise typer.Exit(code)
+
+
+def _library(case: Path | None) -> "Library":
+    from text2sim.cli.cases import case_file
+    from text2sim.spec_schema.catalogue import library
+    from text2sim.spec_schema.document import parse_document
+    from text2sim.spec_schema.library import Library
+    from text2sim.spec_schema.source import read_source
+
+    if case is None:
+        return library()
+    file = case_file(case)
+    document = parse_document(read_source(file))
+    return Library(document, file.parent) if isinstance(document.data, dict) else library(file.parent)
+
+
+def _list(library: "Library", as_json: bool) -> int:
+    """Print one line for each, and return the exit code: what is broken is said, too."""
+    from text2sim.cli import exits
+    from text2sim.cli.output import say, say_json
+
+    found = [(name, _find(library, name)) for name in library.names()]
+    usable = [one for _, one in found if one is not None]
+    if as_json:
+        say_json({"prefabs": [_plain(one) for one in usable]})
+    else:
+        wide = max((len(one.name) for one in usable), default=0)
+        for one in usable:
+            say(f"{one.name:{wide}}  {_first_sentence(one.model.doc)}")
+    return exits.OK if len(usable) == len(found) else exits.INPUT
+
+
+def _find(library: "Library", name: str) -> "Definition | None":
+    """Return a prefab, or None after having said why there is none."""
+    from text2sim.cli.output import say
+    from text2sim.spec_schema.library import Missing
+
+    try:
+        return library.find(name)
+    except Missing as missing:
+        hint = f"; did you mean `{missing.hint}`?" if missing.hint else ""
+        say(f"{missing}{hint}", to=sys.stderr)
+        for problem in missing.problems:
+            say(f"  {problem}", to=sys.stderr)
+        return None
+
+
+def _described(found: "Definition") -> list[str]:
+    """Lines that say all about a prefab."""
+    import textwrap
+
+    from text2sim.spec_schema.catalogue import param_rows, parts_of, usage
+
+    lines = [f"{found.name} ({found.place})", "", *textwrap.wrap(" ".join(found.model.doc.split()), 100)]
+    if parts := parts_of(found):
+        lines += ["", f"Bodies: {', '.join(f'NAME_{part}' for part in parts)}"]
+    rows = param_rows(found)
+    wide = max((len(row.name) for row in rows), default=0)
+    lines += ["", "Parameters:", ""] if rows else []
+    for row in rows:
+        default = f"; {row.default} if left out" if row.default else ", required"
+        lines += [f"  {row.name:{wide}}  {row.doc}", f"  {'':{wide}}  {row.takes}{default}"]
+    return [*lines, "", "For example:", "", textwrap.indent(usage(found).rstrip("\n"), "  ")]
+
+
+def _first_sentence(doc: str) -> str:
+    """Text up to its first full stop, on one line."""
+    text = " ".join(doc.split())
+    return text.partition(". ")[0].removesuffix(".")
+
+
+def _plain(found: "Definition") -> dict[str, Any]:
+    from text2sim.spec_schema.catalogue import parts_of, usage
+
+    params = {name: param.model_dump(mode="json", exclude_unset=True) for name, param in found.model.params.items()}
+    return {
+        "name": found.name,
+        "file": found.place,
+        "doc": " ".join(found.model.doc.split()),
+        "parts": list(parts_of(found)),
+        "params": params,
+        "example": usage(found),
+    }

@@ -1,0 +1,49 @@
+"""What `text2sim check` says about the rules of the lint."""
+
+import sys
+from dataclasses import fields
+from typing import Any
+
+from text2sim.cli import exits
+from text2sim.cli.output import say, say_json
+from text2sim.lint.rules import RULES, Rule, find_rule
+from text2sim.spec_schema.errors import nearest
+
+
+def say_rules(as_json: bool) -> int:
+    """Print one line for each rule, and return the exit code."""
+    if as_json:
+        say_json({"rules": [_plain(rule) for rule in RULES]})
+        return exits.OK
+    wide = max(len(rule.id) for rule in RULES)
+    for rule in RULES:
+        say(f"{rule.id:{wide}}  {rule.severity:7}  {rule.title}")
+    return exits.OK
+
+
+def say_rule(name: str, as_json: bool) -> int:
+    """Print all that there is to say about a rule, and return the exit code."""
+    rule = find_rule(name)
+    if rule is None:
+        hint = nearest(name, [rule.id for rule in RULES])
+        end = f"; did you mean `{hint}`?" if hint else "; --rules lists them"
+        aside = " (--settings says which settings were derived)" if "/" in name or "." in name else ""
+        say(f"there is no rule `{name}`{end}{aside}", to=sys.stderr)
+        return exits.INPUT
+    if as_json:
+        say_json(_plain(rule))
+        return exits.OK
+    say(f"{rule.id} ({rule.severity}): {rule.title}\n\n{rule.reason}\n\nWay out: {rule.way_out}\n\nFor example:\n")
+    say(_indented(rule.example))
+    if rule.mended:
+        say(f"\nInstead:\n\n{_indented(rule.mended)}")
+    say(f"\nIf it is meant:\n\n    waive: {{{rule.id}: why it is meant}}")
+    return exits.OK
+
+
+def _indented(text: str) -> str:
+    return "\n".join(f"    {line}" for line in text.rstrip("\n").split("\n"))
+
+
+def _plain(rule: Rule) -> dict[str, Any]:
+    return {field.name: getattr(rule, field.name) for field in fields(rule) if field.name != "run"}

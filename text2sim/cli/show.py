@@ -1,0 +1,125 @@
+"""The command `text2sim show`."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from text2sim.cli.options import Sets, Variants, overlay_of
+
+if TYPE_CHECKING:
+    from text2sim.cli.cases import Examined
+    from text2sim.compiler.build import Resolution
+    from text2sim.compiler.explicit import Explicit
+    from text2sim.spec_schema.overlay import Overlay
+
+
+def show(
+    case: Annotated[Path, typer.Argument(help="A case folder or case.yaml file.")],
+    variants: Variants = None,
+    sets: Sets = None,
+    png: Annotated[Path | None, typer.Option("--png", help="File of the picture; runs/NAME-layout.png.")] = None,
+    no_png: Annotated[bool, typer.Option("--no-png", help="Draw nothing.")] = False,
+    body: Annotated[str, typer.Option("--body", metavar="NAME", help="Print this body or static alone.")] = "",
+    open_it: Annotated[bool, typer.Option("--open", help="Show the picture on the screen.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """Print a case with nothing left out, and draw how it starts."""
+    from text2sim.cli.cases import Examined, case_file
+    from text2sim.cli.output import say_json
+    from text2sim.compiler.explicit import explicit
+    from text2sim.spec_schema.errors import Text2SimError, nearest
+
+    overlay = overlay_of(variants, sets)
+    row = Examined(case_file(case))
+    resolution = _resolve(row, case, overlay)
+    if resolution is None:
+        row.say() if not as_json else say_json(row.as_dict())
+        raise typer.Exit(row.exit)
+    found = explicit(resolution)
+    if body:
+        known = [*found.data["scene"].get("statics", {}), *found.data["bodies"]]
+        if body not in known:
+            hint = nearest(body, known)
+            raise typer.BadParameter(f"there is no body or static `{body}`" + (f"; did you mean `{hint}`?" if hint else ""))
+        found = found.only(body)
+    target = png if png is not None else Path("runs") / f"{resolution.plan.case}-layout.png"
+    if not no_png:
+        try:
+            _draw(resolution, target, overlay)
+        except (Text2SimError, OSError) as error:
+            row.blame(error)
+    _print(row, resolution, found, None if no_png or not row.ok else target, overlay, as_json)
+    if open_it and not no_png and row.ok:
+        _open(target)
+    raise typer.Exit(row.exit)
+
+
+def _resolve(row: "Examined", case: Path, overlay: "Overlay") -> "Resolution | None":
+    """Work a case out; what is wrong with it ends up in `row`. The lint has no say: a picture may be what it takes."""
+    from text2sim.compiler.build import resolve_case
+    from text2sim.spec_schema.errors import Text2SimError
+    from text2sim.spec_schema.load import load_case
+
+    try:
+        row.loaded = load_case(case, overlay)
+        row.path = row.loaded.path
+        resolution = resolve_case(row.loaded)
+    except (Text2SimError, OSError) as error:
+        row.blame(error)
+        return None
+    row.plan, row.problems = resolution.plan, list(resolution.plan.warnings)
+    row.collect_sources()
+    return resolution
+
+
+def _draw(resolution: "Resolution", target: Path, overlay: "Overlay") -> None:
+    from text2sim.drawing.layout import write_layout
+
+    write_layout(resolution, target, _said(overlay))
+
+
+def _said(overlay: "Overlay") -> str:
+    """What is laid over the case, in words."""
+    names = [f"variant {' + '.join(overlay.variants)}"] if overlay.variants else []
+    return ", ".join([*names, *overlay.sets])
+
+
+def _print(
+    row: "Examined",
+    resolution: "Resolution",
+    found: "Explicit",
+    picture: Path | None,
+    overlay: "Overlay",
+    as_json: bool,
+) -> None:
+    from text2sim.cli.output import say, say_json, shown
+
+    if as_json:
+        document: dict[str, Any] = {
+            "overlay": {"variants": list(overlay.variants), "set": list(overlay.sets)},
+            "resolved": found.data,
+            "comments": {"/" + "/".join(map(str, path)): text for path, text in found.comments.items()},
+            "digest": resolution.plan.sim_digest,
+            "png": None if picture is None else str(picture),
+        }
+        say_json(row.as_dict() | document)
+        return
+    over = f" with {_said(overlay)}" if overlay else ""
+    say(found.text([f"# {shown(row.path)}{over}, with nothing left out."]).removesuffix("\n"))
+    row.say()
+    if picture is not None:
+        say(shown(picture), to=sys.stderr)
+
+
+def _open(picture: Path) -> None:
+    """Ask the desktop to show a file."""
+    import subprocess
+    import webbrowser
+
+    command = {"darwin": ["open"], "win32": ["cmd", "/c", "start", ""]}.get(sys.platform, ["xdg-open"])
+    try:
+        subprocess.Popen([*command, str(picture)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    except OSError:
+        webbrowser.open(picture.absolute().as_uri())

@@ -1,0 +1,133 @@
+"""The command `text2sim watch`."""
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from text2sim.cli import exits
+
+if TYPE_CHECKING:
+    from text2sim.spec_schema.errors import Problem
+    from text2sim.watching.parties import Checked
+    from text2sim.watching.take import Take
+
+
+def watch(
+    case: Annotated[Path, typer.Argument(help="A case folder, or a case.yaml file.")],
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Of the page; 0 takes one that is free.")] = 0,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
+    runs: Annotated[Path, typer.Option("--runs", help="Folder in which watch-<case> goes.")] = Path("runs"),
+    width: Annotated[int, typer.Option("--width", min=64, max=1920, help="Of the preview film, in pixels.")] = 480,
+    timeout: Annotated[
+        float, typer.Option("--timeout", min=1.0, help="Wall time in seconds that a simulation may take.")
+    ] = 60.0,
+    memory: Annotated[
+        float, typer.Option("--memory", min=1.0, help="Memory in GB above which the engine is replaced by a fresh one.")
+    ] = 3.0,
+) -> None:
+    """Check a case whenever it is saved, simulate it in a warm engine, and show the film in the browser.
+
+    The film is a preview, and what lies in runs/watch-<case> is no run: `text2sim run` makes that.
+
+    Ctrl-C ends it.
+    """
+    from text2sim.cli.cases import case_file, examine
+    from text2sim.cli.output import say, shown
+    from text2sim.harness.lock import RunLock
+    from text2sim.harness.stop import Stop
+    from text2sim.spec_schema.errors import RunError
+    from text2sim.watching.board import Board
+    from text2sim.watching.server import PageServer
+    from text2sim.watching.session import Options, Session
+
+    path = case_file(case)
+    if not path.is_file():
+        raise RunError(f"{shown(path)}: there is no such case")
+    name = f"watch-{_folder_name(path)}"
+    folder = (runs / name).absolute()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RunError(f"{shown(folder)}: cannot write there: {error.strerror}") from error
+    with RunLock(runs, name), Stop() as stop, stop.gently():
+        board = Board(case=path.parent.name, file=shown(path), words="starting", tone="busy", mark="…")
+        try:
+            server = PageServer(board, port)
+        except OSError as error:
+            raise RunError(f"the page cannot listen on port {port}: {error.strerror}") from error
+        try:
+            say(f"watching {shown(path)}; Ctrl-C ends it")
+            say(f"page: {server.url}")
+            sys.stdout.flush()
+            options = Options(width=width, timeout=timeout, memory=int(memory * 1e9))
+            session = Session(path, folder, lambda: examine(path), board, _Terminal(), options)
+            if browser:
+                _open(server.url)
+            session.run(lambda: stop.count > 0)
+        finally:
+            server.close()
+    raise typer.Exit(exits.INTERRUPTED)
+
+
+class _Terminal:
+    """Prints what happens, a line or two for each."""
+
+    def __init__(self) -> None:
+        self._warnings: object = None
+
+    def checked(self, case: "Checked", seconds: float) -> None:
+        from text2sim.cli.output import say, say_problems
+
+        if case.failure:
+            say(f"{case.name}: {case.failure}", to=sys.stderr)
+        # Warnings that are no news would push the rest off the screen at every save.
+        if not case.ok or case.problems != self._warnings:
+            say_problems(case.problems, case.sources)
+        self._warnings = case.problems if case.ok else None
+        count = len(case.problems)
+        what = "ok" if case.ok else "not run"
+        more = f", {count} {'warning' if case.ok else 'problem'}{'s' if count > 1 else ''}" if count else ""
+        say(f"{case.name}: {what}{more} ({seconds:.2f} s)")
+        sys.stdout.flush()
+
+    def status(self, words: str) -> None:
+        self._say(words)
+
+    def trouble(self, words: str, problem: "Problem | None") -> None:
+        self._say(str(problem) if problem is not None else words, to=sys.stderr)
+
+    def done(self, take: "Take", evidence: dict[str, Any] | None, no_film: str, seconds: float) -> None:
+        from text2sim.cli.output import expectation_rows
+        from text2sim.cli.verdict import MARKS
+
+        rows = expectation_rows((evidence or {}).get("expect", {}))
+        for ok, name, words in rows:
+            if ok is not True:
+                self._say(f"  {MARKS[ok]:<4}  {name}  {words}")
+        score = f", {sum(ok is True for ok, _, _ in rows)} of {len(rows)} expectations came true" if rows else ""
+        filmed = take.seconds.get("film")
+        picture = f"film after {filmed:.2f} s" if filmed is not None and not no_film else f"no film ({no_film})"
+        self._say(f"take {take.number}: {take.state}{score}; {picture}, all after {seconds:.2f} s")
+
+    def _say(self, words: str, to: Any = None) -> None:
+        from text2sim.cli.output import say
+
+        say(words, to=to)
+        sys.stdout.flush()
+
+
+def _folder_name(path: Path) -> str:
+    """The name of the case's folder, or of its file, with nothing that a file system could mind."""
+    name = path.absolute().parent.name if path.name == "case.yaml" else path.stem
+    return "".join(c if c.isascii() and (c.isalnum() or c in "_-") else "_" for c in name)[:60] or "case"
+
+
+def _open(url: str) -> None:
+    """Open a page, where there is a browser with a window: one in this terminal would be in the way."""
+    import webbrowser
+
+    if sys.platform in ("darwin", "win32") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
+        webbrowser.open(url)

@@ -1,0 +1,247 @@
+"""A case with nothing left out: defaults, values of expressions, derived settings, and what came of it as comments.
+
+What is written is a case of the language, and the same simulation.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from pydantic import BaseModel
+
+from text2sim.compiler.build import Resolution
+from text2sim.compiler.film import DEFAULT_LIGHTS
+from text2sim.compiler.folding import escaped, folded
+from text2sim.compiler.looks import default_color
+from text2sim.compiler.masses import masses
+from text2sim.compiler.placement import Copy
+from text2sim.spec_schema.base import Pose
+from text2sim.spec_schema.bodies import Articulated, Driven
+from text2sim.spec_schema.canonical import dump_layout
+from text2sim.spec_schema.document import Path
+from text2sim.spec_schema.expectations import Expect
+from text2sim.spec_schema.layout import Entry, plain_layout
+from text2sim.spec_schema.placement import Place
+from text2sim.spec_schema.regions import BodyPoint, BodyRegion
+from text2sim.spec_schema.words import fields_of
+
+AS_WRITTEN = (Place, BodyRegion, BodyPoint, Expect)
+"""Models in which to say a default is to say something, or makes no sense beside the rest."""
+GONE = ("params", "prefabs", "variants", "sweeps")
+"""Sections that have done their work."""
+
+
+@dataclass
+class Explicit:
+    """A case with nothing left out."""
+
+    data: dict[str, Any]
+    """Plain data. Only what differs from copy to copy is still an expression."""
+    comments: dict[Path, str] = field(default_factory=dict)
+    """What stands behind a value."""
+
+    def text(self, head: list[str] | None = None) -> str:
+        """Return it in canonical form, with its comments and the lines `head` above them."""
+        root = plain_layout(self.data)
+        for path, comment in self.comments.items():
+            entry = _entry_at(root, path)
+            if entry is not None:
+                entry.trail = f"# {' '.join(comment.split())}"
+        return dump_layout(root, [*(head or []), ""] if head else [], [])
+
+    def only(self, name: str) -> "Explicit":
+        """Return one body or static alone.
+
+        Raises:
+            KeyError: if there is none of that name.
+        """
+        path = ("bodies", name) if name in self.data["bodies"] else ("scene", "statics", name)
+        inner: Any = self.data
+        for step in path:
+            inner = inner[step]
+        for step in reversed(path):
+            inner = {step: inner}
+        return Explicit(inner, {key: text for key, text in self.comments.items() if key[: len(path)] == path})
+
+
+def explicit(resolution: Resolution) -> Explicit:
+    """Return a case with everything written out that it left open."""
+    loaded = resolution.loaded
+    found = Explicit(_plain(loaded.case))
+    for key in GONE:
+        found.data.pop(key, None)
+    if not found.data.get("waive"):
+        found.data.pop("waive", None)
+    params = loaded.data.get("params") or {}
+    for path, text in loaded.document.sites.items():
+        if loaded.varies(path):
+            _put(found.data, path, folded(text, params))
+    _add_settings(found, resolution)
+    _add_render(found, resolution)
+    _add_copies(found, resolution)
+    return found
+
+
+def _plain(value: Any) -> Any:
+    """Return a model as plain data, with all that has a value."""
+    if isinstance(value, AS_WRITTEN):
+        return _escaped(value.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True))
+    if isinstance(value, BaseModel):
+        rows = {key: getattr(value, attribute) for key, (attribute, _) in fields_of(type(value)).items()}
+        data = {key: _plain(item) for key, item in rows.items() if item is not None}
+        if isinstance(value, Articulated) and value.file is not None:
+            # A file decides about its material; only what the case says of it counts.
+            data["material"] = value.material.model_dump(mode="json", exclude_unset=True, exclude_none=True)
+        return data
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return escaped(value) if isinstance(value, str) else value
+
+
+def _escaped(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _escaped(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_escaped(item) for item in value]
+    return escaped(value) if isinstance(value, str) else value
+
+
+def _put(data: Any, path: Path, value: Any) -> None:
+    for step in path[:-1]:
+        data = data[step]
+    data[path[-1]] = value
+
+
+def _entry_at(root: Entry, path: Path) -> Entry | None:
+    entry = root
+    for step in path:
+        if not isinstance(entry.value, list):
+            return None
+        found = next(
+            (e for k, e in enumerate(entry.value) if (e.key == step if entry.mapping else k == step)), None
+        )
+        if found is None:
+            return None
+        entry = found
+    return entry
+
+
+# --- what was derived -----------------------------------------------------------------------------------------
+
+
+def _add_settings(found: Explicit, resolution: Resolution) -> None:
+    settings, scene = resolution.settings, found.data["scene"]
+    places: dict[str, tuple[Path, Any]] = {
+        "substeps": (("substeps",), settings.substeps),
+        "solver": (("solver", "kind"), settings.solver),
+        "iterations": (("solver", "iterations"), settings.iterations),
+        "tolerance": (("solver", "tolerance"), settings.tolerance),
+        "friction_cone": (("contact", "friction_cone"), settings.cone),
+        "max_pairs": (("contact", "max_pairs"), settings.max_pairs),
+        "timeconst": (("contact", "timeconst"), settings.timeconst),
+    }
+    for name, (path, value) in places.items():
+        why = settings.why.get(name)
+        if name == "timeconst" and settings.bounce_time and why is not None:
+            # Said, it would also decide how bodies bounce.
+            text = f"timeconst, left out, is {value:g} s, and of contacts that bounce {settings.bounce_time:.3g} s"
+            found.comments["scene", "contact"] = f"{text}: {settings.why.get('bounce_time', why)}"
+            continue
+        if value is not None:
+            _put(scene, path, value)
+        if why is not None:
+            found.comments["scene", *path] = f"derived: {why}"
+    if resolution.loaded.case.scene.solver.iterations is None:
+        found.comments["scene", "solver", "iterations"] = "derived: goes with the solver"
+
+
+def _add_render(found: Explicit, resolution: Resolution) -> None:
+    plan, render = resolution.plan.render, found.data["render"]
+    if "during" not in render:
+        render["during"] = [plan["start"], plan["end"]]
+        found.comments["render", "during"] = "the whole run"
+    if not render["cameras"]:
+        (camera,) = plan["cameras"]
+        render["cameras"][camera["name"]] = {
+            "kind": "still",
+            "from": list(camera["pos"]),
+            "look_at": list(camera["look_at"]),
+            "fov_deg": camera["fov"],
+            "up": list(camera["up"]),
+        }
+        found.comments["render", "cameras"] = "derived: it sees everything that moves, where it starts"
+    if not render["lights"]:
+        render["lights"] = {
+            f"light_{number}" if number else "light": _plain(light) for number, light in enumerate(DEFAULT_LIGHTS)
+        }
+        found.comments["render", "lights"] = "derived: the case has none"
+
+
+# --- what came of it ------------------------------------------------------------------------------------------
+
+
+def _add_copies(found: Explicit, resolution: Resolution) -> None:
+    weights = masses(resolution)
+    case = resolution.loaded.case
+    for section, models in ((("scene", "statics"), case.scene.statics), (("bodies",), case.bodies)):
+        for name, model in models.items():
+            copies = resolution.placed[name]
+            root: Path = (*section, name)
+            data = _at(found.data, root)
+            if model.place is None and model.pose is None:
+                data["pose"] = _plain(Pose())
+            place = "place" if model.place is not None else "pose" if model.repeat is None else "repeat"
+            if model.place is not None or model.repeat is not None:
+                found.comments[*root, place] = _positions(copies)
+            _add_color(found, root, model, copies)
+            if section == ("bodies",) and not isinstance(model, Driven):
+                found.comments[root] = _weight(copies, weights)
+
+
+def _add_color(found: Explicit, root: Path, model: Any, copies: list[Copy]) -> None:
+    """Write down the colour of what was given none, unless its file may have one."""
+    kinds = {part.shape.kind for part in getattr(copies[0].shape, "parts", {}).values()} if copies else set()
+    kinds.add(getattr(copies[0].shape, "kind", "") if copies else "")
+    if isinstance(model, Articulated):
+        kinds |= {link.shape.kind for link in (model.links or {}).values()}
+    if model.look.color is not None or "mesh" in kinds or getattr(model, "file", None) is not None:
+        return
+    data = _at(found.data, root)
+    data["look"] = {"color": default_color(root[-1], static=root[0] == "scene"), **data["look"]}
+    found.comments[*root, "look"] = "derived: by its name" if root[0] == "bodies" else "derived: what never moves"
+
+
+def _at(data: Any, path: Path) -> Any:
+    for step in path:
+        data = data[step]
+    return data
+
+
+def _positions(copies: list[Copy]) -> str:
+    """Where copies start."""
+
+    def at(copy: Copy) -> str:
+        return "[" + ", ".join(f"{round(value, 5) + 0.0:.5g}" for value in copy.pos) + "]"
+
+    if len(copies) == 1 and copies[0].index is None:
+        return f"at {at(copies[0])}"
+    if len(copies) <= 4:
+        return f"at {', '.join(map(at, copies))}"
+    low, high = (
+        ", ".join(f"{round(pick(axis), 5) + 0.0:.5g}" for axis in zip(*(copy.pos for copy in copies), strict=True))
+        for pick in (min, max)
+    )
+    return f"{len(copies)} copies, from [{low}] to [{high}]"
+
+
+def _weight(copies: list[Copy], weights: dict[str, float]) -> str:
+    own = [weights[copy.name] for copy in copies if copy.name in weights]
+    if not own:
+        return f"{len(copies)} copies" if len(copies) > 1 else "its mass is left to the engine"
+    if len(copies) == 1:
+        return f"{own[0]:.4g} kg"
+    low, high = min(own), max(own)
+    each = f"{low:.4g} kg" if high - low < 1e-6 * high else f"{low:.4g} to {high:.4g} kg"
+    return f"{len(copies)} copies of {each}, {sum(own):.4g} kg in all"

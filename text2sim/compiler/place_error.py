@@ -1,0 +1,9 @@
+"""What cannot be placed."""
+
+
+class PlaceError(ValueError):
+    """A relation that cannot be fulfilled; `key` is the word of `place` at which it fails."""
+
+    def __init__(self, message: str, key: str, rule: str = "placement", hint: str | None = None) -> None:
+        super().__init__(message)
+        self.key, self.rule, self.hint = key, rule, hint

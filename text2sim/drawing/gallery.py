@@ -1,0 +1,128 @@
+"""The gallery of the built-in prefabs, `docs/prefabs.md`: their parameters, how they are used, and a picture of each.
+
+Write it with `python -m text2sim.drawing.gallery docs`.
+"""
+
+import sys
+from hashlib import sha256
+from io import BytesIO
+from pathlib import Path
+
+from text2sim.spec_schema.catalogue import built_in, example_case, examples, param_rows, parts_of
+from text2sim.spec_schema.library import BUILT_IN
+
+COMMAND = "python -m text2sim.drawing.gallery docs"
+SIZE = (480, 360)
+"""Width and height of a picture [pixels]."""
+COLORS = 160
+"""As many colours has a picture, so that it is small."""
+IN_A_ROW = 4
+KEY = "prefab"
+"""Under this, a picture holds the digest of what it shows."""
+
+_INTRODUCTION = f"""\
+<!-- Made by `{COMMAND}`: change the prefabs or their examples, not this page. -->
+# Prefabs
+
+What is used again and again is there already, with real dimensions, masses and friction. A body or a static is made
+of a prefab by `use`; `with` gives its parameters. Whatever else stands there is laid over the prefab's body: where it
+is, how often, its look, its material, its mount (`null` takes something away).
+
+```yaml
+bodies:
+  glass: {{use: wine_glass, with: {{height: 0.24}}, place: {{on: table}}, look: {{color: lightblue}}}}
+```
+
+Some prefabs are several bodies. They are called `NAME_PART`, take their place by a parameter, and what is laid over
+them goes by the name of the part: `rail: {{use: curtain_rod, with: {{at: [0, 0, 2]}}, hook: {{look: {{color: gold}}}}}}`.
+
+A case can have prefabs of its own, in its section `prefabs` or in a file `prefabs/NAME.yaml` beside it; those are found
+first. `text2sim prefabs` lists what there is, `text2sim prefabs NAME` says what stands here, and `text2sim show CASE`
+what a case becomes.
+
+Each picture shows how its example starts; a floor at `z = 0` is understood.
+"""
+
+
+def page() -> str:
+    """Return the text of the page."""
+    return "\n".join([_INTRODUCTION, _overview(), *map(_section, built_in())])
+
+
+def picture(name: str) -> bytes:
+    """Return the picture of a prefab, a small PNG that knows what it shows."""
+    from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
+
+    from text2sim.compiler.build import resolve_case
+    from text2sim.drawing.portrait import portrait
+    from text2sim.spec_schema.load import load_text
+
+    drawn = portrait(resolve_case(load_text(example_case(examples()[name]))), SIZE)
+    few = Image.open(BytesIO(drawn)).convert("RGB").quantize(COLORS, dither=Image.Dither.NONE)
+    info = PngInfo()
+    info.add_text(KEY, digest(name))
+    stream = BytesIO()
+    few.save(stream, "PNG", optimize=True, pnginfo=info)
+    return stream.getvalue()
+
+
+def digest(name: str) -> str:
+    """Return a digest of what a picture shows: of the prefab and its example."""
+    prefab = (BUILT_IN / f"{name}.yaml").read_bytes()
+    return sha256(prefab + examples()[name].encode()).hexdigest()[:16]
+
+
+def digest_of(png: bytes) -> str:
+    """Return the digest that a picture holds; empty if it has none."""
+    from PIL import Image
+
+    return Image.open(BytesIO(png)).info.get(KEY, "")
+
+
+def write(docs: Path) -> list[Path]:
+    """Write the page and those pictures that are not fresh into the folder of the documentation; return what changed."""
+    changed = []
+    folder = docs / "prefabs"
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in built_in():
+        path = folder / f"{name}.png"
+        if not path.is_file() or digest_of(path.read_bytes()) != digest(name):
+            path.write_bytes(picture(name))
+            changed.append(path)
+    for path in folder.glob("*.png"):
+        if path.stem not in built_in():
+            path.unlink()
+    target, text = docs / "prefabs.md", page()
+    if not target.is_file() or target.read_text("utf-8") != text:
+        target.write_text(text, "utf-8")
+        changed.append(target)
+    return changed
+
+
+def _overview() -> str:
+    names = list(built_in())
+    rows = ["| " * IN_A_ROW + "|", "|---" * IN_A_ROW + "|"]
+    for first in range(0, len(names), IN_A_ROW):
+        cells = [
+            f'<img src="prefabs/{name}.png" width="200"><br>[{name}](#{name})' for name in names[first:][:IN_A_ROW]
+        ]
+        rows.append("| " + " | ".join(cells) + " |")
+    return "\n".join(rows) + "\n"
+
+
+def _section(name: str) -> str:
+    definition = built_in()[name]
+    lines = [f"## {name}", "", f"![{name}](prefabs/{name}.png)", "", " ".join(definition.model.doc.split()), ""]
+    if parts := parts_of(definition):
+        lines += [f"Several bodies: {', '.join(f'`NAME_{part}`' for part in parts)}.", ""]
+    lines += ["| parameter | takes | if left out | meaning |", "|---|---|---|---|"]
+    for row in param_rows(definition):
+        default = f"`{row.default}`" if row.default else "required"
+        lines.append(f"| `{row.name}` | {row.takes} | {default} | {row.doc} |")
+    return "\n".join([*lines, "", "```yaml", examples()[name].rstrip("\n"), "```", ""])
+
+
+if __name__ == "__main__":
+    for written in write(Path(sys.argv[1] if len(sys.argv) > 1 else "docs")):
+        print(written)

@@ -1,0 +1,138 @@
+"""Names beside what they name: near it, on free ground if there is any, and never on each other."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from text2sim.drawing.canvas import Box
+
+STEP = 8
+"""Distance [pixels] of the places that are tried."""
+CROWDED = 150.0
+"""Pixels that a name is rather moved away than that it lies wholly on other things."""
+SMALL = 16_000
+"""Pixels of what is hidden as readily as anything."""
+SAMPLES = 48
+GAP = 3.0
+
+
+@dataclass(frozen=True)
+class Label:
+    """A name that has found its place."""
+
+    text: str
+    box: Box
+    target: tuple[float, float]
+    """The point of the thing that it belongs to [pixels]."""
+    key: str
+
+
+def place_labels(
+    wanted: list[tuple[str, str, float]],
+    seen: np.ndarray,
+    keys: list[str],
+    height: float,
+    blocked: np.ndarray,
+    taken: Sequence[Box] = (),
+) -> list[Label]:
+    """Find places for names.
+
+    Args:
+        wanted: Key, text and width [pixels] of each.
+        seen: (h, w) int: number of the key of what is seen at each pixel, -1 for none.
+        keys: Keys by number.
+        height: Of a line [pixels].
+        blocked: (h, w) bool: where lines are drawn, which names should rather not hide.
+        taken: Where something is written already.
+    """
+    rows, columns = seen.shape
+    # What is small should rather not be hidden than what is large.
+    areas = np.bincount(seen[seen >= 0], minlength=len(keys))
+    worth = np.append(np.clip(np.sqrt(SMALL / np.maximum(areas, 1)), 1.0, 4.0), 0.0)
+    busy = np.maximum(worth[seen], _grown((seen >= 0) | blocked))
+    filled = np.zeros((rows + 1, columns + 1))
+    filled[1:, 1:] = busy.cumsum(axis=0).cumsum(axis=1)
+    spots: dict[str, np.ndarray] = {}
+    for key, _, _ in wanted:
+        spots[key] = np.argwhere(seen == keys.index(key))[:, ::-1]
+    placed: list[Label] = []
+    # What is small has few good places.
+    for key, text, width in sorted(wanted, key=lambda one: len(spots[one[0]])):
+        points = spots[key]
+        if len(points):
+            points = points[:: len(points) // SAMPLES + 1].astype(np.float32) + np.float32(0.5)
+            label = _best(key, text, width, height, points, filled, placed, taken)
+            if label is not None:
+                placed.append(label)
+    return placed
+
+
+def _best(
+    key: str,
+    text: str,
+    width: float,
+    height: float,
+    points: np.ndarray,
+    filled: np.ndarray,
+    placed: list[Label],
+    taken: Sequence[Box],
+) -> Label | None:
+    rows, columns = filled.shape[0] - 1, filled.shape[1] - 1
+    across = np.arange(4, columns - width - 4, STEP, dtype=np.float32)
+    down = np.arange(4, rows - height - 4, STEP, dtype=np.float32)
+    if not len(across) or not len(down):
+        return None
+    left, top = (grid.ravel() for grid in np.meshgrid(across, down))
+    free = np.ones(len(left), bool)
+    for x0, y0, x1, y1 in [*taken, *(other.box for other in placed)]:
+        free &= (left > x1 + GAP) | (left + width < x0 - GAP) | (top > y1 + GAP) | (top + height < y0 - GAP)
+    left, top = left[free], top[free]
+    if not len(left):
+        return None
+    x0, y0 = left.astype(int), top.astype(int)
+    x1, y1 = x0 + int(width), y0 + int(height)
+    covered = filled[y1, x1] - filled[y0, x1] - filled[y1, x0] + filled[y0, x0]
+    covered = covered / max(width * height, 1.0)
+    # Distance from the nearest point of the thing to the nearest of the label.
+    dx = np.maximum(np.maximum(left[:, None] - points[:, 0], points[:, 0] - left[:, None] - width), 0.0)
+    dy = np.maximum(np.maximum(top[:, None] - points[:, 1], points[:, 1] - top[:, None] - height), 0.0)
+    away = np.hypot(dx, dy)
+    nearest = away.argmin(axis=1)
+    distance = away[np.arange(len(left)), nearest]
+    middle = points.mean(axis=0)
+    aside = np.hypot(left + width / 2 - middle[0], top + height / 2 - middle[1])
+    cost = np.maximum(distance, 8.0) + CROWDED * covered + 0.15 * aside
+    for other in placed:
+        cost += 60.0 * _crossing(left + width / 2, top + height / 2, points[nearest], other)
+    best = int(cost.argmin())
+    x, y = points[nearest[best]].tolist()
+    box = (float(left[best]), float(top[best]), float(left[best] + width), float(top[best] + height))
+    return Label(text, box, (x, y), key)
+
+
+def _crossing(x: np.ndarray, y: np.ndarray, ends: np.ndarray, other: Label) -> np.ndarray:
+    """Whether lines from (x, y) to `ends` cross that of another label."""
+    ox, oy = (other.box[0] + other.box[2]) / 2, (other.box[1] + other.box[3]) / 2
+    tx, ty = other.target
+
+    def side(px: np.ndarray, py: np.ndarray, ax, ay, bx, by) -> np.ndarray:
+        return np.sign((bx - ax) * (py - ay) - (by - ay) * (px - ax))
+
+    ex, ey = ends[:, 0], ends[:, 1]
+    apart = side(x, y, ox, oy, tx, ty) * side(ex, ey, ox, oy, tx, ty) < 0
+    split = side(np.full_like(x, ox, float), np.full_like(x, oy, float), x, y, ex, ey)
+    return apart & (split * side(np.full_like(x, tx, float), np.full_like(x, ty, float), x, y, ex, ey) < 0)
+
+
+def _grown(mask: np.ndarray) -> np.ndarray:
+    """The mask, three pixels wider."""
+    grown = mask.copy()
+    for shift in (1, 2, 3):
+        grown[shift:] |= mask[:-shift]
+        grown[:-shift] |= mask[shift:]
+    wide = grown.copy()
+    for shift in (1, 2, 3):
+        wide[:, shift:] |= grown[:, :-shift]
+        wide[:, :-shift] |= grown[:, shift:]
+    return wide

@@ -1,0 +1,188 @@
+"""What a picture of the start cannot show by itself: axes of joints, start velocities, forces, cameras."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import hypot
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from text2sim.compiler.piece import piece_reach
+from text2sim.compiler.placement import Copy
+from text2sim.compiler.rotation import Quaternion, Vec, frame_apply, quat_rotate
+from text2sim.compiler.tree import StandingLink, TreeJoint, tree_links
+from text2sim.drawing.stage import Prop
+from text2sim.drawing.views import camera_pose, cameras, film_view
+from text2sim.spec_schema.bodies import Chain, Net, Ragdoll
+from text2sim.spec_schema.motion import Oscillate, Waypoints
+
+if TYPE_CHECKING:
+    from text2sim.compiler.build import Resolution
+
+MOST = 300
+"""Most joints, and most arrows of one control, that are drawn."""
+UNITS = {"velocity": "m/s", "spin": "rad/s", "force": "N", "torque": "N m", "impulse": "N s"}
+
+
+@dataclass(frozen=True)
+class JointMark:
+    """A joint that the case describes."""
+
+    kind: str
+    """hinge, slider, ball, or path: the way of a driven body."""
+    points: tuple[Vec, ...]
+    """[m]: from end to end of its axis, or along its way; of a ball, its middle."""
+    body: str
+    """Name of the body."""
+
+
+@dataclass(frozen=True)
+class ArrowMark:
+    """A vector of the case."""
+
+    kind: str
+    """velocity, spin, force, torque or impulse."""
+    start: Vec
+    """[m]"""
+    vector: Vec
+    """In its own unit."""
+    text: str
+    """What is written beside it; nothing where another one says it."""
+
+
+@dataclass(frozen=True)
+class CameraMark:
+    """A camera of the case, and how far it sees."""
+
+    name: str
+    eye: Vec
+    target: Vec
+    corners: tuple[Vec, ...]
+    """Of its picture, as far away as what it looks at [m]."""
+
+
+def joint_marks(resolution: "Resolution") -> list[JointMark]:
+    """Return the joints of mounted, driven and articulated bodies. Those of chains, nets and dolls go without saying."""
+    found: list[JointMark] = []
+    for copy in _copies(resolution):
+        tree = resolution.lowering.trees.get(copy.name)
+        if tree is None or isinstance(copy.model, Chain | Net | Ragdoll):
+            continue
+        motion = getattr(copy.model, "motion", None)
+        if isinstance(motion, Waypoints):
+            found.append(JointMark("path", tuple(_sum(copy.pos, away) for away in motion.positions), copy.body))
+            continue
+        for standing in tree_links(tree, copy.pos, copy.quat):
+            for _, joint in standing.link.all_joints():
+                if joint.kind == "free":
+                    continue
+                if isinstance(motion, Oscillate):
+                    joint = replace(joint, range=(-motion.amplitude, motion.amplitude))
+                found.append(_joint(standing, joint, copy.body))
+    return found[:: len(found) // MOST + 1]
+
+
+def _joint(standing: StandingLink, joint: TreeJoint, body: str) -> JointMark:
+    anchor = frame_apply(standing.pos, standing.quat, joint.anchor)
+    if joint.kind == "ball":
+        return JointMark("ball", (anchor,), body)
+    way, back = joint.axis, (-joint.axis[0], -joint.axis[1], -joint.axis[2])
+    level = sum(a * b for a, b in zip(joint.anchor, way, strict=True))
+    pieces = [geom.piece for geom in standing.link.geoms]
+    low = min((-piece_reach(piece, back) - level for piece in pieces), default=0.0)
+    high = max((piece_reach(piece, way) - level for piece in pieces), default=0.0)
+    way = quat_rotate(standing.quat, way)
+    if joint.kind == "slider" and joint.range is not None:
+        low, high = joint.range
+    return JointMark(joint.kind, (_along(anchor, way, min(low, 0.0)), _along(anchor, way, max(high, 0.0))), body)
+
+
+def arrow_marks(resolution: "Resolution", props: Sequence[Prop]) -> list[ArrowMark]:
+    """Return start velocities, and forces, torques and blows at any time."""
+    centers = _centers(props)
+    copies = {copy.name: copy for copy in _copies(resolution)}
+    rows: dict[tuple[str, str], list[tuple[Vec, Vec]]] = {}
+    notes: dict[tuple[str, str], str] = {}
+
+    def add(kind: str, control: str, start: Vec, vector: Vec, note: str = "") -> None:
+        if any(vector):
+            rows.setdefault((kind, control), []).append((start, vector))
+            notes[kind, control] = note
+
+    for row in resolution.plan.velocities:
+        start = centers.get(row.entity, copies[row.entity].pos)
+        add("velocity", row.control, start, row.linear)
+        add("spin", row.control, start, row.angular)
+    for row in resolution.plan.wrenches:
+        copy = copies[row.entity]
+        start, quat = _place(resolution, copy, row.link) or (centers.get(row.entity, copy.pos), copy.quat)
+        if row.point is not None:
+            start = frame_apply(start if row.link else copy.pos, quat, row.point)
+        when = "" if row.start <= 0 else f" at {row.start:g} s"
+        force, torque = (quat_rotate(quat, v) if row.local else v for v in (row.force, row.torque))
+        add("impulse" if row.start == row.end else "force", row.control, start, force, when)
+        add("torque", row.control, start, torque, when)
+    found = []
+    for (kind, control), arrows in rows.items():
+        sizes = [hypot(*vector) for _, vector in arrows]
+        low, high = f"{min(sizes):.3g}", f"{max(sizes):.3g}"
+        text = f"{low if low == high else f'{low} to {high}'} {UNITS[kind]}{notes[kind, control]}"
+        for number, (start, vector) in enumerate(arrows[:: len(arrows) // MOST + 1]):
+            # Written once, beside the middle one.
+            said = text if number == len(arrows[:: len(arrows) // MOST + 1]) // 2 else ""
+            found.append(ArrowMark(kind, start, vector, said))
+    return found
+
+
+def camera_marks(resolution: "Resolution") -> list[CameraMark]:
+    """Return the cameras of the case where they start; not one that nobody placed."""
+    if not resolution.loaded.case.render.cameras:
+        return []
+    found = []
+    for name in cameras(resolution):
+        view = film_view(resolution, name, (160, 160))
+        target = camera_pose(resolution, name).target
+        reach = max(-float(view.local(np.asarray(target))[2]), view.near)
+        corners = []
+        for x, y in ((0, 0), (view.width, 0), (view.width, view.height), (0, view.height)):
+            start, way = view.sight(np.array([x], float), np.array([y], float))
+            corners.append(_vec(start[:, 0] + reach * way[:, 0]))
+        found.append(CameraMark(name, _vec(view.origin), target, tuple(corners)))
+    return found
+
+
+def _place(resolution: "Resolution", copy: Copy, link: str | None) -> tuple[Vec, Quaternion] | None:
+    tree = resolution.lowering.trees.get(copy.name)
+    if tree is None or link is None:
+        return None
+    for standing in tree_links(tree, copy.pos, copy.quat):
+        if standing.link.name == link:
+            return standing.pos, standing.quat
+    return None
+
+
+def _copies(resolution: "Resolution") -> Iterator[Copy]:
+    for name in resolution.loaded.case.bodies:
+        yield from resolution.placed[name]
+
+
+def _centers(props: Sequence[Prop]) -> dict[str, Vec]:
+    """The middle [m] of what is seen of each copy."""
+    return {
+        prop.name: _vec((points.min(axis=0) + points.max(axis=0)) / 2)
+        for prop in props
+        if len(points := prop.triangles.reshape(-1, 3))
+    }
+
+
+def _along(point: Vec, way: Vec, length: float) -> Vec:
+    return (point[0] + length * way[0], point[1] + length * way[1], point[2] + length * way[2])
+
+
+def _sum(a: Vec, b: Vec) -> Vec:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+def _vec(values: np.ndarray) -> Vec:
+    x, y, z = values.tolist()
+    return (x, y, z)

@@ -1,0 +1,186 @@
+"""Triangles of what things are made of, in frames of their own, with as much detail as there is room for."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from text2sim.compiler.piece import Piece
+from text2sim.compiler.surface import VisualMesh
+
+SHARP = 0.5
+"""Normals of neighbours that differ more than this stay apart when a surface is made simpler."""
+
+
+class Triangles(NamedTuple):
+    """A surface."""
+
+    corners: np.ndarray
+    """(n, 3, 3) float [m], counterclockwise from outside"""
+    normals: np.ndarray
+    """(n, 3, 3) float: unit normals at the corners"""
+    colors: np.ndarray | None = None
+    """(n, 3) float, each channel in 0..1: colour of each triangle, where the surface has a picture."""
+
+
+def box() -> Triangles:
+    """Return a cube of edge length 1."""
+    corners, normals = [], []
+    for axis in range(3):
+        u, v = np.eye(3)[(axis + 1) % 3], np.eye(3)[(axis + 2) % 3]
+        for side in (-1.0, 1.0):
+            normal = side * np.eye(3)[axis]
+            a, b, c, d = (normal + side * s * u + t * v for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
+            corners += [(a, b, c), (a, c, d)]
+            normals += [(normal,) * 3] * 2
+    return Triangles(np.array(corners) / 2, np.array(normals))
+
+
+def lathe(profile: list[tuple[float, float]], slopes: list[tuple[float, float]], sides: int) -> Triangles:
+    """Turn a profile about z.
+
+    Args:
+        profile: Radius and height [m] of its points, from the bottom to the top, the solid on the left.
+        slopes: Normal of each point: outwards and upwards.
+        sides: How many.
+    """
+    angles = 2 * math.pi * np.arange(sides + 1) / sides
+    turn = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    turn[-1] = turn[0]
+    radius, height = np.array(profile).T
+    out, up = np.array(slopes).T
+
+    def swept(r: np.ndarray, z: np.ndarray) -> np.ndarray:
+        rows = np.empty((len(r), sides + 1, 3))
+        rows[:, :, :2] = r[:, None, None] * turn
+        rows[:, :, 2] = z[:, None]
+        return rows
+
+    points, normals = swept(radius, height), swept(out, up)
+
+    def quads(grid: np.ndarray) -> np.ndarray:
+        a, b, c, d = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]
+        lower, upper = np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)
+        # At a pole one of the two has no area.
+        wide_low, wide_high = radius[:-1] > 0, radius[1:] > 0
+        return np.concatenate([lower[wide_low].reshape(-1, 3, 3), upper[wide_high].reshape(-1, 3, 3)])
+
+    return Triangles(quads(points), quads(normals))
+
+
+def ball(sides: int) -> Triangles:
+    """Return a ball of radius 1."""
+    angles = [math.pi * (k / (sides // 2) - 0.5) for k in range(sides // 2 + 1)]
+    profile = [(math.cos(a) if abs(a) < 1.57 else 0.0, math.sin(a)) for a in angles]
+    return lathe(profile, profile, sides)
+
+
+def cylinder(sides: int) -> Triangles:
+    """Return a cylinder of radius 1 and height 1."""
+    profile = [(0.0, -0.5), (1.0, -0.5), (1.0, -0.5), (1.0, 0.5), (1.0, 0.5), (0.0, 0.5)]
+    slopes = [(0.0, -1.0), (0.0, -1.0), (1.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.0, 1.0)]
+    return _without_slivers(lathe(profile, slopes, sides))
+
+
+def capsule(radius: float, length: float, sides: int) -> Triangles:
+    """Return a capsule about z."""
+    steps = max(sides // 4, 2)
+    caps = [math.pi / 2 * (k / steps) for k in range(steps + 1)]
+    slopes = [(math.sin(a) if k else 0.0, -math.cos(a)) for k, a in enumerate(caps)]
+    slopes += [(out, -up) for out, up in reversed(slopes)]
+    half = length / 2
+    profile = [(radius * out, radius * up + (half if k > steps else -half)) for k, (out, up) in enumerate(slopes)]
+    return _without_slivers(lathe(profile, slopes, sides))
+
+
+def _without_slivers(mesh: Triangles) -> Triangles:
+    a, b, c = mesh.corners.transpose(1, 0, 2)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    keep = area > 1e-9 * max(float(area.max(initial=0.0)), 1e-30)
+    return Triangles(mesh.corners[keep], mesh.normals[keep], None if mesh.colors is None else mesh.colors[keep])
+
+
+def solid(piece: Piece, sides: int) -> Triangles:
+    """Return the surface of a convex piece in its own frame; see `unit` for what is only scaled."""
+    if piece.kind == "capsule":
+        return capsule(piece.size[0], piece.size[1], sides)
+    corners = np.array(piece.vertices, float)
+    if piece.faces:
+        return flat(corners[np.array(piece.faces)])
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(corners)
+    except (QhullError, ValueError):
+        return flat(np.zeros((0, 3, 3)))
+    triangles = corners[hull.simplices]
+    a, b, c = triangles.transpose(1, 0, 2)
+    inward = np.einsum("nk,nk->n", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
+    triangles[inward] = triangles[inward][:, ::-1]
+    return flat(triangles)
+
+
+def flat(corners: np.ndarray) -> Triangles:
+    """Return triangles (n, 3, 3) with normals of their own."""
+    a, b, c = corners.transpose(1, 0, 2)
+    normals = np.cross(b - a, c - a)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    return Triangles(corners, np.repeat(normals[:, None], 3, axis=1))
+
+
+def unit(kind: str, sides: int) -> Triangles:
+    """Return what becomes a box, sphere, ellipsoid or cylinder by scaling alone."""
+    return box() if kind == "box" else cylinder(sides) if kind == "cylinder" else ball(sides)
+
+
+def scale_of(kind: str, size: tuple[float, ...]) -> tuple[float, float, float] | None:
+    """Return how `unit` is scaled to a piece; None for kinds that have no such form."""
+    if kind in ("box", "ellipsoid"):
+        return (size[0], size[1], size[2])
+    if kind == "sphere":
+        return (size[0], size[0], size[0])
+    return (size[0], size[0], size[1]) if kind == "cylinder" else None
+
+
+def drawn(mesh: VisualMesh, most: int, *, picture: bool = True) -> Triangles:
+    """Return a surface of the compiler with at most some `most` triangles."""
+    vertices, normals, faces = mesh.vertices, mesh.normals, mesh.faces
+    uvs = mesh.uvs if picture and mesh.picture is not None else None
+    if len(faces) > most:
+        vertices, normals, faces, uvs = _simplified(vertices, normals, faces, uvs, most)
+    colors = None if uvs is None or mesh.picture is None else _sampled(mesh.picture, uvs[faces].mean(axis=1))
+    return _without_slivers(Triangles(vertices[faces], normals[faces], colors))
+
+
+def _simplified(
+    vertices: np.ndarray, normals: np.ndarray, faces: np.ndarray, uvs: np.ndarray | None, most: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
+    """Melt vertices that are near each other and face the same way, until few enough triangles are left."""
+    low = vertices.min(axis=0)
+    size = float((vertices.max(axis=0) - low).max())
+    cells = max(int(math.sqrt(most / 6)), 2)
+    while True:
+        spot = np.floor((vertices - low) * (cells / max(size, 1e-30)) + 0.5).astype(np.int64)
+        way = np.round(normals / SHARP / 2).astype(np.int64) + 1
+        keys = (spot @ (1, 4096, 4096**2)) * 27 + way @ (1, 3, 9)
+        _, first, melted = np.unique(keys, return_index=True, return_inverse=True)
+        fewer = melted.reshape(-1)[faces]
+        a, b, c = fewer.T
+        left = fewer[(a != b) & (b != c) & (c != a)]
+        if len(left) <= 1.5 * most or cells <= 2:
+            break
+        cells = max(int(cells * 0.7), 2)
+    return vertices[first], normals[first], left, None if uvs is None else uvs[first]
+
+
+def _sampled(picture: bytes, uvs: np.ndarray) -> np.ndarray:
+    """Return the colours (n, 3) of a picture at places (n, 2)."""
+    from io import BytesIO
+
+    from PIL import Image
+
+    pixels = np.asarray(Image.open(BytesIO(picture)).convert("RGB"), np.float32) / 255
+    height, width = pixels.shape[:2]
+    x = (np.mod(uvs[:, 0], 1.0) * (width - 1)).astype(int)
+    y = ((1.0 - np.mod(uvs[:, 1], 1.0)) * (height - 1)).astype(int)
+    return pixels[y, x]

@@ -1,0 +1,274 @@
+"""Pictures of a stage: which triangle is seen where, then light on what is seen.
+
+A picture is rasterised with twice as many pixels each way. A pixel that shows one triangle is lit once, one that shows
+several is lit four times: edges are smooth at little more than the price of a single pixel.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from text2sim.drawing.lighting import Lamp, ShadowMap
+from text2sim.drawing.raster import Raster
+from text2sim.drawing.stage import Stage
+from text2sim.drawing.surfaces import GLOSS, Spots, decoded, dot, encoded, linear, lit, unit_columns
+from text2sim.drawing.view import View
+
+Rgb = tuple[float, float, float]
+
+STEEP = 6.0
+"""Change of depth from pixel to pixel, in pixels, that is drawn as a line in a parallel view."""
+GLASS_SHADE = 0.15
+"""Part of the light that glass keeps away, besides its opacity."""
+LAYERS = 8
+"""Most surfaces one sees through at a pixel."""
+
+
+@dataclass(frozen=True, eq=False)
+class Light:
+    """Lamps, and what each of them reaches: the same for all pictures of a stage."""
+
+    lamps: Sequence[Lamp]
+    ambient: float
+    """Light that reaches everything."""
+    maps: Sequence[ShadowMap | None] = ()
+    """One for each lamp, None where nothing is in its way; empty if nothing throws shadows."""
+
+
+@dataclass(frozen=True)
+class Style:
+    """How a picture looks."""
+
+    background: Rgb
+    """sRGB"""
+    outline: float = 0.0
+    """How dark the line between two things is, from 0 to 1."""
+    planes: bool = True
+    """Whether grounds are drawn."""
+    grid: float = 0.0
+    """Distance [m] of the lines on a ground, of which those at whole metres, or at tens, are strong; 0 for none."""
+    haze: float = 0.0
+    """Distance [m] at which a ground has faded into the background by two thirds; 0 for never."""
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A picture, and what is seen in it."""
+
+    pixels: np.ndarray
+    """(height, width, 3) float32, sRGB in 0..1"""
+    coverage: np.ndarray
+    """(height, width) float32: how much of a pixel is not background"""
+    owner: np.ndarray
+    """(height, width) int32: number of the prop that is seen, -1 for none"""
+    glazed: np.ndarray
+    """(height, width) int32: number of the prop that one sees through first, -1 for none"""
+
+
+def light_up(
+    props: Stage, lamps: Sequence[Lamp], ambient: float, bounds: tuple[np.ndarray, np.ndarray], size: int = 512
+) -> Light:
+    """Find what lamps reach.
+
+    Args:
+        props: What there is.
+        lamps: What shines on it.
+        ambient: Light that reaches everything.
+        bounds: Corners (3,) [m] of the space in which things throw shadows.
+        size: Pixels of the side of a glossy lamp's shadow map; the others, which are there for soft shade, have a
+            quarter as many.
+    """
+    low, high = bounds
+    triangles = props.triangles
+    near = ~np.array([prop.plane for prop in props], bool)[props.owner]
+    near &= ((triangles.max(axis=1) >= low) & (triangles.min(axis=1) <= high)).all(axis=1)
+    opacity = np.array([prop.opacity for prop in props])[props.owner]
+    maps: list[ShadowMap | None] = []
+    for number, lamp in enumerate(lamps):
+        # What is clear is in the way of some lamps only.
+        alike = [k for k, other in enumerate(lamps) if other.glossy == lamp.glossy]
+        needed = (alike.index(number) + 0.5) / len(alike)
+        chosen = np.flatnonzero(near & (opacity + GLASS_SHADE * (opacity > 0) >= needed))
+        if not len(chosen):
+            maps.append(None)
+            continue
+        side = size if lamp.glossy else size // 4
+        maps.append(ShadowMap(triangles[chosen], props.culled[chosen], lamp, bounds, side))
+    return Light(lamps, ambient, maps)
+
+
+def paint(props: Stage, view: View, light: Light, style: Style) -> Picture:
+    """Draw a stage as a camera sees it."""
+    return _Painter(props, view, light, style).paint()
+
+
+class _Painter:
+    def __init__(self, props: Stage, view: View, light: Light, style: Style) -> None:
+        self.props, self.view, self.light, self.style = props, view, light, style
+        self.fine = view.scaled(2)
+        self.raster = Raster(props.triangles, self.fine, props.culled)
+        self.albedo = linear(props.colors)
+        self.gloss = np.array([GLOSS[prop.finish] for prop in props], np.float32).reshape(-1, 3)
+        self.opacity = np.array([prop.opacity for prop in props], np.float32)
+        self.plane = np.array([prop.plane for prop in props], bool)
+
+    def paint(self) -> Picture:
+        """Draw everything."""
+        opaque = self.opacity >= 1.0
+        usable = opaque if self.style.planes else opaque & ~self.plane
+        self.raster.draw(np.flatnonzero(usable[self.props.owner]))
+        h, w = self.view.height, self.view.width
+        ids = self.raster.ids.reshape(h, 2, w, 2).transpose(0, 2, 1, 3).reshape(-1, 4)
+        whole = (ids == ids[:, :1]).all(axis=1)
+        light = np.empty((h * w, 3), np.float32)
+        light[:] = decoded(self.style.background)
+        seen = np.flatnonzero(whole & (ids[:, 0] >= 0))
+        light[seen] = self.shade(ids[seen, 0], 2.0 * (seen % w) + 1.0, 2.0 * (seen // w) + 1.0)
+        mixed = np.flatnonzero(~whole)
+        parts = ids[mixed].ravel()
+        x = (2.0 * (mixed % w)[:, None] + (0.5, 1.5, 0.5, 1.5)).ravel()
+        y = (2.0 * (mixed // w)[:, None] + (0.5, 0.5, 1.5, 1.5)).ravel()
+        colors = np.empty((len(parts), 3), np.float32)
+        colors[:] = decoded(self.style.background)
+        there = np.flatnonzero(parts >= 0)
+        colors[there] = self.shade(parts[there], x[there], y[there])
+        # Mixed as sRGB would be: edges of bright things against dark ones are smoother so.
+        light[mixed] = decoded(encoded(colors).reshape(-1, 4, 3).mean(axis=1))
+        coverage = (ids >= 0).mean(axis=1, dtype=np.float32)
+        owner = np.where(ids[:, 0] >= 0, self.props.owner[ids[:, 0]], -1)
+        glazed = np.full(h * w, -1, np.int32)
+        if not opaque.all():
+            self._glaze(light, coverage, glazed)
+        if self.style.outline:
+            light *= 1.0 - self.style.outline * self._edges(ids, mixed)[:, None]
+        pixels = encoded(light).reshape(h, w, 3)
+        return Picture(
+            pixels, coverage.reshape(h, w), owner.reshape(h, w).astype(np.int32), glazed.reshape(h, w)
+        )
+
+    # --- light on surfaces -------------------------------------------------------------------------------------
+
+    def shade(self, triangle: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the light (n, 3) that comes from triangles at points of the picture [fine pixels]."""
+        owner = self.props.owner[triangle]
+        light = np.empty((len(triangle), 3), np.float32)
+        grounds = self.plane[owner]
+        for number in np.unique(owner[grounds]).tolist():
+            mine = np.flatnonzero(owner == number)
+            light[mine] = self._ground(triangle[mine], x[mine], y[mine]).T
+        things = np.flatnonzero(~grounds)
+        light[things] = self._thing(triangle[things], owner[things], x[things], y[things]).T
+        return light
+
+    def _thing(self, triangle: np.ndarray, owner: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        start, way = self.fine.sight(x, y)
+        shares, depth = self.raster.shares(triangle, x, y)
+        corners = self.props.normals[triangle]
+        normals = np.empty_like(shares)
+        for axis in range(3):
+            normals[axis] = (
+                shares[0] * corners[:, 0, axis] + shares[1] * corners[:, 1, axis] + shares[2] * corners[:, 2, axis]
+            )
+        eye = np.broadcast_to(-way, shares.shape) / np.sqrt(dot(way, way))
+        unit_columns(normals)
+        normals *= np.where(dot(normals, eye) < 0, np.float32(-1), np.float32(1))
+        spots = Spots(start + way * depth, normals, eye, self.albedo[triangle].T, self.gloss[owner].T)
+        return lit(spots, self.light.lamps, self.light.maps, self.light.ambient)
+
+    def _ground(self, triangle: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        start, way = self.fine.sight(x, y)
+        _, depth = self.raster.shares(triangle, x, y)
+        points = start + way * depth
+        length = np.sqrt(dot(way, way))
+        normal = self.props.normals[triangle[0], 0][:, None]
+        slant = dot(normal, way) / length
+        normal = -normal if slant[len(slant) // 2] > 0 else normal
+        albedo = self.albedo[triangle].T
+        if self.style.grid:
+            albedo = albedo * self._grid(points, depth * length, np.abs(slant))
+        spots = Spots(points, normal, way, albedo, np.zeros((3, 1), np.float32))
+        light = lit(spots, self.light.lamps, self.light.maps, self.light.ambient)
+        if self.style.haze:
+            clear = np.exp(-((depth * length / np.float32(self.style.haze)) ** 2))
+            light = light * clear + decoded(self.style.background)[:, None] * (1 - clear)
+        return light
+
+    def _grid(self, points: np.ndarray, away: np.ndarray, slant: np.ndarray) -> np.ndarray:
+        """How much of its light a ground keeps."""
+        step = np.float32(self.style.grid)
+        pixel = (1.0 if self.view.parallel else away) / np.float32(self.view.focal)
+        foot = pixel / np.maximum(slant, np.float32(0.05))
+        kept = np.ones(points.shape[1], np.float32)
+        for every, strength in ((step, 0.13), (np.float32(1.0) if step < 1 else 10 * step, 0.16)):
+            fading = strength * np.clip(1.5 - 6 * foot / every, 0.0, 1.0)
+            for axis in (0, 1):
+                place = points[axis] / every
+                off = np.abs(place - np.round(place)) * every
+                kept *= 1.0 - fading * np.clip(1.2 - off / foot, 0.0, 1.0)
+        return kept
+
+    # --- what one sees through, and lines ----------------------------------------------------------------------
+
+    def _glaze(self, light: np.ndarray, coverage: np.ndarray, glazed: np.ndarray) -> None:
+        """Lay what is not opaque over the picture, from the back to the front."""
+        clear = (self.opacity < 1.0) & (self.opacity > 0.0) & ~self.plane
+        parts = list(self.raster.fragments(np.flatnonzero(clear[self.props.owner])))
+        if not parts:
+            return
+        pixel, nearness, triangle = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+        ahead = np.flatnonzero(nearness > self.raster.nearness.ravel()[pixel])
+        if not len(ahead):
+            return
+        pixel, nearness, triangle = pixel[ahead], nearness[ahead], triangle[ahead]
+        wide = self.fine.width
+        x, y = pixel % wide, pixel // wide
+        coarse = (y // 2) * self.view.width + x // 2
+        # What one triangle covers of a pixel is lit once.
+        _, first, group, count = np.unique(
+            coarse * len(self.props.owner) + triangle, return_index=True, return_inverse=True, return_counts=True
+        )
+        middle_x = np.bincount(group, x) / count + 0.5
+        middle_y = np.bincount(group, y) / count + 0.5
+        order = np.lexsort((nearness[first], coarse[first]))
+        first, count, middle_x, middle_y = first[order], count[order], middle_x[order], middle_y[order]
+        coarse, triangle = coarse[first], triangle[first]
+        color = self.shade(triangle, middle_x, middle_y)
+        alpha = self.opacity[self.props.owner[triangle]]
+        # Glass is seen by what it mirrors, however clear it is.
+        alpha = np.clip(alpha + 0.25 * self.gloss[self.props.owner[triangle], 0] * color.mean(axis=1), 0.0, 1.0)
+        alpha *= count.astype(np.float32) / 4
+        starts = np.flatnonzero(np.diff(coarse, prepend=-1))
+        rank = np.arange(len(coarse)) - np.repeat(starts, np.diff(starts, append=len(coarse)))
+        for layer in range(min(int(rank.max()) + 1, LAYERS)):
+            now = np.flatnonzero(rank == layer)
+            spot, share = coarse[now], alpha[now, None]
+            light[spot] = light[spot] * (1 - share) + share * color[now]
+            coverage[spot] = np.maximum(coverage[spot], share[:, 0])
+        glazed[coarse] = self.props.owner[triangle]
+
+    def _edges(self, ids: np.ndarray, mixed: np.ndarray) -> np.ndarray:
+        """How much of each pixel is a line between two things.
+
+        Args:
+            ids: (n, 4): triangles of each pixel.
+            mixed: Pixels that show more than one.
+        """
+        h, w = self.view.height, self.view.width
+        owners = np.append(self.props.owner, np.int32(-1))
+        first = owners[ids[:, 0]].reshape(h, w)
+        edge = np.zeros((h, w), np.float32)
+        if self.view.parallel:
+            self._add_steps(edge)
+        edge[:, 1:][first[:, 1:] != first[:, :-1]] = 0.5
+        edge[1:][first[1:] != first[:-1]] = 0.5
+        inside = owners[ids[mixed]]
+        edge.reshape(-1)[mixed[(inside != inside[:, :1]).any(axis=1)]] = 0.75
+        return edge.ravel()
+
+    def _add_steps(self, edge: np.ndarray) -> None:
+        """Add lines where a thing lies much deeper in one pixel than in the next, as at the rim of a cup."""
+        depth = self.raster.depth(self.raster.nearness[::2, ::2]).astype(np.float32)
+        steep = np.float32(STEEP / self.view.focal)
+        edge[:, 1:][np.abs(depth[:, 1:] - depth[:, :-1]) > steep] = 0.35
+        edge[1:][np.abs(depth[1:] - depth[:-1]) > steep] = 0.35

@@ -1,0 +1,103 @@
+"""A picture of a body for a gallery: at an angle from above, on light ground that has no end."""
+
+from dataclasses import replace
+from io import BytesIO
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from text2sim.drawing.framing import box_of
+from text2sim.drawing.lighting import Lamp, sky, soft_lamp
+from text2sim.drawing.picture import Style, light_up, paint
+from text2sim.drawing.stage import Prop, Stage, stage
+from text2sim.drawing.surfaces import decoded
+from text2sim.drawing.view import View, perspective
+
+if TYPE_CHECKING:
+    from text2sim.compiler.build import Resolution
+
+TRIANGLES = 250_000
+BACKGROUND = (0.955, 0.958, 0.965)
+FROM = (0.62, -1.0, 0.58)
+"""Direction from the thing to the camera."""
+FOV = 24.0
+FILLED = 0.8
+"""Part of the picture's width or height that the thing takes."""
+AMBIENT = 0.06
+
+
+def portrait(resolution: "Resolution", size: tuple[int, int] = (640, 480)) -> bytes:
+    """Return a picture of everything in a case but its ground, as a PNG.
+
+    Args:
+        resolution: The case, worked out: a body or two, on a plane or in the air.
+        size: Width and height [pixels].
+    """
+    from PIL import Image
+
+    props = stage(resolution, TRIANGLES)
+    bounds = box_of([prop for prop in props if not prop.plane] or list(props))
+    lamps = soft_lamp((-0.55, -0.75, 1.35), (0.62, 0.6, 0.56), 24, 0.22) + sky(40, (0.5, 0.51, 0.54), (0.5, 0.5, 0.52))
+    scene = _on_ground(props, bounds, lamps)
+    view = _framed(props, bounds, size)
+    light = light_up(scene, lamps, AMBIENT, bounds, 640)
+    picture = paint(scene, view, light, Style(BACKGROUND))
+    stream = BytesIO()
+    pixels = (np.clip(picture.pixels, 0.0, 1.0) * 255 + 0.5).astype(np.uint8)
+    Image.fromarray(pixels).save(stream, "PNG", optimize=True)
+    return stream.getvalue()
+
+
+def _on_ground(props: Stage, bounds: tuple[np.ndarray, np.ndarray], lamps: list[Lamp]) -> Stage:
+    """Put everything on a ground that looks like the background where no shadow lies."""
+    low, high = bounds
+    size = float((high - low).max())
+    heights = [
+        float(prop.triangles[0, 0, 2])
+        for prop in props
+        if prop.plane and np.ptp(prop.triangles[:, :, 2]) < 1e-9 and low[2] - size < prop.triangles[0, 0, 2] < low[2] + 1e-6
+    ]
+    # What hangs in the air stays there.
+    ground = max(heights) if heights else float(low[2]) - 0.1 * size
+    shining = AMBIENT + sum(lamp.direction[2] * np.array(lamp.color) for lamp in lamps)
+    color = (decoded(BACKGROUND) / shining) ** (1 / 2.2)
+    square = np.array([(-1.0, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]) * 200 * size
+    square += ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, ground)
+    triangles = square[np.array([(0, 1, 2), (0, 2, 3)])]
+    flat = Prop("ground", "ground", triangles, tuple(color.tolist()), 1.0, False, "rough", True, True)
+    kept = np.flatnonzero(~np.array([prop.plane for prop in props], bool)[props.owner])
+    return replace(
+        props,
+        props=[*props, flat],
+        triangles=np.concatenate([props.triangles[kept], triangles]),
+        normals=np.concatenate([props.normals[kept], np.broadcast_to(np.float32((0, 0, 1)), (2, 3, 3))]),
+        colors=np.concatenate([props.colors[kept], np.broadcast_to(np.float32(color), (2, 3))]),
+        owner=np.append(props.owner[kept], np.int32([len(props)] * 2)),
+        culled=np.append(props.culled[kept], [False, False]),
+    )
+
+
+def _framed(props: Stage, bounds: tuple[np.ndarray, np.ndarray], size: tuple[int, int]) -> View:
+    """Return a camera that sees everything, as large as it may be."""
+    points = props.triangles[props.of(plane=False)].reshape(-1, 3)
+    target = (bounds[0] + bounds[1]) / 2
+    if not len(points):
+        points = np.array(bounds)
+    away = np.array(FROM) / np.linalg.norm(FROM)
+    distance = 4.0 * float(np.linalg.norm(bounds[1] - bounds[0])) + 1e-6
+    view = _view(target, away, distance, size)
+    for _ in range(4):
+        pixels = view.pixels(points)
+        low, high = pixels.min(axis=0), pixels.max(axis=0)
+        part = float(((high - low) / size).max())
+        # The middle of what is seen goes to the middle of the picture.
+        shift = ((low + high) / 2 - np.array(size) / 2) * distance / view.focal
+        target = target + shift[0] * view.axes[0] - shift[1] * view.axes[1]
+        distance *= max(part / FILLED, 0.3)
+        view = _view(target, away, distance, size)
+    return view
+
+
+def _view(target: np.ndarray, away: np.ndarray, distance: float, size: tuple[int, int]) -> View:
+    pos = target + distance * away
+    return perspective(pos.tolist(), target.tolist(), (0.0, 0.0, 1.0), FOV, size, near=distance / 50)

@@ -1,0 +1,209 @@
+"""Triangles to pixels, with arrays alone.
+
+The homogeneous form of Olano and Greer ("Triangle scan conversion using 2D homogeneous coordinates", 1997): the inverse
+of a triangle's corners, as they fall on the picture, gives three functions that are linear in the pixel and positive
+inside. So no triangle has to be clipped, whether it crosses the plane of the eye or not. A fourth such function keeps
+away what is nearer than the camera sees. All triangles are taken at once: first apart into rows of pixels, and these
+into pixels. The nearest at each pixel wins, by one number that holds its nearness and its triangle.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from text2sim.drawing.view import View
+
+CHUNK = 1 << 20
+"""Pixels of triangles that are in hand at once: some 60 MB."""
+SLACK = 1e-6
+"""Pixels by which a triangle is wider than it is, so that neighbours leave no gap."""
+
+
+class Fragments(NamedTuple):
+    """Pixels that triangles cover, each as often as there are triangles."""
+
+    pixel: np.ndarray
+    """(n,) int: row times width, plus column."""
+    nearness: np.ndarray
+    """(n,) float32, positive: larger is nearer to the eye."""
+    triangle: np.ndarray
+    """(n,) int32"""
+
+
+class Raster:
+    """Triangles as they fall on a picture.
+
+    Attributes:
+        view: The camera.
+        ids: (height, width) int32: the triangle that is seen at each pixel, -1 for none.
+        nearness: (height, width) float32, positive: 1 / depth [1/m], or in parallel projection a linear measure of
+            depth; 0 where nothing is seen.
+    """
+
+    def __init__(self, triangles: np.ndarray, view: View, culled: np.ndarray | None = None) -> None:
+        """Prepare triangles.
+
+        Args:
+            triangles: (n, 3, 3) float [m], counterclockwise from outside.
+            view: The camera.
+            culled: (n,) bool: triangles that are seen from outside only; none if left out.
+        """
+        self.view = view
+        corners = view.homogeneous(np.asarray(triangles, float))
+        weights = np.empty_like(corners)
+        for k in range(3):
+            weights[:, k] = _cross(corners[:, (k + 1) % 3], corners[:, (k + 2) % 3])
+        det = np.einsum("nk,nk->n", corners[:, 0], weights[:, 0])
+        # Rows count downwards, so that what is counterclockwise to the eye has a negative determinant.
+        usable = np.abs(det) > 1e-30
+        if culled is not None:
+            usable &= (det < 0) | ~culled
+        self._weights = np.divide(weights, det[:, None, None], out=weights, where=usable[:, None, None])
+        """(n, 3, 3): coefficients of x, y and 1 of each corner's share, divided by depth."""
+        self._deepness = self._nearness_of_corners(triangles)
+        self._corners = corners
+        self.chosen = np.flatnonzero(usable)
+        self.ids = np.full((view.height, view.width), -1, np.int32)
+        self.nearness = np.zeros((view.height, view.width), np.float32)
+
+    def _nearness_of_corners(self, triangles: np.ndarray) -> np.ndarray:
+        """(n, 3): what is linear over the picture and grows towards the eye, at the corners."""
+        if not self.view.parallel:
+            return np.ones(triangles.shape[:2])
+        height = (triangles - self.view.origin) @ self.view.axes[2]
+        self.lowest, highest = (float(height.min()), float(height.max())) if height.size else (0.0, 1.0)
+        self.span = max(highest - self.lowest, 1e-9)
+        return 0.25 + 0.75 * (height - self.lowest) / self.span
+
+    def depth(self, nearness: np.ndarray) -> np.ndarray:
+        """Return depths [m] in front of the eye; in parallel projection, in front of the view's origin."""
+        if not self.view.parallel:
+            return 1.0 / nearness
+        return -(self.lowest + (nearness.astype(float) - 0.25) / 0.75 * self.span)
+
+    def draw(self, triangles: np.ndarray | None = None) -> None:
+        """Find what is seen at each pixel.
+
+        Args:
+            triangles: Numbers of those that count; all if left out.
+        """
+        size = self.view.width * self.view.height
+        best = np.zeros(size, np.uint64)
+        for part in self.fragments(triangles):
+            key = part.nearness.view(np.uint32).astype(np.uint64) << np.uint64(32)
+            key |= part.triangle.view(np.uint32)
+            np.maximum.at(best, part.pixel, key)
+        shape = (self.view.height, self.view.width)
+        seen = best > 0
+        self.nearness = (best >> np.uint64(32)).astype(np.uint32).view(np.float32).reshape(shape)
+        self.ids = np.where(seen, (best & np.uint64(0xFFFFFFFF)).astype(np.int64), -1).astype(np.int32).reshape(shape)
+
+    def fragments(self, triangles: np.ndarray | None = None) -> Iterator[Fragments]:
+        """Yield the pixels that triangles cover, in portions; see `draw`."""
+        chosen = self.chosen if triangles is None else np.intersect1d(triangles, self.chosen, assume_unique=True)
+        chosen, first, last = self._rows(chosen)
+        counts = last - first + 1
+        ends = np.cumsum(counts)
+        start, done = 0, 0
+        while start < len(chosen):
+            stop = max(int(np.searchsorted(ends, done + CHUNK, "right")), start + 1)
+            yield from self._fragments(chosen[start:stop], first[start:stop], counts[start:stop])
+            start, done = stop, int(ends[stop - 1])
+
+    def shares(self, triangle: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the shares (3, n) of a triangle's corners at points of the picture [pixels], and depths (n,) [m].
+
+        Depths count from the eye along the view, in parallel projection from the view's origin.
+        """
+        weights = self._weights[triangle].astype(np.float32)
+        found = np.empty((3, len(triangle)), np.float32)
+        for k in range(3):
+            found[k] = weights[:, k, 0] * x + weights[:, k, 1] * y + weights[:, k, 2]
+        total = found.sum(axis=0)
+        if self.view.parallel:
+            heights = self._deepness[triangle].astype(np.float32)
+            depth = self.depth(sum(found[k] * heights[:, k] for k in range(3)))
+        else:
+            depth = 1.0 / np.maximum(total, 1e-9)
+        np.maximum(found, 0.0, out=found)
+        found /= np.maximum(found.sum(axis=0), 1e-30)
+        return found, depth.astype(np.float32)
+
+    def _rows(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return triangles that cover some row of pixels, with the first and last row of each."""
+        corners = self._corners[chosen]
+        w = corners[:, :, 2]
+        ahead = w > max(self.view.near * 0.1, 1e-12)
+        whole = ahead.all(axis=1)
+        divided = corners[:, :, :2] / np.where(ahead, w, 1.0)[:, :, None]
+        low, high = divided.min(axis=1), divided.max(axis=1)
+        low[~whole], high[~whole] = 0.0, (self.view.width, self.view.height)
+        first = np.ceil(np.clip(low[:, 1], 0, self.view.height) - 0.5 - SLACK).astype(np.int64)
+        last = np.floor(np.clip(high[:, 1], 0, self.view.height) - 0.5 + SLACK).astype(np.int64)
+        np.maximum(first, 0, out=first)
+        np.minimum(last, self.view.height - 1, out=last)
+        seen = ahead.any(axis=1) & (last >= first) & (high[:, 0] > 0) & (low[:, 0] < self.view.width)
+        return chosen[seen], first[seen], last[seen]
+
+    def _fragments(self, chosen: np.ndarray, first: np.ndarray, counts: np.ndarray) -> Iterator[Fragments]:
+        owner = np.repeat(np.arange(len(chosen)), counts)
+        row = first[owner] + (np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts))
+        weights = self._weights[chosen]
+        near = np.einsum("nk,nkc->nc", self._deepness[chosen], weights)
+        y = row + 0.5
+        low, high = np.zeros(len(owner)), np.full(len(owner), float(self.view.width))
+        edges = [weights[:, k] for k in range(3)]
+        if not self.view.parallel:
+            edges.append(np.array((0.0, 0.0, 1.0 / self.view.near)) - near)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            for edge in edges:
+                slope, rest = edge[owner, 0], edge[owner, 1] * y + edge[owner, 2]
+                cut = -rest / slope
+                low = np.where(slope > 0, np.maximum(low, cut), low)
+                high = np.where(slope < 0, np.minimum(high, cut), high)
+                high[(slope == 0) & (rest < 0)] = -1.0
+        wide = self.view.width
+        begin = np.ceil(np.clip(low, 0, wide + 1) - 0.5 - SLACK).astype(np.int64)
+        end = np.floor(np.clip(high, -1, wide) - 0.5 + SLACK).astype(np.int64)
+        np.maximum(begin, 0, out=begin)
+        np.minimum(end, wide - 1, out=end)
+        full = np.flatnonzero(end >= begin)
+        owner, begin, widths, row = owner[full], begin[full], (end - begin + 1)[full], row[full]
+        slope = near[owner, 0]
+        at_zero = near[owner, 1] * (row + 0.5) + near[owner, 2] + 0.5 * slope
+        totals = np.cumsum(widths)
+        start, done = 0, 0
+        while start < len(owner):
+            stop = max(int(np.searchsorted(totals, done + CHUNK, "right")), start + 1)
+            part = slice(start, stop)
+            yield self._pixels(chosen[owner[part]], row[part], begin[part], widths[part], slope[part], at_zero[part])
+            start, done = stop, int(totals[stop - 1])
+
+    def _pixels(
+        self,
+        triangle: np.ndarray,
+        row: np.ndarray,
+        begin: np.ndarray,
+        widths: np.ndarray,
+        slope: np.ndarray,
+        at_zero: np.ndarray,
+    ) -> Fragments:
+        """Take spans of rows apart into pixels."""
+        ends = np.cumsum(widths)
+        column = np.arange(int(ends[-1])) + np.repeat(begin - (ends - widths), widths)
+        nearness = np.repeat(slope, widths) * column + np.repeat(at_zero, widths)
+        return Fragments(
+            np.repeat(row * self.view.width, widths) + column,
+            np.maximum(nearness, 1e-12).astype(np.float32),
+            np.repeat(triangle.astype(np.int32), widths),
+        )
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Cross products of rows; that of numpy takes three times as long."""
+    found = np.empty_like(a)
+    found[:, 0] = a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1]
+    found[:, 1] = a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2]
+    found[:, 2] = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return found

@@ -1,0 +1,303 @@
+"""Everything where it starts, as triangles: the compiler's own shapes and colours, copies made all at once."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from math import log2, sqrt
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
+
+import numpy as np
+
+from text2sim.assets.mechanism import Mechanism, MechanismLink
+from text2sim.compiler.filebody import geom_of
+from text2sim.compiler.piece import Piece
+from text2sim.compiler.placement import Copy
+from text2sim.compiler.plan import EntityPlan
+from text2sim.compiler.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply
+from text2sim.compiler.surface import VisualMesh
+from text2sim.compiler.tree import Tree, TreeGeom, TreeLink, tree_links
+from text2sim.drawing.meshes import Triangles, drawn, scale_of, solid, unit
+
+if TYPE_CHECKING:
+    from text2sim.compiler.build import Resolution
+
+Rgba = tuple[float, float, float, float]
+
+BUDGET = 90_000
+"""Triangles of a stage, about."""
+PLAIN: Rgba = (0.74, 0.77, 0.8, 1.0)
+"""Colour of what comes from a file, whose own colours are not read here."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prop:
+    """What is drawn in one colour of one copy of a body or static."""
+
+    name: str
+    """Name of the copy: `brick[3]`."""
+    body: str
+    """Name of the body or static: `brick`."""
+    triangles: np.ndarray
+    """(n, 3, 3) float [m], in the world; counterclockwise from outside"""
+    rgb: tuple[float, float, float]
+    opacity: float
+    moves: bool
+    """Whether anything lets it move."""
+    finish: str
+    """Surface, as in the language."""
+    plane: bool
+    """Whether it is a ground without end."""
+    static: bool
+    """Whether it stands in the section `scene`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stage(Sequence[Prop]):
+    """The props of a case, and all their triangles in one row."""
+
+    props: list[Prop]
+    triangles: np.ndarray
+    """(n, 3, 3) float [m]"""
+    normals: np.ndarray
+    """(n, 3, 3) float32, unit length, at the corners"""
+    colors: np.ndarray
+    """(n, 3) float32, each channel in 0..1"""
+    owner: np.ndarray
+    """(n,) int32: number of the prop"""
+    culled: np.ndarray
+    """(n,) bool: seen from outside only"""
+
+    @overload
+    def __getitem__(self, index: int) -> Prop: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Prop]: ...
+    def __getitem__(self, index: int | slice) -> Prop | Sequence[Prop]:
+        return self.props[index]
+
+    def __len__(self) -> int:
+        return len(self.props)
+
+    def of(self, *, plane: bool | None = None, opaque: bool | None = None) -> np.ndarray:
+        """Return the numbers of triangles of certain props."""
+        wanted = [
+            (plane is None or prop.plane == plane) and (opaque is None or (prop.opacity >= 1.0) == opaque)
+            for prop in self.props
+        ]
+        return np.flatnonzero(np.array(wanted, bool)[self.owner]) if wanted else np.zeros(0, np.int64)
+
+
+def stage(resolution: "Resolution", budget: int = BUDGET) -> Stage:
+    """Return everything that is to be seen, where it starts.
+
+    Args:
+        resolution: The case, worked out.
+        budget: How many triangles there should be, about: round things get as many sides as there is room for.
+    """
+    collector = _Collector(resolution)
+    for section, groups in (("statics", resolution.plan.statics), ("bodies", resolution.plan.bodies)):
+        for group in groups:
+            for entity, copy in zip(group.entities, resolution.placed[group.name], strict=True):
+                if entity.options.get("visualization", True):
+                    collector.entity(entity, copy, static=section == "statics")
+    return collector.build(budget)
+
+
+class _Instance(NamedTuple):
+    """A surface that stands somewhere."""
+
+    scale: Vec
+    pos: Vec
+    quat: Quaternion
+    prop: int
+
+
+class _Key(NamedTuple):
+    """Which surface: things with equal keys are made once."""
+
+    kind: str
+    of: Any
+
+
+@dataclass
+class _Collector:
+    resolution: "Resolution"
+    props: dict[tuple[Any, ...], int] = field(default_factory=dict)
+    instances: dict[_Key, list[_Instance]] = field(default_factory=dict)
+    things: dict[_Key, Any] = field(default_factory=dict)
+    """Piece or surface by key."""
+
+    def entity(self, entity: EntityPlan, copy: Copy, *, static: bool) -> None:
+        """Take in all that is seen of an entity."""
+        color: Rgba | None = entity.surface.rgba if entity.surface else None
+        finish = entity.surface.finish if entity.surface else copy.model.look.finish
+        tree = self.resolution.lowering.trees.get(entity.name)
+        if tree is not None:
+            if getattr(copy.model, "file", None) is not None:
+                tree = _dressed(tree, self.resolution.lowering.mechanisms[copy.model.file, copy.model.base])
+            self._tree(tree, copy, color, finish, static)
+            return
+        mount = getattr(copy.model, "mount", None)
+        moves = not static and (mount is None or mount.kind != "fixed")
+        plane = entity.morph == "Plane"
+        prop = self._prop(copy, color or PLAIN, finish, moves, static, plane)
+        if plane:
+            x, y = entity.options["plane_size"]
+            self._add(_Key("plane", None), None, _Instance((x, y, 1.0), copy.pos, copy.quat, prop))
+            return
+        options = entity.options
+        size = options.get("size") or tuple(options[key] for key in ("radius", "height") if key in options)
+        self._piece(Piece(entity.morph.lower(), size=tuple(size)), copy.pos, copy.quat, prop)
+
+    def _tree(self, tree: Tree, copy: Copy, color: Rgba | None, finish: str, static: bool) -> None:
+        def prop_of(own: Rgba | None, moves: bool) -> int:
+            return self._prop(copy, own or color or PLAIN, finish, moves and not static, static)
+
+        for geom in tree.fixtures:
+            self._piece(geom.piece, copy.pos, copy.quat, prop_of(geom.rgba, False))
+        for link, pos, quat, moves in tree_links(tree, copy.pos, copy.quat):
+            for geom in link.geoms:
+                if geom.drawn:
+                    self._piece(geom.piece, pos, quat, prop_of(geom.rgba, moves))
+            for visual in link.visuals:
+                mesh, picture = visual.mesh, visual.rgba is None and color is None
+                prop = prop_of(visual.rgba, moves)
+                key = _Key("surface", (mesh.digest, picture and mesh.picture is not None))
+                self._add(key, mesh, _Instance((1.0, 1.0, 1.0), pos, quat, prop))
+
+    def _prop(self, copy: Copy, rgba: Rgba, finish: str, moves: bool, static: bool, plane: bool = False) -> int:
+        key = (copy.name, copy.body, rgba, finish, moves, static, plane)
+        return self.props.setdefault(key, len(self.props))
+
+    def _piece(self, piece: Piece, pos: Vec, quat: Quaternion, prop: int) -> None:
+        if piece.pos != (0.0, 0.0, 0.0):
+            pos = frame_apply(pos, quat, piece.pos)
+        if piece.quat != IDENTITY:
+            quat = quat_multiply(quat, piece.quat)
+        scale = scale_of(piece.kind, piece.size)
+        if scale is not None:
+            kind = "ellipsoid" if piece.kind == "sphere" else piece.kind
+            # Round things of about one size get the same number of sides.
+            key = _Key(kind, 0 if kind == "box" else round(log2(max(scale[:2]))))
+            self._add(key, piece, _Instance(scale, pos, quat, prop))
+            return
+        key = _Key(piece.kind, (piece.size, piece.vertices))
+        self._add(key, piece, _Instance((1.0, 1.0, 1.0), pos, quat, prop))
+
+    def _add(self, key: _Key, thing: Any, instance: _Instance) -> None:
+        self.things.setdefault(key, thing)
+        self.instances.setdefault(key, []).append(instance)
+
+    # --- from instances to triangles ---------------------------------------------------------------------------
+
+    def build(self, budget: int) -> Stage:
+        """Return the stage."""
+        surfaces = self._surfaces(budget)
+        rows = list(self.props)
+        colors = np.array([row[2][:3] for row in rows], np.float32).reshape(-1, 3)
+        clear = np.array([row[2][3] < 1.0 for row in rows], bool)
+        parts = []
+        for key, surface in surfaces.items():
+            made = _placed(surface, self.instances[key])
+            owner = np.repeat(np.array([one.prop for one in self.instances[key]], np.int32), len(surface.corners))
+            own = colors[owner]
+            if surface.colors is not None:
+                own = np.tile(surface.colors.astype(np.float32), (len(self.instances[key]), 1))
+            # What comes from a file may be open, or turned inside out.
+            parts.append((*made, own, owner, clear[owner] | (key.kind not in ("surface", "plane"))))
+        if not parts:
+            empty = np.zeros((0, 3, 3))
+            return Stage([], empty, empty, np.zeros((0, 3)), np.zeros(0, np.int32), np.zeros(0, bool))
+        triangles, normals, own, owner, culled = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+        order = np.argsort(owner, kind="stable")
+        triangles, owner = triangles[order], owner[order]
+        ends = np.searchsorted(owner, np.arange(len(rows) + 1))
+        props = [
+            Prop(name, body, triangles[ends[k] : ends[k + 1]], rgba[:3], rgba[3], moves, finish, plane, static)
+            for k, (name, body, rgba, finish, moves, static, plane) in enumerate(rows)
+        ]
+        return Stage(props, triangles, normals[order], own[order], owner, culled[order])
+
+    def _surfaces(self, budget: int) -> dict[_Key, Triangles]:
+        """Return every surface in its own frame, with detail by its size and the number of its copies."""
+        counts = {key: len(found) for key, found in self.instances.items()}
+        boxes = 12 * sum(n for key, n in counts.items() if key.kind == "box")
+        meshed = sum(counts[key] * len(mesh.faces) for key, mesh in self.things.items() if key.kind == "surface")
+        room = max(budget - boxes, budget // 4)
+        fewer = min(1.0, 0.7 * room / meshed) if meshed else 1.0
+        sides = _sides(self.things, counts, max(room - fewer * meshed, 0.3 * room))
+        found = {}
+        for key, thing in self.things.items():
+            if key.kind == "plane":
+                found[key] = _square()
+            elif isinstance(thing, VisualMesh):
+                found[key] = drawn(thing, max(48, int(fewer * len(thing.faces))), picture=key.of[1])
+            elif key.kind in ("box", "ellipsoid", "cylinder"):
+                found[key] = unit(key.kind, sides.get(key, 0))
+            else:
+                found[key] = solid(thing, sides.get(key, 0))
+        return found
+
+
+def _sides(things: dict[_Key, Any], counts: dict[_Key, int], room: float) -> dict[_Key, int]:
+    """Share triangles out among round things: one with n sides takes about n² of them, a large one gets more."""
+    radii = {
+        key: key.of[0][0] if key.kind == "capsule" else 2.0**key.of
+        for key in things
+        if key.kind in ("ellipsoid", "cylinder", "capsule")
+    }
+    largest = max(radii.values(), default=1.0)
+    weights = {key: min(max(sqrt(radius / largest), 0.2), 1.0) for key, radius in radii.items()}
+    most = sqrt(room / max(sum(counts[key] * weight**2 for key, weight in weights.items()), 1e-9))
+    return {key: 2 * min(max(round(most * weight / 2), 4), 24) for key, weight in weights.items()}
+
+
+def _square() -> Triangles:
+    corners = np.array([(-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.5, 0.5, 0.0), (-0.5, 0.5, 0.0)])
+    return Triangles(corners[np.array([(0, 1, 2), (0, 2, 3)])], np.broadcast_to((0.0, 0.0, 1.0), (2, 3, 3)))
+
+
+def _placed(surface: Triangles, instances: list[_Instance]) -> tuple[np.ndarray, np.ndarray]:
+    """Return corners and normals of a surface at all its places."""
+    scale = np.array([one.scale for one in instances])[:, None, :]
+    turn = np.swapaxes(matrices(np.array([one.quat for one in instances])), 1, 2)
+    place = np.array([one.pos for one in instances])[:, None, :]
+    corners = surface.corners.reshape(1, -1, 3) * scale @ turn + place
+    normals = surface.normals.reshape(1, -1, 3)
+    if np.ptp(scale, axis=2).any():
+        normals = normals / scale
+        normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    normals = normals.astype(np.float32) @ turn.astype(np.float32)
+    return corners.reshape(-1, 3, 3), normals.reshape(-1, 3, 3)
+
+
+def matrices(quats: np.ndarray) -> np.ndarray:
+    """Return rotation matrices (n, 3, 3) of unit quaternions (n, 4), wxyz."""
+    w, x, y, z = quats.T
+    rows = [
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    ]
+    return np.array(rows).transpose(2, 0, 1)
+
+
+def _dressed(tree: Tree, mechanism: Mechanism) -> Tree:
+    """Return the tree of a file's body with what is seen of its links, where that differs from what touches."""
+    shapes = {link.name: _seen(link) for link in mechanism.links}
+
+    def dress(link: TreeLink) -> TreeLink:
+        return replace(link, geoms=shapes.get(link.name, ()), children=tuple(map(dress, link.children)))
+
+    return replace(tree, roots=tuple(map(dress, tree.roots)), fixtures=shapes[mechanism.links[0].name])
+
+
+def _seen(link: MechanismLink) -> tuple[TreeGeom, ...]:
+    apart = any(not geom.touches for geom in link.geoms)
+    return tuple(geom_of(geom) for geom in link.geoms if not (apart and geom.touches))
+
+
+def copies(stage: Sequence[Prop]) -> Iterator[tuple[str, list[Prop]]]:
+    """Yield the props of each copy, by its name."""
+    found: dict[str, list[Prop]] = {}
+    for prop in stage:
+        found.setdefault(prop.name, []).append(prop)
+    yield from found.items()

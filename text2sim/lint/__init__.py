@@ -1,0 +1,24 @@
+"""The physics lint: what would go wrong in a simulation, found in the resolved case, without the engine.
+
+A rule is a row of `rules.RULES`: an id, a severity, what it means, and a function that looks at the `Facts` of a case.
+A case can waive a rule by its id, with a reason.
+"""
+
+from text2sim.compiler.build import Resolution
+from text2sim.lint.report import Report, Waived
+
+__all__ = ["Report", "Waived", "lint_case"]
+
+
+def lint_case(resolution: Resolution) -> Report:
+    """Return everything that is to be said about a case that could be resolved.
+
+    Warnings of the stages before are in the report too, so that they can be waived like any other.
+    """
+    from text2sim.lint.facts import Facts
+    from text2sim.lint.report import sift
+    from text2sim.lint.rules import EARLIER, RULES
+
+    facts = Facts(resolution)
+    found = [problem for rule in RULES for problem in rule.run(facts)]
+    return sift(resolution.loaded, [*resolution.plan.warnings, *found], [*(rule.id for rule in RULES), *EARLIER])

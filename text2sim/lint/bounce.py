@@ -1,0 +1,106 @@
+"""Restitution, which is made from contact damping, against the time step.
+
+A contact that bounces is a spring and damper with the angular frequency w = 1 / (time constant x damping ratio). It
+lasts pi / w. The explicit step h is stable up to h w = 0.95 (measured: beyond, each bounce gains energy); up to 0.4 the
+restitution is met within 0.05, and from there on it scatters with the moment of touch within a step. See
+`compiler.settings`.
+"""
+
+from collections.abc import Iterator
+from math import ceil, pi
+
+from text2sim.compiler.settings import CRISPNESS
+from text2sim.lint.facts import Facts
+from text2sim.lint.rule import Rule
+from text2sim.spec_schema.errors import Problem
+
+ENERGY_BOUND = 0.95
+"""Largest substep times angular frequency of a bouncing contact at which the engine stays stable."""
+SCATTER_BOUND = 0.4
+"""The same for a restitution that is met within 0.05, and contacts that gain next to no energy."""
+CRISP = 0.02
+"""Longest time [s] for which a bouncing contact may last without a warning."""
+
+
+def _bounce(facts: Facts, rule: str) -> Iterator[Problem]:
+    time, step, dt = facts.settings.bounce_time, facts.substep, facts.case.scene.dt
+    if not time:
+        return
+    largest, name = max((bounce, name) for name, bounce in _restitutions(facts))
+    where, says = facts.where(name, "material", "restitution"), f"restitution {largest:g}"
+    needed = ceil(dt / (SCATTER_BOUND * time))
+    if step > ENERGY_BOUND * time * (1 + 1e-9):
+        if rule == "restitution-step":
+            text = (
+                f"{says} with contact timeconst {facts.settings.timeconst:g} s would gain energy at a substep of "
+                f"{step:g} s; it needs scene.substeps of at least {needed}, or a longer timeconst"
+            )
+            yield facts.problem(rule, where, text)
+    elif step > SCATTER_BOUND * time * (1 + 1e-9):
+        if rule == "rough-bounce":
+            text = (
+                f"{says} scatters by up to 0.15 with the moment of touch, for a contact lasts only "
+                f"{pi * time / step:.0f} substeps; it would be met with scene.substeps of {needed} or more"
+            )
+            yield facts.problem(rule, where, text)
+    elif pi * time > CRISP and rule == "soft-bounce":
+        needed = ceil(dt * pi / (CRISP * CRISPNESS))
+        text = (
+            f"contacts that bounce last {pi * time:.2g} s and are soft; with scene.substeps of {needed} or more they "
+            "would be crisp"
+        )
+        yield facts.problem(rule, where, text)
+
+
+def _restitutions(facts: Facts) -> Iterator[tuple[str, float]]:
+    for name, group in facts.placed.items():
+        for copy in group:
+            if (bounce := getattr(getattr(copy.model, "material", None), "restitution", None)) is not None:
+                yield name, bounce
+
+
+_BALL = """\
+scene: {%s}
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {restitution: 0.8}, pose: {pos: [0, 0, 1]}}
+"""
+
+RULES = (
+    Rule(
+        id="restitution-step",
+        severity="error",
+        title="Contacts that bounce are too fast for the time step, and gain energy.",
+        reason="""\
+The engine has no restitution: it is made from the stiffness and damping of the contact, which is a spring that the
+solver takes explicitly. At a substep above 0.95 times `timeconst x damping ratio` every bounce gains energy, and bodies
+are shot away.""",
+        way_out="More substeps, or leave `scene.contact.timeconst` to the compiler.",
+        example=_BALL % "substeps: 1, contact: {timeconst: 0.02}",
+        mended=_BALL % "dt: 0.01",
+        run=lambda facts: _bounce(facts, "restitution-step"),
+    ),
+    Rule(
+        id="rough-bounce",
+        severity="warning",
+        title="Contacts that bounce last too few substeps to bounce as asked.",
+        reason="""\
+A contact that bounces lasts pi times `timeconst x damping ratio`. At fewer than eight substeps, the restitution
+scatters by up to 0.15 with the moment within a step at which bodies touch.""",
+        way_out="More substeps, or leave `scene.contact.timeconst` to the compiler.",
+        example=_BALL % "dt: 0.001, substeps: 1, contact: {timeconst: 0.02}",
+        mended=_BALL % "dt: 0.01",
+        run=lambda facts: _bounce(facts, "rough-bounce"),
+    ),
+    Rule(
+        id="soft-bounce",
+        severity="warning",
+        title="Contacts that bounce are soft: they last long enough to be seen.",
+        reason="""\
+At long substeps the compiler makes contacts that bounce so soft that they stay stable. Above 20 ms the touch is seen as
+a dent, and bodies that hit each other in a row no longer do so one after the other.""",
+        way_out="More substeps: the message says how many.",
+        example=_BALL % "dt: 0.01, substeps: 2",
+        mended=_BALL % "dt: 0.01",
+        run=lambda facts: _bounce(facts, "soft-bounce"),
+    ),
+)

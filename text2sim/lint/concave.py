@@ -1,0 +1,97 @@
+"""Meshes that touch by several convex pieces, which only the engine finds: their surface stands for them (FCL)."""
+
+from functools import lru_cache
+from typing import Any
+
+from text2sim.compiler.meshfile import MeshFile
+from text2sim.compiler.piece import Piece
+from text2sim.compiler.rotation import Vec, frame_apply, quat_conjugate, quat_multiply, quat_rotate
+from text2sim.lint.parts import Part
+
+ROUGH = 0.05
+"""The engine's convex pieces may stand out of the surface by this part of the mesh's size: its CoACD works to a
+threshold of 0.1 of half of that."""
+HALVINGS = 14
+"""Precision of a way out: the far end of it, halved so often."""
+
+
+def inside(a: Part, b: Part, step: Vec = (0.0, 0.0, 0.0)) -> bool:
+    """Whether two pieces, of which one is such a mesh, overlap when `a` is moved by `step` [m]."""
+    import fcl
+
+    x, y, z = a.pos
+    pos = (x + step[0], y + step[1], z + step[2])
+    if fcl.collide(_object(a, pos), _object(b, b.pos), fcl.CollisionRequest(), fcl.CollisionResult()):
+        return True
+    # Surfaces that do not cross: one piece may still be wholly in the other.
+    (x, y, z), middle = a.solid.center, b.solid.center
+    return _encloses(a, pos, middle) or _encloses(b, b.pos, (x + step[0], y + step[1], z + step[2]))
+
+
+def way_out(a: Part, b: Part, direction: Vec) -> float:
+    """Return a way [m] along a direction after which two pieces that overlap do so no longer."""
+    far = sum((q - p) * d for p, q, d in zip(a.solid.center, b.solid.center, direction, strict=True))
+    low, high = 0.0, far + a.solid.ball + b.solid.ball
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        x, y, z = direction
+        low, high = (middle, high) if inside(a, b, (middle * x, middle * y, middle * z)) else (low, middle)
+    return high
+
+
+def roughness(*parts: Part) -> float:
+    """Return how far [m] the engine's pieces may stand out of the surfaces of these."""
+    sizes = [max(b - a for a, b in zip(*part.box, strict=True)) for part in parts if part.mesh is not None]
+    return ROUGH * max(sizes, default=0.0)
+
+
+def _object(part: Part, pos: Vec) -> Any:
+    import fcl
+    import numpy as np
+
+    piece = part.piece
+    turn = np.array(quat_multiply(part.quat, piece.quat))
+    geometry = _convex(piece) if part.mesh is None else _surface(part.mesh, piece.size[0])
+    return fcl.CollisionObject(geometry, fcl.Transform(turn, np.array(frame_apply(pos, part.quat, piece.pos))))
+
+
+def _convex(piece: Piece) -> Any:
+    import fcl
+    import numpy as np
+
+    if piece.kind in ("hull", "mesh"):
+        faces = np.array([[3, *face] for face in piece.faces])
+        return fcl.Convex(np.array(piece.vertices), len(faces), faces.ravel())
+    kinds = {
+        "box": fcl.Box, "sphere": fcl.Sphere, "cylinder": fcl.Cylinder, "capsule": fcl.Capsule,
+        "ellipsoid": fcl.Ellipsoid,
+    }  # fmt: skip
+    return kinds[piece.kind](*piece.size)
+
+
+@lru_cache(maxsize=16)
+def _surface(mesh: MeshFile, scale: float) -> Any:
+    import fcl
+
+    model = fcl.BVHModel()
+    model.beginModel(len(mesh.vertices), len(mesh.faces))
+    model.addSubModel(mesh.vertices * scale, mesh.faces)
+    model.endModel()
+    return model
+
+
+def _encloses(part: Part, pos: Vec, point: Vec) -> bool:
+    """Whether a point is inside a mesh: its surface goes round it (van Oosterom and Strackee 1983, solid angles)."""
+    import numpy as np
+
+    if part.mesh is None or not part.mesh.closed:
+        return False
+    at, back = frame_apply(pos, part.quat, part.piece.pos), quat_conjugate(quat_multiply(part.quat, part.piece.quat))
+    local = quat_rotate(back, (point[0] - at[0], point[1] - at[1], point[2] - at[2]))
+    corners = part.mesh.vertices * part.piece.size[0] - local
+    a, b, c = (corners[part.mesh.faces[:, k]] for k in range(3))
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a)))
+    over = np.einsum("ij,ij->i", a, np.cross(b, c))
+    angle = 2 * np.arctan2(over, la * lb * lc + ab * lc + bc * la + ca * lb)
+    return abs(float(np.sum(angle))) > 2 * np.pi

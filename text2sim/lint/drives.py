@@ -1,0 +1,158 @@
+"""What joints are told to do: the drives of each, one after the other, and what following them asks for."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from math import pi, radians
+
+from text2sim.compiler.controls import Target
+from text2sim.compiler.schedules import value_at
+from text2sim.lint.facts import Facts
+from text2sim.spec_schema.document import Path
+from text2sim.spec_schema.motion import Constant, Piecewise, Ramp, Schedule, Sine, Steps
+
+
+@dataclass(frozen=True)
+class Span:
+    """A drive while it has its joint to itself."""
+
+    mode: str
+    """position, velocity or force."""
+    schedule: Schedule
+    start: float
+    end: float
+    """From and to [s], within the run."""
+    before: float
+    """What a ramp without `from` starts at."""
+    control: str
+
+    @property
+    def where(self) -> Path:
+        """Path of the target in the case."""
+        return ("actions", "controls", self.control, self.mode)
+
+    def value(self, t: float) -> float:
+        """Target at time t [s]."""
+        return value_at(self.schedule, t, self.before)
+
+    def corners(self) -> list[tuple[float, float]]:
+        """Times [s] and targets between which it goes straight or smoothly; of a sine, its turning points."""
+        inner: list[float] = []
+        if isinstance(self.schedule, Ramp):
+            inner = [self.schedule.start, self.schedule.end]
+        elif isinstance(self.schedule, Steps | Piecewise):
+            inner = list(self.schedule.times)
+        elif isinstance(self.schedule, Sine):
+            inner = list(_peaks(self.schedule, self.start, self.end))
+        times = [self.start, *(t for t in inner if self.start < t < self.end), self.end]
+        return [(t, self.value(t)) for t in times]
+
+    def extremes(self) -> tuple[float, float]:
+        """Lowest and highest target."""
+        values = [value for _, value in self.corners()]
+        return min(values), max(values)
+
+
+@dataclass(frozen=True)
+class Demand:
+    """A change of a target, and what it takes to follow it."""
+
+    start: float
+    end: float
+    """From and to [s]."""
+    first: float
+    last: float
+    """Position or speed, from and to."""
+    acceleration: float
+    """[rad/s2 or m/s2] that it takes at least, from rest."""
+    speed: float
+    """[rad/s or m/s], mean."""
+
+
+def spans_of(facts: Facts) -> dict[tuple[str, str], list[Span]]:
+    """Return the drives of every driven joint, by copy and joint, in time."""
+    return facts.own(_spans)
+
+
+def _spans(facts: Facts) -> dict[tuple[str, str], list[Span]]:
+    duration = facts.case.scene.duration
+    initial = facts.lowering.initial
+    return {
+        (entity, joint): list(_chain(targets, initial.get(entity, {}).get(joint, 0.0), duration))
+        for (entity, joint), targets in facts.rows.targets.items()
+    }
+
+
+def _chain(targets: list[Target], first: float, duration: float) -> Iterator[Span]:
+    """The drives of one joint, as `controls._chain` lets them take over from each other."""
+    ordered = sorted(targets, key=lambda target: target[0])
+    before_it: Span | None = None
+    for index, (start, mode, schedule, _, name) in enumerate(ordered):
+        start = 0.0 if index == 0 else start
+        later = ordered[index + 1][0] if index + 1 < len(ordered) else duration
+        before = 0.0
+        if before_it is None:
+            before = first if mode == "position" else 0.0
+        elif mode == before_it.mode:
+            before = before_it.value(start)
+        before_it = Span(mode, schedule, start, min(max(start, later), duration), before, name)
+        if start < duration:
+            yield before_it
+
+
+def demands(span: Span) -> Iterator[Demand]:
+    """Yield what a span asks of its joint, change by change.
+
+    A straight line in position is followed if its speed is reached by the middle of the line, a smooth one if the
+    joint gets there from rest to rest: 4 d / T2. A jump may take as long as the new value holds.
+    """
+    schedule = span.schedule
+    if isinstance(schedule, Sine):
+        rate = 2 * pi * schedule.frequency
+        swing = abs(schedule.amplitude)
+        if span.end - span.start >= 0.25 / schedule.frequency:
+            power = 2 if span.mode == "position" else 1
+            low, high = schedule.offset - swing, schedule.offset + swing
+            speed = swing * rate if span.mode == "position" else high
+            yield Demand(span.start, span.end, low, high, swing * rate**power, speed)
+        return
+    if isinstance(schedule, Constant | float | int) or isinstance(schedule, Steps):
+        first = span.before if span.mode == "position" and span.start == 0.0 else 0.0
+        values = [(span.start, first), *span.corners()[:-1]]
+        ends = [t for t, _ in values[2:]] + [span.end]
+        for ((_, old), (t, new)), end in zip(pairwise(values), ends, strict=True):
+            if end > t and new != old:
+                yield _jump(span.mode, t, end, old, new)
+        return
+    slope = 0.0
+    smooth = isinstance(schedule, Ramp) and schedule.ease == "smooth"
+    for (t, old), (end, new) in pairwise(span.corners()):
+        time, change = end - t, new - old
+        if time <= 0.0:
+            continue
+        if span.mode == "velocity":
+            asked, speed = abs(change) / time, max(abs(old), abs(new))
+        elif smooth:
+            asked, speed = 4 * abs(change) / time**2, abs(change) / time
+        else:
+            asked, speed = 2 * abs(change / time - slope) / time, abs(change) / time
+            slope = change / time
+        if change:
+            yield Demand(t, end, old, new, asked, speed)
+
+
+def _jump(mode: str, t: float, end: float, old: float, new: float) -> Demand:
+    time, change = end - t, abs(new - old)
+    if mode == "velocity":
+        return Demand(t, end, old, new, change / time, abs(new))
+    return Demand(t, end, old, new, 4 * change / time**2, change / time)
+
+
+def _peaks(sine: Sine, start: float, end: float) -> Iterator[float]:
+    """The first turning points [s] of a sine after `start`: a high one and a low one."""
+    half = 0.5 / sine.frequency
+    first = sine.start + (pi / 2 - radians(sine.phase_deg)) / (2 * pi * sine.frequency)
+    first += -(-(start - first) // half) * half
+    for k in range(2):
+        if first + k * half <= end:
+            yield first + k * half

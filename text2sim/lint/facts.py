@@ -1,0 +1,262 @@
+"""What the rules look at: the resolved case, and what follows from it, worked out once and only if asked for."""
+
+import math
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from text2sim.compiler import geometry
+from text2sim.compiler.build import Resolution
+from text2sim.compiler.controls import Rows
+from text2sim.compiler.geometry import Bounds
+from text2sim.compiler.lower import Lowering
+from text2sim.compiler.meshfile import load_mesh
+from text2sim.compiler.piece import Piece
+from text2sim.compiler.placement import Copy
+from text2sim.compiler.plan import Plan
+from text2sim.compiler.rotation import Quaternion, Vec, quat_rotate
+from text2sim.compiler.settings import Settings
+from text2sim.compiler.tree import Tree, tree_links
+from text2sim.lint.parts import Ground, Part, near, union
+from text2sim.spec_schema.case import Case
+from text2sim.spec_schema.document import Path
+from text2sim.spec_schema.errors import Problem, Severity
+from text2sim.spec_schema.load import LoadedCase
+
+if TYPE_CHECKING:
+    from pathlib import Path as FilePath
+
+T = TypeVar("T")
+
+
+class Facts:
+    """A resolved case, as the rules see it."""
+
+    def __init__(self, resolution: Resolution) -> None:
+        self.resolution = resolution
+        self.loaded: LoadedCase = resolution.loaded
+        self.placed: dict[str, list[Copy]] = resolution.placed
+        self.lowering: Lowering = resolution.lowering
+        self.rows: Rows = resolution.rows
+        self.settings: Settings = resolution.settings
+        self.plan: Plan = resolution.plan
+        self.case: Case = resolution.loaded.case
+        self.folder: FilePath = resolution.loaded.folder
+        self._parts: dict[str, list[Part]] = {}
+        self._boxes: dict[str, Bounds | None] = {}
+        self._extents: dict[tuple[int, Quaternion], Bounds] = {}
+        self._thinnest: dict[int | str, float] = {}
+        self._own: dict[Any, Any] = {}
+
+    def own(self, kind: Callable[["Facts"], T]) -> T:
+        """Return what a family of rules works out for itself, made once."""
+        if kind not in self._own:
+            self._own[kind] = kind(self)
+        return self._own[kind]
+
+    # --- places of the case ------------------------------------------------------------------------------------
+
+    def problem(
+        self,
+        rule: str,
+        where: str | Path,
+        message: str,
+        *,
+        key: bool = False,
+        severity: Severity | None = None,
+        hint: str | None = None,
+    ) -> Problem:
+        """Return a finding.
+
+        Args:
+            rule: Id of the rule.
+            where: JSON Pointer or path of what is to blame.
+            message: What is wrong, and the way out with numbers.
+            key: Point at the key instead of the value.
+            severity: If it differs from the rule's.
+            hint: The nearest right word.
+        """
+        from text2sim.lint.rules import find_rule
+
+        if severity is None:
+            row = find_rule(rule)
+            assert row is not None, rule
+            severity = row.severity
+        return self.loaded.problem(where, message, key=key, rule=rule, hint=hint, severity=severity)
+
+    def where(self, name: str, *keys: str) -> Path:
+        """Path of a body or static (or of one of its copies, `brick[3]`), or of a value inside it."""
+        body = name.split("[")[0]
+        section = ("scene", "statics") if body in self.case.scene.statics else ("bodies",)
+        return (*section, body, *keys)
+
+    def said(self, name: str, *keys: str) -> Path:
+        """Path of the first of these values of a body or static that the case says; else of the body itself."""
+        found = (where for key in keys if self.raw(where := self.where(name, key)) is not None)
+        return next(found, self.where(name))
+
+    # --- copies ------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def copies(self) -> dict[str, Copy]:
+        """Every copy of every static and body, by its own name."""
+        return {copy.name: copy for group in self.placed.values() for copy in group}
+
+    @cached_property
+    def planes(self) -> list[Ground]:
+        """The grounds of the scene."""
+        found = []
+        for group in self.plan.statics:
+            for copy, entity in zip(self.placed[group.name], group.entities, strict=True):
+                if copy.shape.kind == "plane":
+                    up = quat_rotate(copy.quat, (0.0, 0.0, 1.0))
+                    level = sum(u * p for u, p in zip(up, copy.pos, strict=True))
+                    found.append(Ground(copy, up, level, entity.options["plane_size"][0] / 2))
+        return found
+
+    def tree(self, copy: Copy) -> Tree | None:
+        """Return the tree of links that a copy became; None for a primitive of the engine."""
+        return self.lowering.trees.get(copy.name)
+
+    def mount(self, copy: Copy) -> str:
+        """Return how a copy hangs in the world: `static`, `driven`, `tree`, or the kind of its mount."""
+        if copy.body in self.case.scene.statics:
+            return "static"
+        kind = copy.model.kind
+        return copy.model.mount.kind if kind == "rigid" else "driven" if kind == "driven" else "tree"
+
+    def moves(self, copy: Copy) -> bool:
+        """Whether any part of a copy can move."""
+        mount = self.mount(copy)
+        if mount == "tree":
+            tree = self.tree(copy)
+            return tree is None or any(link.all_joints() for link in tree.links())
+        return mount not in ("static", "fixed")
+
+    def free(self, copy: Copy) -> bool:
+        """Whether nothing holds a copy: it falls if nothing is below it."""
+        mount = self.mount(copy)
+        if mount != "tree":
+            return mount == "free"
+        tree = self.tree(copy)
+        roots = () if tree is None else tree.roots
+        return any(joint.kind == "free" for link in roots for _, joint in link.all_joints())
+
+    @cached_property
+    def moving(self) -> list[Copy]:
+        """Copies of bodies that can move."""
+        return [copy for name in self.case.bodies for copy in self.placed[name] if self.moves(copy)]
+
+    # --- geometry at the start ---------------------------------------------------------------------------------
+
+    def balls(self, copy: Copy) -> list[tuple[Vec, float]]:
+        """Return centre and radius [m] of balls around the pieces of a copy; none for a plane."""
+        return self.lowering.balls.get(copy.name, [])
+
+    def parts(self, copy: Copy) -> list[Part]:
+        """Return the convex pieces by which a copy touches, where they stand at the start; none for a plane."""
+        if copy.name not in self._parts:
+            tree = self.tree(copy)
+            if tree is not None:
+                found = [self._part(geom.piece, copy.pos, copy.quat, False, None) for geom in tree.fixtures]
+                for link, pos, quat, moves in tree_links(tree, copy.pos, copy.quat):
+                    geoms = (geom for geom in link.geoms if geom.touches)
+                    found += [self._part(geom.piece, pos, quat, moves, link.name) for geom in geoms]
+            elif copy.shape is None or copy.shape.kind == "plane":
+                found = []
+            else:
+                pieces, moves = geometry.pieces(copy.shape, self.folder), self.moves(copy)
+                found = [self._part(piece, copy.pos, copy.quat, moves, None) for piece in pieces]
+            self._parts[copy.name] = found
+        return self._parts[copy.name]
+
+    def _part(self, piece: Piece, pos: Vec, quat: Quaternion, moves: bool, link: str | None) -> Part:
+        mesh = load_mesh(str(piece.file), self.folder) if piece.decompose else None
+        return Part(piece, pos, quat, moves, link, mesh)
+
+    def box(self, copy: Copy) -> Bounds | None:
+        """Return the corners [m] of the upright box around a copy at the start; None for a plane."""
+        if copy.name not in self._boxes:
+            self._boxes[copy.name] = self._box(copy)
+        return self._boxes[copy.name]
+
+    def _box(self, copy: Copy) -> Bounds | None:
+        if copy.shape is None:
+            return union(part.box for part in self.parts(copy))
+        if copy.shape.kind == "plane":
+            return None
+        tree = self.tree(copy)
+        if tree is not None and tree.initial:
+            return union(part.box for part in self.parts(copy))
+        # Copies of one body mostly share their shape.
+        key = (id(copy.shape), copy.quat)
+        if key not in self._extents:
+            self._extents[key] = geometry.extents(copy.shape, copy.quat, self.folder)
+        (x, y, z), ((a, b, c), (d, e, f)) = copy.pos, self._extents[key]
+        return (x + a, y + b, z + c), (x + d, y + e, z + f)
+
+    def thinnest(self, copy: Copy) -> float:
+        """Return the smallest thickness [m] of the pieces of a copy that can move; infinite if there are none."""
+        key = copy.name if copy.shape is None else id(copy.shape)
+        if key not in self._thinnest:
+            thicknesses = (part.thickness for part in self.parts(copy) if part.moves)
+            self._thinnest[key] = min(thicknesses, default=math.inf)
+        return self._thinnest[key]
+
+    def near(self, slack: float = 0.0) -> Iterator[tuple[Copy, Copy]]:
+        """Yield the pairs of copies of which at least one can move, and whose boxes overlap by more than `slack` [m].
+
+        Of each pair the one that comes first in the case comes first.
+        """
+        known = [(copy, box) for copy in self.copies.values() if (box := self.box(copy)) is not None]
+        moves = [self.moves(copy) for copy, _ in known]
+        for i, j in near([box for _, box in known], slack):
+            if moves[i] or moves[j]:
+                yield known[i][0], known[j][0]
+
+    # --- mass and motion ---------------------------------------------------------------------------------------
+
+    @cached_property
+    def masses(self) -> dict[str, float]:
+        """Mass [kg] of every copy of a body; what a file says of its masses is not in it."""
+        entities = {e.name: e for group in self.plan.bodies for e in group.entities}
+        found: dict[str, float] = {}
+        volumes: dict[int, float] = {}
+        for name in self.case.bodies:
+            for copy in self.placed[name]:
+                tree = self.tree(copy)
+                if tree is not None:
+                    if getattr(copy.model, "file", None) is None:
+                        geoms = (geom for link in tree.links() for geom in link.geoms)
+                        found[copy.name] = sum(geom.density * geom.piece.volume() for geom in geoms)
+                elif (rho := entities[copy.name].rho) is not None:
+                    if id(copy.shape) not in volumes:
+                        volumes[id(copy.shape)] = sum(part.piece.volume() for part in self.parts(copy))
+                    found[copy.name] = rho * volumes[id(copy.shape)]
+        return found
+
+    @property
+    def substep(self) -> float:
+        """Solver step [s]."""
+        return self.case.scene.dt / self.settings.substeps
+
+    @cached_property
+    def velocities(self) -> dict[str, Vec]:
+        """Initial velocity [m/s] of the copies that have one."""
+        found: dict[str, Vec] = {}
+        for row in self.rows.velocities:
+            x, y, z = found.get(row.entity, (0.0, 0.0, 0.0))
+            found[row.entity] = (x + row.linear[0], y + row.linear[1], z + row.linear[2])
+        return found
+
+    def raw(self, where: Path) -> Any:
+        """Return the evaluated data at a path, or None if the case does not say it."""
+        value: Any = self.loaded.data
+        for step in where:
+            if isinstance(value, dict) and step in value:
+                value = value[step]
+            elif isinstance(value, list) and isinstance(step, int) and step < len(value):
+                value = value[step]
+            else:
+                return None
+        return value

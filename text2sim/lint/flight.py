@@ -1,0 +1,211 @@
+"""Where what flies or falls comes to first: a body's way under gravity, against everything where it starts.
+
+The body does not turn on the way, and nothing else moves: that is enough to know what is met first, and how fast.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from text2sim.compiler.geometry import Bounds
+from text2sim.compiler.placement import Copy
+from text2sim.compiler.rotation import Vec
+from text2sim.compiler.sweep import sweep
+from text2sim.lint.facts import Facts
+from text2sim.lint.parts import Ground, Part, apart, union
+
+RESTING = 0.002
+"""What has something so near [m] below it does not fall."""
+LEGS = (8, 40)
+"""As many straight legs at least and at most make a way."""
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """What a body comes to first."""
+
+    other: Copy
+    part: Part | None
+    """The piece that is met; None for a plane."""
+    time: float
+    """[s]"""
+    velocity: Vec
+    """Of the body then [m/s]."""
+
+
+@dataclass(frozen=True)
+class Flight:
+    """The way of a body that nothing holds, until it meets something."""
+
+    copy: Copy
+    velocity: Vec
+    """At the start [m/s]."""
+    pull: Vec
+    """Its acceleration [m/s2]: that of gravity, or none while it rests on something."""
+    end: float
+    """Time [s] at which it meets something, or the run ends."""
+    meeting: Meeting | None
+
+    def offset(self, t: float) -> Vec:
+        """Return its displacement [m] at a time [s]."""
+        return _at(self.velocity, self.pull, t)
+
+    @property
+    def moves(self) -> bool:
+        """Whether it moves at all."""
+        return any(self.velocity) or any(self.pull)
+
+
+def flight_of(facts: Facts, copy: Copy) -> Flight | None:
+    """Return the way of a copy; None for what is held or has no size."""
+    flights = facts.own(_Flights)
+    if copy.name not in flights.known:
+        flights.known[copy.name] = flights.work_out(copy)
+    return flights.known[copy.name]
+
+
+class _Flights:
+    def __init__(self, facts: Facts) -> None:
+        self.facts = facts
+        self.known: dict[str, Flight | None] = {}
+        self.others = [(copy, box) for copy in facts.copies.values() if (box := facts.box(copy)) is not None]
+
+    def work_out(self, copy: Copy) -> Flight | None:
+        facts = self.facts
+        box = facts.box(copy)
+        if box is None or not facts.free(copy):
+            return None
+        v = facts.velocities.get(copy.name, (0.0, 0.0, 0.0))
+        g = facts.case.scene.gravity
+        duration = facts.case.scene.duration
+        welded = {name for weld in facts.rows.welds for name in (weld.a, weld.b)}
+        near = self._along(copy, box, v, g, duration)
+        resting = any(g) and _dot(v, g) >= 0 and self._rests(copy, near, g)
+        if resting or copy.name in welded:
+            g = (0.0, 0.0, 0.0)
+            near = self._along(copy, box, v, g, duration)
+        if not any(v) and not any(g):
+            return Flight(copy, v, g, duration, None)
+        meeting = self._first(copy, box, near, v, g, duration)
+        return Flight(copy, v, g, meeting.time if meeting is not None else duration, meeting)
+
+    def _along(self, copy: Copy, box: Bounds, v: Vec, g: Vec, duration: float) -> list[tuple[Copy, Bounds]]:
+        """Everything that is not apart from the box around the whole way, with room for what it rests on."""
+        times = {0.0, duration}
+        times |= {t for a, b in zip(v, g, strict=True) if b and 0 < (t := -a / b) < duration}  # turning points
+        low, high = union(_moved(box, _at(v, g, t)) for t in times) or box
+        room: Bounds = tuple(c - RESTING for c in low), tuple(c + RESTING for c in high)  # type: ignore[assignment]
+        return [(other, its) for other, its in self.others if other is not copy and not apart(its, room)]
+
+    def _rests(self, copy: Copy, near: list[tuple[Copy, Bounds]], g: Vec) -> bool:
+        """Whether a copy has something just below it at the start."""
+        parts = self.facts.parts(copy)
+        if any(ground.depth(part) > -RESTING for ground in self.facts.planes for part in parts):
+            return True
+        size = math.hypot(*g)
+        down: Vec = (g[0] / size, g[1] / size, g[2] / size)
+        low, high = self.facts.box(copy) or ((0, 0, 0), (0, 0, 0))
+        reach: Bounds = tuple(c - RESTING for c in low), tuple(c + RESTING for c in high)  # type: ignore[assignment]
+        for other, box in near:
+            if not apart(reach, box):
+                way = sweep([p.solid for p in parts], [p.solid for p in self.facts.parts(other)], down)
+                if way is not None and way < RESTING:
+                    return True
+        return False
+
+    def _first(
+        self, copy: Copy, box: Bounds, near: list[tuple[Copy, Bounds]], v: Vec, g: Vec, duration: float
+    ) -> Meeting | None:
+        parts = self.facts.parts(copy)
+        landings = [_landing(ground, copy, parts, v, g, duration) for ground in self.facts.planes]
+        landing = min((m for m in landings if m is not None), key=lambda m: m.time, default=None)
+        end = landing.time if landing is not None else duration
+        touching = {other.name for other, its in near if not apart(box, its, -RESTING)}
+        size = max(min(high - low for low, high in zip(*box, strict=True)), 1e-6)
+        # So many legs that the way is never farther from its chords than a tenth of the body.
+        count = math.ceil(end * math.sqrt(math.hypot(*g) / (0.8 * size)))
+        count = min(max(count, LEGS[0] if near else 1), LEGS[1])
+        for k in range(count if near else 0):
+            meeting = self._leg(parts, box, near, touching, v, g, end * k / count, end * (k + 1) / count)
+            if meeting is not None:
+                return meeting
+        return landing
+
+    def _leg(
+        self,
+        parts: list[Part],
+        box: Bounds,
+        near: list[tuple[Copy, Bounds]],
+        touching: set[str],
+        v: Vec,
+        g: Vec,
+        start: float,
+        end: float,
+    ) -> Meeting | None:
+        a, b = _at(v, g, start), _at(v, g, end)
+        step = tuple(q - p for p, q in zip(a, b, strict=True))
+        length = math.hypot(*step)
+        if length < 1e-12:
+            return None
+        direction: Vec = (step[0] / length, step[1] / length, step[2] / length)
+        swept = union((_moved(box, a), _moved(box, b)))
+        best: tuple[float, Copy, Part] | None = None
+        for other, its in near:
+            if swept is None or apart(swept, its):
+                continue
+            for part in self.facts.parts(other):
+                if apart(swept, part.box):
+                    continue
+                way = sweep([p.solid for p in parts], [part.solid], direction, start=a)
+                # What it touches at the start it slides along, or leaves.
+                if way is None or way > length or (best is not None and way >= best[0]):
+                    continue
+                if other.name in touching and start == 0.0 and way < RESTING:
+                    continue
+                best = way, other, part
+        if best is None:
+            return None
+        time = start + (end - start) * best[0] / length
+        return Meeting(best[1], best[2], time, _velocity(v, g, time))
+
+
+def _landing(ground: Ground, copy: Copy, parts: list[Part], v: Vec, g: Vec, duration: float) -> Meeting | None:
+    """When a body comes to a plane from above."""
+    height = -max((ground.depth(part) for part in parts), default=-math.inf)
+    fall, rise = _dot(g, ground.up) / 2, _dot(v, ground.up)
+    if height < -RESTING:
+        return None
+    for t in _roots(fall, rise, max(height, 0.0)):
+        there: Vec = tuple(p + q for p, q in zip(copy.pos, _at(v, g, t), strict=True))  # type: ignore[assignment]
+        if 0 <= t <= duration and rise + 2 * fall * t < 0 and ground.beside(there) < 0:
+            return Meeting(ground.copy, None, t, _velocity(v, g, t))
+    return None
+
+
+def _roots(a: float, b: float, c: float) -> Iterator[float]:
+    """Real solutions of a t^2 + b t + c = 0, growing."""
+    if abs(a) < 1e-12:
+        yield from () if abs(b) < 1e-12 else (-c / b,)
+        return
+    inner = b * b - 4 * a * c
+    if inner >= 0:
+        root = math.sqrt(inner)
+        yield from sorted(((-b - root) / (2 * a), (-b + root) / (2 * a)))
+
+
+def _at(v: Vec, g: Vec, t: float) -> Vec:
+    return (v[0] * t + g[0] * t * t / 2, v[1] * t + g[1] * t * t / 2, v[2] * t + g[2] * t * t / 2)
+
+
+def _velocity(v: Vec, g: Vec, t: float) -> Vec:
+    return (v[0] + g[0] * t, v[1] + g[1] * t, v[2] + g[2] * t)
+
+
+def _moved(box: Bounds, by: Vec) -> Bounds:
+    (a, b, c), (d, e, f) = box
+    x, y, z = by
+    return (a + x, b + y, c + z), (d + x, e + y, f + z)
+
+
+def _dot(a: Vec, b: Vec) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -1,0 +1,30 @@
+"""How far bodies are from each other at the start, from their boxes: quick, and never too far."""
+
+from itertools import product
+from math import sqrt
+
+from text2sim.compiler.geometry import Bounds
+from text2sim.compiler.placement import Copy
+from text2sim.lint.facts import Facts
+from text2sim.lint.parts import Ground
+
+
+def gap(facts: Facts, a: Copy, b: Copy) -> float:
+    """Return a lower bound [m] of the distance of two copies; 0 if they may touch, or nothing is known."""
+    here, there = facts.box(a), facts.box(b)
+    if here is not None and there is not None:
+        sides = (max(0.0, p - s, r - q) for p, q, r, s in zip(*here, *there, strict=True))
+        return sqrt(sum(side * side for side in sides))
+    plane, box = (a, there) if here is None else (b, here)
+    ground = next((ground for ground in facts.planes if ground.copy is plane), None)
+    return max(0.0, height(ground, box)) if ground is not None and box is not None else 0.0
+
+
+def height(ground: Ground, box: Bounds) -> float:
+    """Return how high [m] the lowest corner of a box is above a plane; negative below."""
+    return min(sum(u * x for u, x in zip(ground.up, corner, strict=True)) for corner in corners(box)) - ground.level
+
+
+def corners(box: Bounds) -> list[tuple[float, ...]]:
+    """Return the eight corners [m] of a box."""
+    return list(product(*zip(*box, strict=True)))

@@ -1,0 +1,250 @@
+"""Sizes, masses and places that the engine's numbers, or its contacts, cannot bear."""
+
+import math
+from collections.abc import Iterator
+
+from text2sim.compiler.placement import Copy
+from text2sim.lint.facts import Facts
+from text2sim.lint.rule import Rule
+from text2sim.lint.words import length, more_copies, vector
+from text2sim.spec_schema.document import Path
+from text2sim.spec_schema.errors import Problem
+
+SAG = 0.11
+"""Depth [m] to which a sphere sinks into what it rests on, over gravity [m/s2] and the timeconst [s] squared. Measured:
+spheres of 0.5 to 10 mm at 10 ms: 0.11 mm; boxes half of that."""
+SHORTEST = 0.002
+"""Timeconst [s] that needs no further study; see `compiler.settings`."""
+SUNK, DROWNED = 0.05, 0.25
+"""Part of its thickness by which a body may sink without a word, and from which on it is no simulation of it."""
+UNBUILT = 2e-5
+"""Sizes [m] with which the engine failed: at 1 um it does not build, at 10 um bodies fall through the floor."""
+LARGE, VAST = 1e3, 1e6
+"""Sizes [m] that are rather a slip in the unit, and at which single precision resolves 6 cm."""
+HEAVY = 1.4e-11
+"""Depth [m] to which a body sinks per kilogram, beyond any stiffness: the solver's inverse masses end at 1e-7.
+Measured: a box of 1e8 kg sinks 1.4 mm, one of 1e11 kg falls through."""
+ROUNDING = 1.2e-7
+"""Relative spacing of numbers in single precision."""
+DENSITIES = (0.05, 30_000.0)
+"""Densities [kg/m3] of matter: from the lightest foams to osmium (22,600), with some room."""
+UNITS = ((0.001, "millimetres"), (0.01, "centimetres"), (0.0254, "inches"))
+
+
+def _kinds(facts: Facts, name: str) -> Iterator[Copy]:
+    """Yield one copy of each different shape of a body or static."""
+    seen = set()
+    for copy in facts.placed[name]:
+        key = id(copy.model if copy.shape is None else copy.shape)
+        if key not in seen:
+            seen.add(key)
+            yield copy
+
+
+def _too_small(facts: Facts) -> Iterator[Problem]:
+    settings, scene = facts.settings, facts.case.scene
+    sag = SAG * math.hypot(*scene.gravity) * (settings.bounce_time or settings.timeconst) ** 2
+    for name in facts.case.bodies:
+        thin = min((facts.thinnest(copy) for copy in _kinds(facts, name) if facts.free(copy)), default=math.inf)
+        if thin < UNBUILT:
+            text = (
+                f"`{name}` has a piece of {length(thin)}: the engine fails with sizes below 0.02 mm; was it meant in "
+            )
+            text += "metres?"
+            yield facts.problem("too-small", facts.said(name, "shape"), text, key=True, severity="error")
+        elif sag > SUNK * thin and scene.contact.timeconst is None:
+            longest = math.sqrt(SUNK * thin / (SAG * math.hypot(*scene.gravity)))
+            text = (
+                f"`{name}` has a piece of {length(thin)}, and will sink by {length(sag)} ({sag / thin:.0%} of it) into "
+                f"what it rests on at a contact timeconst of {settings.timeconst:g} s"
+            )
+            if longest >= SHORTEST and not settings.bounce_time:
+                text += f"; it needs scene.contact.timeconst of {longest:.1g} s, with scene.substeps of "
+                text += f"{math.ceil(2 * scene.dt / float(f'{longest:.1g}'))} or more"
+            else:
+                text += "; such small things want a scene of their own, made larger"
+            severity = "error" if sag > DROWNED * thin else None
+            yield facts.problem("too-small", facts.said(name, "shape"), text, key=True, severity=severity)
+
+
+def _too_large(facts: Facts) -> Iterator[Problem]:
+    for name in (*facts.case.scene.statics, *facts.case.bodies):
+        static = name in facts.case.scene.statics
+        for copy in _kinds(facts, name):
+            box = facts.box(copy)
+            size = 0.0 if box is None else max(high - low for low, high in zip(*box, strict=True))
+            if size <= (VAST / 10 if static else LARGE):
+                continue
+            text = f"`{name}` is {length(size)} large{_unit(copy, size)}; was it meant in metres?"
+            severity = "error" if size > VAST else None
+            yield facts.problem("too-large", facts.said(name, "shape"), text, key=True, severity=severity)
+            break
+
+
+def _unit(copy: Copy, size: float) -> str:
+    """What the unit of a mesh may have been."""
+    shape = copy.shape
+    if getattr(shape, "kind", None) != "mesh" or shape.scale != 1.0:
+        return ""
+    factor, unit = UNITS[0] if size > 50 else UNITS[1]
+    return f" (`scale: {factor:g}` if the file is in {unit})"
+
+
+def _density(facts: Facts) -> Iterator[Problem]:
+    low, high = DENSITIES
+    for where, density in _densities(facts.raw(("bodies",)), ("bodies",)):
+        if not low <= density <= high:
+            known = "the lightest foams have 1" if density < low else "osmium, the densest, has 22,600"
+            text = f"a density of {density:g} kg/m3 is that of no material ({known}); water has 1000, steel 7800"
+            yield facts.problem("implausible-density", where, text)
+
+
+def _densities(value: object, where: Path) -> Iterator[tuple[Path, float]]:
+    if isinstance(value, dict):
+        for key, item in value.items():
+            if key == "density" and isinstance(item, int | float):
+                yield (*where, key), item
+            else:
+                yield from _densities(item, (*where, key))
+
+
+def _too_heavy(facts: Facts) -> Iterator[Problem]:
+    if not any(facts.case.scene.gravity):
+        return
+    for name in facts.case.bodies:
+        for copy in _kinds(facts, name):
+            mass, thin = facts.masses.get(copy.name, 0.0), facts.thinnest(copy)
+            if HEAVY * mass <= SUNK * thin:
+                continue
+            text = (
+                f"`{name}` has {mass:.2g} kg: the engine's contacts yield by {length(HEAVY * mass)} under it, whatever "
+                f"the timeconst, and it is {length(thin)} thick; make it lighter or larger"
+            )
+            severity = "error" if HEAVY * mass > DROWNED * thin else None
+            yield facts.problem("too-heavy", facts.said(name, "material"), text, key=True, severity=severity)
+            break
+
+
+def _far_away(facts: Facts) -> Iterator[Problem]:
+    for name in facts.case.bodies:
+        far = [(copy, thin) for copy in facts.placed[name] if (thin := _remote(facts, copy)) is not None]
+        if far:
+            copy, thin = far[0]
+            away = max(map(abs, copy.pos))
+            grain = ROUNDING * away
+            text = (
+                f"`{copy.name}` starts at {vector(copy.pos)}{more_copies(len(far))}: so far from the origin, the "
+                f"engine's single precision moves it in steps of {length(grain)}, and it is {length(thin)} "
+                "thick; build the scene around the origin"
+            )
+            severity = "error" if grain > SUNK * thin else None
+            where = facts.said(name, "pose", "place", "repeat")
+            yield facts.problem("far-away", where, text, key=True, severity=severity)
+
+
+def _remote(facts: Facts, copy: Copy) -> float | None:
+    """Thickness [m] of the thinnest piece of a copy, if it is so far from the origin that rounding matters."""
+    away = max(map(abs, copy.pos))
+    if away < 100.0:
+        return None
+    thin = facts.thinnest(copy)
+    return thin if ROUNDING * away > SUNK / 10 * thin else None
+
+
+RULES = (
+    Rule(
+        id="too-small",
+        severity="warning",
+        title="A body is too thin for the contacts of the scene.",
+        reason=f"""\
+Contacts are soft. What rests on something sinks into it by about {SAG:g} g T^2 (measured), where T is the contact's
+timeconst: 0.1 mm at the usual 10 ms, whatever the size. For a free body, more than {SUNK:.0%} of its thinnest piece is
+a warning, more than {DROWNED:.0%} an error: stacks collapse into each other. A timeconst that the case gives is judged
+elsewhere. Sizes of 10 um and less do not simulate at all.""",
+        way_out="""\
+Shorten `scene.contact.timeconst` (it must be two substeps or more), or check the unit: all lengths are metres.""",
+        example="""\
+bodies:
+  coin: {kind: rigid, shape: {kind: cylinder, radius: 0.01, height: 0.002}, place: {on: floor}}
+""",
+        mended="""\
+scene: {contact: {timeconst: 0.005}, substeps: 4}
+bodies:
+  coin: {kind: rigid, shape: {kind: cylinder, radius: 0.01, height: 0.002}, place: {on: floor}}
+""",
+        run=_too_small,
+    ),
+    Rule(
+        id="too-large",
+        severity="warning",
+        title="A body is so large that its unit is rather a slip.",
+        reason=f"""\
+Lengths are metres, and mesh files often are not. Bodies of more than {LARGE:g} m are reported (what never moves, from
+{VAST / 10:g} m on); from {VAST:g} m on it is an error: single precision resolves 6 cm there.""",
+        way_out="Give a mesh its `scale`: 0.001 for a file in millimetres.",
+        example="""\
+bodies:
+  crate: {kind: rigid, shape: {kind: box, size: [1200, 800, 800]}, place: {on: floor}}
+""",
+        mended="""\
+bodies:
+  crate: {kind: rigid, shape: {kind: box, size: [1.2, 0.8, 0.8]}, place: {on: floor}}
+""",
+        run=_too_large,
+    ),
+    Rule(
+        id="implausible-density",
+        severity="warning",
+        title="A density is that of no material.",
+        reason=f"""\
+Densities are in kg/m3: water has 1000. Below {DENSITIES[0]:g} and above {DENSITIES[1]:g} there is no matter; 7.8 for
+steel is a value in g/cm3, which no check can tell from foam.""",
+        way_out="Multiply a density in g/cm3 by 1000; give a `mass` where that is what counts.",
+        example="""\
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {density: 7.8e+6}, place: {on: floor}}
+""",
+        mended="""\
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {density: 7800}, place: {on: floor}}
+""",
+        run=_density,
+    ),
+    Rule(
+        id="too-heavy",
+        severity="warning",
+        title="A body is so heavy that the engine's contacts cannot carry it.",
+        reason=f"""\
+The solver takes no inverse mass below 1e-7 for more than it is: a body sinks by {HEAVY:g} m for each kilogram, however
+stiff its contacts are (measured: 1.4 mm at 1e8 kg; at 1e11 kg a box of 0.1 m falls through the floor). More than
+{SUNK:.0%} of the thinnest piece is a warning, more than {DROWNED:.0%} an error.""",
+        way_out="Check `density` and `mass`; a scene moves the same if all its masses are divided by the same number.",
+        example="""\
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {mass: 1.0e+9}, place: {on: floor}}
+""",
+        mended="""\
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {mass: 1000}, place: {on: floor}}
+""",
+        run=_too_heavy,
+    ),
+    Rule(
+        id="far-away",
+        severity="warning",
+        title="A body starts so far from the origin that rounding moves it.",
+        reason=f"""\
+The engine computes in single precision: a position is rounded to {ROUNDING:g} of itself, 1 mm at 10 km. Reported where
+that is more than {SUNK / 10:.1%} of the thinnest piece, an error where it is more than {SUNK:.0%}.""",
+        way_out="Build the scene around the origin.",
+        example="""\
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 9000, 1]}}
+""",
+        mended="""\
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 9, 1]}}
+""",
+        run=_far_away,
+    ),
+)

@@ -1,0 +1,186 @@
+"""Mesh files that are not the solid bodies that they stand for."""
+
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from text2sim.compiler.meshfile import MeshFile, load_mesh
+from text2sim.lint.facts import Facts
+from text2sim.lint.rule import Rule
+from text2sim.spec_schema.bodies import Articulated, Chain
+from text2sim.spec_schema.document import Path
+from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.shapes import Compound, Mesh
+
+MANY = 25_000
+"""Triangles from which on taking a mesh apart is worth a word."""
+
+
+class _Use(NamedTuple):
+    """A mesh in a shape."""
+
+    where: Path
+    shape: Mesh
+    weighs: bool
+    """Whether its mass follows from its volume, and counts."""
+
+
+def _uses(facts: Facts) -> Iterator[_Use]:
+    """Yield every mesh of the case."""
+    for name in (*facts.case.scene.statics, *facts.case.bodies):
+        copy = facts.placed[name][0]
+        model, where = copy.model, facts.where(name)
+        if isinstance(model, Articulated):
+            for link, its in (model.links or {}).items():
+                own = (its.material or model.material).mass is None
+                yield from _meshes(its.shape, (*where, "links", link, "shape"), own)
+        elif isinstance(model, Chain):
+            if model.payload is not None:
+                own = model.payload.material.mass is None
+                yield from _meshes(model.payload.shape, (*where, "payload", "shape"), own)
+        elif (shape := getattr(model, "shape", None)) is not None:
+            yield from _meshes(shape, (*where, "shape"), facts.moves(copy) and model.material.mass is None)
+
+
+def _meshes(shape: Any, where: Path, weighs: bool) -> Iterator[_Use]:
+    if isinstance(shape, Mesh):
+        yield _Use(where, shape, weighs)
+    elif isinstance(shape, Compound):
+        for name, part in shape.parts.items():
+            yield from _meshes(part.shape, (*where, "parts", name, "shape"), weighs)
+
+
+class _Surface(NamedTuple):
+    """What the triangles of a mesh make."""
+
+    open_edges: int
+    """Edges with one triangle, or with more than two."""
+    turned_edges: int
+    """Edges whose two triangles look to different sides."""
+    volume: float
+    """Volume in the file's unit, negative where the triangles look inward."""
+
+
+@lru_cache(maxsize=64)
+def _surface(mesh: MeshFile) -> _Surface:
+    import numpy as np
+
+    faces = mesh.faces
+    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    ways = np.where(directed[:, 0] < directed[:, 1], 1, -1)
+    _, index, counts = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
+    balance = np.bincount(index.ravel(), weights=ways)
+    a, b, c = (mesh.vertices[faces[:, k]] for k in range(3))
+    volume = float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
+    closed = counts == 2
+    return _Surface(int((~closed).sum()), int((closed & (balance != 0)).sum()), volume)
+
+
+def _open(facts: Facts) -> Iterator[Problem]:
+    for use in _uses(facts):
+        mesh = load_mesh(use.shape.file, facts.folder)
+        if mesh.closed or not use.weighs:
+            continue
+        found = _surface(mesh)
+        if found.open_edges == 0 and found.turned_edges == 0:
+            continue  # inside out, which is another rule
+        fault = (
+            f"is open ({found.open_edges} edges do not join two triangles)"
+            if found.open_edges
+            else f"has triangles that look to different sides ({found.turned_edges} edges)"
+        )
+        hull = mesh.volume * use.shape.scale**3
+        text = (
+            f"`{use.shape.file}` {fault}: it weighs what its convex hull would, {hull:.3g} m3; close the surface, or "
+            "give the body a `mass`"
+        )
+        yield facts.problem("open-mesh", (*use.where, "file"), text)
+
+
+def _inside_out(facts: Facts) -> Iterator[Problem]:
+    for use in _uses(facts):
+        mesh = load_mesh(use.shape.file, facts.folder)
+        if mesh.closed:
+            continue
+        found = _surface(mesh)
+        if found.open_edges == 0 and found.turned_edges == 0 and found.volume < 0:
+            text = (
+                f"the triangles of `{use.shape.file}` look inward: it is drawn inside out, and weighs what its convex "
+                "hull would; turn all of them round"
+            )
+            yield facts.problem("inside-out-mesh", (*use.where, "file"), text)
+
+
+def _slow(facts: Facts) -> Iterator[Problem]:
+    for use in _uses(facts):
+        if use.shape.collision != "decompose":
+            continue
+        faces = len(load_mesh(use.shape.file, facts.folder).faces)
+        if faces > MANY:
+            # Measured with a bumpy ring on one core: 7 s for 6,400 triangles, 21 s for 25,600, 51 s for 102,400.
+            seconds = 7 * (faces / 6400) ** 0.72
+            text = (
+                f"to take `{use.shape.file}`, with {faces:,} triangles, apart into convex pieces, the engine needs "
+                f"about {seconds:.0f} s before the first run; reduce it to some {MANY // 5:,} triangles"
+            )
+            yield facts.problem("slow-mesh", (*use.where, "collision"), text)
+
+
+RULES = (
+    Rule(
+        id="open-mesh",
+        severity="warning",
+        title="A mesh whose volume gives its mass does not enclose one.",
+        reason="""\
+Mass, centre of mass and inertia are those of the solid that a surface encloses. An open surface (an edge with one
+triangle, or with three) encloses none, nor does one whose triangles look to different sides: there the convex hull
+counts, which for a cup is the cup filled to the brim. Reported of bodies that move and have no `mass`.""",
+        way_out="Close the surface in the tool that made it, or give a `mass`; the hull still places its centre.",
+        example="""\
+bodies:
+  mug: {kind: rigid, shape: {kind: mesh, file: open.obj}, pose: {pos: [0, 0, 0.5]}}
+""",
+        mended="""\
+bodies:
+  mug: {kind: rigid, shape: {kind: mesh, file: open.obj}, material: {mass: 0.3}, pose: {pos: [0, 0, 0.5]}}
+""",
+        run=_open,
+    ),
+    Rule(
+        id="inside-out-mesh",
+        severity="warning",
+        title="The triangles of a mesh look inward.",
+        reason="""\
+The corners of a triangle go counterclockwise, seen from outside. Where all of them go the other way, pictures show the
+inner side, and the volume is negative, so that the convex hull counts for the mass.""",
+        way_out="Turn all faces round in the tool that made the file (`Recalculate outside`, `invert`).",
+        example="""\
+bodies:
+  mug: {kind: rigid, shape: {kind: mesh, file: inverted.obj}, pose: {pos: [0, 0, 0.5]}}
+""",
+        mended="""\
+bodies:
+  mug: {kind: rigid, shape: {kind: mesh, file: closed.obj}, pose: {pos: [0, 0, 0.5]}}
+""",
+        run=_inside_out,
+    ),
+    Rule(
+        id="slow-mesh",
+        severity="warning",
+        title="A mesh that is to be taken apart has very many triangles.",
+        reason=f"""\
+With `collision: decompose` the engine finds convex pieces (CoACD) before the first run, and keeps them on this machine.
+That takes some 7 s for 6,400 triangles, 20 s for 25,000 and 50 s for 100,000 (measured, one core). Reported above
+{MANY:,}.""",
+        way_out="Use a simplified mesh, or shapes of the language: a `compound`, a `cup`, a `tube`.",
+        example="""\
+bodies:
+  ring: {kind: rigid, shape: {kind: mesh, file: fine.obj, collision: decompose}, pose: {pos: [0, 0, 0.5]}}
+""",
+        mended="""\
+bodies:
+  ring: {kind: rigid, shape: {kind: torus, radius: 0.2, bar_radius: 0.05}, pose: {pos: [0, 0, 0.5]}}
+""",
+        run=_slow,
+    ),
+)

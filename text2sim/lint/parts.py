@@ -1,0 +1,133 @@
+"""The convex pieces by which bodies touch, where they stand at the start, with their bounds."""
+
+from collections.abc import Iterable, Iterator
+from functools import cached_property
+from itertools import product
+from typing import NamedTuple
+
+from text2sim.compiler.geometry import Bounds
+from text2sim.compiler.meshfile import MeshFile
+from text2sim.compiler.piece import Piece, piece_thickness
+from text2sim.compiler.placement import Copy
+from text2sim.compiler.rotation import IDENTITY, Quaternion, Vec, quat_conjugate, quat_rotate
+from text2sim.compiler.solid import Solid
+
+MANY_CELLS = 64
+"""What lies in more cells of the grid than this is compared with everything instead."""
+
+
+class Part:
+    """A convex piece where it stands at the start."""
+
+    def __init__(
+        self, piece: Piece, pos: Vec, quat: Quaternion, moves: bool, link: str | None, mesh: MeshFile | None = None
+    ) -> None:
+        self.piece, self.pos, self.quat, self.moves, self.link = piece, pos, quat, moves, link
+        self.mesh = mesh
+        """The surface, if the engine takes it apart: its hull says little about it."""
+
+    @cached_property
+    def solid(self) -> Solid:
+        """The piece for `sweep` and `distance`."""
+        return Solid(self.piece, self.pos, self.quat)
+
+    @cached_property
+    def thickness(self) -> float:
+        """Smallest thickness [m]."""
+        return piece_thickness(self.piece)
+
+    @cached_property
+    def box(self) -> Bounds:
+        """Exact corners [m] of the upright box around it."""
+        span = self.solid.span
+        (a, b), (c, d), (e, f) = span((1.0, 0.0, 0.0)), span((0.0, 1.0, 0.0)), span((0.0, 0.0, 1.0))
+        return (a, c, e), (b, d, f)
+
+    def lowest(self, up: Vec) -> float:
+        """Return the height [m] along a unit vector of the lowest point of the piece."""
+        return self.solid.span(up)[0]
+
+
+class Ground(NamedTuple):
+    """A plane: solid below, but only as far to the sides as it is drawn."""
+
+    copy: Copy
+    up: Vec
+    """Its normal."""
+    level: float
+    """Height [m] along its normal."""
+    half: float
+    """Half of its side [m]."""
+
+    def depth(self, part: Part) -> float:
+        """Return how deep [m] the lowest point of a piece is below it; negative above."""
+        return self.level - part.lowest(self.up)
+
+    def beside(self, point: Vec) -> float:
+        """Return how far [m] a point is beyond its edge, seen along its normal; negative over the plane."""
+        (a, b, c), (x, y, z) = point, self.copy.pos
+        if self.copy.quat != IDENTITY:
+            a, b, c = quat_rotate(quat_conjugate(self.copy.quat), (a - x, b - y, c - z))
+            return max(abs(a), abs(b)) - self.half
+        return max(abs(a - x), abs(b - y)) - self.half
+
+
+def union(boxes: Iterable[Bounds]) -> Bounds | None:
+    """Return the corners of the smallest box around boxes."""
+    boxes = list(boxes)
+    if not boxes:
+        return None
+    low = tuple(min(low[k] for low, _ in boxes) for k in range(3))
+    high = tuple(max(high[k] for _, high in boxes) for k in range(3))
+    return low, high  # type: ignore[return-value]
+
+
+def apart(a: Bounds, b: Bounds, slack: float = 0.0) -> bool:
+    """Whether two boxes do not overlap, or by no more than `slack` [m] along some axis."""
+    (a0, a1, a2), (a3, a4, a5) = a
+    (b0, b1, b2), (b3, b4, b5) = b
+    return (
+        a3 - b0 <= slack
+        or b3 - a0 <= slack
+        or a4 - b1 <= slack
+        or b4 - a1 <= slack
+        or a5 - b2 <= slack
+        or b5 - a2 <= slack
+    )
+
+
+def near(boxes: list[Bounds], slack: float = 0.0) -> Iterator[tuple[int, int]]:
+    """Yield the pairs of boxes that are not `apart`, by their numbers, the smaller first.
+
+    They are sorted into a grid of cells of twice their usual size, so that far pairs are never looked at.
+    """
+    if len(boxes) < 2:
+        return
+    sizes = sorted(max(b - a for a, b in zip(low, high, strict=True)) for low, high in boxes)
+    cell = 2.0 * sizes[len(sizes) // 2] or sizes[-1] or 1.0
+    cells: dict[tuple[int, int, int], list[int]] = {}
+    large: list[int] = []
+    for index, (low, high) in enumerate(boxes):
+        ranges = [(int(a // cell), int(b // cell)) for a, b in zip(low, high, strict=True)]
+        (a, b), (c, d), (e, f) = ranges
+        if (b - a + 1) * (d - c + 1) * (f - e + 1) > MANY_CELLS:
+            large.append(index)
+            continue
+        if a == b and c == d and e == f:
+            cells.setdefault((a, c, e), []).append(index)
+            continue
+        for where in product(range(a, b + 1), range(c, d + 1), range(e, f + 1)):
+            cells.setdefault(where, []).append(index)
+    seen: set[tuple[int, int]] = set()
+    for members in cells.values():
+        for k, i in enumerate(members):
+            first = boxes[i]
+            for j in members[k + 1 :]:
+                if not apart(first, boxes[j], slack) and (i, j) not in seen:
+                    seen.add((i, j))
+                    yield i, j
+    alone = set(large)
+    for i in large:
+        for j in range(len(boxes)):
+            if j != i and (j not in alone or j > i) and not apart(boxes[i], boxes[j], slack):
+                yield min(i, j), max(i, j)

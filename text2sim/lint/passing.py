@@ -1,0 +1,83 @@
+"""How much room there is for something to be past something else before a contact holds it."""
+
+import math
+from typing import NamedTuple
+
+from text2sim.compiler.placement import Copy
+from text2sim.compiler.rotation import Vec, quat_multiply, quat_to_rows, vector_cross, vector_unit
+from text2sim.lint.facts import Facts
+from text2sim.lint.parts import Part
+from text2sim.spec_schema.document import Path
+
+FACES = 60
+"""Faces of a hull across which something may pass; of more, only the axes of the world are tried."""
+
+
+class Pass(NamedTuple):
+    """A body on its way through another."""
+
+    mover: Copy
+    other: Copy
+    speed: float
+    """[m/s] towards it."""
+    room: float
+    """Half of both thicknesses [m] along that: in less than this the engine has to notice."""
+    thickness: float
+    """[m] of what it passes; infinite for a plane."""
+    where: Path
+
+
+def grip(facts: Facts) -> float:
+    """Return the time [s] that a contact needs to stop what comes.
+
+    It is noticed a substep late at worst, and then gives way for its timeconst over e.
+    """
+    settings = facts.settings
+    if settings.bounce_time:
+        return max(facts.substep, settings.bounce_time)
+    return max(facts.substep, max(settings.timeconst, 2 * facts.substep) / math.e)
+
+
+def hardest(parts: list[Part], target: Part, velocity: Vec) -> tuple[float, float, float]:
+    """Speed [m/s], room [m] and thickness [m] along the normal of the target along which it is passed first."""
+    best = (0.0, math.inf, math.inf)
+    for normal in _normals(target, velocity):
+        speed = abs(sum(v * n for v, n in zip(velocity, normal, strict=True)))
+        thickness = width([target], normal)
+        room = (width(parts, normal) + thickness) / 2
+        if speed * best[1] > best[0] * room:
+            best = speed, room, thickness
+    return best
+
+
+def width(parts: list[Part], axis: Vec) -> float:
+    """Largest width [m] of one of the pieces along an axis."""
+    return max(high - low for low, high in (part.solid.span(axis) for part in parts))
+
+
+def _normals(part: Part, velocity: Vec) -> list[Vec]:
+    """Directions across which something may pass a piece."""
+    turn = quat_multiply(part.quat, part.piece.quat)
+    columns: list[Vec] = list(zip(*quat_to_rows(turn), strict=True))  # type: ignore[arg-type]
+    ahead = vector_unit(velocity)
+    if part.piece.kind == "box":
+        return columns
+    if part.piece.kind == "cylinder":
+        axis = columns[2]
+        along = sum(a * b for a, b in zip(axis, ahead, strict=True))
+        across = tuple(a - along * b for a, b in zip(ahead, axis, strict=True))
+        return [axis, vector_unit(across)] if math.hypot(*across) > 1e-6 else [axis]
+    if part.piece.kind == "hull" and len(part.piece.faces) <= FACES:
+        found = []
+        corners = part.piece.vertices
+        for i, j, k in part.piece.faces:
+            u, v = (tuple(q - p for p, q in zip(corners[i], corners[n], strict=True)) for n in (j, k))
+            normal = vector_cross(u, v)
+            if math.hypot(*normal) > 0:
+                rows = quat_to_rows(turn)
+                x, y, z = vector_unit(normal)
+                found.append(tuple(a * x + b * y + c * z for a, b, c in rows))
+        return [*found, ahead]
+    if part.piece.kind in ("hull", "mesh"):
+        return [ahead, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
+    return [ahead]

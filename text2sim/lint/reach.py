@@ -1,0 +1,119 @@
+"""How far bodies can get that the world holds.
+
+A body on a hinge or ball stays within a ball around its anchor; one on a slider within that ball drawn out by its
+range; a tree that is held at its root within the sum of its links. What is free, or driven, or slides without a range
+can get anywhere. A pair that can never meet makes no contact, and a place out of reach is never entered.
+"""
+
+from math import dist, inf
+
+from text2sim.compiler.piece import piece_ball
+from text2sim.compiler.placement import Copy
+from text2sim.compiler.rotation import Vec, frame_apply, quat_rotate
+from text2sim.compiler.tree import StandingLink, TreeJoint, tree_links
+from text2sim.lint.facts import Facts
+
+Ball = tuple[Vec, float]
+"""Centre and radius [m]."""
+SOFT = 1.05
+"""Joints and their limits give a little."""
+
+
+class Reach:
+    """Balls that links never leave, worked out when they are asked for; see `reach_of`."""
+
+    def __init__(self, facts: Facts) -> None:
+        self.facts = facts
+        self._trees: dict[str, dict[str, tuple[Ball, Ball]]] = {}
+        self.welded = {name for weld in facts.rows.welds for name in (weld.a, weld.b)}
+
+    def body(self, copy: Copy, part: str | None = None) -> list[Ball] | None:
+        """Return balls that a copy (or one link) never leaves; None if it can get anywhere, or is a plane."""
+        return self._balls(copy, part, 0)
+
+    def origin(self, copy: Copy, part: str | None = None) -> Ball | None:
+        """Return a ball that the origin of a copy (or of one link) never leaves; None if it can get anywhere."""
+        if copy.shape is None or self.facts.tree(copy) is not None:
+            found = self._balls(copy, part if part is not None else self._root(copy), 1)
+            return found[0] if found else None
+        return None if self.facts.moves(copy) else (copy.pos, 0.0)
+
+    def _root(self, copy: Copy) -> str | None:
+        tree = self.facts.tree(copy)
+        return tree.roots[0].name if tree is not None and tree.roots else None
+
+    def _balls(self, copy: Copy, part: str | None, what: int) -> list[Ball] | None:
+        if copy.name in self.welded and self.facts.moves(copy):
+            return None  # a weld holds by a spring, and may pull a joint apart
+        tree = self.facts.tree(copy)
+        if tree is None:
+            balls = self.facts.balls(copy)
+            return balls if balls and not self.facts.moves(copy) else None
+        if copy.name not in self._trees:
+            self._trees[copy.name] = _tree(tree_links(tree, copy.pos, copy.quat), tree.initial)
+        links = self._trees[copy.name]
+        chosen = list(links.values()) if part is None else [links[part]] if part in links else []
+        found = [pair[what] for pair in chosen if what == 1 or pair[0][1] > 0.0]
+        if not found or any(radius == inf for _, radius in found):
+            return None
+        return found + ([] if part or what else self.facts.balls(copy) * bool(tree.fixtures))
+
+
+def reach_of(facts: Facts) -> Reach:
+    """Return how far the bodies of a case can get, worked out once."""
+    return facts.own(Reach)
+
+
+def never_meet(a: list[Ball] | None, b: list[Ball] | None) -> bool:
+    """Whether two bodies stay apart whatever they do."""
+    if not a or not b:
+        return False
+    return all(dist(p, q) > r + s for p, r in a for q, s in b)
+
+
+def _tree(standing: list[StandingLink], initial: dict[str, float]) -> dict[str, tuple[Ball, Ball]]:
+    """By link: a ball for its pieces, and one for its origin.
+
+    Each link keeps its distance from the joint that carries it. So whatever hangs on the first moving joint of a
+    branch stays within the sum of those distances around that joint's anchor.
+    """
+    found: dict[str, tuple[Ball, Ball]] = {}
+    # By link: the point of the world around which it moves, how far its own moving anchor is from that at most, and
+    # where that anchor is at the start; None for what the world holds.
+    moved: dict[str, tuple[Vec, float, Vec] | None] = {}
+    children = {child.name: one.link.name for one in standing for child in one.link.children}
+    for link, pos, quat, _ in standing:
+        state = moved.get(children.get(link.name, ""))
+        for name, joint in link.all_joints():
+            anchor = frame_apply(pos, quat, joint.anchor)
+            slack = _slack(joint)
+            if state is None:
+                start = anchor if joint.kind != "slider" else pos
+                axis = quat_rotate(quat, joint.axis)
+                limits = joint.range if joint.kind == "slider" else None
+                middle = sum(limits) / 2 - initial.get(name, 0.0) if limits is not None else 0.0
+                center = tuple(s + middle * a for s, a in zip(start, axis, strict=True))
+                state = ((center[0], center[1], center[2]), slack, start)
+            else:
+                center, reach, before = state
+                state = (center, reach + dist(before, anchor) + 2 * slack, anchor)
+        moved[link.name] = state
+        points = [(frame_apply(pos, quat, c), r) for c, r in (piece_ball(g.piece) for g in link.geoms if g.touches)]
+        if state is None:
+            far = max((dist(pos, p) + r for p, r in points), default=0.0)
+            found[link.name] = ((pos, far), (pos, 0.0))
+            continue
+        center, reach, anchor = state
+        far = max((dist(anchor, p) + r for p, r in points), default=0.0)
+        body = SOFT * (reach + far) if points else 0.0
+        found[link.name] = ((center, body), (center, SOFT * (reach + dist(anchor, pos)) + 1e-3))
+    return found
+
+
+def _slack(joint: TreeJoint) -> float:
+    """How far a joint lets its anchor move [m], to either side of the middle of its range."""
+    if joint.kind in ("hinge", "ball"):
+        return 0.0
+    if joint.kind == "slider" and joint.range is not None:
+        return (joint.range[1] - joint.range[0]) / 2
+    return inf

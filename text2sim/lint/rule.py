@@ -1,0 +1,41 @@
+"""What a rule of the lint is: a row with everything that is said about it, and the function that finds it."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from text2sim.spec_schema.errors import Problem, Severity
+
+if TYPE_CHECKING:
+    from text2sim.lint.facts import Facts
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One thing that goes wrong in simulations, and that a case shows before it runs."""
+
+    id: str
+    """Stable, in kebab case: what `waive` and `check --explain` name."""
+    severity: Severity
+    """What a finding is unless it says otherwise; an `error` stops a run."""
+    title: str
+    """What is found, in one line."""
+    reason: str
+    """Why it goes wrong: what the engine does, with numbers."""
+    way_out: str
+    """What to do."""
+    example: str
+    """Parts of a case, in YAML, that break the rule; `EXAMPLE_BASE` gives what they leave out."""
+    run: Callable[["Facts"], Iterator[Problem]]
+    """Yields the findings, made with `Facts.problem`."""
+    mended: str = ""
+    """The same parts as they should be; empty where the example has no such simple cure."""
+
+
+EXAMPLE_BASE = """\
+text2sim: 1
+name: example
+scene: {duration: 1.0, statics: {floor: {shape: {kind: plane}}}}
+bodies: {}
+"""
+"""What examples are laid over (as JSON Merge Patch has it)."""

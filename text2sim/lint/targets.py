@@ -1,0 +1,73 @@
+"""What selectors mean in the resolved case: copies and links, where they start, and whether they can move."""
+
+from dataclasses import dataclass
+
+from text2sim.compiler.placement import Copy
+from text2sim.compiler.rotation import Vec
+from text2sim.compiler.selection import select
+from text2sim.compiler.tree import StandingLink, tree_links
+from text2sim.lint.facts import Facts
+
+
+@dataclass(frozen=True)
+class Target:
+    """A copy, or a link of one."""
+
+    copy: Copy
+    link: str | None
+    standing: StandingLink | None
+    """The link whose frame stands for it; None for a primitive of the engine."""
+    known: bool
+    """Whether its frame at the start is known: a file may say more than is read of it."""
+    turns: bool
+    """Whether that link can move."""
+    moves: bool
+    """Whether any of it can move."""
+    driven: bool
+    """Its motion is prescribed."""
+
+    @property
+    def origin(self) -> Vec:
+        """Where its frame is at the start [m]."""
+        return self.copy.pos if self.standing is None else self.standing.pos
+
+    @property
+    def label(self) -> str:
+        """How the case would name it."""
+        return self.copy.name if self.link is None else f"{self.copy.name}.{self.link}"
+
+
+class Targets:
+    """Selectors looked up, each once; see `targets_of`."""
+
+    def __init__(self, facts: Facts) -> None:
+        self.facts = facts
+        self._found: dict[str, list[Target]] = {}
+
+    def select(self, selector: str) -> list[Target]:
+        """Return what a selector means; nothing if it means nothing, which is reported elsewhere."""
+        if selector not in self._found:
+            try:
+                copies, part = select(selector, self.facts.placed)
+            except LookupError:
+                copies, part = [], None
+            self._found[selector] = [self._target(copy, part) for copy in copies]
+        return self._found[selector]
+
+    def _target(self, copy: Copy, part: str | None) -> Target:
+        tree, driven = self.facts.tree(copy), self.facts.mount(copy) == "driven"
+        if tree is None:
+            moves = self.facts.moves(copy)
+            return Target(copy, None, None, True, moves, moves, driven)
+        links = tree_links(tree, copy.pos, copy.quat)
+        mine = [one for one in links if part is None or one.link.name == part]
+        # The engine numbers links in the order of the file, parents first: a body's frame is that of its first.
+        first = next((one for one in mine if one.link.name == (part or tree.roots[0].name)), None)
+        known = first is not None and getattr(copy.model, "file", None) is None
+        moves = any(one.moves for one in mine)
+        return Target(copy, part, first, known, first is None or first.moves, moves, driven)
+
+
+def targets_of(facts: Facts) -> Targets:
+    """Return the selectors of a case, looked up once."""
+    return facts.own(Targets)

@@ -1,0 +1,1 @@
+"""Versions of a case: what differs, what a patch may do, and git."""

@@ -1,0 +1,174 @@
+"""Two versions of a case side by side: what differs, what follows from it, and what came of it when both were run."""
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from text2sim.revision.side import Side
+from text2sim.spec_schema.diff import Change, difference, operations
+from text2sim.spec_schema.effects import Effect, effects
+from text2sim.spec_schema.errors import Text2SimError
+from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.operation import Operation
+
+STATISTICS = {"last": "end", "min": "min", "max": "max"}
+ALIKE = 1e-6
+"""Relative difference below which two measured values are the same."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a measure showed in both runs."""
+
+    name: str
+    unit: str
+    values: dict[str, tuple[float | None, float | None]]
+    """By statistic; only those that differ."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What came of an expectation in both runs; None where it was not judged."""
+
+    name: str
+    was: bool | None
+    now: bool | None
+    why: str
+
+
+@dataclass
+class Comparison:
+    """What differs between two versions."""
+
+    changes: list[Change]
+    effects: list[Effect]
+    operations: list[Operation]
+    """The patch that leads from the one to the other."""
+    runs: tuple[Path, Path] | None = None
+    """Where both were run."""
+    measured: list[Measured] = field(default_factory=list)
+    judged: list[Judged] = field(default_factory=list)
+    same_simulation: bool = False
+    """Whether both mean the same simulation, so that one run is both."""
+
+    @property
+    def same(self) -> bool:
+        """Whether both mean the same."""
+        return not self.changes and not self.effects
+
+
+def compare(a: Side, b: Side, runs: Path | None = None) -> Comparison:
+    """Compare two versions of a case.
+
+    Args:
+        a: The one.
+        b: The other.
+        runs: The folder of run folders, in which runs of both are looked for.
+    """
+    old, new, patch = a.data, b.data, None
+    if (a.run or b.run) and a.loaded is not None and b.loaded is not None:
+        # What a run holds may have its prefabs expanded.
+        old, new = a.loaded.raw, b.loaded.raw
+    elif not any(side.loaded is not None and side.loaded.overlay for side in (a, b)):
+        patch = operations(a.written, b.written)
+    found: list[Effect] = []
+    if a.loaded is not None and b.loaded is not None:
+        values = (a.loaded.data, b.loaded.data)
+        changes = difference(old, new, values)
+        found = list(effects(old, new, values, _dependencies(b.loaded)))
+    else:
+        changes = difference(old, new)
+    comparison = Comparison(changes, found, patch if patch is not None else operations(old, new))
+    if runs is not None or (a.run and b.run):
+        _add_runs(comparison, a, b, runs)
+    return comparison
+
+
+def _dependencies(loaded: LoadedCase) -> dict[Any, frozenset[str]]:
+    """Parameters on which each expression depends, also by way of other parameters."""
+    sites = {path: site.names for path, site in loaded.resolver.sites.items()}
+    needs: dict[str, frozenset[str]] = {}
+    for path, names in sites.items():
+        if path[0] == "params" and len(path) > 1:
+            needs[str(path[1])] = needs.get(str(path[1]), frozenset()) | names
+
+    def closure(names: frozenset[str]) -> frozenset[str]:
+        known: set[str] = set()
+        open_names = set(names)
+        while open_names:
+            name = open_names.pop()
+            if name not in known:
+                known.add(name)
+                open_names |= needs.get(name, frozenset())
+        return frozenset(known)
+
+    return {path: closure(names) for path, names in sites.items()}
+
+
+# --- runs -----------------------------------------------------------------------------------------------------
+
+
+def _add_runs(comparison: Comparison, a: Side, b: Side, runs: Path | None) -> None:
+    folders = _find_run(a, runs), _find_run(b, runs) if runs is not None or b.run else None
+    if folders[0] is None or folders[1] is None:
+        return
+    comparison.runs = (folders[0], folders[1])
+    if folders[0] == folders[1]:
+        comparison.same_simulation = True
+        return
+    was, now = (_evidence(folder) for folder in comparison.runs)
+    for name in [name for name in was["measures"] if name in now["measures"]]:
+        row, other = was["measures"][name], now["measures"][name]
+        values = {key: (_real(row.get(key)), _real(other.get(key))) for key in STATISTICS}
+        values = {key: pair for key, pair in values.items() if _differ(*pair)}
+        if values:
+            comparison.measured.append(Measured(name, str(other.get("unit") or ""), values))
+    for name in dict.fromkeys([*was["expect"], *now["expect"]]):
+        before, after = was["expect"].get(name, {}), now["expect"].get(name, {})
+        if before.get("ok") != after.get("ok"):
+            why = str((after or before).get("why", ""))
+            comparison.judged.append(Judged(name, before.get("ok"), after.get("ok"), why))
+
+
+def _find_run(side: Side, runs: Path | None) -> Path | None:
+    """The folder in which this version was run to its end, if there is one."""
+    from text2sim.harness.record import COMPLETE, RunRecord
+
+    if side.run is not None:
+        return side.run
+    if side.loaded is None or runs is None or not any(runs.glob(f"{side.loaded.case.name}-*")):
+        return None
+    from text2sim.compiler.build import plan_case
+
+    try:
+        digest = plan_case(side.loaded).sim_digest
+    except (Text2SimError, OSError):
+        return None
+    folder = runs / f"{side.loaded.case.name}-{digest[:10]}"
+    record = RunRecord.read(folder)
+    done = record is not None and record.state in COMPLETE and record.key.get("sim_digest") == digest
+    return folder if done else None
+
+
+def _evidence(folder: Path) -> dict[str, dict[str, Any]]:
+    """Measures and expectations in the evidence of a run; what is missing or broken is nothing."""
+    try:
+        evidence = json.loads((folder / "evidence.json").read_text("utf-8"))
+    except (OSError, ValueError, RecursionError):
+        evidence = None
+    found: dict[str, dict[str, Any]] = {}
+    for part in ("measures", "expect"):
+        rows = evidence.get(part) if isinstance(evidence, dict) else None
+        found[part] = {k: v for k, v in rows.items() if isinstance(v, dict)} if isinstance(rows, dict) else {}
+    return found
+
+
+def _real(value: Any) -> float | None:
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+
+
+def _differ(a: float | None, b: float | None) -> bool:
+    if a is None or b is None:
+        return a is not b
+    return abs(a - b) > ALIKE * max(abs(a), abs(b))

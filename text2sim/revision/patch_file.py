@@ -1,0 +1,65 @@
+"""A patch as a JSON text, and where in it its operations stand."""
+
+import json
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+from text2sim.spec_schema.document import Document, parse_document, pointer
+from text2sim.spec_schema.errors import Problem, SpecError
+from text2sim.spec_schema.operation import Operation
+from text2sim.spec_schema.patch import PatchError
+from text2sim.spec_schema.source import Source
+
+
+@dataclass(frozen=True)
+class PatchFile:
+    """The operations of a patch, and the text that they were read from."""
+
+    source: Source
+    operations: list[Operation]
+    _document: Document | None
+    """The same with positions; None if it is written in a way that only JSON knows."""
+
+    def problem(self, error: PatchError) -> Problem:
+        """An error at its place in the text."""
+        path = () if error.index is None else (error.index, error.member)
+        line, column = self._document.place(path) if self._document is not None else (1, 1)
+        return Problem(pointer(path), str(error), line, column, self.source.file, rule="patch")
+
+
+def read_patch(source: Source) -> PatchFile:
+    """Read the JSON text of a patch.
+
+    Raises:
+        SpecError: If it is not a list in strict JSON: a key twice, NaN and Infinity are errors.
+    """
+    try:
+        data = json.loads(source.text, object_pairs_hook=_once, parse_constant=_refuse)
+    except json.JSONDecodeError as error:
+        message = f"not valid JSON: {error.msg[0].lower()}{error.msg[1:]}"
+        raise SpecError([Problem("", message, error.lineno, error.colno, source.file, rule="syntax")]) from None
+    except (ValueError, RecursionError) as error:
+        message = "nested too deep" if isinstance(error, RecursionError) else str(error)
+        raise SpecError([Problem("", message, file=source.file, rule="patch")]) from None
+    if not isinstance(data, list):
+        message = (
+            'a patch is a list of operations: [{"op": "replace", "path": "/bodies/ball/shape/radius", "value": 0.2}]'
+        )
+        raise SpecError([Problem("", message, file=source.file, rule="patch")])
+    try:
+        document = parse_document(source)
+    except SpecError:
+        document = None
+    return PatchFile(source, data, document if document is not None and document.data == data else None)
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    mapping = dict(pairs)
+    if len(mapping) < len(pairs):
+        twice = next(key for i, (key, _) in enumerate(pairs) if key in dict(pairs[:i]))
+        raise ValueError(f"the key `{twice[:40]}` is given twice in one mapping")
+    return mapping
+
+
+def _refuse(word: str) -> NoReturn:
+    raise ValueError(f"{word} is not a finite number")

@@ -1,0 +1,121 @@
+"""One side of a comparison: a file, a case's folder, one of its revisions in git, a variant, or a run."""
+
+import re
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from text2sim.revision.repository import extract, find_commit
+from text2sim.spec_schema.document import parse_document
+from text2sim.spec_schema.errors import Problem, RunError, SpecError
+from text2sim.spec_schema.layers import overlaid
+from text2sim.spec_schema.load import CASE_FILE, LoadedCase, load_text
+from text2sim.spec_schema.migration import migrate
+from text2sim.spec_schema.overlay import NOTHING, Overlay
+from text2sim.spec_schema.source import Source, read_source
+
+_VARIANTS = re.compile(r"((?:\+[A-Za-z][A-Za-z0-9_]{0,47})*)$")
+
+
+@dataclass(frozen=True)
+class Place:
+    """What the words for a side mean: `PATH`, `PATH@REVISION`, `PATH+VARIANT`."""
+
+    path: Path
+    revision: str = ""
+    variants: tuple[str, ...] = ()
+
+
+@dataclass
+class Side:
+    """A version of a case."""
+
+    label: str
+    """What it is called in messages."""
+    written: Any
+    """Plain data as it stands in the file."""
+    data: Any
+    """Plain data of the latest version of the language, with overlays laid over it, and `${…}` and prefabs in it."""
+    loaded: LoadedCase | None = None
+    """The case, if it is valid."""
+    problems: list[Problem] = field(default_factory=list)
+    """Why it is not."""
+    run: Path | None = None
+    """The run folder that it is."""
+
+
+def parse_place(text: str) -> Place:
+    """Take the words for a side apart; a file of just this name comes first.
+
+    Raises:
+        RunError: If nothing is there and no revision is named.
+    """
+    if Path(text).exists():
+        return Place(Path(text))
+    found = _VARIANTS.search(text)
+    assert found is not None
+    head, variants = text[: found.start()], tuple(name for name in found[0].split("+") if name)
+    if variants and Path(head).exists():
+        return Place(Path(head), "", variants)
+    cuts = [i for i, c in enumerate(head) if c == "@" and 0 < i < len(head) - 1]
+    if not cuts:
+        raise RunError(f"{text}: there is no such file or folder")
+    cut = next((i for i in cuts if Path(head[:i]).exists()), cuts[0])
+    return Place(Path(head[:cut]), head[cut + 1 :], variants)
+
+
+@contextmanager
+def open_side(text: str, overlay: Overlay) -> Iterator[Side]:
+    """Read one side.
+
+    Args:
+        text: `PATH`, `PATH@REVISION`, `PATH+VARIANT`, or `PATH@REVISION+VARIANT`.
+        overlay: What is laid over it as well.
+
+    Raises:
+        SpecError: If it is not even YAML that the language accepts.
+        RunError: If it is not there.
+    """
+    place = parse_place(text)
+    overlay = Overlay(place.variants) + overlay
+    if not place.revision:
+        yield read_side(place.path, text, overlay)
+        return
+    with tempfile.TemporaryDirectory(prefix="text2sim-") as folder:
+        repository = find_commit(place.path, place.revision)
+        yield read_side(extract(repository, place.path, Path(folder)), text, overlay)
+
+
+def read_side(path: Path, label: str, overlay: Overlay = NOTHING) -> Side:
+    """Read a file or folder that is there; see `open_side`."""
+    file = path / CASE_FILE if path.is_dir() else path
+    run = file.parent if file.name == CASE_FILE and (file.parent / "run.json").is_file() else None
+    try:
+        side = text_side(read_source(file), label, file, overlay)
+    except SpecError as error:
+        raise SpecError(_relabelled(error.problems, file, label)) from None
+    side.run = run
+    return side
+
+
+def text_side(source: Source, label: str, file: Path, overlay: Overlay = NOTHING) -> Side:
+    """A text as if it stood in a file; see `open_side`."""
+    written = parse_document(source)
+    data = written.data
+    try:
+        if isinstance(data, dict):
+            document = migrate(written)[0]
+            data = (overlaid(document, file.parent, overlay) if overlay else document).data
+        loaded = load_text(source.text, file, overlay)
+    except SpecError as error:
+        if overlay:
+            raise
+        return Side(label, written.data, data, None, _relabelled(error.problems, file, label))
+    return Side(label, written.data, data, loaded)
+
+
+def _relabelled(problems: list[Problem], file: Path, label: str) -> list[Problem]:
+    return [replace(problem, file=label) if problem.file == str(file) else problem for problem in problems]

@@ -1,0 +1,98 @@
+"""Notices that a case was saved, however its editor does that."""
+
+import os
+from hashlib import blake2b
+from pathlib import Path
+from time import monotonic, sleep
+
+SUFFIXES = frozenset(
+    ".yaml .yml .json .obj .mtl .stl .ply .off .glb .gltf .bin .dae .3mf .xml .mjcf .urdf .png .jpg .jpeg .tga".split()
+)
+"""Of files that a case may be made of. Editors leave others beside it while they save."""
+SKIPPED = frozenset({"runs", "program", "__pycache__", "node_modules"})
+FILES = 2_000
+"""Most files that are looked at; a case file may lie in a folder with anything."""
+DEPTH = 4
+SETTLED = 0.01
+"""Time [s] without a change after which a save is over."""
+PATIENCE = 0.5
+"""Time [s] for which a file may be missing, or empty, while it is being saved."""
+
+Stamp = tuple[int, int, int]
+
+
+class CaseFiles:
+    """The files that a case is made of: its own, and those of its folder that it may refer to."""
+
+    def __init__(self, case_file: Path) -> None:
+        self._case = case_file
+        self._stamps = self._look()
+        self._digests = {path: _digest(path) for path in self._stamps}
+
+    def saved(self) -> bool:
+        """Whether the content of any file has changed since the last time; what only has a new date has not."""
+        if self._look() == self._stamps:
+            return False
+        self._settle()
+        stamps = self._look()
+        touched = {path for path in {*stamps, *self._stamps} if stamps.get(path) != self._stamps.get(path)}
+        digests = {path: _digest(path) if path in stamps else "" for path in touched}
+        changed = any(digest != self._digests.get(path, "") for path, digest in digests.items())
+        self._stamps = stamps
+        self._digests = {path: digests.get(path, self._digests.get(path, "")) for path in stamps}
+        return changed
+
+    def _settle(self) -> None:
+        """Wait until nothing is written any more: some editors empty a file first, others put a new one in place."""
+        begun, before = monotonic(), None
+        while monotonic() - begun < PATIENCE:
+            stamps = self._look()
+            whole = (stamp := stamps.get(self._case)) is not None and stamp[1] > 0
+            if whole and stamps == before:
+                return
+            before = stamps
+            sleep(SETTLED)
+
+    def _look(self) -> dict[Path, Stamp]:
+        stamps: dict[Path, Stamp] = {}
+        self._look_into(self._case.parent, DEPTH, stamps)
+        if self._case not in stamps and (stamp := _stamp(self._case)) is not None:
+            stamps[self._case] = stamp
+        return stamps
+
+    def _look_into(self, folder: Path, depth: int, stamps: dict[Path, Stamp]) -> None:
+        try:
+            entries = list(os.scandir(folder))
+        except OSError:
+            return
+        for entry in entries:
+            if len(stamps) >= FILES or entry.name.startswith("."):
+                continue
+            try:
+                if entry.is_dir(follow_symlinks=False):
+                    if depth and entry.name not in SKIPPED:
+                        self._look_into(Path(entry.path), depth - 1, stamps)
+                elif os.path.splitext(entry.name)[1].lower() in SUFFIXES:
+                    found = entry.stat()
+                    stamps[Path(entry.path)] = (found.st_mtime_ns, found.st_size, found.st_ino)
+            except OSError:
+                continue
+
+
+def _stamp(path: Path) -> Stamp | None:
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+def _digest(path: Path) -> str:
+    try:
+        with path.open("rb") as stream:
+            digest = blake2b(digest_size=16)
+            while block := stream.read(1 << 20):
+                digest.update(block)
+            return digest.hexdigest()
+    except OSError:
+        return ""

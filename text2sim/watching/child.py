@@ -1,0 +1,109 @@
+"""A process that takes orders and gives news, both as lines of JSON."""
+
+import json
+import os
+import queue
+import subprocess
+import sys
+import threading
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+import text2sim
+from text2sim.harness.child import child_environment
+
+LINE = 100_000
+"""Longest line of news that is believed [characters]."""
+LOG = 2_000_000
+"""Size [bytes] at which a log is begun anew."""
+
+
+@dataclass(frozen=True)
+class News:
+    """What a process said; `died` with its exit code is the last."""
+
+    child: "Child"
+    data: dict[str, Any]
+
+
+class Child:
+    """A process of ours in a session of its own, so that Ctrl-C in a terminal reaches us alone.
+
+    It ends when its input ends, so that it cannot outlive us, whatever happens to us.
+    """
+
+    def __init__(self, name: str, module: str, arguments: Sequence[str], log: Path, inbox: "queue.Queue[Any]") -> None:
+        self.name = name
+        environment = child_environment(os.environ)
+        # The package may lie in a folder that only our own interpreter was told of.
+        home = str(Path(text2sim.__file__).resolve().parent.parent)
+        environment["PYTHONPATH"] = os.pathsep.join(filter(None, [home, environment.get("PYTHONPATH", "")]))
+        if log.is_file() and log.stat().st_size > LOG:
+            log.unlink()
+        with log.open("ab") as sink:
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-m", module, *arguments],
+                cwd=log.parent,
+                env=environment,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=sink,
+                text=True,
+                encoding="utf-8",
+                errors="replace",
+                start_new_session=True,
+            )
+        self._inbox = inbox
+        threading.Thread(target=self._listen, name=name, daemon=True).start()
+
+    @property
+    def pid(self) -> int:
+        """Number of the process."""
+        return self._process.pid
+
+    def send(self, **order: Any) -> None:
+        """Give an order; to a process that is dead, it is lost."""
+        assert self._process.stdin is not None
+        with suppress(OSError, ValueError):
+            self._process.stdin.write(json.dumps(order) + "\n")
+            self._process.stdin.flush()
+
+    def memory(self) -> int:
+        """Resident memory [bytes]; 0 if it is gone."""
+        try:
+            return psutil.Process(self._process.pid).memory_info().rss
+        except psutil.Error:
+            return 0
+
+    def end(self) -> None:
+        """Let it end by itself: it then keeps the kernels that it compiled."""
+        assert self._process.stdin is not None
+        with suppress(OSError, ValueError):
+            self._process.stdin.close()
+
+    def wait(self, timeout: float) -> bool:
+        """Wait for its end; return whether it came within `timeout` [s]."""
+        try:
+            self._process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            return False
+        return True
+
+    def kill(self) -> None:
+        """End it, now."""
+        self._process.kill()
+        self._process.wait()
+
+    def _listen(self) -> None:
+        assert self._process.stdout is not None
+        for line in iter(lambda: self._process.stdout.readline(LINE), ""):  # type: ignore[union-attr]
+            with suppress(ValueError):
+                data = json.loads(line)
+                if isinstance(data, dict):
+                    self._inbox.put(News(self, data))
+        self._inbox.put(News(self, {"died": self._process.wait()}))

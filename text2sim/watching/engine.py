@@ -1,0 +1,218 @@
+"""The warm engine as the session sees it: starting, idle, or at work; replaced when it dies or has grown too large."""
+
+import queue
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+from text2sim import templates
+from text2sim.harness.child import ChildExit, Limits, default_memory
+from text2sim.harness.outcome import outcome_of, read_end
+from text2sim.watching.child import Child
+
+START_LIMIT = 180.0
+"""Time [s] for the engine's imports."""
+BUILD_LIMIT = 900.0
+"""Time [s] for building a scene: a new combination of options compiles kernels for minutes."""
+STOP_LIMIT = 5.0
+"""Time [s] that a simulation has to stop, once it is asked to."""
+DEATHS = 3
+"""Deaths in a row, before it was ready, after which there is no use in another start."""
+MEMORY_POLL = 0.5
+
+
+@dataclass
+class Job:
+    """A program that is being simulated."""
+
+    order: int
+    limit: float
+    """Time [s] that the simulation may take."""
+    phase: str = "build"
+    since: float = field(default_factory=monotonic)
+    cancelled: float | None = None
+    overdue: bool = False
+    """Whether it was cancelled because it took too long."""
+
+
+class Engine:
+    """Keeps one process warm; a second one only while it takes over from the first."""
+
+    def __init__(self, folder: Path, inbox: "queue.Queue[Any]", memory: int) -> None:
+        self._folder, self._inbox, self._memory = folder, inbox, memory
+        self._log = folder / "engine.log"
+        self._log_begin = 0
+        self._child: Child | None = None
+        self._ready = False
+        self._successor: Child | None = None
+        self._successor_ready = False
+        self._leaving: list[Child] = []
+        self._started = 0.0
+        self._memory_at = 0.0
+        self._deaths = 0
+        self.job: Job | None = None
+        self.peak = 0
+        """Largest resident memory [bytes] seen."""
+        self.size = 0
+        """Resident memory [bytes] when it last told."""
+        self.words = ""
+        """Why it died, the last time that it did."""
+        self.renewals = 0
+        """How often another process took over because of memory."""
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether it dies before it is ready."""
+        return self._deaths >= DEATHS
+
+    @property
+    def idle(self) -> bool:
+        """Whether it would carry out an order at once."""
+        return self._ready and self.job is None
+
+    @property
+    def ready(self) -> bool:
+        """Whether it has started."""
+        return self._ready
+
+    def start(self) -> None:
+        """Start it."""
+        self._child, self._ready, self._started = self._spawn(), False, monotonic()
+        self._log_begin = self._log.stat().st_size if self._log.is_file() else 0
+
+    def simulate(self, order: int, program: Path, out: Path, limit: float) -> None:
+        """Let it simulate a program."""
+        assert self._child is not None
+        self._log_begin = self._log.stat().st_size if self._log.is_file() else 0
+        self.job = Job(order, limit)
+        self._child.send(order=order, program=str(program), out=str(out))
+
+    def cancel(self) -> None:
+        """Ask it to stop what it does."""
+        if self._child is not None and self.job is not None and self.job.cancelled is None:
+            self.job.cancelled = monotonic()
+            self._child.send(cancel=self.job.order)
+
+    def take(self, child: Child, data: dict[str, Any]) -> dict[str, Any] | None:
+        """Take in news of a process; return what came of the job, if this is its end."""
+        if child is not self._child:
+            self._take_aside(child, data)
+            return None
+        if "memory" in data:
+            self.size = data["memory"]
+            self.peak = max(self.peak, self.size)
+        if data.get("ready"):
+            self._ready, self._deaths = True, 0
+        elif "phase" in data and self.job is not None and data["order"] == self.job.order:
+            self.job.phase, self.job.since = data["phase"], monotonic()
+        elif "state" in data and self.job is not None and data["order"] == self.job.order:
+            result = self._finish(data)
+            self._hand_over()
+            return result
+        elif "died" in data:
+            return self._bury(data["died"])
+        elif "memory" in data and self.size > self._memory and self._successor is None:
+            self._successor = self._spawn()
+        return None
+
+    def guard(self) -> dict[str, Any] | None:
+        """Look after it; kill it if it does not keep to a limit. Return what that does to the job."""
+        now = monotonic()
+        if self._child is None:
+            return None
+        if not self._ready and now - self._started > START_LIMIT:
+            self._child.kill()
+        if now >= self._memory_at:
+            self._memory_at = now + MEMORY_POLL
+            used = self._child.memory()
+            self.peak = max(self.peak, used)
+            if used > default_memory():
+                return self._kill("out_of_memory", f"it used {used / 1e9:.2g} GB of memory")
+        job = self.job
+        if job is None:
+            return None
+        if job.cancelled is not None:
+            limit = STOP_LIMIT if job.phase == "simulate" else BUILD_LIMIT
+            if now - job.cancelled > limit:
+                return self._kill("timeout" if job.overdue else "interrupted", "it did not stop when it was asked to")
+        elif job.phase == "simulate" and now - job.since > job.limit:
+            job.overdue = True
+            self.cancel()
+        elif job.phase == "build" and now - job.since > BUILD_LIMIT:
+            return self._kill("timeout", f"building the scene took longer than {BUILD_LIMIT:g} s")
+        return None
+
+    def close(self, timeout: float) -> None:
+        """End all its processes: gently, and within `timeout` [s] in any case."""
+        children = [child for child in (self._child, self._successor, *self._leaving) if child is not None]
+        for child in children:
+            child.end()
+        until = monotonic() + timeout
+        for child in children:
+            if not child.wait(max(0.0, until - monotonic())):
+                child.kill()
+        self._child = self._successor = None
+        self._leaving = []
+
+    def _spawn(self) -> Child:
+        folder = Path(templates.__file__).parent
+        return Child("engine", "text2sim.watching.engine_process", [str(folder)], self._log, self._inbox)
+
+    def _take_aside(self, child: Child, data: dict[str, Any]) -> None:
+        """Take in news of a process that is not, or no longer, the one that works."""
+        if "died" in data:
+            self._leaving = [other for other in self._leaving if other is not child]
+            if child is self._successor:
+                self._successor = None
+        elif data.get("ready") and child is self._successor:
+            self._successor_ready = True
+            self._hand_over()
+
+    def _hand_over(self) -> None:
+        """Let the successor take over, if there is one that can, and nothing is being done."""
+        if self._successor is None or not self._successor_ready or self.job is not None or self._child is None:
+            return
+        self._child.end()
+        self._leaving.append(self._child)
+        self._child, self._successor, self._successor_ready = self._successor, None, False
+        self._ready = True
+        self.renewals += 1
+
+    def _finish(self, data: dict[str, Any]) -> dict[str, Any]:
+        job, self.job = self.job, None
+        assert job is not None
+        if data["state"] == "interrupted" and job.overdue:
+            data = {**data, "state": "timeout", "message": f"it took longer than {job.limit:g} s, and was stopped"}
+        return data
+
+    def _kill(self, state: str, message: str) -> dict[str, Any] | None:
+        assert self._child is not None
+        self._child.kill()
+        job, self.job = self.job, None
+        return None if job is None else {"order": job.order, "state": state, "message": message, "killed": True}
+
+    def _bury(self, code: int) -> dict[str, Any] | None:
+        """The process is gone: start another; return what that does to the job."""
+        text = read_end(self._log, self._log_begin)
+        exit = ChildExit("ended", code, monotonic() - self._started, self.peak, default_memory(), 0)
+        outcome = outcome_of(exit, Limits(), {}, text, 0.0)
+        self._deaths += 0 if self._ready else 1
+        self.words = outcome.message
+        if self._successor is not None:
+            self._child, self._ready, self._started = self._successor, self._successor_ready, monotonic()
+            self._successor, self._successor_ready = None, False
+        elif self.hopeless:
+            self._child, self._ready = None, False
+        else:
+            self.start()
+        job, self.job = self.job, None
+        if job is None:
+            return None
+        return {
+            "order": job.order,
+            "state": outcome.state,
+            "message": outcome.message,
+            "traceback": text,
+            "killed": True,
+        }

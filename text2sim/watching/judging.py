@@ -1,0 +1,67 @@
+"""Judges takes in the background."""
+
+import queue
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from text2sim.spec_schema.case import Case
+
+Key = tuple[int, str]
+"""Number of the take, and digest of all that the judgement depends on besides."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What was found in a take."""
+
+    key: Key
+    evidence: dict[str, Any] | None
+    """As in `evidence.json`, with expectations in the order of the case; None if there was nothing to judge."""
+    message: str
+    """Why there is none."""
+    seconds: float
+    """How long it took."""
+
+
+class Judge:
+    """Judges one take at a time; puts what it found into the inbox."""
+
+    def __init__(self, inbox: "queue.Queue[Any]") -> None:
+        self._inbox = inbox
+        self._busy: Key | None = None
+        self.judged: Judged | None = None
+        """What was found last."""
+        threading.Thread(target=_import, name="imports", daemon=True).start()
+
+    def judge(self, key: Key, folder: Path, case: "Case") -> None:
+        """Judge a take, unless that was done, or another is being judged."""
+        if self._busy is None and (self.judged is None or self.judged.key != key):
+            self._busy = key
+            threading.Thread(target=self._work, args=(key, folder, case), name="judge", daemon=True).start()
+
+    def take(self, judged: Judged) -> None:
+        """Take in what was found."""
+        self._busy, self.judged = None, judged
+
+    def _work(self, key: Key, folder: Path, case: "Case") -> None:
+        from text2sim.harness.evidence import judge
+        from text2sim.spec_schema.errors import RunError
+
+        begun, evidence, message = monotonic(), None, ""
+        try:
+            evidence = judge(folder, case)
+            evidence["expect"] = {name: evidence["expect"][name] for name in case.actions.expect}
+        except RunError as error:
+            message = str(error)
+        except Exception as error:
+            message = f"internal error, which is our bug: {type(error).__name__}: {error}"
+        self._inbox.put(Judged(key, evidence, message, monotonic() - begun))
+
+
+def _import() -> None:
+    import text2sim.compiler.emit
+    import text2sim.harness.evidence  # noqa: F401, takes half a second, while the engine starts

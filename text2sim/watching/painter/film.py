@@ -1,0 +1,127 @@
+"""Films a recording while it is being made."""
+
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from text2sim.watching.painter.context import Canvas
+from text2sim.watching.painter.props import Props
+from text2sim.watching.painter.recording import Recording
+from text2sim.watching.painter.script import Script, projection
+from text2sim.watching.painter.shaders import Shader
+from text2sim.watching.painter.video import Video
+
+PATIENCE = 0.01
+"""Time [s] between looks for new states."""
+
+
+class Superseded(Exception):
+    """Nobody wants this film any more."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """A film to be made."""
+
+    script: str
+    """Text of the program's `render.py`."""
+    out: Path
+    """Run folder: states are read there, films written."""
+    width: int
+    """Of the picture [pixels]; less if the film has less."""
+    ahead: float
+    """How far [s] cameras look ahead."""
+    colors: dict[str, list[float]]
+    """Red, green, blue and opacity by copy, where they are not those that were recorded."""
+
+
+class Studio:
+    """What is kept from one film to the next: compiled shaders."""
+
+    def __init__(self, gl: Any) -> None:
+        self._gl = gl
+        self._shader = Shader(gl)
+        self._shader.use()
+
+    def film(self, order: Order, wanted: Callable[[], bool], done: Callable[[str, Path], None]) -> int:
+        """Film what is recorded, or being recorded, with each camera in turn.
+
+        Args:
+            order: What to film.
+            wanted: Whether it still is.
+            done: Told the name and the file of each film.
+
+        Returns:
+            How many pictures a film has.
+
+        Raises:
+            Superseded: if nobody wants it any more.
+        """
+        script, recording = Script(order.script), Recording(order.out)
+        size = _size(script.resolution, order.width)
+        with ExitStack() as stack:
+            canvas = Canvas(self._gl, *size)
+            stack.callback(canvas.delete)
+            _wait(recording, wanted, until=lambda: len(recording.time) > 0)
+            if not len(recording.time):
+                return 0
+            props = Props(self._gl, self._shader, order.out / "geometry", recording.colors(order.colors))
+            stack.callback(props.delete)
+            self._shader.light(script.ambient, script.lights)
+            for number, name in enumerate(script.cameras):
+                path = order.out / ("video.mp4" if number == 0 else f"video_{name}.mp4")
+                self._shoot(name, Video(path, size, script.fps), script, recording, canvas, props, order.ahead, wanted)
+                done(name, path)
+        return script.frames(recording.time[-1])
+
+    def _shoot(
+        self,
+        name: str,
+        video: Video,
+        script: Script,
+        recording: Recording,
+        canvas: Canvas,
+        props: Props,
+        ahead: float,
+        wanted: Callable[[], bool],
+    ) -> None:
+        frame, aspect = 0, canvas.width / canvas.height
+        with ExitStack() as stack:
+            stack.callback(video.drop)
+            while True:
+                t = script.moment(frame)
+                reach = min(t + ahead, script.end)
+                _wait(recording, wanted, until=lambda reach=reach: recording.time[-1] >= reach - 1e-9)
+                if frame >= script.frames(recording.time[-1] if recording.complete else script.end):
+                    break
+                pos, look_at, up = script.camera_pose(name, t, recording)
+                eye = np.asarray(pos, float)
+                self._shader.look(projection(pos, look_at, up, script.cameras[name], aspect), eye)
+                canvas.clear(script.background)
+                props.draw(*recording.poses(t), eye)
+                video.write(canvas.read())
+                frame += 1
+            stack.pop_all()
+            video.close()
+
+
+def _wait(recording: Recording, wanted: Callable[[], bool], until: Callable[[], bool]) -> None:
+    """Wait for states; return also when no more will come."""
+    while True:
+        if not wanted():
+            raise Superseded
+        if recording.complete or (len(recording.time) and until()):
+            return
+        if not recording.read() and not recording.complete:
+            time.sleep(PATIENCE)
+
+
+def _size(resolution: tuple[int, int], width: int) -> tuple[int, int]:
+    """Width and height of a preview: even, as the codec wants them."""
+    width = min(width, resolution[0])
+    return 2 * max(1, width // 2), 2 * max(1, round(width * resolution[1] / resolution[0] / 2))

@@ -1,0 +1,41 @@
+"""An H.264 file that browsers play, made quickly."""
+
+import os
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+
+class Video:
+    """Written picture by picture, and named only when whole."""
+
+    def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
+        import av
+
+        self._av, self._path, self._part = av, path, path.with_name(path.name + ".part")
+        self._container = av.open(str(self._part), "w", format="mp4", options={"movflags": "+faststart"})
+        self._stream = self._container.add_stream("libx264", rate=Fraction(fps).limit_denominator(1000))
+        self._stream.width, self._stream.height = size
+        self._stream.pix_fmt = "yuv420p"
+        # A key picture every second: one jumps about in a preview.
+        self._stream.options = {"crf": "21", "preset": "ultrafast", "threads": "1", "g": str(max(1, round(fps)))}
+        codec = self._stream.codec_context
+        codec.colorspace = codec.color_primaries = codec.color_trc = codec.color_range = 1  # BT.709, limited range
+
+    def write(self, image: np.ndarray) -> None:
+        """Append a picture, shape (height, width, 4), uint8."""
+        frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format="rgba")
+        frame = frame.reformat(format="yuv420p", dst_colorspace="ITU709", dst_color_range="MPEG", threads=1)
+        self._container.mux(self._stream.encode(frame))
+
+    def close(self) -> None:
+        """Finish the file and put it in its place."""
+        self._container.mux(self._stream.encode())
+        self._container.close()
+        os.replace(self._part, self._path)
+
+    def drop(self) -> None:
+        """Leave it: nobody wants it any more."""
+        self._container.close()
+        self._part.unlink(missing_ok=True)

@@ -1,0 +1,169 @@
+"""The page of a watched case, for browsers on this machine and for nobody else.
+
+It listens on 127.0.0.1 only. Every address begins with a secret, so that other users of the machine, and pages of other
+sites, cannot guess one; requests under another host name (as after DNS rebinding) or from another page are refused.
+"""
+
+import re
+import secrets
+import threading
+from contextlib import suppress
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib import resources
+from typing import Any
+
+from text2sim.watching.board import Board
+
+HOST = "127.0.0.1"
+LISTENERS = 16
+"""Most pages that follow at the same time."""
+KEEP_ALIVE = 10.0
+"""Time [s] between signs of life to a page."""
+_RANGE = re.compile(r"bytes=(\d*)-(\d*)\Z")
+_FILM = re.compile(r"film/([\w.-]{1,100}\.mp4)\Z")
+
+
+class PageServer:
+    """Serves one board."""
+
+    def __init__(self, board: Board, port: int = 0) -> None:
+        token = secrets.token_urlsafe(18)
+        nonce = secrets.token_urlsafe(12)
+        page = resources.files("text2sim.watching").joinpath("page.html").read_text("utf-8")
+        self._server = _Server((HOST, port), _Handler)
+        self._server.board, self._server.token, self._server.nonce = board, token, nonce
+        self._server.page = page.replace("NONCE", nonce).encode()
+        self._board = board
+        self.url = f"http://{HOST}:{self._server.server_port}/{token}/"
+        """Where the page is."""
+        self._thread = threading.Thread(target=self._server.serve_forever, name="page", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._board.close()
+        self._server.shutdown()
+        self._server.server_close()
+
+
+class _Server(ThreadingHTTPServer):
+    daemon_threads = True
+    block_on_close = False
+    board: Board
+    token: str
+    nonce: str
+    page: bytes
+
+    def __init__(self, *arguments: Any) -> None:
+        self.listeners = threading.BoundedSemaphore(LISTENERS)
+        super().__init__(*arguments)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A page that went away in the middle of an answer is nothing to tell."""
+
+
+class _Handler(BaseHTTPRequestHandler):
+    protocol_version = "HTTP/1.1"
+    server: _Server  # type: ignore[assignment]
+    server_version, sys_version = "text2sim", ""
+    timeout = 30.0
+
+    def do_GET(self) -> None:
+        path = self._path()
+        if path is None:
+            self._answer(404, b"there is nothing here\n", "text/plain; charset=utf-8")
+        elif path == "":
+            self._answer(200, self.server.page, "text/html; charset=utf-8")
+        elif path == "board":
+            self._answer(200, self.server.board.read()[1].encode(), "application/json")
+        elif path == "events":
+            self._follow()
+        elif (match := _FILM.match(path)) and (film := self.server.board.film(match[1])) is not None:
+            self._send_film(film)
+        else:
+            self._answer(404, b"there is nothing here\n", "text/plain; charset=utf-8")
+
+    do_HEAD = do_GET
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Keep quiet: the terminal is for what was saved."""
+
+    def _path(self) -> str | None:
+        """What is asked for, below the secret; None for whoever does not know it, or comes from elsewhere."""
+        port = self.server.server_port
+        hosts = {f"{HOST}:{port}", f"localhost:{port}"}
+        origin = self.headers.get("Origin")
+        if self.headers.get("Host") not in hosts or (origin and origin.removeprefix("http://") not in hosts):
+            return None
+        if self.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin"):
+            return None
+        token, slash, path = self.path.removeprefix("/").partition("/")
+        if not slash or not secrets.compare_digest(token.encode("utf-8", "replace"), self.server.token.encode()):
+            return None
+        return path
+
+    def _headers(self, status: int, kind: str) -> None:
+        self.send_response(status)
+        self.send_header("Content-Type", kind)
+        self.send_header("Cache-Control", "no-store")
+        self.send_header("X-Content-Type-Options", "nosniff")
+        self.send_header("Referrer-Policy", "no-referrer")
+        self.send_header("Cross-Origin-Resource-Policy", "same-origin")
+        self.send_header("X-Frame-Options", "DENY")
+        only = f"'nonce-{self.server.nonce}'"
+        self.send_header(
+            "Content-Security-Policy",
+            f"default-src 'none'; script-src {only}; style-src {only}; media-src 'self'; connect-src 'self'; "
+            "base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+        )
+
+    def _answer(self, status: int, body: bytes, kind: str) -> None:
+        self._headers(status, kind)
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        if self.command != "HEAD":
+            self.wfile.write(body)
+
+    def _send_film(self, film: bytes) -> None:
+        """Send a film, or the part of it that a player asks for."""
+        match = _RANGE.match(self.headers.get("Range", ""))
+        first, last = 0, len(film) - 1
+        if match and (match[1] or match[2]):
+            first = int(match[1]) if match[1] else max(0, len(film) - int(match[2]))
+            last = min(int(match[2]), last) if match[1] and match[2] else last
+            if first > last:
+                self._headers(416, "text/plain")
+                self.send_header("Content-Range", f"bytes */{len(film)}")
+                self.send_header("Content-Length", "0")
+                self.end_headers()
+                return
+            self._headers(206, "video/mp4")
+            self.send_header("Content-Range", f"bytes {first}-{last}/{len(film)}")
+        else:
+            self._headers(200, "video/mp4")
+        self.send_header("Accept-Ranges", "bytes")
+        self.send_header("Content-Length", str(last - first + 1))
+        self.end_headers()
+        if self.command != "HEAD":
+            self.wfile.write(film[first : last + 1])
+
+    def _follow(self) -> None:
+        """Send every new version of the board until the page is closed."""
+        if self.command == "HEAD" or not self.server.listeners.acquire(blocking=False):
+            self._answer(503, b"too many pages\n", "text/plain; charset=utf-8")
+            return
+        with suppress(OSError):
+            try:
+                self.close_connection = True
+                self._headers(200, "text/event-stream")
+                self.end_headers()
+                board, version = self.server.board, -1
+                while not board.closed:
+                    news = board.follow(version, KEEP_ALIVE)
+                    if news is None:
+                        self.wfile.write(b": still here\n\n")
+                    else:
+                        version, content = news
+                        self.wfile.write(b"data: " + content.encode() + b"\n\n")
+            finally:
+                self.server.listeners.release()

@@ -1,0 +1,283 @@
+"""Watches one case: checks it when it is saved, and brings states, film and judgement up to date."""
+
+import queue
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+from text2sim.compiler.provenance import provenance
+from text2sim.harness.progress import ProgressTail
+from text2sim.spec_schema.errors import Problem
+from text2sim.watching import wording
+from text2sim.watching.board import Board
+from text2sim.watching.case_files import CaseFiles
+from text2sim.watching.child import News
+from text2sim.watching.engine import Engine
+from text2sim.watching.judging import Judge, Judged, Key
+from text2sim.watching.painting import Painting, Shown
+from text2sim.watching.parties import Checked, Listener
+from text2sim.watching.take import ENDED_WELL, Take, Version, write_json
+
+POLL = 0.05
+"""Time [s] between looks at the files."""
+FAREWELL = 10.0
+"""Time [s] that processes have to end: the engine then writes down the kernels that it compiled."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a user may choose."""
+
+    width: int = 480
+    """Of the film [pixels]."""
+    timeout: float = 60.0
+    """Time [s] that a simulation may take."""
+    memory: int = 3_000_000_000
+    """Resident memory [bytes] of the engine above which a fresh one takes its place."""
+
+
+class Session:
+    """One case that is watched.
+
+    Args:
+        case_file: The case's file.
+        folder: Where takes go; it exists and is ours.
+        examine: Reads the case.
+        board: What the page shows.
+        listener: Who is told.
+        options: What the user chose.
+    """
+
+    def __init__(
+        self,
+        case_file: Path,
+        folder: Path,
+        examine: Callable[[], Checked],
+        board: Board,
+        listener: Listener,
+        options: Options,
+    ) -> None:
+        self._folder, self._examine, self._board, self._listener = folder, examine, board, listener
+        self._options = options
+        self._files = CaseFiles(case_file)
+        self._inbox: queue.Queue[Any] = queue.Queue()
+        self.engine = Engine(folder, self._inbox, options.memory)
+        self.judge = Judge(self._inbox)
+        self.painting = Painting(folder, options.width, self._inbox)
+        self._version: Version | None = None
+        self._saved = monotonic()
+        self._takes = 0
+        self._take: Take | None = None
+        self._progress: ProgressTail | None = None
+        self._filmed: Key | None = None
+        self._told: Any = None
+        self._valid = False
+
+    def run(self, stopped: Callable[[], bool]) -> None:
+        """Watch until `stopped`."""
+        for old in self._folder.glob("take-*"):
+            shutil.rmtree(old, ignore_errors=True)
+        self.engine.start()
+        self.painting.start()
+        try:
+            self._check()
+            while not stopped():
+                if self._files.saved():
+                    self._saved = monotonic()
+                    self._check()
+                self._listen()
+                self._guard()
+                self._reconcile()
+        finally:
+            self._board.show(words="ended", tone="bad", progress=None)
+            self.engine.cancel()
+            self.painting.close(FAREWELL / 2)
+            self.engine.close(FAREWELL)
+
+    # --- the text ------------------------------------------------------------------------------------------------
+
+    def _check(self) -> None:
+        try:
+            checked = self._examine()
+            version = self._compile(checked)
+        except Exception as error:  # a bug of ours must not end the session: the next save may get around it
+            self._valid = False
+            self._listener.trouble(f"internal error, which is our bug: {type(error).__name__}: {error}", None)
+            self._board.show(words="internal error", tone="bad", mark="!", problems=[])
+            return
+        self._valid = version is not None
+        self._board.show(case=checked.name, problems=wording.problem_rows(checked))
+        self._listener.checked(checked, monotonic() - self._saved)
+        if version is None:
+            count = sum(problem.severity == "error" for problem in checked.problems)
+            words = checked.failure or f"{count} problem{'s' if count != 1 else ''}"
+            self._board.show(words=words, tone="bad", mark="✗", stale=True, progress=None)
+            return
+        unchanged = self._version is not None and self._version.plan.sim_digest == version.plan.sim_digest
+        if unchanged and self._take is not None and not self._take.running and self._take.state not in ENDED_WELL:
+            self._take = None  # it may have been bad luck; whoever saves again wants it tried again
+        self._version = version
+        self._board.keep_cameras([str(camera["name"]) for camera in version.plan.render["cameras"]])
+
+    def _compile(self, checked: Checked) -> Version | None:
+        if not checked.ok or checked.loaded is None or checked.plan is None:
+            return None
+        from text2sim.compiler.emit import emit
+
+        return Version(self._saved, checked.loaded, checked.plan, emit(checked.plan))
+
+    # --- bringing everything up to date ---------------------------------------------------------------------------
+
+    def _reconcile(self) -> None:
+        version, take = self._version, self._take
+        if version is None:
+            return
+        if take is None or take.version.plan.sim_digest != version.plan.sim_digest:
+            self._simulate(version)
+            return
+        take.version = version
+        if take.running and take.state == "building":
+            return
+        key = (take.number, version.plan.render_digest)
+        if self.painting.key != key:
+            self.painting.film(take, version)
+        judged = self.judge.judged
+        if not take.running and (judged is None or judged.key != (take.number, version.judge_digest)):
+            take.write_inputs(version)
+            self.judge.judge((take.number, version.judge_digest), take.folder, version.loaded.case)
+        self._conclude(take, version, key)
+
+    def _simulate(self, version: Version) -> None:
+        if self._take is not None and self._take.running:
+            self.painting.cancel()
+            self.engine.cancel()
+            self._take.unwanted = True
+            return
+        if self.engine.hopeless or not self.engine.idle:
+            return
+        self.painting.cancel()
+        self._takes += 1
+        self._take = take = Take(self._takes, self._folder / f"take-{self._takes}", version)
+        take.seconds["check"] = monotonic() - version.saved
+        take.write_inputs(version)
+        self._progress = ProgressTail(take.folder / "progress.jsonl")
+        self.engine.simulate(take.number, take.folder / "program", take.folder, self._options.timeout)
+        self._board.show(words="building the scene", tone="busy", mark="…", stale=True, progress=None, timing="")
+
+    def _conclude(self, take: Take, version: Version, film: Key) -> None:
+        """Tell, once, that everything is up to date."""
+        filmed = self._filmed == film or bool(self.painting.trouble)
+        key = (take.number, version.judge_digest, version.plan.render_digest)
+        judged = self.judge.judged
+        if take.running or self._told == key:
+            return
+        if not filmed or judged is None or judged.key != key[:2]:
+            if self._valid:
+                self._board.show(words="filming" if not filmed else "judging", tone="busy", progress=None)
+            return
+        self._told = key
+        take.seconds["judge"] = judged.seconds
+        seconds = take.seconds["all"] = monotonic() - version.saved
+        take.write_record()
+        for old in self._folder.glob("take-*"):
+            if old != take.folder:
+                shutil.rmtree(old, ignore_errors=True)
+        self._listener.done(take, judged.evidence, self.painting.trouble, seconds)
+        self._board.show(**wording.findings(judged.evidence), stale=not self._valid)
+        if self._valid:
+            closing = wording.closing(take, judged.evidence, self.painting.trouble)
+            self._board.show(**closing, timing=wording.timing(take))
+
+    # --- news ----------------------------------------------------------------------------------------------------
+
+    def _listen(self) -> None:
+        """Wait for news for a moment; take in all there is."""
+        try:
+            news = self._inbox.get(timeout=POLL)
+            while True:
+                self._hear(news)
+                news = self._inbox.get_nowait()
+        except queue.Empty:
+            pass
+
+    def _hear(self, news: Any) -> None:
+        if isinstance(news, Judged):
+            self.judge.take(news)
+            if news.message and self._take is not None and self._take.state in ENDED_WELL:
+                self._listener.trouble(news.message, None)
+        elif isinstance(news, News) and news.child.name == "painter":
+            if (shown := self.painting.take(news.child, news.data)) is not None:
+                self._show_film(shown)
+        elif isinstance(news, News):
+            before = self.engine.ready
+            self._after(self.engine.take(news.child, news.data))
+            if self.engine.ready and not before:
+                self._listener.status("the engine has started")
+            if "died" in news.data and self.engine.hopeless:
+                self._listener.trouble(f"the engine does not start: {self.engine.words}; engine.log says more", None)
+                self._board.show(words="the engine does not start", tone="bad", mark="!", progress=None)
+            if (take := self._take) is not None and news.data.get("phase") == "simulate" and take.state == "building":
+                take.state = "simulating"
+                take.seconds["build"] = monotonic() - take.begun
+
+    def _show_film(self, shown: Shown) -> None:
+        take = self._take
+        if take is None or shown.key[0] != take.number:
+            return
+        try:
+            film = shown.path.read_bytes()
+        except OSError:
+            return
+        first = self._filmed != shown.key
+        if first and self._version is not None:
+            take.seconds["film"] = monotonic() - self._version.saved
+        self._filmed = shown.key
+        name = f"{take.number}-{shown.key[1][:8]}-{shown.camera}.mp4"
+        self._board.show_film(shown.camera, name, film)
+        self._board.show(stale=not self._valid)
+
+    def _guard(self) -> None:
+        self._after(self.engine.guard())
+        take = self._take
+        if take is None or not take.running or self._progress is None:
+            if take is None and self._version is not None and not self.engine.ready and not self.engine.hopeless:
+                self._board.show(words="starting the engine, once", tone="busy", mark="…")
+            return
+        for record in self._progress.read():
+            if record.get("phase") == "simulate" and self._valid and record.get("duration"):
+                done = record["t"] / record["duration"]
+                self._board.show(words="simulating", tone="busy", progress=round(done, 3))
+
+    def _after(self, result: dict[str, Any] | None) -> None:
+        """Take note of the end of a simulation."""
+        take = self._take
+        if result is None or take is None or result["order"] != take.number:
+            return
+        take.seconds["simulate"] = monotonic() - take.begun - take.seconds.get("build", 0.0)
+        take.state, take.message = result["state"], result.get("message", "")
+        take.traceback = result.get("traceback", "")
+        if result.get("killed"):
+            # For the painter and the judge, who read how it ended from there.
+            status = {"state": take.state, "message": take.message}
+            write_json(take.folder / "status.json", status)
+        if take.unwanted:
+            self._take = None
+            return
+        if take.state not in ENDED_WELL:
+            self._blame(take)
+        if result.get("killed") and not self.engine.hopeless:
+            self._listener.status("a fresh engine is being started")
+
+    def _blame(self, take: Take) -> None:
+        """Say why a simulation ended early, at the line of the case where that is known."""
+        found = provenance(take.folder / "program", take.traceback)
+        problem = None
+        source = take.version.loaded.source
+        if found is not None and found[0] <= len(source.lines):
+            text = source.lines[found[0] - 1]
+            column = len(text) - len(text.lstrip()) + 1
+            problem = Problem("", f"engine: {take.message}", found[0], column, source.file, rule="engine")
+        self._listener.trouble(f"{take.state.replace('_', ' ')}: {take.message}", problem)

@@ -1,0 +1,50 @@
+"""What the page says about a check and about a take."""
+
+from typing import Any
+
+from text2sim.watching.parties import Checked
+from text2sim.watching.take import Take
+
+EXCERPT = 300
+"""Longest line of a case that the page shows [characters]."""
+
+
+def problem_rows(read: Checked) -> list[dict[str, Any]]:
+    """Problems with the lines that they are about."""
+    rows = []
+    for problem in read.problems:
+        row = problem.as_dict()
+        lines = read.sources.get(problem.file, "").splitlines()
+        if 0 < problem.line <= len(lines):
+            row["excerpt"] = lines[problem.line - 1][:EXCERPT]
+        rows.append(row)
+    return rows
+
+
+def findings(evidence: dict[str, Any] | None) -> dict[str, Any]:
+    """Expectations and measures."""
+    if evidence is None:
+        return {"expect": [], "measures": []}
+    return {
+        "expect": [{"name": name, **row} for name, row in evidence["expect"].items()],
+        "measures": [{"name": name, **row} for name, row in evidence["measures"].items()],
+    }
+
+
+def closing(take: Take, evidence: dict[str, Any] | None, no_film: str) -> dict[str, Any]:
+    """How a take ended, and what was found."""
+    if take.state != "finished" or evidence is None:
+        words, good = take.message or take.state.replace("_", " "), False
+    else:
+        good = evidence["verdict"] == "passed"
+        words = f"{evidence['verdict']}: {evidence['why']}"
+    if no_film:
+        words += f"; no film: {no_film}"
+    return {"words": words, "tone": "good" if good else "bad", "mark": "✓" if good else "✗", "progress": None}
+
+
+def timing(take: Take) -> str:
+    """What took how long."""
+    film = take.seconds.get("film")
+    after = f", film {film:.1f} s after saving" if film is not None else ""
+    return f"take {take.number}: simulated in {take.seconds.get('simulate', 0.0):.1f} s{after}"
