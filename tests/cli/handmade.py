@@ -11,6 +11,7 @@ import numpy as np
 from text2sim.compiler.build import compile_case
 from text2sim.harness.run import run_case
 from text2sim.spec_schema.load import load_case
+from text2sim.spec_schema.overlay import NOTHING, Overlay
 
 CASE = """\
 text2sim: 1
@@ -28,7 +29,7 @@ actions:
   measures:
     height: {kind: position, of: ball, axis: z}
   expect:
-    starts_high: {measure: height, at: start, above: 4}
+    starts_high: {measure: height, at: 0.1, above: 4}
     falls: {measure: height, at: end, below: 1}
 """
 
@@ -67,7 +68,7 @@ def write_case(folder: Path, text: str) -> Path:
     return folder
 
 
-def prepare_run(case: Path, runs: Path) -> Path:
+def prepare_run(case: Path, runs: Path, overlay: Overlay = NOTHING) -> Path:
     """Give a case a finished run, recorded by hand, that `text2sim run` takes for its own."""
 
     def compile_to(loaded: Any, out: Path) -> Any:
@@ -76,7 +77,7 @@ def prepare_run(case: Path, runs: Path) -> Path:
         _record(out / "recording")
         return plan
 
-    return run_case(load_case(case), runs=runs, compile_to=compile_to).folder
+    return run_case(load_case(case, overlay), runs=runs, compile_to=compile_to).folder
 
 
 def _record(folder: Path) -> None:

@@ -170,9 +170,9 @@ class TestChains:
             for i in range(1500)
         ]
         loaded = load_text(HEAD + "".join(f"  {body}\n" for body in bodies))
-        begin = time.perf_counter()
+        begin = time.process_time()
         copies, problems = place_all(loaded)
-        assert time.perf_counter() - begin < 1.0  # 0.1 s on an idle core
+        assert time.process_time() - begin < 1.0  # 0.1 s on an idle core
         assert problems == []
         assert copies["b1499"][0].pos[2] == pytest.approx(0.75 + 750 * 0.12 - 0.025, abs=1e-3)
 
@@ -183,9 +183,9 @@ class TestChains:
         loaded = load_text(
             f"{HEAD}  plate: {{{plate}, {grid}, place: {{on: floor}}}}\n  mug: {{{cup}, {grid}, place: {{on: 'plate[*]'}}}}\n"
         )
-        begin = time.perf_counter()
+        begin = time.process_time()
         copies, problems = place_all(loaded)
-        assert time.perf_counter() - begin < 1.0  # 0.15 s on an idle core
+        assert time.process_time() - begin < 1.0  # 0.15 s on an idle core
         assert problems == []
         assert {round(cup.pos[2], 6) for cup in copies["mug"]} == {0.06}
 

@@ -273,3 +273,33 @@ def test_an_event_that_is_looked_for_after_another_never_comes_before_it(assets:
     events = HIT.replace("[ball, wall]}", "[ball, wall], after: fall}", 1)
     case = f"actions: {{events: {{{events}}}, expect: {{a: {{event: hit, before: fall}}}}}}"
     assert findings(assets, "contradiction", SCENE, case)
+
+
+@pytest.mark.parametrize(
+    ("post", "more", "meets"),
+    [
+        (0.55, "", True),  # its face is at 0.5, and the cart's comes to 0.55
+        (0.9, "", False),
+        (-0.9, "", False),
+        (0.9, "bodies: {rail: {initial: {cart: 0.4}}}", False),  # the same place, counted from elsewhere
+        (0.9, "bodies: {rail: {links: {cart: {joint: {range: null}}}}}", True),
+        (0.9, "actions: {controls: {w: {kind: attach, body: ball, to: rail.cart}}}", True),  # welds give way
+    ],
+)
+def test_how_far_a_slider_gets(assets: Path, post: float, more: str, meets: bool) -> None:
+    rail = f"""
+scene: {{statics: {{post: {{shape: {{kind: box, size: [0.1, 0.1, 0.1]}}, pose: {{pos: [{post}, -3, 0.5]}}}}}}}}
+bodies:
+  rail:
+    kind: articulated
+    pose: {{pos: [0, -3, 0.5]}}
+    links:
+      base: {{shape: {{kind: sphere, radius: 0.02}}}}
+      cart:
+        parent: base
+        shape: {{kind: box, size: [0.1, 0.1, 0.1]}}
+        joint: {{kind: slider, axis: x, range: [-0.3, 0.5]}}
+actions: {{events: {{hit: {{kind: contact, between: [rail.cart, post]}}}}}}
+"""
+    parts = [SCENE, rail, *([more] if more else [])]
+    assert bool(findings(assets, "dead-event", *parts)) != meets

@@ -30,7 +30,7 @@ def door(target: str, limits: str = "") -> str:
         ("45", "range_deg: [0, 90],", "45 deg is ${radians(45)}"),
         ("{kind: ramp, from: 0, to: -0.5, end: 1}", "range_deg: [0, 90],", "stop at 0 rad"),
         ("{kind: ramp, to: 3, start: 5, end: 6}", "range_deg: [0, 90],", ""),  # after the end of the run
-        ("{kind: sine, amplitude: 1, frequency: 1}", "range_deg: [-30, 30],", "asks for 1 rad"),
+        ("{kind: sine, amplitude: 1, frequency: 1}", "range_deg: [-30, 30],", "1 rad, and `door` goes"),
         ("{kind: sine, amplitude: 0.5, frequency: 1}", "range_deg: [-30, 30],", ""),
         ("{kind: piecewise, times: [0, 1, 3], values: [0, 1, 9]}", "range_deg: [0, 360],", ""),  # 5 at its end
     ],
@@ -68,6 +68,13 @@ bodies:
     (found,) = findings(assets, "looks-like-degrees", arm % 30)
     assert found.path == "/bodies/arm/initial/hand"
     assert not findings(assets, "looks-like-degrees", arm % 0.5)
+
+
+@pytest.mark.parametrize(("bound", "wanted"), [("above: 40", True), ("above: 0.7", False), ("above: 3", False)])
+def test_an_expectation_that_looks_like_degrees(assets: Path, bound: str, wanted: bool) -> None:
+    wish = f"expect: {{e: {{measure: q, at: end, {bound}}}}}"
+    script = f"actions: {{measures: {{q: {{kind: joint_position, of: door}}}}, {wish}}}"
+    assert bool(findings(assets, "looks-like-degrees", door("0.8"), script)) == wanted
 
 
 SLIDER = """

@@ -62,7 +62,8 @@ bodies:
         assert "never touch" in found.message
 
     def test_overlap_at_the_start_pushes(self, tmp_path: Path) -> None:
-        (found,) = findings(tmp_path, "self-overlap", self.ARM % ("true", 0.35, 0.39))
+        slider = (self.ARM % ("true", -0.1, 0.3)).replace("hinge, axis: y, anchor: [0, 0, 0.2]", "slider, axis: z")
+        (found,) = findings(tmp_path, "self-overlap", slider)
         assert found.path == "/bodies/arm/initial"
         assert "m/s" in found.message
 

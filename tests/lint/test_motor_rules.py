@@ -103,6 +103,15 @@ def test_copies_that_are_alike_make_one_finding(assets: Path) -> None:
     assert "`lift[0]`" in found.message
 
 
+def test_a_servo_is_held_to_the_tolerance_of_an_expectation(assets: Path) -> None:
+    case = lift(motor="stiffness: 5000, damping: 280", target="position: {kind: ramp, to: 0.3, end: 1}")  # 7.8 mm
+    asked = "measures: {{q: {{kind: joint_position, of: lift}}}}, expect: {{e: {{measure: q, at: end, {}}}}}"
+    exact, rough = (f"actions: {{{asked.format(f'equals: 0.3, tolerance: {t}')}}}" for t in (0.005, 0.01))
+    assert not findings(assets, "servo-droop", case)
+    assert not findings(assets, "servo-droop", case, rough)
+    assert findings(assets, "servo-droop", case, exact)
+
+
 @pytest.mark.parametrize(
     ("motor", "target", "says"),
     [
@@ -141,7 +150,7 @@ def test_how_far_a_servo_droops(assets: Path, motor: str, target: str, says: str
         ),
         ("stiffness: 9000, damping: 100, max_force: 90", "position: {kind: sine, amplitude: 0.1, frequency: 2}", ""),
         (
-            "stiffness: 9000, damping: 100, max_force: 10",
+            "stiffness: 9000, damping: 100, max_force: 20",
             "position: {kind: steps, times: [0, 0.5], values: [0, 0.4]}",
             "",
         ),

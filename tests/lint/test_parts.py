@@ -5,7 +5,7 @@ import random
 import pytest
 
 from text2sim.compiler.geometry import Bounds
-from text2sim.compiler.piece import Piece, ring_pieces, wall_pieces
+from text2sim.compiler.piece import Piece, cone_piece, ring_pieces, wall_pieces
 from text2sim.compiler.rotation import quat_from_euler_deg
 from text2sim.lint.escape import AXES, inside, overlap_of, plain
 from text2sim.lint.parts import Part, apart, near, union
@@ -72,3 +72,10 @@ def test_a_way_out_ends_free() -> None:
             Part(a.piece, tuple(p + s for p, s in zip(a.pos, shift, strict=True)), a.quat, True, None) for a in rod
         ]
         assert not any(inside(a, b) for a in moved for b in tube), way
+
+
+def test_thickness_of_hulls() -> None:
+    cone = Part(cone_piece(0.1, 0.3), (0.0, 0.0, 0.0), quat_from_euler_deg((20, 30, 40)), True, None)
+    assert cone.thickness == pytest.approx(0.19, abs=0.01), "across its flank, not the side of its polygon"
+    (stave, *_) = wall_pieces((0.4, 0.41), (0.4, 0.41), -0.5, 0.5, 24)
+    assert standing([stave], 0.0)[0].thickness < 0.0101

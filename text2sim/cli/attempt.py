@@ -1,5 +1,6 @@
 """Runs one case for a command, and turns what its author can put right into problems."""
 
+from dataclasses import replace
 from typing import Any
 
 from text2sim.cli.cases import Examined
@@ -30,5 +31,4 @@ def attempt(row: Examined, *, quiet: bool = False, **options: Any) -> RunResult 
         row.blame(error)
         return None
     # The plan's warnings, which are the result's, are among those of the lint.
-    result.warnings = row.problems
-    return result
+    return replace(result, warnings=row.problems)

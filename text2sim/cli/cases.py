@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from text2sim.cli import exits
 from text2sim.cli.output import reason, say, say_problems, shown
 from text2sim.spec_schema.errors import MachineError, Problem, SpecError, Text2SimError
+from text2sim.spec_schema.overlay import NOTHING, Overlay
 
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
@@ -27,6 +28,8 @@ class Examined:
     """A case that was read, with all that is wrong with it."""
 
     path: Path
+    overlay: Overlay = NOTHING
+    """What is laid over it."""
     loaded: "LoadedCase | None" = None
     plan: "Plan | None" = None
     problems: list[Problem] = field(default_factory=list)
@@ -50,11 +53,18 @@ class Examined:
             return self.loaded.case.name
         return self.path.parent.name if self.path.name == CASE_FILE else self.path.stem
 
+    @property
+    def title(self) -> str:
+        """Its file, and what is laid over it."""
+        return shown(self.path) + (f" ({', '.join(self.overlay.words)})" if self.overlay else "")
+
     def as_dict(self) -> dict[str, Any]:
         """What `--json` says."""
         document: dict[str, Any] = {
             "case": self.name,
             "file": str(self.path),
+            "variants": list(self.overlay.variants),
+            "sets": list(self.overlay.sets),
             "ok": self.ok,
             "problems": [problem.as_dict() for problem in self.problems],
             "waived": [waived.as_dict() for waived in self.waived],
@@ -106,19 +116,21 @@ class Examined:
 
         if self.loaded is not None and file == self.loaded.source.file:
             return self.loaded.source.text
+        if file in ("--set", "--variant"):
+            return "\n".join(self.overlay.sets if file == "--set" else self.overlay.variants)
         try:
             return read_source(Path(file)).text
         except SpecError:
             return ""
 
 
-def examine(path: Path, *, plan: bool = True) -> Examined:
+def examine(path: Path, *, plan: bool = True, overlay: Overlay = NOTHING) -> Examined:
     """Read a case, and plan and lint it if asked to; whatever its author did wrong ends up in `problems`."""
     from text2sim.spec_schema.load import load_case
 
-    found = Examined(case_file(path))
+    found = Examined(case_file(path), overlay)
     try:
-        found.loaded = load_case(path)
+        found.loaded = load_case(path, overlay)
         found.path = found.loaded.path
         if plan:
             found.work_out()

@@ -1,11 +1,13 @@
 """The command `text2sim check`."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from text2sim.cli import exits
+from text2sim.cli.options import Sets, Variants, overlay_of
 
 if TYPE_CHECKING:
     from text2sim.cli.cases import Examined
@@ -15,6 +17,9 @@ def check(
     cases: Annotated[
         list[Path] | None, typer.Argument(help="Case folders, case.yaml files, or folders of cases.")
     ] = None,
+    variants: Variants = None,
+    sets: Sets = None,
+    all_variants: Annotated[bool, typer.Option("--variants", help="Check every variant of a case, too.")] = False,
     settings: Annotated[bool, typer.Option("--settings", help="Say which settings were derived, and why.")] = False,
     rules: Annotated[bool, typer.Option("--rules", help="List the rules of the lint.")] = False,
     explain: Annotated[
@@ -23,8 +28,9 @@ def check(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Find everything that is wrong with cases, without running them."""
-    from text2sim.cli.cases import examine, find_cases
-    from text2sim.cli.output import say, say_json, shown
+    from text2sim.cli.cases import Examined, examine, find_cases
+    from text2sim.cli.output import say_json
+    from text2sim.spec_schema.overlay import Overlay
 
     if rules or explain:
         from text2sim.cli.rules import say_rule, say_rules
@@ -32,21 +38,35 @@ def check(
         raise typer.Exit(say_rule(explain, as_json) if explain else say_rules(as_json))
     if not cases:
         raise typer.BadParameter("give a case, or --rules, or --explain RULE", param_hint="'CASES...'")
-    rows = []
+    rows: list[Examined] = []
+    overlay = overlay_of(variants, sets)
     for path in find_cases(cases):
-        row = examine(path)
-        rows.append(row)
-        if as_json:
-            continue
-        row.say()
-        if row.plan is not None:
-            say(f"{shown(row.path)}: ok{_counts(row)}")
-            if settings:
-                for note in row.plan.notes:
-                    say(f"    {note}")
+        base = examine(path, overlay=overlay)
+        names = list(base.loaded.written.data.get("variants") or ()) if all_variants and base.loaded else []
+        for number, more in enumerate([(), *((name,) for name in names)]):
+            row = examine(path, overlay=overlay + Overlay(more)) if number else base
+            rows.append(row)
+            if not as_json:
+                _say(row, base if number else None, settings=settings)
     if as_json:
         say_json({"ok": all(row.ok for row in rows), "cases": [row.as_dict() for row in rows]})
     raise typer.Exit(max((row.exit for row in rows), default=exits.OK))
+
+
+def _say(row: "Examined", base: "Examined | None", *, settings: bool) -> None:
+    """Say what is wrong with a case, but for what was said of the one that it is a variant of."""
+    from text2sim.cli.output import say
+
+    known = set(base.problems) if base is not None else set()
+    row.problems, said = [problem for problem in row.problems if problem not in known], row.problems
+    if row.overlay and row.problems and row.plan is None:
+        say(f"{row.title}:", to=sys.stderr)
+    row.say()
+    row.problems = said
+    if row.plan is not None:
+        say(f"{row.title}: ok{_counts(row)}")
+        for note in row.plan.notes if settings else ():
+            say(f"    {note}")
 
 
 def _counts(row: "Examined") -> str:

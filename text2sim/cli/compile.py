@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from text2sim.cli.options import Sets, Variants, overlay_of
+
 
 def compile_cases(
     case: Annotated[Path, typer.Argument(help="A case folder or case.yaml file.")],
@@ -12,6 +14,8 @@ def compile_cases(
         Path | None,
         typer.Option("-o", "--out", help="Folder of the program; CASE_FOLDER/program if left out."),
     ] = None,
+    variants: Variants = None,
+    sets: Sets = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Write the Genesis program of a case, to read it or to run it by hand."""
@@ -21,7 +25,7 @@ def compile_cases(
     from text2sim.harness.folder import install_program, staging
     from text2sim.spec_schema.errors import Text2SimError
 
-    row = examine(case, plan=False)
+    row = examine(case, plan=False, overlay=overlay_of(variants, sets))
     program = (out if out is not None else row.path.parent / "program").absolute()
     files: list[str] = []
     if row.loaded is not None:

@@ -1,11 +1,12 @@
 """The command `text2sim run`."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from text2sim.cli import exits
+from text2sim.cli.options import Sets, Variants, overlay_of
 
 Runs = Annotated[Path, typer.Option("--runs", help="Folder in which each run has its own.")]
 Timeout = Annotated[float, typer.Option("--timeout", min=1.0, help="Wall time in seconds that a program may take.")]
@@ -20,6 +21,13 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")
 
 def run_cases(
     cases: Annotated[list[Path], typer.Argument(help="Case folders, case.yaml files, or folders of cases.")],
+    variants: Variants = None,
+    sets: Sets = None,
+    sweep: Annotated[str, typer.Option("--sweep", metavar="NAME", help="Run this sweep of the case.")] = "",
+    grid: Annotated[
+        list[str] | None,
+        typer.Option("--grid", metavar="PATH=[A,B,...]", help="Run every combination of these values."),
+    ] = None,
     runs: Runs = Path("runs"),
     timeout: Timeout = 3600.0,
     memory: Memory = None,
@@ -41,16 +49,8 @@ def run_cases(
     from text2sim.cli.verdict import exit_of, say_result
 
     # All are read before the first runs: a slip in the last should not show after an hour.
-    paths = find_cases(cases)
-    rows = [examine(path, plan=len(paths) > 1) for path in paths]
-    if any(not row.ok for row in rows):
-        if as_json:
-            say_json({"ok": False, "runs": [row.as_dict() for row in rows]})
-        for row in () if as_json else rows:
-            row.say()
-        raise typer.Exit(max(row.exit for row in rows))
-
-    options = {
+    paths, overlay = find_cases(cases), overlay_of(variants, sets)
+    options: dict[str, Any] = {
         "runs": runs,
         "timeout": timeout,
         "memory_gb": memory,
@@ -58,6 +58,20 @@ def run_cases(
         "force": force,
         "device": "gpu" if gpu else "cpu",
     }
+    if sweep or grid:
+        from text2sim.cli.sweep import run_sweep
+
+        if len(paths) != 1:
+            raise typer.BadParameter("a sweep is of one case", param_hint="'CASES...'")
+        raise typer.Exit(run_sweep(paths[0], overlay, sweep, grid or [], options, as_json=as_json))
+    rows = [examine(path, plan=len(paths) > 1, overlay=overlay) for path in paths]
+    if any(not row.ok for row in rows):
+        if as_json:
+            say_json({"ok": False, "runs": [row.as_dict() for row in rows]})
+        for row in () if as_json else rows:
+            row.say()
+        raise typer.Exit(max(row.exit for row in rows))
+
     code, documents = exits.OK, []
     for row in rows:
         result = attempt(row, quiet=as_json, **options)

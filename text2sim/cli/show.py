@@ -42,7 +42,8 @@ def show(
         known = [*found.data["scene"].get("statics", {}), *found.data["bodies"]]
         if body not in known:
             hint = nearest(body, known)
-            raise typer.BadParameter(f"there is no body or static `{body}`" + (f"; did you mean `{hint}`?" if hint else ""))
+            question = f"; did you mean `{hint}`?" if hint else ""
+            raise typer.BadParameter(f"there is no body or static `{body}`{question}")
         found = found.only(body)
     target = png if png is not None else Path("runs") / f"{resolution.plan.case}-layout.png"
     if not no_png:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from text2sim.cli import exits
+from text2sim.cli.options import Sets, Variants, overlay_of
 from text2sim.cli.run import AsJson, Force, Gpu, Memory, Runs, Timeout
 
 if TYPE_CHECKING:
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 def run_suite(
     paths: Annotated[list[Path], typer.Argument(help="Cases, or folders of cases.")],
     pattern: Annotated[str, typer.Option("-k", help="Only cases whose name contains this.")] = "",
+    variants: Variants = None,
+    sets: Sets = None,
     runs: Runs = Path("runs"),
     timeout: Timeout = 3600.0,
     memory: Memory = None,
@@ -45,7 +48,8 @@ def run_suite(
     }
     # On a terminal the live line shows how far it is; elsewhere a suite prints its summary alone.
     quiet = as_json or not sys.stderr.isatty()
-    rows = [row for path in find_cases(paths) if pattern in (row := examine(path, plan=False)).name]
+    overlay = overlay_of(variants, sets)
+    rows = [row for path in find_cases(paths) if pattern in (row := examine(path, plan=False, overlay=overlay)).name]
     for row in rows:
         result = None
         if row.loaded is not None:

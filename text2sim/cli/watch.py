@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from text2sim.cli import exits
+from text2sim.cli.options import Sets, Variants, overlay_of
 
 if TYPE_CHECKING:
     from text2sim.spec_schema.errors import Problem
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
 def watch(
     case: Annotated[Path, typer.Argument(help="A case folder, or a case.yaml file.")],
+    variants: Variants = None,
+    sets: Sets = None,
     port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Of the page; 0 takes one that is free.")] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
     runs: Annotated[Path, typer.Option("--runs", help="Folder in which watch-<case> goes.")] = Path("runs"),
@@ -25,7 +28,7 @@ def watch(
         float, typer.Option("--timeout", min=1.0, help="Wall time in seconds that a simulation may take.")
     ] = 60.0,
     memory: Annotated[
-        float, typer.Option("--memory", min=1.0, help="Memory in GB above which the engine is replaced by a fresh one.")
+        float, typer.Option("--memory", min=1.0, help="Memory in GB above which a fresh engine takes over.")
     ] = 3.0,
 ) -> None:
     """Check a case whenever it is saved, simulate it in a warm engine, and show the film in the browser.
@@ -46,14 +49,17 @@ def watch(
     path = case_file(case)
     if not path.is_file():
         raise RunError(f"{shown(path)}: there is no such case")
-    name = f"watch-{_folder_name(path)}"
+    overlay = overlay_of(variants, sets)
+    name = "-".join(["watch", _folder_name(path), *overlay.variants])
     folder = (runs / name).absolute()
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RunError(f"{shown(folder)}: cannot write there: {error.strerror}") from error
     with RunLock(runs, name), Stop() as stop, stop.gently():
-        board = Board(case=path.parent.name, file=shown(path), words="starting", tone="busy", mark="…")
+        board = Board(
+            case=path.parent.name, file=" ".join([shown(path), *overlay.words]), words="starting", tone="busy", mark="…"
+        )
         try:
             server = PageServer(board, port)
         except OSError as error:
@@ -63,10 +69,10 @@ def watch(
             say(f"page: {server.url}")
             sys.stdout.flush()
             options = Options(width=width, timeout=timeout, memory=int(memory * 1e9))
-            session = Session(path, folder, lambda: examine(path), board, _Terminal(), options)
+            session = Session(path, folder, lambda: examine(path, overlay=overlay), board, _Terminal(), options)
             if browser:
                 _open(server.url)
-            session.run(lambda: stop.count > 0)
+            session.run(lambda: stop.count)
         finally:
             server.close()
     raise typer.Exit(exits.INTERRUPTED)
@@ -99,18 +105,18 @@ class _Terminal:
     def trouble(self, words: str, problem: "Problem | None") -> None:
         self._say(str(problem) if problem is not None else words, to=sys.stderr)
 
-    def done(self, take: "Take", evidence: dict[str, Any] | None, no_film: str, seconds: float) -> None:
+    def done(self, take: "Take", evidence: dict[str, Any] | None, no_film: str) -> None:
         from text2sim.cli.output import expectation_rows
         from text2sim.cli.verdict import MARKS
+        from text2sim.watching.wording import timing
 
         rows = expectation_rows((evidence or {}).get("expect", {}))
         for ok, name, words in rows:
             if ok is not True:
                 self._say(f"  {MARKS[ok]:<4}  {name}  {words}")
         score = f", {sum(ok is True for ok, _, _ in rows)} of {len(rows)} expectations came true" if rows else ""
-        filmed = take.seconds.get("film")
-        picture = f"film after {filmed:.2f} s" if filmed is not None and not no_film else f"no film ({no_film})"
-        self._say(f"take {take.number}: {take.state}{score}; {picture}, all after {seconds:.2f} s")
+        none = f"; no film: {no_film}" if no_film else ""
+        self._say(f"{timing(take)}; {take.state.replace('_', ' ')}{score}{none}")
 
     def _say(self, words: str, to: Any = None) -> None:
         from text2sim.cli.output import say

@@ -20,7 +20,9 @@ from text2sim.spec_schema.selectors import parse_selector
 
 OWN = ("at", "inset", "direction", "align", "clearance", "offset")
 """Words of a place that put each copy by itself if they differ from copy to copy, as its relation does."""
-_ROUNDS = 50
+_ROUNDS = 20
+_PATIENCE = 5
+"""Rounds after which each must halve what is left."""
 _FACED = 1e-12
 """Angle [rad] that is left."""
 
@@ -98,11 +100,14 @@ def arrange(entry: Entry, targets: Targets) -> list[Spot]:
     spots = _oriented(entry, targets)
     placed, before, steps = spots, list[float](), list[float]()
     # Where it stands decides where it faces, and how it is turned may decide where it stands.
-    for _ in range(_ROUNDS):
+    last = math.inf
+    for rounds in range(_ROUNDS):
         placed = _arranged(entry, spots, targets)
         off = _off(entry, placed, targets)
-        if not any(abs(angle) > _FACED for angle in off):
+        left = max(map(abs, off), default=0.0)
+        if left <= _FACED or (rounds > _PATIENCE and left > last / 2):
             return placed
+        last = left
         steps = [_step(*row) for row in zip(off, before, steps, strict=True)] if steps else off
         before = off
         turns = [quat_from_yaw(step) for step in steps]

@@ -15,12 +15,10 @@ from text2sim.compiler.lower import Lowering
 from text2sim.compiler.placement import Copy, place_all
 from text2sim.compiler.plan import EntityPlan, Group, Plan
 from text2sim.compiler.settings import Settings, Traits, derive
+from text2sim.compiler.sizes import MAX_PIECES
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.load import LoadedCase
 from text2sim.spec_schema.references import check_references
-
-MAX_PIECES = 20_000
-"""Convex pieces of a scene. The engine keeps a table of all pairs of them: here it takes 1.6 GB."""
 
 
 @dataclass(frozen=True)

@@ -119,9 +119,7 @@ def _entry_at(root: Entry, path: Path) -> Entry | None:
     for step in path:
         if not isinstance(entry.value, list):
             return None
-        found = next(
-            (e for k, e in enumerate(entry.value) if (e.key == step if entry.mapping else k == step)), None
-        )
+        found = next((e for k, e in enumerate(entry.value) if (e.key == step if entry.mapping else k == step)), None)
         if found is None:
             return None
         entry = found
@@ -209,7 +207,7 @@ def _add_color(found: Explicit, root: Path, model: Any, copies: list[Copy]) -> N
     if model.look.color is not None or "mesh" in kinds or getattr(model, "file", None) is not None:
         return
     data = _at(found.data, root)
-    data["look"] = {"color": default_color(root[-1], static=root[0] == "scene"), **data["look"]}
+    data["look"] = {"color": default_color(str(root[-1]), static=root[0] == "scene"), **data["look"]}
     found.comments[*root, "look"] = "derived: by its name" if root[0] == "bodies" else "derived: what never moves"
 
 

@@ -1,5 +1,6 @@
 """Places on a body: in a corner or at an edge of its top, against a wall inside it."""
 
+import math
 from collections.abc import Callable, Sequence
 
 from text2sim.compiler.group import Group
@@ -14,7 +15,7 @@ from text2sim.spec_schema.regions import SIDES, BodyRegion
 _UNITS: tuple[Vec, Vec, Vec] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _LIFT = 1e-5
 """Height [m] above the floor at which something is pushed against a wall, so that it does not stick."""
-_ROUNDS = 60
+_ROUNDS = 20
 _FREE = 1e-6
 """Gap [m] that is left to a wall, so that it can still fall."""
 
@@ -73,13 +74,16 @@ def footing(
     if all(abs(axes[k][2]) < 1e-12 for k in across):
         return x, y
     # On anything else that leans, the height changes with the place, and with it the place along the slope.
+    last = math.inf
     for _ in range(_ROUNDS):
         z = height(x, y)
         off = [wanted[k] - _dot(axes[k], (x, y, z)) for k in across]
         x += sum(o * axes[k][0] for o, k in zip(off, across, strict=True))
         y += sum(o * axes[k][1] for o, k in zip(off, across, strict=True))
-        if max(map(abs, off)) < 1e-10:
+        left = max(map(abs, off))
+        if left < 1e-10 or left > 0.7 * last:
             break
+        last = left
     return x, y
 
 

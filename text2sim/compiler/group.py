@@ -13,7 +13,7 @@ from text2sim.compiler.rotation import (
     quat_multiply,
     quat_rotate,
 )
-from text2sim.compiler.sizes import Sizes, Spot
+from text2sim.compiler.sizes import MAX_PIECES, SizeError, Sizes, Spot
 from text2sim.compiler.solid import Solid
 
 SMOOTH = ("box", "sphere", "cylinder", "capsule", "ellipsoid", "mesh")
@@ -78,7 +78,16 @@ class Group:
         return turns.pop() if len(turns) == 1 else IDENTITY
 
     def solids(self) -> list[Solid]:
-        """Convex pieces of all copies but planes."""
+        """Convex pieces of all copies but planes.
+
+        Raises:
+            SizeError: if there are more than any scene can have.
+        """
         if self._solids is None:
-            self._solids = [solid for spot in self.members for solid in self.sizes.solids(spot)]
+            found: list[Solid] = []
+            for spot in self.members:
+                found += self.sizes.solids(spot)
+                if len(found) > MAX_PIECES:
+                    raise SizeError(f"with this, the scene has more than {MAX_PIECES:,} convex pieces, too many")
+            self._solids = found
         return self._solids

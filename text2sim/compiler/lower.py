@@ -1,11 +1,9 @@
 """Copies of bodies and statics become entities of the engine."""
 
-import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import singledispatchmethod
-from hashlib import sha256
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
 from text2sim.assets.mechanism import Mechanism, load_mechanism
@@ -14,31 +12,25 @@ from text2sim.compiler.articulated import articulated_tree
 from text2sim.compiler.filebody import file_changes, file_motors, mechanism_tree
 from text2sim.compiler.joints import joint_of
 from text2sim.compiler.looks import Rgba, rgba_of
-from text2sim.compiler.meshfile import load_mesh
-from text2sim.compiler.mjcf import write_mjcf
+from text2sim.compiler.model_files import Ball, ModelFiles, Written, count_pieces
 from text2sim.compiler.piece import Piece, piece_ball, piece_thickness
 from text2sim.compiler.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
-from text2sim.compiler.rotation import Vec, frame_apply, quat_conjugate, quat_rotate, vector_unit
+from text2sim.compiler.rotation import frame_apply, quat_conjugate, quat_rotate, vector_unit
 from text2sim.compiler.surface import VisualMesh
-from text2sim.compiler.tree import Tree, TreeGeom, TreeJoint, TreeLink, TreeVisual, link_colors, tree_balls, uncolored
+from text2sim.compiler.tree import Tree, TreeGeom, TreeJoint, TreeLink, TreeVisual, tree_balls
 from text2sim.spec_schema.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
-from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.materials import Look, Material
 from text2sim.spec_schema.motion import Oscillate, Spin
 from text2sim.spec_schema.scene import Static
 from text2sim.spec_schema.shapes import Compound, Mesh, Part
 
 NATIVE = {"box": "Box", "sphere": "Sphere", "cylinder": "Cylinder"}
-Ball = tuple[Vec, float]
-"""Centre and radius [m]."""
 IMMOVABLE = 1e4
 """Armature [kg or kg m2] of a driven body's joints: contact cannot push it back.
 
 The solver stops by the mean inertia of the scene: with ten times as much here, the contacts of all other bodies would
 be ten times less exact."""
-PIECES_OF_A_MESH = 16
-"""Convex pieces that a mesh is taken to fall into; only the engine knows how many there are."""
 
 
 @dataclass
@@ -48,7 +40,6 @@ class Lowering:
     folder: Path
     named: Mapping[str, Collection[str]] = field(default_factory=dict)
     """Links and joints that the case names, by body."""
-    files: dict[str, bytes] = field(default_factory=dict)
     motors: list[Motor] = field(default_factory=list)
     changes: list[JointChange] = field(default_factory=list)
     unpowered: list[str] = field(default_factory=list)
@@ -61,7 +52,7 @@ class Lowering:
     """Tree by name of the copy, for lookups of links and joints."""
     balls: dict[str, list[Ball]] = field(default_factory=dict)
     """Balls around the pieces of each copy [m], at the start, in the world."""
-    alike: dict[tuple[Any, ...], "_Written"] = field(default_factory=dict)
+    alike: dict[tuple[Any, ...], Written] = field(default_factory=dict)
     """What was made of copies, by all in which they can differ."""
     texts: dict[int, tuple[Any, str]] = field(default_factory=dict)
     """Models as text, without their place; each kept beside it, so that its id stays its own."""
@@ -69,6 +60,14 @@ class Lowering:
     """Convex pieces made so far."""
     thinnest: float = 1e9
     """Smallest thickness [m] of any piece made so far."""
+
+    def __post_init__(self) -> None:
+        self.models = ModelFiles(self.folder)
+
+    @property
+    def files(self) -> dict[str, bytes]:
+        """Models and meshes by path inside the program's folder."""
+        return self.models.files
 
     @singledispatchmethod
     def entity(self, model: Any, copy: Copy) -> EntityPlan:
@@ -163,7 +162,7 @@ class Lowering:
         if made is None:
             link = self._link(copy, material, look)
             link = TreeLink(link.name, joint=joint, geoms=link.geoms, visuals=link.visuals)
-            made = self.alike[key] = self._written(copy, Tree((link,)))
+            made = self.alike[key] = self.models.write(copy.body, Tree((link,)))
         return self._entity_of(copy, made, rgba_of(look, copy) if plain else made.color)
 
     def _text(self, model: Any) -> str:
@@ -182,45 +181,13 @@ class Lowering:
         return EntityPlan(copy.name, morph, options, copy.pos, copy.quat, rho, material.friction, surface)
 
     def _model(self, copy: Copy, tree: Tree) -> EntityPlan:
-        made = self._written(copy, tree)
+        made = self.models.write(copy.body, tree)
         return self._entity_of(copy, made, made.color)
 
-    def _entity_of(self, copy: Copy, made: "_Written", color: Rgba | None) -> EntityPlan:
+    def _entity_of(self, copy: Copy, made: Written, color: Rgba | None) -> EntityPlan:
         self._take_in(copy, made.tree, made.balls, made.pieces)
         surface = None if made.color is None or color is None else Surface(color, copy.model.look.finish)
         return EntityPlan(copy.name, "MJCF", dict(made.options), copy.pos, copy.quat, surface=surface)
-
-    def _written(self, copy: Copy, tree: Tree) -> "_Written":
-        """Write the model file of a tree."""
-        meshes: dict[str, str] = {}
-        decompose: set[bool] = set()
-        for link in tree.links():
-            for visual in link.visuals:
-                mesh, digest = visual.mesh, visual.mesh.digest
-                meshes[digest] = self._file(f"{digest[:12]}.obj", mesh.obj)
-                if mesh.picture is not None:
-                    meshes[f"{digest}.png"] = self._file(f"{digest[:12]}.png", lambda mesh=mesh: mesh.picture or b"")
-            for piece in (geom.piece for geom in link.geoms if geom.piece.file is not None):
-                meshes[str(piece.file)] = self._mesh(str(piece.file))
-                decompose.add(piece.decompose)
-        if len(decompose) > 1:
-            raise AssetError(
-                "the engine takes apart all meshes of a body or none: give all of them the same `collision`"
-            )
-        # One colour for all is given to the entity, so that copies in several colours share one file.
-        colors = {rgba for link in tree.links() for rgba in link_colors(link)} | {geom.rgba for geom in tree.fixtures}
-        color = colors.pop() if len(colors) == 1 else None
-        if color is not None:
-            tree = uncolored(tree)
-        text = write_mjcf(tree, copy.body, meshes).encode()
-        path = f"models/{copy.body}.xml"
-        if self.files.get(path, text) != text:
-            path = f"models/{copy.body}_{sha256(text).hexdigest()[:8]}.xml"
-        self.files[path] = text
-        options: dict[str, Any] = {"file": path}
-        if decompose:
-            options["decompose"] = decompose.pop()
-        return _Written(tree, options, color, tree_balls(tree), _count(tree))
 
     def _take_in(self, copy: Copy, tree: Tree, balls: list[Ball], pieces: int) -> None:
         """Remember what the rest of the compiler asks about a tree."""
@@ -231,33 +198,18 @@ class Lowering:
             self.initial[copy.name] = tree.initial
         self.pieces += pieces
 
-    def _file(self, name: str, content: Callable[[], str | bytes]) -> str:
-        """Put a file beside the models, once, and return its name."""
-        path = f"models/{name}"
-        if path not in self.files:
-            made = content()
-            self.files[path] = made.encode() if isinstance(made, str) else made
-        return name
-
-    def _mesh(self, file: str) -> str:
-        """Put the surface of a mesh file beside the models, as contact and mass need it."""
-        mesh = load_mesh(file, self.folder)
-        stem = re.sub(r"\W+", "_", PurePosixPath(file).stem)
-        digest = sha256(mesh.vertices.tobytes() + mesh.faces.tobytes()).hexdigest()
-        return self._file(f"{stem}_{digest[:12]}.obj", lambda: mesh.obj())
-
     def _from_file(self, model: Articulated, copy: Copy) -> EntityPlan:
         assert model.file is not None
         mechanism = self._mechanism(model.file, model.base)
         tree = mechanism_tree(mechanism, model)
-        self._take_in(copy, tree, tree_balls(tree), _count(tree))
+        self._take_in(copy, tree, tree_balls(tree), count_pieces(tree))
         touching = (geom.piece for link in tree.links() for geom in link.geoms if geom.touches)
         self.thinnest = min([self.thinnest, *(piece_thickness(piece) for piece in touching)])
         self.motors += file_motors(mechanism, model, copy.name)
         self.changes += file_changes(model, copy.name)
         self.notes |= {f"{copy.body}: {note}": None for note in mechanism.notes}
         urdf = mechanism.kind == "urdf"
-        options: dict[str, Any] = {"file": self._model_files(copy.body, mechanism), "decompose": False}
+        options: dict[str, Any] = {"file": self.models.add_mechanism(copy.body, mechanism), "decompose": False}
         if urdf:
             options["fixed"] = model.base != "free"
             options["keep"] = tuple(sorted({*self.named.get(copy.body, ())} & {*mechanism.link_names}))
@@ -276,16 +228,6 @@ class Lowering:
         if key not in self.mechanisms:
             self.mechanisms[key] = load_mechanism(self.folder, file, base=base)
         return self.mechanisms[key]
-
-    def _model_files(self, body: str, mechanism: Mechanism) -> str:
-        """Put a file's body into the program, in a folder of its own; return the path of the document."""
-        name = f"{body}.{'urdf' if mechanism.kind == 'urdf' else 'xml'}"
-        contents = {name: mechanism.text.encode(), **dict(mechanism.files)}
-        folder = f"models/{body}"
-        if any(self.files.get(f"{folder}/{file}", content) != content for file, content in contents.items()):
-            folder = f"{folder}_{sha256(contents[name]).hexdigest()[:8]}"
-        self.files |= {f"{folder}/{file}": content for file, content in contents.items()}
-        return f"{folder}/{name}"
 
     # --- links ------------------------------------------------------------------------------------------------
 
@@ -352,26 +294,6 @@ class Lowering:
     def _local(self, copy: Copy, axis: Any) -> tuple[float, float, float]:
         """A world axis in the copy's frame."""
         return quat_rotate(quat_conjugate(copy.quat), vector_unit(axis))
-
-
-@dataclass(frozen=True)
-class _Written:
-    """A tree with its model file."""
-
-    tree: Tree
-    options: dict[str, Any]
-    """Of the morph."""
-    color: Rgba | None
-    """The one colour of everything, which is not in the file."""
-    balls: list[Ball]
-    """Around its pieces, in its own frame."""
-    pieces: int
-
-
-def _count(tree: Tree) -> int:
-    """How many convex pieces a tree has."""
-    geoms = [geom for link in tree.links() for geom in link.geoms] + list(tree.fixtures)
-    return sum(PIECES_OF_A_MESH if geom.piece.decompose else 1 for geom in geoms)
 
 
 def _one_color(shape: Any) -> bool:

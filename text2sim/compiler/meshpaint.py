@@ -65,7 +65,7 @@ def _read_paint(path: Path, root: Path, _mtime: int, _size: int) -> list[MeshPai
     for mesh in scene.dump():
         if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
             continue
-        uvs, picture, rgba = _material(mesh)
+        uvs, picture, rgba = material_of(mesh)
         if uvs is None and len(mesh.faces) <= MAX_SMOOTHED:
             mesh = trimesh.graph.smooth_shade(mesh, angle=SMOOTH)
         normals = np.asarray(mesh.vertex_normals, float)
@@ -74,10 +74,10 @@ def _read_paint(path: Path, root: Path, _mtime: int, _size: int) -> list[MeshPai
     return parts
 
 
-def _material(
+def material_of(
     mesh: Any,
 ) -> "tuple[np.ndarray | None, bytes | None, tuple[float, float, float, float] | None]":
-    """Return texture coordinates, picture and colour of a mesh, as far as it has them."""
+    """Return texture coordinates, picture and colour of a mesh of trimesh, as far as it has them."""
     import numpy as np
     from trimesh.visual.material import empty_material
 

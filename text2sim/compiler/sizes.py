@@ -9,6 +9,9 @@ from text2sim.compiler.piece import Piece
 from text2sim.compiler.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply
 from text2sim.compiler.solid import Solid, solids
 
+MAX_PIECES = 20_000
+"""Convex pieces of a scene. The engine keeps a table of all pairs of them: here it takes 1.6 GB."""
+
 TreePieces = Callable[[Any, Path], list[tuple[Piece, Vec, Quaternion]]]
 """Pieces of a body that is a tree of links, each with the pose [m] of its link in the body's frame."""
 

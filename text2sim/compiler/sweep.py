@@ -17,10 +17,10 @@ __all__ = ["ORIGIN", "TOLERANCE", "Solid", "distance", "least_distance", "solids
 
 ORIGIN: Vec = (0.0, 0.0, 0.0)
 _STEPS = 100
-_FEW = 400
+_FEW = 1000
 """Pairs up to which a loop is quicker than loading numpy."""
-_MANY = 1_000_000
-"""Pairs that are looked at together."""
+_ROWS = 64
+"""Movers that are looked at together, if there are many."""
 
 Bounds = tuple[float, float, float, float, float, float]
 """Lowest and highest coordinate [m] along three axes."""
@@ -43,14 +43,18 @@ def sweep(
     Returns:
         0 if they are as near from the beginning; None if they never are.
     """
-    best: float | None = None
-    for nearest, m, o in sorted(_on_the_way(movers, others, direction, gap, start)):
-        if best is not None and nearest >= best:
-            break
-        found = _advance(movers[m], others[o], direction, gap, math.inf if best is None else best, start)
-        if found is not None and (best is None or found < best):
-            best = found
-    return best
+    best = math.inf
+    frame = _frame(direction)
+    mine = [_moved(_bounds(solid, frame), frame, start) for solid in movers]
+    theirs = [_bounds(solid, frame) for solid in others]
+    for pairs in _on_the_way(mine, theirs, gap):
+        for nearest, m, o in sorted(pair for pair in pairs if pair[0] < best):
+            if nearest >= best:
+                break
+            found = _advance(movers[m], others[o], direction, gap, best, start)
+            if found is not None and found < best:
+                best = found
+    return None if best == math.inf else best
 
 
 def least_distance(
@@ -65,13 +69,18 @@ def least_distance(
         enough: From where on it does not matter.
     """
     best = enough
-    for nearest, m, o in sorted(_near(movers, others, start, enough)):
-        if nearest >= best:
-            break
-        best = min(best, distance(movers[m], others[o], start))
-        if best == 0.0:
-            break
+    theirs = [_bounds(solid, _WORLD) for solid in others]
+    for m, mover in enumerate(movers):
+        for nearest, o in sorted(_near(_moved(_bounds(mover, _WORLD), _WORLD, start), theirs, best)):
+            if nearest >= best:
+                break
+            best = min(best, distance(movers[m], others[o], start))
+            if best == 0.0:
+                return best
     return best
+
+
+_WORLD = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def _frame(direction: Vec) -> tuple[Vec, Vec, Vec]:
@@ -95,49 +104,59 @@ def _moved(bounds: Bounds, frame: tuple[Vec, Vec, Vec], by: Vec) -> Bounds:
     return (low + a, high + a, left + b, right + b, front + c, back + c)
 
 
-def _on_the_way(
-    movers: Sequence[Solid], others: Sequence[Solid], direction: Vec, gap: float, start: Vec
-) -> Iterator[Pair]:
+def _on_the_way(mine: list[Bounds], theirs: list[Bounds], gap: float) -> Iterator[list[Pair]]:
     """Pairs that may meet, with a lower bound [m] of the way to it: that between the planes across the way."""
-    frame = _frame(direction)
-    mine = [_moved(_bounds(solid, frame), frame, start) for solid in movers]
-    theirs = [_bounds(solid, frame) for solid in others]
     if len(mine) * len(theirs) > _FEW:
         yield from _on_the_way_of_many(mine, theirs, gap)
         return
+    found = []
     for m, (low, high, left, right, front, back) in enumerate(mine):
         low, left, right, front, back = low - gap, left - gap, right + gap, front - gap, back + gap
         for o, other in enumerate(theirs):
             if other[1] > low and other[2] < right and other[3] > left and other[4] < back and other[5] > front:
-                yield other[0] - high - gap, m, o
+                found.append((other[0] - high - gap, m, o))
+    yield found
 
 
-def _on_the_way_of_many(mine: list[Bounds], theirs: list[Bounds], gap: float) -> Iterator[Pair]:
+def _on_the_way_of_many(mine: list[Bounds], theirs: list[Bounds], gap: float) -> Iterator[list[Pair]]:
+    """The same in parts, each of movers that are near each other and of the others in their strip of space."""
     import numpy as np
 
-    others = np.array(theirs).T
-    rows = max(_MANY // len(theirs), 1)
-    for first in range(0, len(mine), rows):
-        low, high, left, right, front, back = np.array(mine[first : first + rows]).T[:, :, None]
-        meets = others[1] > low - gap
-        meets &= (others[2] < right + gap) & (others[3] > left - gap)
-        meets &= (others[4] < back + gap) & (others[5] > front - gap)
+    movers, others = np.array(mine), np.array(theirs)
+    # Along the axis across the way on which the others are spread most.
+    k = 2 if np.ptp(others[:, 2]) >= np.ptp(others[:, 4]) else 4
+    first, order = np.argsort(movers[:, k]), np.argsort(others[:, k])
+    movers, others = movers[first], others[order]
+    widest = float((others[:, k + 1] - others[:, k]).max())
+    for start in range(0, len(movers), _ROWS):
+        part = movers[start : start + _ROWS]
+        from_ = np.searchsorted(others[:, k], part[0, k] - widest - gap, "left")
+        to = np.searchsorted(others[:, k], part[:, k + 1].max() + gap, "right")
+        strip = others[from_:to]
+        low, high, left, right, front, back = part.T[:, :, None]
+        meets = strip[:, 1] > low - gap
+        meets &= (strip[:, 2] < right + gap) & (strip[:, 3] > left - gap)
+        meets &= (strip[:, 4] < back + gap) & (strip[:, 5] > front - gap)
         m, o = np.nonzero(meets)
-        yield from zip((others[0][o] - high[m, 0] - gap).tolist(), (m + first).tolist(), o.tolist(), strict=True)
+        ways = (strip[o, 0] - high[m, 0] - gap).tolist()
+        yield list(zip(ways, first[m + start].tolist(), order[o + from_].tolist(), strict=True))
 
 
-_WORLD = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+def _near(mine: Bounds, theirs: list[Bounds], enough: float) -> list[tuple[float, int]]:
+    """Others that are nearer than `enough`, by the gap between their upright boxes."""
+    if len(theirs) > _FEW:
+        import numpy as np
 
-
-def _near(movers: Sequence[Solid], others: Sequence[Solid], start: Vec, enough: float) -> Iterator[Pair]:
-    """Pairs nearer than `enough`, by the gap between their upright boxes."""
-    mine = [_moved(_bounds(solid, _WORLD), _WORLD, start) for solid in movers]
-    theirs = [_bounds(solid, _WORLD) for solid in others]
-    for m, a in enumerate(mine):
-        for o, b in enumerate(theirs):
-            apart = max(b[0] - a[1], a[0] - b[1], b[2] - a[3], a[2] - b[3], b[4] - a[5], a[4] - b[5], 0.0)
-            if apart < enough:
-                yield apart, m, o
+        table = np.array(theirs)
+        gaps = np.maximum(table[:, 0::2] - mine[1::2], np.array(mine[0::2]) - table[:, 1::2]).max(1).clip(0.0)
+        found = np.flatnonzero(gaps < enough)
+        return list(zip(gaps[found].tolist(), found.tolist(), strict=True))
+    near = []
+    for o, b in enumerate(theirs):
+        apart = max(b[0] - mine[1], mine[0] - b[1], b[2] - mine[3], mine[2] - b[3], b[4] - mine[5], mine[4] - b[5], 0.0)
+        if apart < enough:
+            near.append((apart, o))
+    return near
 
 
 def _advance(mover: Solid, other: Solid, m: Vec, gap: float, limit: float, start: Vec) -> float | None:

@@ -3,7 +3,7 @@
 import importlib.util
 from collections.abc import Sequence
 from functools import cache
-from math import atan2, ceil, cos, hypot, sin
+from math import atan2, ceil, cos, hypot, isfinite, sin
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +38,8 @@ class Canvas:
     def __init__(self, pixels: np.ndarray) -> None:
         """Begin with a picture (height, width, 3), float in 0..1."""
         coarse = (np.clip(pixels, 0.0, 1.0) * 255 + 0.5).astype(np.uint8)
-        self.image = Image.fromarray(coarse.repeat(FINE, axis=0).repeat(FINE, axis=1))
+        height, width = coarse.shape[:2]
+        self.image = Image.fromarray(coarse).resize((width * FINE, height * FINE), Image.Resampling.NEAREST)
         self._draw = ImageDraw.Draw(self.image, "RGBA")
 
     def finished(self) -> Image.Image:
@@ -46,7 +47,12 @@ class Canvas:
         return self.image.reduce(FINE)
 
     def line(
-        self, points: Sequence[Point], color: Color, width: float = 1.0, dashes: Sequence[float] = (), clip: Box | None = None
+        self,
+        points: Sequence[Point],
+        color: Color,
+        width: float = 1.0,
+        dashes: Sequence[float] = (),
+        clip: Box | None = None,
     ) -> None:
         """Draw straight lines from point to point, as far as they lie in `clip`."""
         for a, b in zip(points, points[1:], strict=False):
@@ -117,6 +123,8 @@ def shortened(text: str, width: float, size: float = 14) -> str:
 
 def clipped(a: Point, b: Point, box: Box) -> tuple[Point, Point] | None:
     """Return the part of a line that lies in a box, None if there is none (Liang and Barsky)."""
+    if not all(map(isfinite, (*a, *b))):
+        return None
     first, last = 0.0, 1.0
     for axis in (0, 1):
         start, way = a[axis], b[axis] - a[axis]
@@ -127,7 +135,7 @@ def clipped(a: Point, b: Point, box: Box) -> tuple[Point, Point] | None:
             continue
         enter, leave = sorted((low / way, high / way))
         first, last = max(first, enter), min(last, leave)
-    if not first <= last:  # nor if something is not a number
+    if first > last:
         return None
     ways = (b[0] - a[0], b[1] - a[1])
     return (a[0] + first * ways[0], a[1] + first * ways[1]), (a[0] + last * ways[0], a[1] + last * ways[1])
@@ -146,6 +154,8 @@ def _dashed(a: Point, b: Point, dashes: Sequence[float]) -> list[tuple[Point, Po
     for k in range(len(dashes) * ceil(length / whole)):
         end = min(at + dashes[k % len(dashes)], length)
         if k % 2 == 0 and end > at:
-            parts.append(tuple((a[0] + (b[0] - a[0]) * s / length, a[1] + (b[1] - a[1]) * s / length) for s in (at, end)))
+            parts.append(
+                tuple((a[0] + (b[0] - a[0]) * s / length, a[1] + (b[1] - a[1]) * s / length) for s in (at, end))
+            )
         at = end
     return parts

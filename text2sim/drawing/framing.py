@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from text2sim.drawing.stage import Prop
+from text2sim.drawing.prop import Prop
 
 AROUND = 0.6
 """How far beyond what moves statics are shown, as a part of its size."""

@@ -14,8 +14,10 @@ from text2sim.spec_schema.library import BUILT_IN
 COMMAND = "python -m text2sim.drawing.gallery docs"
 SIZE = (480, 360)
 """Width and height of a picture [pixels]."""
-COLORS = 160
-"""As many colours has a picture, so that it is small."""
+COLORS = (160, 96, 64, 48, 32)
+"""As many colours has a picture, the fewer the larger it would be."""
+LARGEST = 40_000
+"""Bytes of a picture."""
 IN_A_ROW = 4
 KEY = "prefab"
 """Under this, a picture holds the digest of what it shows."""
@@ -34,7 +36,7 @@ bodies:
 ```
 
 Some prefabs are several bodies. They are called `NAME_PART`, take their place by a parameter, and what is laid over
-them goes by the name of the part: `rail: {{use: curtain_rod, with: {{at: [0, 0, 2]}}, hook: {{look: {{color: gold}}}}}}`.
+them goes by the name of the part: `rail: {{use: curtain_rod, hook: {{look: {{color: gold}}}}}}`.
 
 A case can have prefabs of its own, in its section `prefabs` or in a file `prefabs/NAME.yaml` beside it; those are found
 first. `text2sim prefabs` lists what there is, `text2sim prefabs NAME` says what stands here, and `text2sim show CASE`
@@ -59,12 +61,17 @@ def picture(name: str) -> bytes:
     from text2sim.spec_schema.load import load_text
 
     drawn = portrait(resolve_case(load_text(example_case(examples()[name]))), SIZE)
-    few = Image.open(BytesIO(drawn)).convert("RGB").quantize(COLORS, dither=Image.Dither.NONE)
     info = PngInfo()
     info.add_text(KEY, digest(name))
-    stream = BytesIO()
-    few.save(stream, "PNG", optimize=True, pnginfo=info)
-    return stream.getvalue()
+    made = b""
+    for colors in COLORS:
+        stream = BytesIO()
+        few = Image.open(BytesIO(drawn)).convert("RGB").quantize(colors, dither=Image.Dither.NONE)
+        few.save(stream, "PNG", optimize=True, pnginfo=info)
+        made = stream.getvalue()
+        if len(made) <= LARGEST:
+            break
+    return made
 
 
 def digest(name: str) -> str:
@@ -81,7 +88,11 @@ def digest_of(png: bytes) -> str:
 
 
 def write(docs: Path) -> list[Path]:
-    """Write the page and those pictures that are not fresh into the folder of the documentation; return what changed."""
+    """Write the page, and those pictures that are not fresh, into the folder of the documentation.
+
+    Returns:
+        The files that changed.
+    """
     changed = []
     folder = docs / "prefabs"
     folder.mkdir(parents=True, exist_ok=True)

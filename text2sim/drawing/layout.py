@@ -1,6 +1,5 @@
 """The page that shows how a case starts: from above, from the front, from the side, and through its camera."""
 
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from io import BytesIO
 from pathlib import Path
@@ -8,13 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from text2sim.drawing import panels
 from text2sim.drawing.canvas import FAINT, INK, Canvas, shortened, text_width
 from text2sim.drawing.framing import subject_bounds
-from text2sim.drawing.lighting import Lamp, sky, soft_lamp
+from text2sim.drawing.lighting import Lamp, Light, light_up, sky, soft_lamp
 from text2sim.drawing.marks import arrow_marks, camera_marks, joint_marks
-from text2sim.drawing.picture import Light, Style, light_up, paint
-from text2sim.drawing.stage import Stage, stage
+from text2sim.drawing.naming import draw_labels
+from text2sim.drawing.panel import composed, draw_frame, draw_ground_lines, draw_scale, fitted, ground, nice_step
+from text2sim.drawing.picture import Style, paint
+from text2sim.drawing.prop import Stage
+from text2sim.drawing.signs import Marks, draw_legend, draw_marks
+from text2sim.drawing.stage import stage
 from text2sim.drawing.view import View
 from text2sim.drawing.views import camera_pose, cameras, field_of_view, film_view
 
@@ -45,7 +47,7 @@ def layout(resolution: "Resolution", variant: str = "") -> bytes:
     light = light_up(props, _lamps(resolution, bounds, len(props.triangles)), 0.1, bounds)
     width, height = SIZE
     page = np.ones((height, width, 3), np.float32)
-    shown = [panels.fitted(name, bounds, _cell(*cell)) for name, cell in CELLS.items()]
+    shown = [fitted(name, bounds, _cell(*cell)) for name, cell in CELLS.items()]
     main = next(iter(cameras(resolution)))
     film, corner = _film_panel(resolution, main)
     flat = Style((1.0, 1.0, 1.0), outline=0.6, planes=False)
@@ -56,11 +58,11 @@ def layout(resolution: "Resolution", variant: str = "") -> bytes:
         *pictures, seen = pool.map(lambda job: paint(props, *job), jobs)
     for panel, picture in zip(shown, pictures, strict=True):
         x0, y0, x1, y1 = (int(value) for value in panel.box)
-        page[y0:y1, x0:x1] = panels.composed(picture, panels.ground(panel, picture.pixels, props))
+        page[y0:y1, x0:x1] = composed(picture, ground(panel, picture.pixels, props))
     page[corner[1] : corner[3], corner[0] : corner[2]] = seen.pixels
     canvas = Canvas(page)
     domain = resolution.loaded.case.scene.domain
-    marks = panels.Marks(
+    marks = Marks(
         joint_marks(resolution),
         arrow_marks(resolution, props),
         camera_marks(resolution),
@@ -68,14 +70,15 @@ def layout(resolution: "Resolution", variant: str = "") -> bytes:
     )
     texts = _texts(resolution, props)
     for panel, picture in zip(shown, pictures, strict=True):
-        panels.draw_ground_lines(canvas, panel, props)
-        panels.draw_frame(canvas, panel, TITLES[panel.name])
-        panels.draw_marks(canvas, panel, marks)
-        panels.draw_labels(canvas, panel, picture, props, texts)
+        draw_ground_lines(canvas, panel, props)
+        draw_frame(canvas, panel, TITLES[panel.name])
+        draw_marks(canvas, panel, marks)
+        draw_labels(canvas, panel, picture, props, texts)
+        draw_scale(canvas, panel)
     canvas.text((corner[0] + 2, corner[1] - 7), _camera_title(resolution, main), 14, INK, bold=True, anchor="ls")
     canvas.box((corner[0] - 0.5, corner[1] - 0.5, corner[2] + 0.5, corner[3] + 0.5), outline=(150, 156, 164))
     _draw_head(canvas, resolution, variant)
-    _draw_foot(canvas, marks)
+    draw_legend(canvas, float(LEFT), SIZE[1] - FOOT / 2 - 2, marks)
     stream = BytesIO()
     canvas.finished().save(stream, "PNG", compress_level=3)
     return stream.getvalue()
@@ -103,11 +106,12 @@ def _lamps(resolution: "Resolution", bounds: tuple[np.ndarray, np.ndarray], tria
         way = np.array(brightest["pos"], float) - (bounds[0] + bounds[1]) / 2
     way /= max(float(np.linalg.norm(way)), 1e-9)
     way[2] = max(way[2], 0.35)
-    return soft_lamp(way.tolist(), (0.78, 0.75, 0.69), 2, 0.03) + sky(7 if triangles < CROWD else 3, (0.36, 0.4, 0.46), (0.32, 0.32, 0.32))
+    count = 7 if triangles < CROWD else 3
+    return soft_lamp(way.tolist(), (0.78, 0.75, 0.69), 2, 0.03) + sky(count, (0.36, 0.4, 0.46), (0.32, 0.32, 0.32))
 
 
 def _headlight(view: View) -> Light:
-    """Light for a view in parallel projection: from over the shoulder, without shadows that would be taken for things."""
+    """Light for a view in parallel projection: from over the shoulder, without shadows, which look like things."""
     right, up, back = view.axes
     lamps = soft_lamp((back + 0.45 * up - 0.35 * right).tolist(), (0.62, 0.62, 0.62), 1, 0.0)
     return Light([*lamps, *sky(1, (0.22, 0.22, 0.24), (0.22, 0.22, 0.24))], 0.24)
@@ -127,7 +131,7 @@ def _film_style(resolution: "Resolution", view: View, bounds: tuple[np.ndarray, 
     size = float((bounds[1] - bounds[0]).max())
     away = float(np.linalg.norm(view.origin - (bounds[0] + bounds[1]) / 2))
     background = resolution.plan.render["background"]
-    return Style(background, outline=0.3, grid=panels.nice_step(size, 5), haze=3.0 * away + 4.0 * size)
+    return Style(background, outline=0.3, grid=nice_step(size, 5), haze=3.0 * away + 4.0 * size)
 
 
 def _camera_title(resolution: "Resolution", name: str) -> str:
@@ -165,49 +169,3 @@ def _draw_head(canvas: Canvas, resolution: "Resolution", variant: str) -> None:
     canvas.text((x, 20), "  ·  ".join(facts), 15, FAINT)
     if case.prompt:
         canvas.text((LEFT - 42, 46), shortened(case.prompt, SIZE[0] - LEFT, 13.5), 13.5, INK)
-
-
-def _draw_foot(canvas: Canvas, marks: panels.Marks) -> None:
-    """Explain the signs that are used."""
-    y, x = SIZE[1] - FOOT / 2 - 2, float(LEFT)
-    kinds = {joint.kind for joint in marks.joints}
-    arrows = {arrow.kind for arrow in marks.arrows}
-
-    def explain(text: str) -> None:
-        nonlocal x
-        canvas.text((x, y), text, 13, FAINT, anchor="lm")
-        x += text_width(text, 13) + 34
-
-    if "hinge" in kinds:
-        canvas.line([(x, y), (x + 34, y)], panels.JOINT, 1.6, (9, 3, 2, 3))
-        x += 42
-        explain("axis of a hinge")
-    if "slider" in kinds:
-        canvas.arrow((x, y), (x + 30, y), panels.JOINT, 1.8, both=True)
-        x += 38
-        explain("travel of a slider")
-    if "ball" in kinds:
-        canvas.ring((x + 6, y), 4.5, panels.JOINT, 1.6)
-        x += 18
-        explain("ball joint")
-    if "path" in kinds:
-        canvas.line([(x, y), (x + 30, y)], panels.JOINT, 2, (7, 4))
-        x += 38
-        explain("way of a driven body")
-    for found, color, text in (
-        (arrows & {"velocity", "spin"}, panels.VELOCITY, "start velocity, spin"),
-        (arrows & {"force", "torque", "impulse"}, panels.FORCE, "force, torque or blow"),
-    ):
-        if found:
-            canvas.arrow((x, y), (x + 28, y), color, 2.5)
-            x += 38
-            explain(text)
-    if marks.cameras:
-        canvas.line([(x, y), (x + 26, y - 7)], (*panels.CAMERA[:3], 160), 1)
-        canvas.line([(x, y), (x + 26, y + 7)], (*panels.CAMERA[:3], 160), 1)
-        x += 34
-        explain("what a camera sees")
-    if marks.domain is not None:
-        canvas.line([(x, y), (x + 30, y)], panels.DOMAIN, 1.6, (8, 5))
-        x += 38
-        explain("domain")

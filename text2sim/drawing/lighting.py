@@ -9,10 +9,13 @@ from math import cos, pi, sin, sqrt
 
 import numpy as np
 
+from text2sim.drawing.prop import Stage
 from text2sim.drawing.raster import Raster
 from text2sim.drawing.view import look, parallel
 
 GOLDEN = pi * (3 - sqrt(5))
+GLASS_SHADE = 0.15
+"""Part of the light that glass keeps away, besides its opacity."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +93,49 @@ class ShadowMap:
 
     def _open(self, spot: np.ndarray, nearness: np.ndarray) -> np.ndarray:
         return self._flat.take(spot, mode="clip") <= nearness
+
+
+@dataclass(frozen=True, eq=False)
+class Light:
+    """Lamps, and what each of them reaches: the same for all pictures of a stage."""
+
+    lamps: Sequence[Lamp]
+    ambient: float
+    """Light that reaches everything."""
+    maps: Sequence[ShadowMap | None] = ()
+    """One for each lamp, None where nothing is in its way; empty if nothing throws shadows."""
+
+
+def light_up(
+    props: Stage, lamps: Sequence[Lamp], ambient: float, bounds: tuple[np.ndarray, np.ndarray], size: int = 512
+) -> Light:
+    """Find what lamps reach.
+
+    Args:
+        props: What there is.
+        lamps: What shines on it.
+        ambient: Light that reaches everything.
+        bounds: Corners (3,) [m] of the space in which things throw shadows.
+        size: Pixels of the side of a glossy lamp's shadow map; the others, which are there for soft shade, have a
+            quarter as many.
+    """
+    low, high = bounds
+    triangles = props.triangles
+    near = ~np.array([prop.plane for prop in props], bool)[props.owner]
+    near &= ((triangles.max(axis=1) >= low) & (triangles.min(axis=1) <= high)).all(axis=1)
+    opacity = np.array([prop.opacity for prop in props])[props.owner]
+    maps: list[ShadowMap | None] = []
+    for number, lamp in enumerate(lamps):
+        # What is clear is in the way of some lamps only.
+        alike = [k for k, other in enumerate(lamps) if other.glossy == lamp.glossy]
+        needed = (alike.index(number) + 0.5) / len(alike)
+        chosen = np.flatnonzero(near & (opacity + GLASS_SHADE * (opacity > 0) >= needed))
+        if not len(chosen):
+            maps.append(None)
+            continue
+        side = size if lamp.glossy else size // 4
+        maps.append(ShadowMap(triangles[chosen], props.culled[chosen], lamp, bounds, side))
+    return Light(lamps, ambient, maps)
 
 
 def soft_lamp(direction: Sequence[float], color: Sequence[float], count: int, spread: float) -> list[Lamp]:

@@ -11,7 +11,7 @@ from text2sim.compiler.piece import piece_reach
 from text2sim.compiler.placement import Copy
 from text2sim.compiler.rotation import Quaternion, Vec, frame_apply, quat_rotate
 from text2sim.compiler.tree import StandingLink, TreeJoint, tree_links
-from text2sim.drawing.stage import Prop
+from text2sim.drawing.prop import Prop
 from text2sim.drawing.views import camera_pose, cameras, film_view
 from text2sim.spec_schema.bodies import Chain, Net, Ragdoll
 from text2sim.spec_schema.motion import Oscillate, Waypoints
@@ -62,7 +62,7 @@ class CameraMark:
 
 
 def joint_marks(resolution: "Resolution") -> list[JointMark]:
-    """Return the joints of mounted, driven and articulated bodies. Those of chains, nets and dolls go without saying."""
+    """Return the joints of mounted, driven and articulated bodies; those of chains, nets and dolls are plain."""
     found: list[JointMark] = []
     for copy in _copies(resolution):
         tree = resolution.lowering.trees.get(copy.name)

@@ -36,6 +36,12 @@ def box() -> Triangles:
     return Triangles(np.array(corners) / 2, np.array(normals))
 
 
+def square() -> Triangles:
+    """Return a square of edge length 1 in the x-y plane."""
+    corners = np.array([(-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.5, 0.5, 0.0), (-0.5, 0.5, 0.0)])
+    return Triangles(corners[np.array([(0, 1, 2), (0, 2, 3)])], np.broadcast_to((0.0, 0.0, 1.0), (2, 3, 3)))
+
+
 def lathe(profile: list[tuple[float, float]], slopes: list[tuple[float, float]], sides: int) -> Triangles:
     """Turn a profile about z.
 
@@ -161,16 +167,18 @@ def _simplified(
     cells = max(int(math.sqrt(most / 6)), 2)
     while True:
         spot = np.floor((vertices - low) * (cells / max(size, 1e-30)) + 0.5).astype(np.int64)
+        _, place, cell = np.unique(spot @ (1, 4096, 4096**2), return_index=True, return_inverse=True)
+        # Vertices of one cell go to one place, so that no cracks open; those that face another way stay apart.
         way = np.round(normals / SHARP / 2).astype(np.int64) + 1
-        keys = (spot @ (1, 4096, 4096**2)) * 27 + way @ (1, 3, 9)
-        _, first, melted = np.unique(keys, return_index=True, return_inverse=True)
-        fewer = melted.reshape(-1)[faces]
-        a, b, c = fewer.T
-        left = fewer[(a != b) & (b != c) & (c != a)]
-        if len(left) <= 1.5 * most or cells <= 2:
+        _, first, melted = np.unique(cell.reshape(-1) * 27 + way @ (1, 3, 9), return_index=True, return_inverse=True)
+        corners = cell.reshape(-1)[faces]
+        a, b, c = corners.T
+        left = (a != b) & (b != c) & (c != a)
+        if left.sum() <= 1.5 * most or cells <= 2:
             break
         cells = max(int(cells * 0.7), 2)
-    return vertices[first], normals[first], left, None if uvs is None else uvs[first]
+    moved = vertices[place][cell.reshape(-1)[first]]
+    return moved, normals[first], melted.reshape(-1)[faces[left]], None if uvs is None else uvs[first]
 
 
 def _sampled(picture: bytes, uvs: np.ndarray) -> np.ndarray:

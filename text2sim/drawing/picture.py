@@ -4,14 +4,13 @@ A picture is rasterised with twice as many pixels each way. A pixel that shows o
 several is lit four times: edges are smooth at little more than the price of a single pixel.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from text2sim.drawing.lighting import Lamp, ShadowMap
+from text2sim.drawing.lighting import Light
+from text2sim.drawing.prop import Stage
 from text2sim.drawing.raster import Raster
-from text2sim.drawing.stage import Stage
 from text2sim.drawing.surfaces import GLOSS, Spots, decoded, dot, encoded, linear, lit, unit_columns
 from text2sim.drawing.view import View
 
@@ -19,21 +18,8 @@ Rgb = tuple[float, float, float]
 
 STEEP = 6.0
 """Change of depth from pixel to pixel, in pixels, that is drawn as a line in a parallel view."""
-GLASS_SHADE = 0.15
-"""Part of the light that glass keeps away, besides its opacity."""
 LAYERS = 8
 """Most surfaces one sees through at a pixel."""
-
-
-@dataclass(frozen=True, eq=False)
-class Light:
-    """Lamps, and what each of them reaches: the same for all pictures of a stage."""
-
-    lamps: Sequence[Lamp]
-    ambient: float
-    """Light that reaches everything."""
-    maps: Sequence[ShadowMap | None] = ()
-    """One for each lamp, None where nothing is in its way; empty if nothing throws shadows."""
 
 
 @dataclass(frozen=True)
@@ -64,38 +50,6 @@ class Picture:
     """(height, width) int32: number of the prop that is seen, -1 for none"""
     glazed: np.ndarray
     """(height, width) int32: number of the prop that one sees through first, -1 for none"""
-
-
-def light_up(
-    props: Stage, lamps: Sequence[Lamp], ambient: float, bounds: tuple[np.ndarray, np.ndarray], size: int = 512
-) -> Light:
-    """Find what lamps reach.
-
-    Args:
-        props: What there is.
-        lamps: What shines on it.
-        ambient: Light that reaches everything.
-        bounds: Corners (3,) [m] of the space in which things throw shadows.
-        size: Pixels of the side of a glossy lamp's shadow map; the others, which are there for soft shade, have a
-            quarter as many.
-    """
-    low, high = bounds
-    triangles = props.triangles
-    near = ~np.array([prop.plane for prop in props], bool)[props.owner]
-    near &= ((triangles.max(axis=1) >= low) & (triangles.min(axis=1) <= high)).all(axis=1)
-    opacity = np.array([prop.opacity for prop in props])[props.owner]
-    maps: list[ShadowMap | None] = []
-    for number, lamp in enumerate(lamps):
-        # What is clear is in the way of some lamps only.
-        alike = [k for k, other in enumerate(lamps) if other.glossy == lamp.glossy]
-        needed = (alike.index(number) + 0.5) / len(alike)
-        chosen = np.flatnonzero(near & (opacity + GLASS_SHADE * (opacity > 0) >= needed))
-        if not len(chosen):
-            maps.append(None)
-            continue
-        side = size if lamp.glossy else size // 4
-        maps.append(ShadowMap(triangles[chosen], props.culled[chosen], lamp, bounds, side))
-    return Light(lamps, ambient, maps)
 
 
 def paint(props: Stage, view: View, light: Light, style: Style) -> Picture:
@@ -143,9 +97,7 @@ class _Painter:
         if self.style.outline:
             light *= 1.0 - self.style.outline * self._edges(ids, mixed)[:, None]
         pixels = encoded(light).reshape(h, w, 3)
-        return Picture(
-            pixels, coverage.reshape(h, w), owner.reshape(h, w).astype(np.int32), glazed.reshape(h, w)
-        )
+        return Picture(pixels, coverage.reshape(h, w), owner.reshape(h, w).astype(np.int32), glazed.reshape(h, w))
 
     # --- light on surfaces -------------------------------------------------------------------------------------
 
@@ -154,7 +106,7 @@ class _Painter:
         owner = self.props.owner[triangle]
         light = np.empty((len(triangle), 3), np.float32)
         grounds = self.plane[owner]
-        for number in np.unique(owner[grounds]).tolist():
+        for number in np.flatnonzero(np.bincount(owner[grounds])).tolist():
             mine = np.flatnonzero(owner == number)
             light[mine] = self._ground(triangle[mine], x[mine], y[mine]).T
         things = np.flatnonzero(~grounds)
@@ -162,6 +114,10 @@ class _Painter:
         return light
 
     def _thing(self, triangle: np.ndarray, owner: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        spots = self._spots(triangle, owner, x, y)
+        return lit(spots, self.light.lamps, self.light.maps, self.light.ambient)
+
+    def _spots(self, triangle: np.ndarray, owner: np.ndarray, x: np.ndarray, y: np.ndarray) -> Spots:
         start, way = self.fine.sight(x, y)
         shares, depth = self.raster.shares(triangle, x, y)
         corners = self.props.normals[triangle]
@@ -173,8 +129,7 @@ class _Painter:
         eye = np.broadcast_to(-way, shares.shape) / np.sqrt(dot(way, way))
         unit_columns(normals)
         normals *= np.where(dot(normals, eye) < 0, np.float32(-1), np.float32(1))
-        spots = Spots(start + way * depth, normals, eye, self.albedo[triangle].T, self.gloss[owner].T)
-        return lit(spots, self.light.lamps, self.light.maps, self.light.ambient)
+        return Spots(start + way * depth, normals, eye, self.albedo[triangle].T, self.gloss[owner].T)
 
     def _ground(self, triangle: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         start, way = self.fine.sight(x, y)
@@ -220,32 +175,52 @@ class _Painter:
         ahead = np.flatnonzero(nearness > self.raster.nearness.ravel()[pixel])
         if not len(ahead):
             return
-        pixel, nearness, triangle = pixel[ahead], nearness[ahead], triangle[ahead]
-        wide = self.fine.width
-        x, y = pixel % wide, pixel // wide
-        coarse = (y // 2) * self.view.width + x // 2
-        # What one triangle covers of a pixel is lit once.
-        _, first, group, count = np.unique(
-            coarse * len(self.props.owner) + triangle, return_index=True, return_inverse=True, return_counts=True
-        )
-        middle_x = np.bincount(group, x) / count + 0.5
-        middle_y = np.bincount(group, y) / count + 0.5
-        order = np.lexsort((nearness[first], coarse[first]))
-        first, count, middle_x, middle_y = first[order], count[order], middle_x[order], middle_y[order]
-        coarse, triangle = coarse[first], triangle[first]
-        color = self.shade(triangle, middle_x, middle_y)
-        alpha = self.opacity[self.props.owner[triangle]]
-        # Glass is seen by what it mirrors, however clear it is.
-        alpha = np.clip(alpha + 0.25 * self.gloss[self.props.owner[triangle], 0] * color.mean(axis=1), 0.0, 1.0)
-        alpha *= count.astype(np.float32) / 4
-        starts = np.flatnonzero(np.diff(coarse, prepend=-1))
-        rank = np.arange(len(coarse)) - np.repeat(starts, np.diff(starts, append=len(coarse)))
-        for layer in range(min(int(rank.max()) + 1, LAYERS)):
-            now = np.flatnonzero(rank == layer)
-            spot, share = coarse[now], alpha[now, None]
-            light[spot] = light[spot] * (1 - share) + share * color[now]
-            coverage[spot] = np.maximum(coverage[spot], share[:, 0])
-        glazed[coarse] = self.props.owner[triangle]
+        # From the back to the front at each fine pixel.
+        order = ahead[np.lexsort((nearness[ahead], pixel[ahead]))]
+        pixel, triangle, nearness = pixel[order], triangle[order], nearness[order]
+        # On the edge between two triangles, both of them cover a pixel.
+        twice = np.zeros(len(pixel), bool)
+        twice[1:] = (pixel[1:] == pixel[:-1]) & (nearness[1:] <= nearness[:-1] * np.float32(1 + 1e-6))
+        twice[1:] &= self.props.owner[triangle[1:]] == self.props.owner[triangle[:-1]]
+        pixel, triangle = pixel[~twice], triangle[~twice]
+        color, alpha, group = self._glass(pixel, triangle)
+        starts = np.flatnonzero(np.diff(pixel, prepend=-1))
+        counts = np.diff(starts, append=len(pixel))
+        added, passed = np.zeros((len(starts), 3), np.float32), np.ones(len(starts), np.float32)
+        for layer in range(min(int(counts.max()), LAYERS)):
+            slot = np.flatnonzero(counts > layer)
+            part = group[starts[slot] + layer]
+            kept = 1 - alpha[part]
+            added[slot] = added[slot] * kept[:, None] + alpha[part, None] * color[part]
+            passed[slot] *= kept
+        coarse = self._coarse(pixel[starts])
+        share = np.bincount(coarse, 1 - passed, len(light)).astype(np.float32) / 4
+        for channel in range(3):
+            over = np.bincount(coarse, added[:, channel], len(light)).astype(np.float32) / 4
+            light[:, channel] = light[:, channel] * (1 - share) + over
+        np.maximum(coverage, share, out=coverage)
+        glazed[coarse] = self.props.owner[triangle[starts + counts - 1]]
+
+    def _coarse(self, pixel: np.ndarray) -> np.ndarray:
+        return (pixel // self.fine.width // 2) * self.view.width + pixel % self.fine.width // 2
+
+    def _glass(self, pixel: np.ndarray, triangle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return light (m, 3) and opacity (m,) of what one sees through, and which of them each fragment (n,) is.
+
+        What one triangle covers of a pixel is lit once.
+        """
+        keys = self._coarse(pixel) * len(self.props.owner) + triangle
+        _, first, group, count = np.unique(keys, return_index=True, return_inverse=True, return_counts=True)
+        x = np.bincount(group, pixel % self.fine.width) / count + 0.5
+        y = np.bincount(group, pixel // self.fine.width) / count + 0.5
+        owner = self.props.owner[triangle[first]]
+        spots = self._spots(triangle[first], owner, x, y)
+        # Thin walls would only throw shadows on themselves.
+        color = lit(spots, self.light.lamps, (), self.light.ambient).T
+        # Glass is seen by what it mirrors, most of all where it is seen at a slant.
+        slant = (1 - np.abs(dot(spots.normals, spots.eye))) ** 3
+        mirrors = self.gloss[owner, 0] * (0.2 * color.mean(axis=1) + 0.45 * slant)
+        return color, np.clip(self.opacity[owner] + mirrors, 0.0, 1.0).astype(np.float32), group
 
     def _edges(self, ids: np.ndarray, mixed: np.ndarray) -> np.ndarray:
         """How much of each pixel is a line between two things.

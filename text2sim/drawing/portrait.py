@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from text2sim.drawing.framing import box_of
-from text2sim.drawing.lighting import Lamp, sky, soft_lamp
-from text2sim.drawing.picture import Style, light_up, paint
-from text2sim.drawing.stage import Prop, Stage, stage
+from text2sim.drawing.lighting import Lamp, light_up, sky, soft_lamp
+from text2sim.drawing.picture import Style, paint
+from text2sim.drawing.prop import Prop, Stage
+from text2sim.drawing.stage import stage
 from text2sim.drawing.surfaces import decoded
 from text2sim.drawing.view import View, perspective
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
 
-TRIANGLES = 250_000
+TRIANGLES = 100_000
 BACKGROUND = (0.955, 0.958, 0.965)
 FROM = (0.62, -1.0, 0.58)
 """Direction from the thing to the camera."""
@@ -35,9 +36,11 @@ def portrait(resolution: "Resolution", size: tuple[int, int] = (640, 480)) -> by
     """
     from PIL import Image
 
-    props = stage(resolution, TRIANGLES)
+    props = stage(resolution, TRIANGLES, fine=True)
     bounds = box_of([prop for prop in props if not prop.plane] or list(props))
-    lamps = soft_lamp((-0.55, -0.75, 1.35), (0.62, 0.6, 0.56), 24, 0.22) + sky(40, (0.5, 0.51, 0.54), (0.5, 0.5, 0.52))
+    key, around = (24, 40) if len(props.triangles) < 2 * TRIANGLES else (12, 16)
+    lamps = soft_lamp((-0.55, -0.75, 1.35), (0.62, 0.6, 0.56), key, 0.22)
+    lamps += sky(around, (0.5, 0.51, 0.54), (0.5, 0.5, 0.52))
     scene = _on_ground(props, bounds, lamps)
     view = _framed(props, bounds, size)
     light = light_up(scene, lamps, AMBIENT, bounds, 640)
@@ -52,11 +55,8 @@ def _on_ground(props: Stage, bounds: tuple[np.ndarray, np.ndarray], lamps: list[
     """Put everything on a ground that looks like the background where no shadow lies."""
     low, high = bounds
     size = float((high - low).max())
-    heights = [
-        float(prop.triangles[0, 0, 2])
-        for prop in props
-        if prop.plane and np.ptp(prop.triangles[:, :, 2]) < 1e-9 and low[2] - size < prop.triangles[0, 0, 2] < low[2] + 1e-6
-    ]
+    levels = [prop.triangles[0, 0, 2] for prop in props if prop.plane and np.ptp(prop.triangles[:, :, 2]) < 1e-9]
+    heights = [float(level) for level in levels if low[2] - size < level < low[2] + 1e-6]
     # What hangs in the air stays there.
     ground = max(heights) if heights else float(low[2]) - 0.1 * size
     shining = AMBIENT + sum(lamp.direction[2] * np.array(lamp.color) for lamp in lamps)
@@ -70,9 +70,9 @@ def _on_ground(props: Stage, bounds: tuple[np.ndarray, np.ndarray], lamps: list[
         props,
         props=[*props, flat],
         triangles=np.concatenate([props.triangles[kept], triangles]),
-        normals=np.concatenate([props.normals[kept], np.broadcast_to(np.float32((0, 0, 1)), (2, 3, 3))]),
-        colors=np.concatenate([props.colors[kept], np.broadcast_to(np.float32(color), (2, 3))]),
-        owner=np.append(props.owner[kept], np.int32([len(props)] * 2)),
+        normals=np.concatenate([props.normals[kept], np.full((2, 3, 3), (0.0, 0.0, 1.0), np.float32)]),
+        colors=np.concatenate([props.colors[kept], np.full((2, 3), color, np.float32)]),
+        owner=np.append(props.owner[kept], np.full(2, len(props), np.int32)),
         culled=np.append(props.culled[kept], [False, False]),
     )
 

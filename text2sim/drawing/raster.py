@@ -101,7 +101,11 @@ class Raster:
 
     def fragments(self, triangles: np.ndarray | None = None) -> Iterator[Fragments]:
         """Yield the pixels that triangles cover, in portions; see `draw`."""
-        chosen = self.chosen if triangles is None else np.intersect1d(triangles, self.chosen, assume_unique=True)
+        chosen = self.chosen
+        if triangles is not None:
+            wanted = np.zeros(len(self._corners), bool)
+            wanted[triangles] = True
+            chosen = chosen[wanted[chosen]]
         chosen, first, last = self._rows(chosen)
         counts = last - first + 1
         ends = np.cumsum(counts)
@@ -123,7 +127,7 @@ class Raster:
         total = found.sum(axis=0)
         if self.view.parallel:
             heights = self._deepness[triangle].astype(np.float32)
-            depth = self.depth(sum(found[k] * heights[:, k] for k in range(3)))
+            depth = self.depth((found * heights.T).sum(axis=0))
         else:
             depth = 1.0 / np.maximum(total, 1e-9)
         np.maximum(found, 0.0, out=found)

@@ -1,9 +1,8 @@
 """Everything where it starts, as triangles: the compiler's own shapes and colours, copies made all at once."""
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import log2, sqrt
-from typing import TYPE_CHECKING, Any, NamedTuple, overload
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,7 +14,10 @@ from text2sim.compiler.plan import EntityPlan
 from text2sim.compiler.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply
 from text2sim.compiler.surface import VisualMesh
 from text2sim.compiler.tree import Tree, TreeGeom, TreeLink, tree_links
-from text2sim.drawing.meshes import Triangles, drawn, scale_of, solid, unit
+from text2sim.drawing.meshes import Triangles, drawn, scale_of, solid, square, unit
+from text2sim.drawing.prop import Prop, Stage
+
+__all__ = ["Prop", "Stage", "matrices", "stage"]
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
@@ -24,75 +26,22 @@ Rgba = tuple[float, float, float, float]
 
 BUDGET = 90_000
 """Triangles of a stage, about."""
+FINE = 400_000
+"""Triangles of meshes of a fine stage."""
 PLAIN: Rgba = (0.74, 0.77, 0.8, 1.0)
 """Colour of what comes from a file, whose own colours are not read here."""
 
 
-@dataclass(frozen=True, eq=False)
-class Prop:
-    """What is drawn in one colour of one copy of a body or static."""
-
-    name: str
-    """Name of the copy: `brick[3]`."""
-    body: str
-    """Name of the body or static: `brick`."""
-    triangles: np.ndarray
-    """(n, 3, 3) float [m], in the world; counterclockwise from outside"""
-    rgb: tuple[float, float, float]
-    opacity: float
-    moves: bool
-    """Whether anything lets it move."""
-    finish: str
-    """Surface, as in the language."""
-    plane: bool
-    """Whether it is a ground without end."""
-    static: bool
-    """Whether it stands in the section `scene`."""
-
-
-@dataclass(frozen=True, eq=False)
-class Stage(Sequence[Prop]):
-    """The props of a case, and all their triangles in one row."""
-
-    props: list[Prop]
-    triangles: np.ndarray
-    """(n, 3, 3) float [m]"""
-    normals: np.ndarray
-    """(n, 3, 3) float32, unit length, at the corners"""
-    colors: np.ndarray
-    """(n, 3) float32, each channel in 0..1"""
-    owner: np.ndarray
-    """(n,) int32: number of the prop"""
-    culled: np.ndarray
-    """(n,) bool: seen from outside only"""
-
-    @overload
-    def __getitem__(self, index: int) -> Prop: ...
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[Prop]: ...
-    def __getitem__(self, index: int | slice) -> Prop | Sequence[Prop]:
-        return self.props[index]
-
-    def __len__(self) -> int:
-        return len(self.props)
-
-    def of(self, *, plane: bool | None = None, opaque: bool | None = None) -> np.ndarray:
-        """Return the numbers of triangles of certain props."""
-        wanted = [
-            (plane is None or prop.plane == plane) and (opaque is None or (prop.opacity >= 1.0) == opaque)
-            for prop in self.props
-        ]
-        return np.flatnonzero(np.array(wanted, bool)[self.owner]) if wanted else np.zeros(0, np.int64)
-
-
-def stage(resolution: "Resolution", budget: int = BUDGET) -> Stage:
+def stage(resolution: "Resolution", budget: int = BUDGET, *, fine: bool = False) -> Stage:
     """Return everything that is to be seen, where it starts.
 
     Args:
         resolution: The case, worked out.
         budget: How many triangles there should be, about: round things get as many sides as there is room for.
+        fine: Whether the meshes of robots are read, which takes seconds; otherwise the hulls that they touch with
+            stand for them.
     """
-    collector = _Collector(resolution)
+    collector = _Collector(resolution, fine)
     for section, groups in (("statics", resolution.plan.statics), ("bodies", resolution.plan.bodies)):
         for group in groups:
             for entity, copy in zip(group.entities, resolution.placed[group.name], strict=True):
@@ -120,6 +69,7 @@ class _Key(NamedTuple):
 @dataclass
 class _Collector:
     resolution: "Resolution"
+    fine: bool
     props: dict[tuple[Any, ...], int] = field(default_factory=dict)
     instances: dict[_Key, list[_Instance]] = field(default_factory=dict)
     things: dict[_Key, Any] = field(default_factory=dict)
@@ -132,7 +82,8 @@ class _Collector:
         tree = self.resolution.lowering.trees.get(entity.name)
         if tree is not None:
             if getattr(copy.model, "file", None) is not None:
-                tree = _dressed(tree, self.resolution.lowering.mechanisms[copy.model.file, copy.model.base])
+                mechanism = self.resolution.lowering.mechanisms[copy.model.file, copy.model.base]
+                tree = _dressed(tree, mechanism, fine=self.fine)
             self._tree(tree, copy, color, finish, static)
             return
         mount = getattr(copy.model, "mount", None)
@@ -148,8 +99,9 @@ class _Collector:
         self._piece(Piece(entity.morph.lower(), size=tuple(size)), copy.pos, copy.quat, prop)
 
     def _tree(self, tree: Tree, copy: Copy, color: Rgba | None, finish: str, static: bool) -> None:
+        # A colour of the entity is for all of it; without one, every part has its own.
         def prop_of(own: Rgba | None, moves: bool) -> int:
-            return self._prop(copy, own or color or PLAIN, finish, moves and not static, static)
+            return self._prop(copy, color or own or PLAIN, finish, moves and not static, static)
 
         for geom in tree.fixtures:
             self._piece(geom.piece, copy.pos, copy.quat, prop_of(geom.rgba, False))
@@ -158,7 +110,7 @@ class _Collector:
                 if geom.drawn:
                     self._piece(geom.piece, pos, quat, prop_of(geom.rgba, moves))
             for visual in link.visuals:
-                mesh, picture = visual.mesh, visual.rgba is None and color is None
+                mesh, picture = visual.mesh, color is None and visual.rgba is None
                 prop = prop_of(visual.rgba, moves)
                 key = _Key("surface", (mesh.digest, picture and mesh.picture is not None))
                 self._add(key, mesh, _Instance((1.0, 1.0, 1.0), pos, quat, prop))
@@ -222,12 +174,12 @@ class _Collector:
         boxes = 12 * sum(n for key, n in counts.items() if key.kind == "box")
         meshed = sum(counts[key] * len(mesh.faces) for key, mesh in self.things.items() if key.kind == "surface")
         room = max(budget - boxes, budget // 4)
-        fewer = min(1.0, 0.7 * room / meshed) if meshed else 1.0
+        fewer = min(1.0, (FINE if self.fine else 0.7 * room) / max(meshed, 1))
         sides = _sides(self.things, counts, max(room - fewer * meshed, 0.3 * room))
         found = {}
         for key, thing in self.things.items():
             if key.kind == "plane":
-                found[key] = _square()
+                found[key] = square()
             elif isinstance(thing, VisualMesh):
                 found[key] = drawn(thing, max(48, int(fewer * len(thing.faces))), picture=key.of[1])
             elif key.kind in ("box", "ellipsoid", "cylinder"):
@@ -248,11 +200,6 @@ def _sides(things: dict[_Key, Any], counts: dict[_Key, int], room: float) -> dic
     weights = {key: min(max(sqrt(radius / largest), 0.2), 1.0) for key, radius in radii.items()}
     most = sqrt(room / max(sum(counts[key] * weight**2 for key, weight in weights.items()), 1e-9))
     return {key: 2 * min(max(round(most * weight / 2), 4), 24) for key, weight in weights.items()}
-
-
-def _square() -> Triangles:
-    corners = np.array([(-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.5, 0.5, 0.0), (-0.5, 0.5, 0.0)])
-    return Triangles(corners[np.array([(0, 1, 2), (0, 2, 3)])], np.broadcast_to((0.0, 0.0, 1.0), (2, 3, 3)))
 
 
 def _placed(surface: Triangles, instances: list[_Instance]) -> tuple[np.ndarray, np.ndarray]:
@@ -280,24 +227,21 @@ def matrices(quats: np.ndarray) -> np.ndarray:
     return np.array(rows).transpose(2, 0, 1)
 
 
-def _dressed(tree: Tree, mechanism: Mechanism) -> Tree:
+def _dressed(tree: Tree, mechanism: Mechanism, *, fine: bool) -> Tree:
     """Return the tree of a file's body with what is seen of its links, where that differs from what touches."""
-    shapes = {link.name: _seen(link) for link in mechanism.links}
+    shapes = {link.name: (_seen(link), ()) for link in mechanism.links}
+    if fine and mechanism.kind == "urdf":
+        from text2sim.drawing.robots import urdf_dress
+
+        shapes |= urdf_dress(mechanism)
 
     def dress(link: TreeLink) -> TreeLink:
-        return replace(link, geoms=shapes.get(link.name, ()), children=tuple(map(dress, link.children)))
+        geoms, visuals = shapes.get(link.name, ((), ()))
+        return replace(link, geoms=geoms, visuals=visuals, children=tuple(map(dress, link.children)))
 
-    return replace(tree, roots=tuple(map(dress, tree.roots)), fixtures=shapes[mechanism.links[0].name])
+    return replace(tree, roots=tuple(map(dress, tree.roots)), fixtures=shapes[mechanism.links[0].name][0])
 
 
 def _seen(link: MechanismLink) -> tuple[TreeGeom, ...]:
     apart = any(not geom.touches for geom in link.geoms)
     return tuple(geom_of(geom) for geom in link.geoms if not (apart and geom.touches))
-
-
-def copies(stage: Sequence[Prop]) -> Iterator[tuple[str, list[Prop]]]:
-    """Yield the props of each copy, by its name."""
-    found: dict[str, list[Prop]] = {}
-    for prop in stage:
-        found.setdefault(prop.name, []).append(prop)
-    yield from found.items()

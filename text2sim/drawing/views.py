@@ -8,8 +8,9 @@ import numpy as np
 
 from text2sim.compiler.placement import Copy
 from text2sim.compiler.tree import tree_links
+from text2sim.drawing.prop import Stage
 from text2sim.drawing.raster import Raster
-from text2sim.drawing.stage import Stage, stage
+from text2sim.drawing.stage import stage
 from text2sim.drawing.view import View, perspective
 
 if TYPE_CHECKING:

@@ -33,8 +33,10 @@ class RunRecord:
     """Of the film that lies here; empty if there is none."""
     judge_digest: str = ""
     """Of the evidence that lies here: expectations, and the code that judged them."""
-    variant: str | None = None
-    """Named overlay of the case."""
+    variants: list[str] = field(default_factory=list)
+    """Variants that were laid over the case, in their order; a point of a sweep as `SWEEP.POINT`."""
+    sets: list[str] = field(default_factory=list)
+    """Single values that were set, as `PATH=VALUE`."""
     seed: int = 0
     """Seed of the engine."""
     versions: dict[str, Any] = field(default_factory=dict)

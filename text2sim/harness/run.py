@@ -21,6 +21,8 @@ from text2sim.harness.record import COMPLETE, RunRecord, write_atomically
 from text2sim.harness.result import RunResult
 from text2sim.harness.stop import Stop
 from text2sim.spec_schema.errors import MachineError, Problem, RunError
+from text2sim.spec_schema.expanded import expanded_text
+from text2sim.spec_schema.overlay import needs_layers
 
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
@@ -78,7 +80,7 @@ def run_case(
         staged = stage / "run"
         staged.mkdir()
         plan = compile_to(loaded, staged / "program")
-        folder = runs / f"{loaded.case.name}-{plan.sim_digest[:10]}"
+        folder = runs / "-".join(filter(None, (loaded.case.name, loaded.overlay.label, plan.sim_digest[:10])))
         with RunLock(runs, folder.name) as lock:
             run = _Run(loaded, plan, folder, engine, limits, clock, stop, lock, film)
             work = run.work(force=force)
@@ -138,7 +140,9 @@ class _Run:
             state="running",
             key=engine.key(plan.sim_digest),
             text2sim=__version__,
-            case_digest=sha256(loaded.source.text.encode()).hexdigest(),
+            case_digest=_case_digest(loaded),
+            variants=[*loaded.overlay.variants, *([".".join(point)] if (point := loaded.overlay.point) else [])],
+            sets=list(loaded.overlay.sets),
             seed=plan.seed,
             versions=engine.versions,
             duration=loaded.case.scene.duration,
@@ -205,6 +209,7 @@ class _Run:
 
     def _write_inputs(self, folder: Path) -> None:
         write_atomically(folder / "case.yaml", self.loaded.source.text)
+        write_atomically(folder / "expanded.yaml", expanded_text(self.loaded))
         resolved = self.loaded.case.model_dump(mode="json", by_alias=True)
         write_atomically(folder / "resolved.json", json.dumps(resolved, indent=1) + "\n")
 
@@ -216,6 +221,7 @@ class _Run:
         install_program(staged / "program", self.folder / "program")
         self._write_inputs(self.folder)
         self.record.case_digest, self.record.text2sim = fresh.case_digest, fresh.text2sim
+        self.record.variants, self.record.sets = fresh.variants, fresh.sets
         self.record.notes = fresh.notes
         self.record.write(self.folder)
 
@@ -291,6 +297,14 @@ class _Run:
         self.clock.enter("report")
         write_report(self.folder, self.loaded.case)
         self.record.judge_digest = self.judge_digest
+
+
+def _case_digest(loaded: "LoadedCase") -> str:
+    """Digest of the case as it is written, its prefabs, and what is laid over it."""
+    text = loaded.source.text
+    if needs_layers(loaded.written.data, loaded.overlay):
+        text += "\0" + repr(loaded.overlay) + "\0" + expanded_text(loaded)
+    return sha256(text.encode()).hexdigest()
 
 
 def _judge_digest(loaded: "LoadedCase") -> str:

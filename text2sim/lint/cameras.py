@@ -150,7 +150,7 @@ def _small(facts: Facts) -> Iterator[Problem]:
             shot = seeing[-best]
             away = math.dist(shot.pos, middle_of(balls))
             text = (
-                f"`{name}`, which the script is about, fills less than {share:.1g} of the picture at the start: "
+                f"`{name}`, which the script is about, fills less than {100 * share:.1g} % of the picture at the start: "
                 f"camera `{shot.name}` is {length(away)} away; {length(away * math.sqrt(share / (4 * SMALL)))} "
                 "would show it"
             )

@@ -127,7 +127,7 @@ def _floor_ends(facts: Facts) -> Iterator[Problem]:
             ground = min(grounds, key=lambda ground: ground.beside((x, y, z)))
             size = 2 * (ground.beside((x, y, z)) + ground.half) + 2
             text = (
-                f"`{copy.name}` comes down at x {x:.3g}, y {y:.3g}{more_copies(len(lost))}, beside "
+                f"`{copy.name}` comes down at x {x:.4g}, y {y:.4g}{more_copies(len(lost))}, beside "
                 f"`{ground.copy.name}`, which ends {ground.half:g} m from its middle: it falls past it; "
                 f"`shape: {{kind: plane, size: {math.ceil(size / 10) * 10:g}}}` reaches so far"
             )

@@ -81,7 +81,8 @@ def _short(facts: Facts) -> Iterator[Problem]:
             if joint.damping > 0.0 and (motor.limit - load) / joint.damping < reached:
                 reached = (motor.limit - load) / joint.damping
                 key, better = "max_force", 1.2 * (load + joint.damping * abs(wanted))
-            if not 0.0 < reached < (1 - SHORT) * abs(wanted):
+            missing = min([SHORT * abs(wanted), *motor.tolerances("joint_velocity")])
+            if not 0.0 < reached < abs(wanted) - missing:
                 continue
             unit, force = motor.swing.units
             against = [f"joint damping {joint.damping:g}"] * (joint.damping > 0) + [amount(load, force)] * (load > 0)
@@ -143,8 +144,9 @@ motor slower still. Reported if the change would take at least 1.5 times as long
         severity="warning",
         title="A velocity motor will not reach its speed.",
         reason="""\
-A velocity motor pulls with its damping times the speed that is missing. Against dry friction, joint damping or gravity
-it runs where both are equal: `kv (wanted - v) = d v + load`. Reported if more than a tenth of the speed is missing.""",
+A velocity motor pulls with its damping times the speed that is missing. Against dry friction, joint damping or
+gravity it runs where both are equal: `kv (wanted - v) = d v + load`. Reported if more than a tenth of the speed is
+missing, or than the tolerance of an expectation of the joint's velocity.""",
         way_out="Raise the actuator's `damping` to fifty times what works against it at full speed.",
         example=_PUSHER.replace("axis: x", "axis: x, damping: 20") % ("damping: 30", "velocity: 0.2"),
         mended=_PUSHER.replace("axis: x", "axis: x, damping: 20") % ("damping: 1000", "velocity: 0.2"),

@@ -7,11 +7,10 @@ stands still gives `kv` times the speed that is asked for.
 """
 
 from collections.abc import Iterator
-from math import pi
+from math import inf, pi
 
-from text2sim.lint.drives import Span, spans_of
+from text2sim.lint.drives import Span
 from text2sim.lint.facts import Facts
-from text2sim.lint.mechanics import mechanics_of
 from text2sim.lint.motors import Powered, amount, at_least, one_each, powered
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
@@ -28,10 +27,19 @@ def _worst(motor: Powered, span: Span) -> tuple[float, float]:
     """Position within the targets of a span at which the motor has most to hold, and the load there."""
     low, high = span.extremes()
     if span.mode == "velocity":
-        low = high = motor.swing.start
-        high += 2 * pi if motor.swing.hinge else 0.0
+        low, high = _turned(motor, low, high, span.end - span.start)
     middle, _ = motor.swing.heaviest(low, high)
     return max(((q, motor.load(q)) for q in (low, high, middle)), key=lambda pair: abs(pair[1]))
+
+
+def _turned(motor: Powered, slowest: float, fastest: float, time: float) -> tuple[float, float]:
+    """Where a velocity motor gets within a time, at most a turn."""
+    swing = motor.swing
+    if not swing.hinge:
+        return swing.start, swing.start
+    least, most = swing.joint.range or (-inf, inf)
+    low = swing.start + max(-2 * pi, min(0.0, slowest) * time)
+    return max(low, least), min(swing.start + min(2 * pi, max(0.0, fastest) * time), most)
 
 
 def _weak(facts: Facts) -> Iterator[Problem]:
@@ -96,6 +104,7 @@ def _droops(facts: Facts) -> Iterator[Problem]:
         allowed = max(DROOP * travel, 0.1 * DROOP_HELD[swing.joint.kind])
         if travel == 0.0:
             allowed = DROOP_HELD[swing.joint.kind]
+        allowed = min([allowed, *motor.tolerances("joint_position")])
         q, load = max((_worst(motor, span) for span in positions), key=lambda pair: abs(pair[1]))
         carried = max(0.0, abs(load) - swing.joint.friction)
         droop = carried / (motor.stiffness + swing.joint.spring)
@@ -110,20 +119,6 @@ def _droops(facts: Facts) -> Iterator[Problem]:
             f"damping {at_least(motor.critical(better))} leaves {amount(0.2 * allowed, unit)}"
         )
         yield facts.problem("servo-droop", motor.where("stiffness"), text)
-
-
-def _idle(facts: Facts) -> Iterator[Problem]:
-    mechanics = mechanics_of(facts)
-    driven = {(facts.copies[entity].body, joint) for entity, joint in spans_of(facts)}
-    for swing in mechanics.swings():
-        where = mechanics.where(swing, "actuator")
-        if swing.motor is None or (swing.copy.body, swing.name) in driven or facts.raw(where) is None:
-            continue
-        text = (
-            f"no control drives `{mechanics.label(swing)}`: a motor that nobody drives gives no force, and the joint "
-            "moves freely; add a control of kind `drive` (`position: 0` holds it), or leave the actuator out"
-        )
-        yield facts.problem("idle-motor", where, text, key=True)
 
 
 RULES = (
@@ -171,7 +166,8 @@ actions:
         reason="""\
 A position motor is a spring and a damper to its target; the engine does not compensate gravity, and there is no
 integral part. At rest it stands `load / stiffness` off: 2 kg on 1000 N/m hang 2 cm low. Reported if that is more than
-5 % of the travel, or 0.1 rad or 1 cm of a joint that is only held.""",
+5 % of the travel (of a joint that is only held: 0.1 rad or 1 cm), or than the tolerance of an expectation of the
+joint's position.""",
         way_out="Raise the stiffness, and the damping with it (critical: `2 sqrt(stiffness x inertia)`), or aim off.",
         example="""\
 bodies:
@@ -198,34 +194,5 @@ actions:
     up: {kind: drive, joint: lift, position: {kind: ramp, to: 0.3, end: 1}}
 """,
         run=lambda facts: one_each(_droops(facts)),
-    ),
-    Rule(
-        id="idle-motor",
-        severity="warning",
-        title="A joint has a motor that no control drives.",
-        reason="""\
-An actuator does nothing until a control of kind `drive` gives it a target: it does not hold the start pose. The joint
-moves as freely as without it.""",
-        way_out="Drive it (`position: 0` holds the start pose), or leave the actuator out.",
-        example="""\
-bodies:
-  gate:
-    kind: rigid
-    shape: {kind: box, size: [0.5, 0.05, 0.3]}
-    pose: {pos: [0, 0, 0.5]}
-    mount: {kind: hinge, axis: y, anchor: [-0.25, 0, 0], actuator: {stiffness: 500, damping: 50}}
-""",
-        mended="""\
-bodies:
-  gate:
-    kind: rigid
-    shape: {kind: box, size: [0.5, 0.05, 0.3]}
-    pose: {pos: [0, 0, 0.5]}
-    mount: {kind: hinge, axis: y, anchor: [-0.25, 0, 0], actuator: {stiffness: 5000, damping: 500}}
-actions:
-  controls:
-    hold: {kind: drive, joint: gate, position: 0}
-""",
-        run=lambda facts: one_each(_idle(facts)),
     ),
 )

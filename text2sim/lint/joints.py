@@ -12,20 +12,14 @@ from math import degrees, inf, radians, sqrt
 from text2sim.compiler.rotation import Vec
 from text2sim.lint.drives import spans_of
 from text2sim.lint.facts import Facts
-from text2sim.lint.mechanics import Swing, mechanics_of
+from text2sim.lint.mechanics import mechanics_of
 from text2sim.lint.motors import amount, one_each, powered
 from text2sim.lint.rule import Rule
+from text2sim.lint.swing import Swing
 from text2sim.spec_schema.errors import Problem
 
 BEYOND = 0.02
 """Part of the range by which a target may lie beyond its end, and a clamp be pressed shut."""
-TURNS = 10.0
-"""Angle [rad] from which a target that is a round number of degrees is taken for degrees."""
-
-
-def in_degrees(value: float) -> bool:
-    """Whether a number of radians looks like one of degrees: 45, 90, -120."""
-    return abs(value) >= TURNS and abs(value) <= 720 and value == int(value) and int(value) % 5 == 0
 
 
 def _range(facts: Facts) -> Iterator[Problem]:
@@ -56,29 +50,6 @@ def _range(facts: Facts) -> Iterator[Problem]:
             )
             yield facts.problem("target-out-of-range", span.where, text)
             break
-
-
-def _degrees(facts: Facts) -> Iterator[Problem]:
-    mechanics = mechanics_of(facts)
-    for (entity, name), spans in spans_of(facts).items():
-        swing = mechanics.swing(facts.copies[entity], name)
-        if swing is None or not swing.hinge or swing.joint.range is not None:
-            continue
-        for span in spans:
-            worst = max(span.extremes(), key=abs)
-            if span.mode == "position" and in_degrees(worst):
-                text = (
-                    f"{worst:g} rad are {abs(worst) / 6.2832:.2g} turns; targets are in radians, and {worst:g} deg is "
-                    f"${{radians({worst:g})}}"
-                )
-                yield facts.problem("looks-like-degrees", span.where, text)
-                break
-    for name, body in facts.case.bodies.items():
-        for joint, value in getattr(body, "initial", {}).items():
-            swing = mechanics.swing(facts.placed[name][0], joint)
-            if swing is not None and swing.hinge and in_degrees(value):
-                text = f"start positions of hinges are in radians; {value:g} deg is ${{radians({value:g})}}"
-                yield facts.problem("looks-like-degrees", ("bodies", name, "initial", joint), text)
 
 
 def _falls(facts: Facts) -> Iterator[Problem]:
@@ -187,17 +158,6 @@ the way. Ranges of hinges are given in degrees (`range_deg`), targets in radians
         example=_DOOR % ("range_deg: [0, 90],", "90"),
         mended=_DOOR % ("range_deg: [0, 90],", "1.57"),
         run=lambda facts: one_each(_range(facts)),
-    ),
-    Rule(
-        id="looks-like-degrees",
-        severity="warning",
-        title="An angle in radians looks like one in degrees.",
-        reason="""\
-Only fields whose names end in `deg` are in degrees. A target of 45 for a hinge without limits means seven turns.""",
-        way_out="Write `${radians(45)}`. If many turns are meant, say them as such: `${14 * pi}`.",
-        example=_DOOR % ("", "90"),
-        mended=_DOOR % ("", "1.57"),
-        run=lambda facts: one_each(_degrees(facts)),
     ),
     Rule(
         id="falls-along-slider",

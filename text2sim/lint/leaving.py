@@ -11,7 +11,6 @@ from text2sim.lint.shots import shots
 from text2sim.lint.subjects import end_of, offset_of, subjects
 from text2sim.lint.words import vector
 from text2sim.spec_schema.bodies import Driven
-from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.events import LeftDomainEvent, RegionEvent
 
@@ -27,7 +26,7 @@ def _leaves(facts: Facts) -> Iterator[Problem]:
         for event in facts.case.actions.events.values()
         if isinstance(event, LeftDomainEvent | RegionEvent) and event.kind != "enters"
     }
-    for name in subjects(facts):
+    for name in subjects(facts) if facts.case.render.cameras else ():
         if name in meant or not drawn(facts, name):
             continue
         for copy in facts.placed[name][:1]:
@@ -73,8 +72,7 @@ def _leaving(facts: Facts, copy: Copy, t: float, there: Vec) -> Problem:
     )
     if needed and min(needed) < 90:
         text += f", or widen the field of view to {min(needed) * 1.1:.3g} deg or more"
-    where: Path = blamed(facts, views) if facts.case.render.cameras else facts.said(copy.body, "pose", "place")
-    return facts.problem("leaves-picture", where, text, key=True)
+    return facts.problem("leaves-picture", blamed(facts, views), text, key=True)
 
 
 RULES = (
@@ -85,7 +83,7 @@ RULES = (
         reason=f"""\
 Its way is known up to what it meets first: a throw or a fall under gravity, or the motion of a driven body. Where it
 comes down, or for more than {GONE:.0%} of that way, it is in no camera's picture. What happens afterwards is not known
-here; the report of a run says what its cameras saw.""",
+here; the report of a run says what its cameras saw. A camera that nobody placed is not judged.""",
         way_out="A camera of kind `follow`, a wider field of view, or one that looks at where it comes down.",
         example="""\
 bodies:

@@ -8,71 +8,18 @@ M[j][j] of the mass matrix: no motion of the other joints makes it larger.
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import atan2, ceil, cos, floor, pi, sin
 
 from text2sim.compiler.placement import Copy
-from text2sim.compiler.plan import Motor
-from text2sim.compiler.rotation import Vec, frame_apply, quat_rotate, vector_cross
-from text2sim.compiler.tree import StandingLink, Tree, TreeJoint, tree_links
+from text2sim.compiler.rotation import frame_apply, quat_rotate
+from text2sim.compiler.tree import StandingLink, Tree, tree_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.lumps import NOTHING, Lump, lump_of, piece_lump, together
+from text2sim.lint.swing import Swing, far_from, pull_of
 from text2sim.spec_schema.document import Path
 
 ONE_DOF = ("hinge", "slider")
-
-
-@dataclass(frozen=True)
-class Swing:
-    """A hinge or slider and everything beyond it."""
-
-    copy: Copy
-    name: str
-    """Of the joint."""
-    joint: TreeJoint
-    motor: Motor | None
-    axis: Vec
-    """In the world, at the start."""
-    start: float
-    """Position at the start [rad or m]."""
-    mass: float
-    """Of all that it carries [kg]."""
-    inertia: float
-    """About its axis, or mass, with the rotor's [kg m2 or kg]; 0 if it is not known."""
-    pull: tuple[float, float]
-    """Gravity's torque [N m] at the angle q from the start is `pull[0] cos q + pull[1] sin q`; of a slider, the force
-    [N] along its axis comes first, and stays."""
-    closed: bool
-    """Loops or welds tie it to something else, which helps to carry or to hold."""
-    floating: bool
-    """The root of its tree moves freely."""
-    size: float
-    """Largest distance [m] of a piece from the joint."""
-
-    @property
-    def hinge(self) -> bool:
-        """Whether it turns."""
-        return self.joint.kind == "hinge"
-
-    @property
-    def units(self) -> tuple[str, str]:
-        """Units of position and force."""
-        return ("rad", "N m") if self.hinge else ("m", "N")
-
-    def gravity(self, q: float) -> float:
-        """Torque [N m] or force [N] of gravity along the axis at position q."""
-        if not self.hinge:
-            return self.pull[0]
-        turn = q - self.start
-        return self.pull[0] * cos(turn) + self.pull[1] * sin(turn)
-
-    def heaviest(self, low: float, high: float) -> tuple[float, float]:
-        """Return the position between `low` and `high` at which gravity pulls hardest, and how it pulls there."""
-        candidates = [low, high]
-        if self.hinge and any(self.pull):
-            top = atan2(self.pull[1], self.pull[0]) + self.start
-            first, last = ceil((low - top) / pi), floor((high - top) / pi)
-            candidates += [top + k * pi for k in range(first, min(last, first + 2) + 1)]
-        return max(((q, self.gravity(q)) for q in candidates), key=lambda pair: abs(pair[1]))
+_FIELDS = ("shape", "material", "mount", "links", "loops", "initial", "file", "joints", "base")
+"""What decides how the joints of a body move."""
 
 
 class Mechanics:
@@ -83,6 +30,7 @@ class Mechanics:
         self._links: dict[str, _Links] = {}
         self._twins: dict[str, Copy] = {}
         self._firsts: dict[str, Copy] = {}
+        self._uniform: dict[str, bool] = {}
         self._swings: dict[tuple[str, str], Swing | None] = {}
         self.motors = {(motor.entity, motor.joint): motor for motor in facts.lowering.motors}
 
@@ -172,11 +120,21 @@ class Mechanics:
             carried, closed = self._carried
             alone = copy.name not in closed and not any(name == copy.name for name, _ in carried)
             first = self._firsts.setdefault(copy.body, copy) if alone else copy
-            same = first.quat == copy.quat and first.shape == copy.shape and _alike(first.model, copy.model)
+            same = first is copy or (first.quat == copy.quat and self._alike(first, copy))
             if not same:
                 self._firsts[copy.body] = copy
             self._twins[copy.name] = first if same else copy
         return self._twins[copy.name]
+
+    def _alike(self, a: Copy, b: Copy) -> bool:
+        """Whether two copies of a body differ in no more than where they are and how they look."""
+        if a.body not in self._uniform:
+            varies = self.facts.loaded.varies
+            self._uniform[a.body] = not any(varies(("bodies", a.body, field)) for field in _FIELDS)
+        if self._uniform[a.body]:
+            return getattr(a.model.repeat, "kind", None) != "running_bond" or a.shape == b.shape  # half boxes differ
+        fields = [(getattr(a.model, field, None), getattr(b.model, field, None)) for field in _FIELDS]
+        return a.shape == b.shape and all(x == y for x, y in fields)
 
     def _make(self, copy: Copy, name: str) -> Swing | None:
         tree = self.facts.tree(copy)
@@ -203,7 +161,7 @@ class Mechanics:
         anchor = frame_apply(standing.pos, standing.quat, joint.anchor)
         known = lump.mass > 0.0
         inertia = (lump.mass if joint.kind == "slider" else lump.about(anchor, axis)) + joint.armature if known else 0.0
-        reaches = [_far(anchor, ball) for ball in self.facts.balls(copy)] or [0.0]
+        reaches = [far_from(anchor, ball) for ball in self.facts.balls(copy)] or [0.0]
         return Swing(
             copy=copy,
             name=name,
@@ -213,7 +171,7 @@ class Mechanics:
             start=tree.initial.get(name, 0.0),
             mass=lump.mass,
             inertia=inertia,
-            pull=_pull(joint.kind, axis, anchor, lump, self.facts.plan.gravity),
+            pull=pull_of(joint.kind, axis, anchor, lump, self.facts.plan.gravity),
             closed=bool(tree.loops) or copy.name in closed or len(tree.roots) > 1,
             floating=self.facts.free(copy),
             size=max(reaches),
@@ -267,31 +225,3 @@ def mechanics_of(facts: Facts) -> Mechanics:
 
 def _children_first(tree: Tree, standing: dict[str, StandingLink]) -> list[StandingLink]:
     return [standing[link.name] for link in reversed(tree.links())]
-
-
-def _alike(a: object, b: object) -> bool:
-    """Whether two models of a body differ in no more than where they are and how they look."""
-    if a is b:
-        return True
-    fields = ("shape", "material", "mount", "links", "loops", "initial", "file", "joints", "base")
-    return all(getattr(a, name, None) == getattr(b, name, None) for name in fields)
-
-
-def _pull(kind: str, axis: Vec, anchor: Vec, lump: Lump, gravity: Vec) -> tuple[float, float]:
-    weight = tuple(lump.mass * g for g in gravity)
-    if kind == "slider":
-        return (_dot(axis, weight), 0.0)
-    arm = tuple(c - a for c, a in zip(lump.center, anchor, strict=True))
-    along = _dot(arm, axis)
-    across = tuple(r - along * a for r, a in zip(arm, axis, strict=True))
-    turned = vector_cross(axis, across)
-    return (_dot(axis, vector_cross(across, weight)), _dot(axis, vector_cross(turned, weight)))
-
-
-def _far(anchor: Vec, ball: tuple[Vec, float]) -> float:
-    (x, y, z), radius = ball
-    return ((x - anchor[0]) ** 2 + (y - anchor[1]) ** 2 + (z - anchor[2]) ** 2) ** 0.5 + radius
-
-
-def _dot(a: object, b: object) -> float:
-    return sum(p * q for p, q in zip(a, b, strict=True))  # type: ignore[call-overload]

@@ -16,9 +16,13 @@ from math import ceil, floor, inf, log10, sqrt
 
 from text2sim.lint.drives import Span, spans_of
 from text2sim.lint.facts import Facts
-from text2sim.lint.mechanics import Mechanics, Swing, mechanics_of
+from text2sim.lint.mechanics import Mechanics, mechanics_of
+from text2sim.lint.swing import Swing
 from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import Problem
+
+SOME = 200
+"""As many copies of a driven joint are looked at."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,16 @@ class Powered:
                 return path
         return ("bodies", self.swing.copy.body)
 
+    def tolerances(self, kind: str) -> list[float]:
+        """Return the tolerances with which expectations look at measures of that kind of the joint."""
+        facts, found = self.mechanics.facts, []
+        names = {self.label, self.label.replace(self.swing.copy.name, self.swing.copy.body, 1)}
+        for expect in facts.case.actions.expect.values():
+            measure = facts.case.actions.measures.get(expect.measure or "")
+            if expect.tolerance is not None and measure is not None and measure.kind == kind:
+                found += [expect.tolerance] if getattr(measure, "of", None) in names else []
+        return found
+
     def load(self, q: float) -> float:
         """Torque [N m] or force [N] of gravity and of the joint's own spring at a position."""
         return self.swing.gravity(q) - self.swing.joint.spring * q
@@ -60,8 +74,26 @@ class Powered:
         return 2 * sqrt(stiffness * self.swing.inertia)
 
 
-def powered(facts: Facts) -> Iterator[Powered]:
-    """Yield every driven joint whose load is known; of copies that are driven alike, the first."""
+def powered(facts: Facts) -> list[Powered]:
+    """Return every driven joint whose load is known; of copies that are driven alike, the first.
+
+    Of many copies with targets of their own, some are enough: those at the ends, and between.
+    """
+    return facts.own(_powered)
+
+
+def _powered(facts: Facts) -> list[Powered]:
+    groups: dict[int, list[Powered]] = {}
+    for motor in _every(facts):
+        groups.setdefault(id(motor.swing), []).append(motor)
+    found = []
+    for group in groups.values():
+        steps = max(1, -(-len(group) // SOME))
+        found += [*group[:-1:steps], group[-1]]
+    return found
+
+
+def _every(facts: Facts) -> Iterator[Powered]:
     mechanics, seen = mechanics_of(facts), set()
     for (entity, name), spans in spans_of(facts).items():
         swing = mechanics.swing(facts.copies[entity], name)

@@ -1,6 +1,7 @@
 """Names that are given and never used: most often a typing error, or what an edit left behind."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 from text2sim.lint.facts import Facts
@@ -14,8 +15,8 @@ OPEN, CLOSE = "${", "}"
 
 def _written(facts: Facts) -> dict[str, Any]:
     """The case as it stands in its file: what prefabs and variants say is in it."""
-    document = getattr(facts.loaded, "written", facts.loaded.document)
-    return document.data if isinstance(document.data, dict) else {}
+    data = facts.loaded.written.data
+    return data if isinstance(data, dict) else {}
 
 
 def _texts(value: Any) -> Iterator[str]:
@@ -73,7 +74,10 @@ def _prefabs(facts: Facts) -> Iterator[Problem]:
     for name in prefabs:
         if name not in used:
             text = f"nothing uses the prefab `{name}`: a body would by `use: {name}`; or leave it out"
-            yield facts.problem("unused-prefab", ("prefabs", name), text, key=True)
+            problem = facts.problem("unused-prefab", ("prefabs", name), text, key=True)
+            # The expanded case has no prefabs any more: their places are those in the file.
+            line, column = facts.loaded.written.place(("prefabs", name), key=True)
+            yield replace(problem, line=line, column=column)
 
 
 _BALL = """\
@@ -95,8 +99,6 @@ behind: a sweep over it would run the same case again and again.""",
         mended=_BALL % '"${height}"',
         run=_params,
     ),
-)
-PREFAB_RULES = (
     Rule(
         id="unused-prefab",
         severity="warning",

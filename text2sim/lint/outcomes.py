@@ -10,9 +10,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import degrees, inf, radians
 
+from text2sim.lint.angles import in_degrees
 from text2sim.lint.facts import Facts
 from text2sim.lint.happenings import happening_of
-from text2sim.lint.joints import in_degrees
 from text2sim.lint.rule import Rule
 from text2sim.lint.values import Values, values_of
 from text2sim.spec_schema.document import Path
@@ -75,7 +75,7 @@ def _verdict(asked: Asked, values: Values) -> tuple[str, str]:
         edge = asked.low if high <= asked.low else asked.high
         way = "above" if high <= asked.low else "below"
         return "fails", f"it can never be {way} {edge:.6g}{unit}: {values.why}"
-    if low > asked.low and high < asked.high:
+    if (low > asked.low or asked.low == -inf) and (high < asked.high or asked.high == inf):
         return "holds", f"it is always so: {values.why}"
     if values.start is None or asked.first > 0.0:
         return "", ""

@@ -1,5 +1,6 @@
 """The convex pieces by which bodies touch, where they stand at the start, with their bounds."""
 
+import math
 from collections.abc import Iterable, Iterator
 from functools import cached_property
 from itertools import product
@@ -9,9 +10,21 @@ from text2sim.compiler.geometry import Bounds
 from text2sim.compiler.meshfile import MeshFile
 from text2sim.compiler.piece import Piece, piece_thickness
 from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import IDENTITY, Quaternion, Vec, quat_conjugate, quat_rotate
+from text2sim.compiler.rotation import (
+    IDENTITY,
+    Quaternion,
+    Vec,
+    quat_conjugate,
+    quat_multiply,
+    quat_rotate,
+    quat_to_rows,
+    vector_cross,
+    vector_unit,
+)
 from text2sim.compiler.solid import Solid
 
+FACES = 100
+"""Faces of a hull that are looked at one by one."""
 MANY_CELLS = 64
 """What lies in more cells of the grid than this is compared with everything instead."""
 
@@ -34,7 +47,26 @@ class Part:
     @cached_property
     def thickness(self) -> float:
         """Smallest thickness [m]."""
-        return piece_thickness(self.piece)
+        if self.piece.kind != "hull":
+            return piece_thickness(self.piece)
+        # Of a hull, the smallest width is across one of its faces (or between two edges, which is not much less).
+        widths = (high - low for low, high in map(self.solid.span, self.normals()))
+        return min(widths, default=0.0)
+
+    def normals(self) -> list[Vec]:
+        """Return unit vectors across the faces of a hull, in the world; of more than `FACES`, the axes of its frame."""
+        turn = quat_multiply(self.quat, self.piece.quat)
+        rows, corners = quat_to_rows(turn), self.piece.vertices
+        local: list[Vec] = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
+        if len(self.piece.faces) <= FACES:
+            sides = (
+                [tuple(q - p for p, q in zip(corners[i], corners[n], strict=True)) for n in (j, k)]
+                for i, j, k in self.piece.faces
+            )
+            local = [vector_cross(a, b) for a, b in sides]
+        return [
+            vector_unit([a * x + b * y + c * z for a, b, c in rows]) for x, y, z in local if math.hypot(x, y, z) > 0.0
+        ]
 
     @cached_property
     def box(self) -> Bounds:

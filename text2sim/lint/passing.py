@@ -4,13 +4,10 @@ import math
 from typing import NamedTuple
 
 from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import Vec, quat_multiply, quat_to_rows, vector_cross, vector_unit
+from text2sim.compiler.rotation import Vec, quat_multiply, quat_to_rows, vector_unit
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Part
 from text2sim.spec_schema.document import Path
-
-FACES = 60
-"""Faces of a hull across which something may pass; of more, only the axes of the world are tried."""
 
 
 class Pass(NamedTuple):
@@ -67,17 +64,6 @@ def _normals(part: Part, velocity: Vec) -> list[Vec]:
         along = sum(a * b for a, b in zip(axis, ahead, strict=True))
         across = tuple(a - along * b for a, b in zip(ahead, axis, strict=True))
         return [axis, vector_unit(across)] if math.hypot(*across) > 1e-6 else [axis]
-    if part.piece.kind == "hull" and len(part.piece.faces) <= FACES:
-        found = []
-        corners = part.piece.vertices
-        for i, j, k in part.piece.faces:
-            u, v = (tuple(q - p for p, q in zip(corners[i], corners[n], strict=True)) for n in (j, k))
-            normal = vector_cross(u, v)
-            if math.hypot(*normal) > 0:
-                rows = quat_to_rows(turn)
-                x, y, z = vector_unit(normal)
-                found.append(tuple(a * x + b * y + c * z for a, b, c in rows))
-        return [*found, ahead]
     if part.piece.kind in ("hull", "mesh"):
-        return [ahead, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
+        return [ahead, *part.normals()]
     return [ahead]

@@ -1,6 +1,7 @@
 """All rules, in the order in which they are listed."""
 
 from text2sim.lint import (
+    angles,
     at_rest,
     bounce,
     cameras,
@@ -9,6 +10,7 @@ from text2sim.lint import (
     floor,
     following,
     holding,
+    idle,
     joints,
     leaving,
     limits,
@@ -43,8 +45,10 @@ RULES: tuple[Rule, ...] = (
     *steps.RULES,
     *pushes.RULES,
     *holding.RULES,
+    *idle.RULES,
     *following.RULES,
     *joints.RULES,
+    *angles.RULES,
     *masses.RULES,
     *limits.RULES,
     *names.RULES,

@@ -17,9 +17,10 @@ from collections.abc import Iterator
 from math import ceil, inf, sqrt
 
 from text2sim.lint.facts import Facts
-from text2sim.lint.mechanics import Swing, mechanics_of
+from text2sim.lint.mechanics import mechanics_of
 from text2sim.lint.motors import amount, at_least, one_each, powered
 from text2sim.lint.rule import Rule
+from text2sim.lint.swing import Swing
 from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import Problem
 

@@ -56,7 +56,7 @@ class Targets:
 
     def _target(self, copy: Copy, part: str | None) -> Target:
         tree, driven = self.facts.tree(copy), self.facts.mount(copy) == "driven"
-        if tree is None:
+        if tree is None or (part is None and getattr(copy.model, "kind", "") == "rigid"):  # of one link
             moves = self.facts.moves(copy)
             return Target(copy, None, None, True, moves, moves, driven)
         links = tree_links(tree, copy.pos, copy.quat)

@@ -33,8 +33,8 @@ def _text(facts: Facts, row: Pass, count: int) -> str:
     h = facts.substep
     shift = row.speed * grip(facts)
     text = (
-        f"`{row.mover.name}` meets `{row.other.name}` at {row.speed:.3g} m/s{more_copies(count)}, and gets "
-        f"{length(shift)} far before the contact holds it (substep {h:g} s, timeconst {settings.timeconst:g} s), but "
+        f"`{row.mover.name}` meets `{row.other.name}` at {row.speed:.3g} m/s{more_copies(count)}, and goes on for "
+        f"{length(shift)} before the contact holds it (substep {h:.3g} s, timeconst {settings.timeconst:.3g} s), but "
         f"{length(row.room)} are enough to be past its middle: it may go through; "
     )
     # With substeps of this length, and a timeconst of two of them, it is stopped in time.

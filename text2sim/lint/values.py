@@ -11,9 +11,10 @@ from typing import Any
 
 from text2sim.lint.drives import spans_of
 from text2sim.lint.facts import Facts
-from text2sim.lint.mechanics import Swing, mechanics_of
+from text2sim.lint.mechanics import mechanics_of
 from text2sim.lint.reach import reach_of
 from text2sim.lint.starts import COLUMN, HAIR, start_of
+from text2sim.lint.swing import Swing
 from text2sim.lint.targets import Target, targets_of
 from text2sim.spec_schema import measures
 

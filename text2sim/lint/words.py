@@ -3,6 +3,8 @@
 
 def length(value: float) -> str:
     """Return a length [m] in words: `12 mm`, `1.5 m`."""
+    if 1000.0 <= abs(value) < 1e6:
+        return f"{value:,.0f} m"
     return f"{value:.3g} m" if abs(value) >= 1.0 else f"{value * 1000:.3g} mm"
 
 

@@ -14,7 +14,7 @@ from text2sim.spec_schema.edit import identical
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.layout import Entry, plain_data, written_layout
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.merge_text import MergedText, merge_texts
+from text2sim.spec_schema.merge_text import MergedText, marked, merge_texts, unmarked
 from text2sim.spec_schema.paths import dotted
 from text2sim.spec_schema.references import check_references
 from text2sim.spec_schema.source import Source, read_source
@@ -31,7 +31,14 @@ class MergeResult:
 
 
 def flat_text(source: Source) -> str:
-    """A case as one line for each value, with the way to it, for `git log -p`; the text itself if it is no YAML."""
+    """A case as one line for each value, with the way to it, for `git log -p`; the text itself if it is no YAML.
+
+    Of a text with conflict markers, both sides are made so, and marked where they differ.
+    """
+    sides = unmarked(source.text)
+    if sides is not None:
+        ours, theirs = (flat_text(Source(text, source.file)) for text in sides)
+        return marked(ours, theirs, 7)
     try:
         root, head, foot = written_layout(parse_document(source))
     except SpecError:
@@ -41,11 +48,11 @@ def flat_text(source: Source) -> str:
 
 def _flat_rows(entry: Entry, path: Path) -> Iterator[str]:
     """Rows of what is inside an entry; lists of scalars stand on one line."""
-    for index, child in enumerate(entry.value if isinstance(entry.value, list) else ()):
+    for index, child in enumerate(entry.inner):
         inner = (*path, child.key if child.key is not None else index)
         yield from (row for row in child.before if row)
         trail = f"  {child.trail}" if child.trail else ""
-        if isinstance(child.value, list) and any(isinstance(item.value, list) or child.mapping for item in child.value):
+        if child.inner and (child.mapping or any(isinstance(item.value, list) for item in child.inner)):
             if trail:
                 yield f"{dotted(inner)}:{trail}"
             yield from _flat_rows(child, inner)

@@ -1,5 +1,6 @@
 """A patch on a case: it leaves a valid case behind, or nothing happens."""
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -133,11 +134,22 @@ def _beyond(found: list[Problem], before: list[Problem]) -> list[Problem]:
 
 
 def _blamed(problem: Problem, operations: Sequence[Operation]) -> int | None:
-    """The last operation that wrote the value that is wrong, something in it, or what it stands in."""
+    """The last operation that wrote the value that is wrong, something in it, or what it stands in or names."""
+    writing = [index for index, operation in enumerate(operations) if operation["op"] != "test"]
+    if len(writing) == 1:
+        return writing[0]
     place = split_pointer(problem.path) if problem.path.startswith("/") else ()
-    for index in range(len(operations) - 1, -1, -1):
-        for member in ("path", "from"):
-            steps = split_pointer(operations[index][member]) if member in operations[index] else ()
-            if steps and place and (steps[: len(place)] == place or place[: len(steps)] == steps):
-                return index
-    return None
+    named = set(_NAMED.findall(problem.message))
+    touched = [(index, steps) for index in reversed(writing) for steps in _places(operations[index])]
+    for index, steps in touched:
+        if steps and place and (steps[: len(place)] == place or place[: len(steps)] == steps):
+            return index
+    return next((index for index, steps in touched if steps and steps[-1] in named), None)
+
+
+def _places(operation: Operation) -> list[tuple[str, ...]]:
+    members = ("path", "from") if operation["op"] == "move" else ("path",)
+    return [split_pointer(operation[member]) for member in members]
+
+
+_NAMED = re.compile(r"`(\w+)")

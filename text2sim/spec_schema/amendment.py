@@ -4,8 +4,9 @@ import copy
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from text2sim.spec_schema.canonical import rank
-from text2sim.spec_schema.layout import Entry, plain_data, plain_layout
+from text2sim.spec_schema.canonical import dump_layout, rank
+from text2sim.spec_schema.document import Document
+from text2sim.spec_schema.layout import Entry, plain_data, plain_layout, written_layout
 from text2sim.spec_schema.operation import Operation, split_pointer
 from text2sim.spec_schema.patch import same
 
@@ -14,10 +15,13 @@ Origin = Callable[[tuple[str, ...]], Entry | None]
 
 
 class Amendment:
-    """A layout that is changed in place, and what was done to it.
+    """The layout of a document that is changed in place, and what was done to it.
 
     Attributes:
         root: The layout as it is now.
+        head: The comments above everything.
+        foot: Those below.
+        canonical: Whether the document was in canonical form.
         written: The entries that stood in each collection of the text.
         changed: Written entries whose value is another one, as a whole.
         renamed: Written entries that have another key.
@@ -25,15 +29,20 @@ class Amendment:
         commented: Written entries that have other comments beside or below them.
     """
 
-    def __init__(self, root: Entry, origin: Origin | None = None) -> None:
-        self.root = root
+    def __init__(self, document: Document, origin: Origin | None = None) -> None:
+        self.root, self.head, self.foot = written_layout(document)
+        self.canonical = self.dump() == document.source.text
         self.origin = origin
         self.written: dict[Entry, list[Entry]] = {}
         self.changed: set[Entry] = set()
         self.renamed: set[Entry] = set()
         self.above: dict[Entry, list[str]] = {}
         self.commented: set[Entry] = set()
-        self._remember(root)
+        self._remember(self.root)
+
+    def dump(self) -> str:
+        """The document as it is now, written anew in canonical form."""
+        return dump_layout(self.root, self.head, self.foot)
 
     def _remember(self, entry: Entry) -> None:
         if isinstance(entry.value, list):

@@ -84,7 +84,7 @@ def _follow(slot: Slot, data: Any, loc: list[Step], kind: str) -> _Place | None:
                 return _Place(path, slot, data, [], alternatives=True)
             if not loc or not _is_label_of(str(loc.pop(0)), fitting[0]):
                 return None
-            if kind in ("literal_error", "string_pattern_mismatch"):
+            if not loc and kind in ("literal_error", "string_pattern_mismatch"):
                 return _Place(path, slot, data, [], alternatives=True)
             slot = fitting[0]
             continue
@@ -126,6 +126,7 @@ _LABELS = (
     (("literal", "str", "constrained-str"), "text"),
     (("float", "int", "constrained-float", "constrained-int"), "number"),
     (("bool",), "boolean"),
+    (("tuple", "list"), "list"),
 )
 
 

@@ -58,10 +58,11 @@ def difference(a: Any, b: Any, values: tuple[Any, Any] = (NOTHING, NOTHING)) -> 
         values: Their data with every expression evaluated, where it is known.
     """
     renames = find_renames(a, b)
-    changes = []
-    for rename in renames:
-        a, count = follow(a, [rename])
-        changes.append(Change("renamed", (*rename.path, rename.new), rename.old, rename.new, references=max(0, count)))
+    a, counts = follow(a, renames)
+    changes = [
+        Change("renamed", (*rename.path, rename.new), rename.old, rename.new, references=counts[rename])
+        for rename in renames
+    ]
     was = follow(values[0], renames)[0] if values[0] is not NOTHING else NOTHING
     return [*changes, *_compare(a, b, was, values[1], ())]
 

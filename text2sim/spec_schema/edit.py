@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from text2sim.spec_schema.amendment import Amendment, Origin
-from text2sim.spec_schema.canonical import dump_layout, format_source
+from text2sim.spec_schema.canonical import format_source
 from text2sim.spec_schema.document import parse_document
 from text2sim.spec_schema.errors import SpecError
-from text2sim.spec_schema.layout import written_layout
 from text2sim.spec_schema.operation import Operation
 from text2sim.spec_schema.patch import apply_operations
 from text2sim.spec_schema.source import Source, check_source
@@ -36,31 +35,28 @@ def edit_source(source: Source, operations: Sequence[Operation], origin: Origin 
     """
     document = parse_document(source)
     wanted = apply_operations(document.data, operations)
-    root, head, foot = written_layout(document)
-    amendment = Amendment(root, origin)
+    if not operations:
+        return source.text
+    amendment = Amendment(document, origin)
     amendment.apply(operations)
-    return write_amended(source, amendment, wanted, head, foot)
+    return write_amended(source, amendment, wanted)
 
 
-def write_amended(source: Source, amendment: Amendment, wanted: Any, head: list[str], foot: list[str]) -> str:
+def write_amended(source: Source, amendment: Amendment, wanted: Any) -> str:
     """Return the text with all that was amended in its layout.
 
     Args:
         source: The text.
         amendment: Its layout, amended.
         wanted: What the text has to say.
-        head: The comments above everything.
-        foot: Those below.
     """
     text = splice(source, amendment)
     if text is None or not says(text, wanted):
         # A way of writing YAML that splicing does not know: all is written anew, with the comments.
-        text = dump_layout(amendment.root, head, foot)
+        text = amendment.dump()
         if not identical(parse_document(check_source(Source(text, source.file))).data, wanted):
             raise AssertionError("the edited text says something else than the patched data")
-    if format_source(source) == source.text:
-        text = format_source(Source(text, source.file))
-    return text
+    return format_source(Source(text, source.file)) if amendment.canonical else text
 
 
 def says(text: str, data: Any) -> bool:

@@ -7,7 +7,7 @@ from text2sim.spec_schema.document import Derived, Node, Origin, sites_of
 from text2sim.spec_schema.interpolation import parse_interpolation
 from text2sim.spec_schema.resolution import COPY_VARIABLES
 from text2sim.spec_schema.substitution import Bound, bind, fill
-from text2sim.spec_schema.trees import Tree, count, mapping
+from text2sim.spec_schema.trees import Tree, count, mapping, moved
 from text2sim.spec_schema.values import ExpressionError
 
 _ONE_COPY = {name: bind(value) for name, value in COPY_VARIABLES.items()}
@@ -60,13 +60,9 @@ class Filler:
 
     def _given(self, tree: Tree, node: Derived) -> Tree:
         """An argument that stands alone: at its own place, but from where it went."""
-        self._count(1)
-        assert node.origin is not None
-        found = Derived(tree.node.line, tree.node.column, node.origin)
-        if isinstance(tree.data, list):
-            items = [self._given(tree.child(index), node) for index in range(len(tree.data))]
-            found.children = [item.node for item in items]
-        return Tree(tree.data, found)
+        self._count(count(tree.data))
+        origin = node.origin
+        return moved(tree, lambda found: Derived(found.line, found.column, origin))
 
     def _count(self, more: int) -> None:
         self.nodes -= more

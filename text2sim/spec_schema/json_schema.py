@@ -30,7 +30,7 @@ _BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", 
 def build_schema() -> Schema:
     """Make the JSON Schema of a case."""
     definitions: dict[str, Schema] = {}
-    root = _Maker(definitions).model(Case)
+    root = _Maker(definitions, {}).model(Case)
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "A text2sim case",
@@ -47,8 +47,10 @@ def schema_text() -> str:
 class _Maker:
     """Makes the schema of things as they are written in full, or (`loose`) of what is laid over them."""
 
-    def __init__(self, definitions: dict[str, Schema], *, loose: bool = False) -> None:
+    def __init__(self, definitions: dict[str, Schema], unions: dict[Any, str], *, loose: bool = False) -> None:
         self.definitions = definitions
+        self.unions = unions
+        """Names of those that were made, by their kinds and whether they are loose."""
         self.loose = loose
 
     def model(self, model: type[BaseModel]) -> Schema:
@@ -59,8 +61,8 @@ class _Maker:
             if self.loose and model is Case and key not in ROOTS:
                 continue
             field = model.model_fields[attribute]
-            inner = _Maker(self.definitions, loose=True) if (model, key) in _OVERLAYS else self
-            schema = inner.slot(meant(model, key, slot))
+            inner = _Maker(self.definitions, self.unions, loose=True) if (model, key) in _OVERLAYS else self
+            schema = inner.slot(meant(model, key, slot), key)
             if self.loose:
                 schema = {"anyOf": [schema, {"type": "null"}]}
             if key == "kind" and field.is_required() and attribute not in docs:
@@ -81,23 +83,20 @@ class _Maker:
             "additionalProperties": False,
         }
 
-    def slot(self, slot: Slot) -> Schema:
+    def slot(self, slot: Slot, hint: str) -> Schema:
         if slot.discriminator is not None:
-            models = [self.reference(model) for model in dict.fromkeys(slot.models.values())]
-            if slot == ENTRY:
-                models.append(self.use())
-            # Without a kind, what is laid over something may be meant for several.
-            return {"anyOf" if self.loose else "oneOf": models}
+            union = self.union(slot, hint)
+            return self.or_use(union) if slot == ENTRY else union
         if len(slot.members) > 1:
-            return {"anyOf": [self.slot(member) for member in slot.members]}
+            return {"anyOf": [self.slot(member, hint) for member in slot.members]}
         bounds = bounds_of(slot)
         origin, arguments = get_origin(slot.base), get_args(slot.base)
         if slot.base is Static:
-            return {"anyOf" if self.loose else "oneOf": [self.reference(Static), self.use()]}
+            return self.or_use(self.reference(Static))
         if is_model(slot.base):
             return self.reference(slot.base)
         if origin is dict:
-            return self.mapping(arguments, bounds)
+            return self.mapping(arguments, bounds, hint)
         if origin in (list, tuple):
             length = (
                 {"minItems": len(arguments), "maxItems": len(arguments)}
@@ -105,7 +104,7 @@ class _Maker:
                 else _length(bounds, "Items")
             )
             # All items of a vector are alike.
-            return _or_expression({"type": "array", "items": self.slot(slot_of(arguments[0])), **length})
+            return _or_expression({"type": "array", "items": self.slot(slot_of(arguments[0]), hint), **length})
         if slot.base in (int, float):
             limits = {word: bounds[name] for name, word in _BOUNDS.items() if name in bounds}
             return _or_expression({"type": "integer" if slot.base is int else "number", **limits})
@@ -118,10 +117,52 @@ class _Maker:
             return {"anyOf": [{"enum": list(arguments)}, {"type": "string", "pattern": EXPRESSION}]}
         return {"enum": list(arguments)} if arguments else {}
 
-    def mapping(self, arguments: tuple[Any, ...], bounds: dict[str, Any]) -> Schema:
+    def union(self, slot: Slot, hint: str) -> Schema:
+        """One of several kinds. The kind decides, so that an editor offers, and finds fault with, what is meant."""
+        kinds = slot.models
+        docs = [model_doc(model).partition(". ")[0] for model in kinds.values()]
+        name = self.name_union(tuple(kinds), hint)
+        if name not in self.definitions:
+            self.definitions[name] = {}  # a shape may hold shapes
+            schema: Schema = {
+                "type": "object",
+                "properties": {"kind": {"enum": list(kinds), "markdownEnumDescriptions": docs}},
+                "required": ["kind"],
+                "allOf": [
+                    {
+                        "if": {"properties": {"kind": {"const": kind}}, "required": ["kind"]},
+                        "then": self.reference(model),
+                    }
+                    for kind, model in kinds.items()
+                ],
+            }
+            if self.loose:
+                # Without a kind, what is laid over something may be meant for several.
+                any_kind = {"anyOf": [self.reference(model) for model in dict.fromkeys(kinds.values())]}
+                schema = {"if": {"required": ["kind"]}, "then": schema, "else": any_kind}
+            self.definitions[name] = schema
+        return {"$ref": f"#/definitions/{name}"}
+
+    def name_union(self, kinds: tuple[str, ...], hint: str) -> str:
+        """Name a union after the key that it was first met at."""
+        key = (kinds, self.loose)
+        if key not in self.unions:
+            base = "Any" + hint.title().replace("_", "") + ("Changes" if self.loose else "")
+            taken = set(self.unions.values())
+            self.unions[key] = next(n for n in (base, *(f"{base}{i}" for i in range(2, 99))) if n not in taken)
+        return self.unions[key]
+
+    def or_use(self, schema: Schema) -> Schema:
+        """Something written in full, or the use of a prefab."""
+        use = self.use()
+        own = self.definitions["UseChanges" if self.loose else "Use"]["properties"]
+        # Named here as well, for it is what to offer where nothing stands yet.
+        return {"properties": {"use": own["use"]}, "if": {"required": ["use"]}, "then": use, "else": schema}
+
+    def mapping(self, arguments: tuple[Any, ...], bounds: dict[str, Any], hint: str) -> Schema:
         names = bounds_of(slot_of(arguments[0])).get("pattern")
         rule = {"propertyNames": {"pattern": names}} if names else {}
-        values = self.slot(slot_of(arguments[1])) if arguments[1] is not Any else {}
+        values = self.slot(slot_of(arguments[1]), hint) if arguments[1] is not Any else {}
         if self.loose:
             values = {"anyOf": [values, {"type": "null"}]} if values else {}
         return {"type": "object", **rule, "additionalProperties": values or True, **_length(bounds, "Properties")}
@@ -138,7 +179,7 @@ class _Maker:
         name = "UseChanges" if self.loose else "Use"
         if name not in self.definitions:
             self.definitions[name] = {}
-            own, loose = self.model(Use), _Maker(self.definitions, loose=True)
+            own, loose = self.model(Use), _Maker(self.definitions, self.unions, loose=True)
             bodies = [model for model in dict.fromkeys(ENTRY.models.values())]
             for model in bodies:
                 for key, schema in loose.model(model)["properties"].items():
@@ -146,6 +187,10 @@ class _Maker:
             own["additionalProperties"] = {"anyOf": [*(loose.reference(model) for model in bodies), {"type": "null"}]}
             self.definitions[name] = own
         return {"$ref": f"#/definitions/{name}"}
+
+
+def _is(kind: str) -> Schema:
+    return {"properties": {"kind": {"const": kind}}, "required": ["kind"]}
 
 
 def _or_expression(schema: Schema) -> Schema:

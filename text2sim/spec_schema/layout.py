@@ -42,6 +42,11 @@ class Entry:
     """Line of the last comment below it."""
 
     @property
+    def inner(self) -> list["Entry"]:
+        """Entries inside it; none of a scalar."""
+        return self.value if isinstance(self.value, list) else []
+
+    @property
     def has_comments(self) -> bool:
         """Whether there is a comment inside it."""
         if not isinstance(self.value, list):

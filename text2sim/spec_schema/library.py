@@ -17,7 +17,7 @@ from text2sim.spec_schema.migration import migrate
 from text2sim.spec_schema.overlay_check import check_names
 from text2sim.spec_schema.prefab_models import Prefab, PrefabFile
 from text2sim.spec_schema.reach import Face
-from text2sim.spec_schema.source import read_source
+from text2sim.spec_schema.source import MAX_BYTES, read_source
 from text2sim.spec_schema.trees import Tree
 from text2sim.spec_schema.words import bounds_of, slot_of
 
@@ -86,6 +86,7 @@ class Library:
         self.document = document
         self.folder = folder
         self._found: dict[str, Definition | Missing] = {}
+        self._read_so_far = 0
 
     def find(self, name: str) -> Definition:
         """Return a prefab.
@@ -173,7 +174,13 @@ class Library:
         if not inside:
             raise Missing(f"the prefab `{name}` is a link that leads out of its folder ({place})")
         try:
-            document = parse_document(read_source(path))
+            source = read_source(path)
+            self._read_so_far += len(source.text)
+            if self._read_so_far > MAX_BYTES:
+                raise Missing(
+                    f"with `{name}`, the prefabs are larger than {MAX_BYTES // 1_000_000} MB in all ({place})"
+                )
+            document = parse_document(source)
             if not isinstance(document.data, dict):
                 message = "a prefab is a mapping with the keys text2sim, prefab, doc, params, body"
                 raise SpecError([document.problem((), message, rule="type")])

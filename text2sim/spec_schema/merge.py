@@ -63,9 +63,10 @@ def merge(base: Any, ours: Any, theirs: Any) -> Merged:
     they = merger.reconcile(we, they)
     we = [rename for rename in we if not _taken(rename, theirs)]
     they = [rename for rename in they if not _taken(rename, ours)]
-    base, theirs = follow(base, we)[0], follow(theirs, we)[0]
+    # Each side is brought under the new names of the other; an entry inside a renamed one is found under that.
+    theirs = follow(theirs, [_under_new_names(rename, they) for rename in we])[0]
     later = [_under_new_names(rename, we) for rename in they]
-    base, ours = follow(base, later)[0], follow(ours, later)[0]
+    base, ours = follow(follow(base, we)[0], later)[0], follow(ours, later)[0]
     for old, new in merger.names:
         theirs = follow(theirs, [Rename(old.path, old.new, new.new)])[0]
     data = merger.merge(base, ours, theirs, ())

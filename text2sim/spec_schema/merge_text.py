@@ -1,5 +1,6 @@
 """A three-way merge of meaning, on the texts: our comments stay, theirs come along, conflicts get markers."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
@@ -54,8 +55,8 @@ def merge_texts(base: Source, ours: Source, theirs: Source, marker: int = 7) -> 
     lost = _lost(text, theirs, base)
     if merged.conflicts:
         steps = list(_take_theirs(merged.conflicts))
-        other = edit_source(Source(text, ours.file), steps, lambda path: entries.get(path))
-        text = _marked(text, other, marker)
+        other = edit_source(Source(text, ours.file), steps, entries.get)
+        text = marked(text, other, marker)
     return MergedText(text, merged.conflicts, lost)
 
 
@@ -76,12 +77,11 @@ def _migrated(source: Source) -> Source:
 
 def _amend(ours: Source, steps: list[Operation], wanted: Any, theirs: dict[Steps, Entry], base: Source | None) -> str:
     """Our text with their changes and their comments."""
-    root, head, foot = written_layout(parse_document(ours))
-    amendment = Amendment(root, lambda path: theirs.get(path))
+    amendment = Amendment(parse_document(ours), theirs.get)
     amendment.apply(steps)
     known = dict(_entries(written_layout(parse_document(base))[0])) if base is not None else {}
     written = {child for children in amendment.written.values() for child in children}
-    for path, entry in list(_entries(root)):
+    for path, entry in list(_entries(amendment.root)):
         other, old = theirs.get(path), known.get(path)
         if other is None or old is None or entry not in written:
             continue
@@ -89,7 +89,7 @@ def _amend(ours: Source, steps: list[Operation], wanted: Any, theirs: dict[Steps
         rest = entry.before[: len(entry.before) - len(attached(entry.before))]
         trail = _chosen(old.trail, entry.trail, other.trail)
         amendment.comment(entry, [*rest, *above], trail, _chosen(old.after, entry.after, other.after))
-    return write_amended(ours, amendment, wanted, head, foot)
+    return write_amended(ours, amendment, wanted)
 
 
 def _chosen(base: Any, ours: Any, theirs: Any) -> Any:
@@ -97,7 +97,7 @@ def _chosen(base: Any, ours: Any, theirs: Any) -> Any:
 
 
 def _entries(entry: Entry, path: Steps = ()) -> Iterator[tuple[Steps, Entry]]:
-    for index, child in enumerate(entry.value if isinstance(entry.value, list) else ()):
+    for index, child in enumerate(entry.inner):
         inner = (*path, child.key if child.key is not None else str(index))
         yield inner, child
         yield from _entries(child, inner)
@@ -133,8 +133,8 @@ def _take_theirs(conflicts: list[Conflict]) -> Iterator[Operation]:
         yield {"op": "move", "from": pointer(conflict.path), "path": pointer(target)}
 
 
-def _marked(ours: str, theirs: str, marker: int) -> str:
-    """Two texts in one, with conflict markers around the lines in which they differ."""
+def marked(ours: str, theirs: str, marker: int) -> str:
+    """Return two texts in one, with conflict markers around the lines in which they differ."""
     mine, others = ours.splitlines(keepends=True), theirs.splitlines(keepends=True)
     newline = "\r\n" if mine and mine[0].endswith("\r\n") else "\n"
     rows: list[str] = []
@@ -145,3 +145,27 @@ def _marked(ours: str, theirs: str, marker: int) -> str:
         rows += [f"{'<' * marker} ours{newline}", *mine[a:b], f"{'=' * marker}{newline}"]
         rows += [*others[c:d], f"{'>' * marker} theirs{newline}"]
     return "".join(rows)
+
+
+def unmarked(text: str) -> tuple[str, str] | None:
+    """The two texts that a text with conflict markers holds; None if it holds none, or others than ours."""
+    both: tuple[list[str], list[str]] = ([], [])
+    inside: int | None = None
+    seen = False
+    for row in text.splitlines(keepends=True):
+        found = _MARKER.match(row)
+        step = found[0][0] if found is not None else ""
+        if (step, inside) in _STEPS:
+            inside, seen = _STEPS[step, inside], True
+        elif inside != -1:
+            for side, rows in enumerate(both):
+                if inside in (None, side):
+                    rows.append(row)
+    return ("".join(both[0]), "".join(both[1])) if seen and inside is None else None
+
+
+_MARKER = re.compile(r"(<{7,}|\|{7,}|={7,}|>{7,})(?: .*)?\r?$")
+_STEPS: dict[tuple[str, int | None], int | None] = {
+    ("<", None): 0, ("|", 0): -1, ("=", 0): 1, ("=", -1): 1, (">", 1): None,
+}  # fmt: skip
+"""What comes after each marker: our lines (0), those of the ancestor (-1), theirs (1), or those of both (None)."""

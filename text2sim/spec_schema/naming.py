@@ -1,6 +1,7 @@
 """Where a case names something that it defines elsewhere, and how such names follow when it is called otherwise."""
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, get_args, get_origin
@@ -44,14 +45,37 @@ class Rename:
     new: str
 
 
-def follow(data: Any, renames: Iterable[Rename]) -> tuple[Any, int]:
-    """Return data in which entries are called otherwise, here and wherever they are named, and how often they are."""
-    follower = _Follower(list(renames))
-    return follower.case(data), follower.count
+def follow(data: Any, renames: Iterable[Rename]) -> tuple[Any, Counter[Rename]]:
+    """Return data in which entries are called otherwise, here and wherever they are named, and how often each is.
+
+    A rename may lie inside an entry that one before it has renamed.
+    """
+    counts: Counter[Rename] = Counter()
+    for batch in _batches(renames):
+        follower = _Follower(batch)
+        data = follower.case(data)
+        counts += follower.counts
+    return data, counts
+
+
+def _batches(renames: Iterable[Rename]) -> list[list[Rename]]:
+    """Renames that can be done at once: none lies inside what another of the same batch renames."""
+    batches: list[list[Rename]] = [[]]
+    inside: set[Path] = set()
+    for rename in renames:
+        if any(rename.path[:depth] in inside for depth in range(len(rename.path) + 1)):
+            batches.append([])
+            inside = set()
+        batches[-1].append(rename)
+        inside.add((*rename.path, rename.new))
+    return batches
 
 
 class _Follower:
     def __init__(self, renames: list[Rename]) -> None:
+        self.counts: Counter[Rename] = Counter()
+        self.renames: dict[Path, Rename] = {(*rename.path, rename.old): rename for rename in renames}
+        self.by_name: dict[tuple[str, str], Rename] = {}
         self.keys: dict[Path, str] = {(*rename.path, rename.old): rename.new for rename in renames}
         self.names: dict[str, dict[str, str]] = {}
         for rename in renames:
@@ -60,7 +84,7 @@ class _Follower:
                 space = f"parts of {rename.path[1]}"
             if space is not None:
                 self.names.setdefault(space, {})[rename.old] = rename.new
-        self.count = 0
+                self.by_name[space, rename.old] = rename
         self.laid = False
         """Whether this is inside an overlay."""
 
@@ -89,7 +113,7 @@ class _Follower:
     def overlay(self, value: dict[str, Any]) -> Any:
         """A variant, or a point of a sweep: a part of a case, in which names mean what they mean in the case."""
         self.laid = True
-        self.count += sum(_reaches(value, path) for path in self.keys)
+        self.counts.update(rename for path, rename in self.renames.items() if _reaches(value, path))
         result = self.case(value)
         self.laid = False
         return result
@@ -97,10 +121,8 @@ class _Follower:
     def key(self, name: str, path: Path, body: str) -> str:
         if (*path, name) in self.keys:
             return self.keys[(*path, name)]
-        parts = self.names.get(f"parts of {body}", {})
-        if len(path) == 3 and path[0] == "bodies" and path[2] in ("initial", "joints") and name in parts:
-            self.count += 1
-            return parts[name]
+        if len(path) == 3 and path[0] == "bodies" and path[2] in ("initial", "joints"):
+            return self.name(f"parts of {body}", name)
         if path[:1] == ("sweeps",) and path[2:] == ("grid",):
             return self.dotted(name)
         return name
@@ -112,34 +134,38 @@ class _Follower:
         except ValueError:
             return text
         fresh = tuple(self.keys.get(path[: depth + 1], step) for depth, step in enumerate(path))
-        self.count += fresh != path
+        met = (self.renames.get(path[: depth + 1]) for depth in range(len(path)))
+        self.counts.update(rename for rename in met if rename is not None)
         return dotted(fresh)
 
+    def name(self, space: str, name: str) -> str:
+        """A name of some kind as it is called now."""
+        rename = self.by_name.get((space, name))
+        if rename is None:
+            return name
+        self.counts[rename] += 1
+        return rename.new
+
     def text(self, text: str, slot: Slot | None, path: Path, body: str) -> str:
-        fresh = text
-        params = self.names.get("params", {})
-        if "${" in text and params:
-            fresh = _EXPRESSION.sub(lambda e: _WORD.sub(lambda word: params.get(word[0], word[0]), e[0]), text)
+        if "${" in text and "params" in self.names:
+            text = _EXPRESSION.sub(lambda e: _WORD.sub(lambda word: self.name("params", word[0]), e[0]), text)
         field = next((step for step in reversed(path) if isinstance(step, str)), "")
         nouns = [noun_of(member) for member in slot.members] if slot is not None else []
         if _SELECTOR_NOUN in nouns or (slot is None and self.laid and field in _SELECTED):
-            fresh = self.selector(fresh)
-        elif _NAME_NOUN in nouns:
-            space = f"parts of {body}" if field in ("parent", "between") else _FIELDS.get(field, "")
-            fresh = self.names.get(space, {}).get(fresh, fresh)
-        elif field == "use" or path[2:3] == ("variants",):
-            fresh = self.names.get("prefabs" if field == "use" else "variants", {}).get(fresh, fresh)
-        self.count += fresh != text
-        return fresh
+            return self.selector(text)
+        if _NAME_NOUN in nouns:
+            return self.name(f"parts of {body}" if field in ("parent", "between") else _FIELDS.get(field, ""), text)
+        if field == "use":
+            return self.name("prefabs", text)
+        return self.name("variants", text) if path[2:3] == ("variants",) else text
 
     def selector(self, text: str) -> str:
         found = _SELECTOR.fullmatch(text)
         if found is None:
             return text
         name, index, part = found.groups()
-        parts = self.names.get(f"parts of {name}", {})
-        dot = f".{parts.get(part, part)}" if part else ""
-        return self.names.get(CAST, {}).get(name, name) + index + dot
+        dot = f".{self.name(f'parts of {name}', part)}" if part else ""
+        return self.name(CAST, name) + index + dot
 
 
 def _reaches(data: Any, path: Path) -> bool:

@@ -1,7 +1,12 @@
 """What is laid over a case before it is checked: variants, a point of a sweep, single values."""
 
+import re
 from dataclasses import dataclass
 from typing import Any
+
+LABEL = 48
+"""Characters of a label, at most."""
+_ODD = re.compile(r"[^A-Za-z0-9.+]+")
 
 
 @dataclass(frozen=True)
@@ -17,6 +22,21 @@ class Overlay:
 
     def __bool__(self) -> bool:
         return bool(self.variants or self.sets or self.point)
+
+    @property
+    def words(self) -> list[str]:
+        """What is laid over the case, for people: names of variants, and what was set."""
+        return [*self.variants, *(self.point[1:] if self.point else ()), *self.sets]
+
+    @property
+    def label(self) -> str:
+        """Part of a file's name that says what is laid over the case; empty if nothing is."""
+        words = [*self.variants, *(self.point or ())]
+        for text in self.sets:
+            path, _, value = text.partition("=")
+            words.append(f"{path.rpartition('.')[2]}_{value}")
+        names = [_ODD.sub("_", word).replace("__", "_").strip("_.")[:24] for word in words]
+        return "-".join(name for name in names if name)[:LABEL].rstrip("-_.")
 
     def __add__(self, other: "Overlay") -> "Overlay":
         return Overlay(self.variants + other.variants, self.sets + other.sets, other.point or self.point)

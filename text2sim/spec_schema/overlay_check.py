@@ -10,6 +10,7 @@ from typing import Any
 from text2sim.spec_schema.base import Name
 from text2sim.spec_schema.document import Document, Path
 from text2sim.spec_schema.errors import Problem, nearest
+from text2sim.spec_schema.expectations import Expect
 from text2sim.spec_schema.reach import ROOTS, Face, Faces, Opening, is_entry, opening, root_slots, slot_entry
 from text2sim.spec_schema.words import Slot, bounds_of, fields_of, noun_of, show, slot_of
 
@@ -140,6 +141,8 @@ def _whole(slots: list[Slot], value: Any, path: Path) -> bool:
     if "kind" in value or (is_entry(path) and "use" in value):
         return True
     models = opening(slots, [value], path).models
+    if models == [Expect]:
+        return "measure" in value or "event" in value
     return any(
         all(
             key in value

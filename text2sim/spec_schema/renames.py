@@ -24,6 +24,8 @@ ALIKE = 0.6
 FEW = 4
 """Entries that say less than this must be equal altogether."""
 MAX_PAIRS = 2500
+MAX_WORK = 200_000
+"""Where there is more to compare, entries are told apart by their names."""
 
 
 def find_renames(a: Any, b: Any) -> list[Rename]:
@@ -52,6 +54,8 @@ def _matches(a: dict[str, Any], b: dict[str, Any], path: Path) -> Iterator[Renam
         return
     said_a = {name: _said(value) for name, value in gone.items()}
     said_b = {name: _said(value) for name, value in come.items()}
+    if sum(min(before.total(), after.total()) for before in said_a.values() for after in said_b.values()) > MAX_WORK:
+        return
     scores = []
     for old, before in said_a.items():
         for new, after in said_b.items():

@@ -189,7 +189,7 @@ def _plural(slot: Slot) -> str:
         inner = describe(slot).removeprefix("a list of ")
         return f"lists of {inner}"
     if get_origin(slot.base) is Literal:
-        return f"words of {', '.join(str(word) for word in get_args(slot.base))}"
+        return f"words from {', '.join(str(word) for word in get_args(slot.base))}"
     return "values"
 
 

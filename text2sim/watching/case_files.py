@@ -3,7 +3,8 @@
 import os
 from hashlib import blake2b
 from pathlib import Path
-from time import monotonic, sleep
+from time import monotonic, sleep, time
+from typing import Literal
 
 SUFFIXES = frozenset(
     ".yaml .yml .json .obj .mtl .stl .ply .off .glb .gltf .bin .dae .3mf .xml .mjcf .urdf .png .jpg .jpeg .tga".split()
@@ -26,21 +27,25 @@ class CaseFiles:
 
     def __init__(self, case_file: Path) -> None:
         self._case = case_file
+        self.age = 0.0
+        """How long ago [s] it was saved when that was noticed."""
         self._stamps = self._look()
         self._digests = {path: _digest(path) for path in self._stamps}
 
-    def saved(self) -> bool:
-        """Whether the content of any file has changed since the last time; what only has a new date has not."""
+    def saved(self) -> Literal["changed", "touched", ""]:
+        """What happened since the last time: another content, the same once more, or nothing."""
         if self._look() == self._stamps:
-            return False
+            return ""
         self._settle()
         stamps = self._look()
         touched = {path for path in {*stamps, *self._stamps} if stamps.get(path) != self._stamps.get(path)}
+        newest = max((stamps[path][0] / 1e9 for path in touched & stamps.keys()), default=time())
+        self.age = min(max(0.0, time() - newest), PATIENCE)
         digests = {path: _digest(path) if path in stamps else "" for path in touched}
         changed = any(digest != self._digests.get(path, "") for path, digest in digests.items())
         self._stamps = stamps
         self._digests = {path: digests.get(path, self._digests.get(path, "")) for path in stamps}
-        return changed
+        return "changed" if changed else "touched" if self._case in touched else ""
 
     def _settle(self) -> None:
         """Wait until nothing is written any more: some editors empty a file first, others put a new one in place."""

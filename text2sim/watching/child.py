@@ -86,13 +86,10 @@ class Child:
         with suppress(OSError, ValueError):
             self._process.stdin.close()
 
-    def wait(self, timeout: float) -> bool:
-        """Wait for its end; return whether it came within `timeout` [s]."""
-        try:
-            self._process.wait(timeout)
-        except subprocess.TimeoutExpired:
-            return False
-        return True
+    @property
+    def gone(self) -> bool:
+        """Whether it has ended."""
+        return self._process.poll() is not None
 
     def kill(self) -> None:
         """End it, now."""

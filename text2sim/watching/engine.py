@@ -11,6 +11,7 @@ from text2sim.harness.child import ChildExit, Limits, default_memory
 from text2sim.harness.outcome import outcome_of, read_end
 from text2sim.watching.child import Child
 
+MODULE = "text2sim.watching.engine_process"
 START_LIMIT = 180.0
 """Time [s] for the engine's imports."""
 BUILD_LIMIT = 900.0
@@ -37,10 +38,17 @@ class Job:
 
 
 class Engine:
-    """Keeps one process warm; a second one only while it takes over from the first."""
+    """Keeps one process warm; a second one only while it takes over from the first.
 
-    def __init__(self, folder: Path, inbox: "queue.Queue[Any]", memory: int) -> None:
-        self._folder, self._inbox, self._memory = folder, inbox, memory
+    Args:
+        folder: Where its log goes.
+        inbox: Where its news go.
+        memory: Resident memory [bytes] above which another process takes over.
+        module: What the process runs.
+    """
+
+    def __init__(self, folder: Path, inbox: "queue.Queue[Any]", memory: int, module: str = MODULE) -> None:
+        self._inbox, self._memory, self._module = inbox, memory, module
         self._log = folder / "engine.log"
         self._log_begin = 0
         self._child: Child | None = None
@@ -143,21 +151,29 @@ class Engine:
             return self._kill("timeout", f"building the scene took longer than {BUILD_LIMIT:g} s")
         return None
 
-    def close(self, timeout: float) -> None:
-        """End all its processes: gently, and within `timeout` [s] in any case."""
-        children = [child for child in (self._child, self._successor, *self._leaving) if child is not None]
-        for child in children:
+    @property
+    def ended(self) -> bool:
+        """Whether none of its processes is there any more."""
+        return all(child.gone for child in self._children)
+
+    def end(self) -> None:
+        """Let all its processes end by themselves."""
+        self.cancel()
+        for child in self._children:
             child.end()
-        until = monotonic() + timeout
-        for child in children:
-            if not child.wait(max(0.0, until - monotonic())):
-                child.kill()
-        self._child = self._successor = None
-        self._leaving = []
+
+    def kill(self) -> None:
+        """End all its processes."""
+        for child in self._children:
+            child.kill()
+
+    @property
+    def _children(self) -> list[Child]:
+        return [child for child in (self._child, self._successor, *self._leaving) if child is not None]
 
     def _spawn(self) -> Child:
         folder = Path(templates.__file__).parent
-        return Child("engine", "text2sim.watching.engine_process", [str(folder)], self._log, self._inbox)
+        return Child("engine", self._module, [str(folder)], self._log, self._inbox)
 
     def _take_aside(self, child: Child, data: dict[str, Any]) -> None:
         """Take in news of a process that is not, or no longer, the one that works."""

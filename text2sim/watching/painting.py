@@ -9,6 +9,7 @@ from text2sim.watching.child import Child
 from text2sim.watching.judging import Key
 from text2sim.watching.take import Take, Version
 
+MODULE = "text2sim.watching.painter"
 DEATHS = 3
 """Deaths in a row after which there will be no films."""
 
@@ -23,10 +24,17 @@ class Shown:
 
 
 class Painting:
-    """Films takes, one at a time; the next order ends the one before it."""
+    """Films takes, one at a time; the next order ends the one before it.
 
-    def __init__(self, folder: Path, width: int, inbox: "queue.Queue[Any]") -> None:
-        self._folder, self._width, self._inbox = folder, width, inbox
+    Args:
+        folder: Where its log goes.
+        width: Of the films [pixels].
+        inbox: Where its news go.
+        module: What the process runs.
+    """
+
+    def __init__(self, folder: Path, width: int, inbox: "queue.Queue[Any]", module: str = MODULE) -> None:
+        self._folder, self._width, self._inbox, self._module = folder, width, inbox, module
         self._child: Child | None = None
         self._order = 0
         self._deaths = 0
@@ -39,7 +47,7 @@ class Painting:
     def start(self) -> None:
         """Start the process, so that it is there when it is needed."""
         if self._child is None and self._deaths < DEATHS:
-            self._child = Child("painter", "text2sim.watching.painter", [], self._folder / "painter.log", self._inbox)
+            self._child = Child("painter", self._module, [], self._folder / "painter.log", self._inbox)
 
     def film(self, take: Take, version: Version) -> None:
         """Film a take, as far as it is recorded and as it goes on, the way that a version wants it filmed."""
@@ -86,10 +94,17 @@ class Painting:
                 self.busy, self.trouble = False, data["message"]
         return None
 
-    def close(self, timeout: float) -> None:
-        """End the process."""
+    @property
+    def ended(self) -> bool:
+        """Whether the process is not there any more."""
+        return self._child is None or self._child.gone
+
+    def end(self) -> None:
+        """Let the process end by itself."""
         if self._child is not None:
             self._child.end()
-            if not self._child.wait(timeout):
-                self._child.kill()
-            self._child = None
+
+    def kill(self) -> None:
+        """End the process."""
+        if self._child is not None:
+            self._child.kill()

@@ -61,5 +61,5 @@ class Listener(Protocol):
     def trouble(self, words: str, problem: Problem | None) -> None:
         """Something went wrong; `problem` says at which line of the case, if that is known."""
 
-    def done(self, take: "Take", evidence: dict[str, Any] | None, no_film: str, seconds: float) -> None:
-        """States, film and judgement are up to date, `seconds` after the save; `no_film` says why there is none."""
+    def done(self, take: "Take", evidence: dict[str, Any] | None, no_film: str) -> None:
+        """States, film and judgement are up to date; `no_film` says why there is none."""

@@ -5,13 +5,11 @@ import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from time import monotonic
+from time import monotonic, sleep
 from typing import Any
 
-from text2sim.compiler.provenance import provenance
 from text2sim.harness.progress import ProgressTail
-from text2sim.spec_schema.errors import Problem
-from text2sim.watching import wording
+from text2sim.watching import engine, painting, wording
 from text2sim.watching.board import Board
 from text2sim.watching.case_files import CaseFiles
 from text2sim.watching.child import News
@@ -37,6 +35,10 @@ class Options:
     """Time [s] that a simulation may take."""
     memory: int = 3_000_000_000
     """Resident memory [bytes] of the engine above which a fresh one takes its place."""
+    engine: str = engine.MODULE
+    """Module of the engine's process."""
+    painter: str = painting.MODULE
+    """Module of the painter's process."""
 
 
 class Session:
@@ -64,51 +66,61 @@ class Session:
         self._options = options
         self._files = CaseFiles(case_file)
         self._inbox: queue.Queue[Any] = queue.Queue()
-        self.engine = Engine(folder, self._inbox, options.memory)
+        self.engine = Engine(folder, self._inbox, options.memory, options.engine)
         self.judge = Judge(self._inbox)
-        self.painting = Painting(folder, options.width, self._inbox)
+        self.painting = Painting(folder, options.width, self._inbox, options.painter)
         self._version: Version | None = None
         self._saved = monotonic()
         self._takes = 0
         self._take: Take | None = None
         self._progress: ProgressTail | None = None
         self._filmed: Key | None = None
-        self._told: Any = None
+        self._told: tuple[int, str, str] | None = None
+        """What was last said to be up to date: take, judgement, film."""
         self._valid = False
+        """Whether the text as it is now can be run."""
+        self._shown = False
+        """Whether the page says so of the text as it is now."""
 
-    def run(self, stopped: Callable[[], bool]) -> None:
-        """Watch until `stopped`."""
+    def run(self, stops: Callable[[], int]) -> None:
+        """Watch until somebody wants it to stop; `stops` says how many requests to stop there were."""
         for old in self._folder.glob("take-*"):
             shutil.rmtree(old, ignore_errors=True)
         self.engine.start()
         self.painting.start()
         try:
             self._check()
-            while not stopped():
-                if self._files.saved():
-                    self._saved = monotonic()
-                    self._check()
+            while not stops():
+                if saved := self._files.saved():
+                    self._saved = monotonic() - self._files.age
+                    self._check(again=saved == "touched")
                 self._listen()
                 self._guard()
                 self._reconcile()
         finally:
             self._board.show(words="ended", tone="bad", progress=None)
             self.engine.cancel()
-            self.painting.close(FAREWELL / 2)
-            self.engine.close(FAREWELL)
+            until = monotonic() + FAREWELL
+            self.engine.end()
+            self.painting.end()
+            while monotonic() < until and stops() < 2 and not (self.engine.ended and self.painting.ended):
+                sleep(POLL)
+            self.engine.kill()
+            self.painting.kill()
 
     # --- the text ------------------------------------------------------------------------------------------------
 
-    def _check(self) -> None:
+    def _check(self, *, again: bool = False) -> None:
+        """Read the case; `again` if it is the same text, saved once more."""
         try:
             checked = self._examine()
             version = self._compile(checked)
         except Exception as error:  # a bug of ours must not end the session: the next save may get around it
             self._valid = False
             self._listener.trouble(f"internal error, which is our bug: {type(error).__name__}: {error}", None)
-            self._board.show(words="internal error", tone="bad", mark="!", problems=[])
+            self._board.show(words="internal error", tone="bad", mark="!", problems=[], progress=None)
             return
-        self._valid = version is not None
+        self._valid, self._shown = version is not None, False
         self._board.show(case=checked.name, problems=wording.problem_rows(checked))
         self._listener.checked(checked, monotonic() - self._saved)
         if version is None:
@@ -116,11 +128,12 @@ class Session:
             words = checked.failure or f"{count} problem{'s' if count != 1 else ''}"
             self._board.show(words=words, tone="bad", mark="✗", stale=True, progress=None)
             return
-        unchanged = self._version is not None and self._version.plan.sim_digest == version.plan.sim_digest
-        if unchanged and self._take is not None and not self._take.running and self._take.state not in ENDED_WELL:
-            self._take = None  # it may have been bad luck; whoever saves again wants it tried again
+        take = self._take
+        if again and take is not None and not take.running and take.state not in ENDED_WELL:
+            self._take = None  # it may have been bad luck: whoever saves once more wants it tried once more
         self._version = version
         self._board.keep_cameras([str(camera["name"]) for camera in version.plan.render["cameras"]])
+        self._reconcile()
 
     def _compile(self, checked: Checked) -> Version | None:
         if not checked.ok or checked.loaded is None or checked.plan is None:
@@ -138,8 +151,9 @@ class Session:
         if take is None or take.version.plan.sim_digest != version.plan.sim_digest:
             self._simulate(version)
             return
-        take.version = version
-        if take.running and take.state == "building":
+        if take.version is not version:
+            take.adopt(version)
+        if take.state == "building":
             return
         key = (take.number, version.plan.render_digest)
         if self.painting.key != key:
@@ -168,24 +182,27 @@ class Session:
         self._board.show(words="building the scene", tone="busy", mark="…", stale=True, progress=None, timing="")
 
     def _conclude(self, take: Take, version: Version, film: Key) -> None:
-        """Tell, once, that everything is up to date."""
+        """Say, once, that everything is up to date."""
         filmed = self._filmed == film or bool(self.painting.trouble)
         key = (take.number, version.judge_digest, version.plan.render_digest)
         judged = self.judge.judged
-        if take.running or self._told == key:
+        if take.running or (self._told == key and self._shown):
             return
         if not filmed or judged is None or judged.key != key[:2]:
             if self._valid:
                 self._board.show(words="filming" if not filmed else "judging", tone="busy", progress=None)
             return
-        self._told = key
-        take.seconds["judge"] = judged.seconds
-        seconds = take.seconds["all"] = monotonic() - version.saved
-        take.write_record()
-        for old in self._folder.glob("take-*"):
-            if old != take.folder:
-                shutil.rmtree(old, ignore_errors=True)
-        self._listener.done(take, judged.evidence, self.painting.trouble, seconds)
+        self._shown = True
+        take.seconds["all"] = monotonic() - version.saved
+        if self._told == key:
+            self._listener.status("nothing to do: neither physics, film nor expectations have changed")
+        else:
+            self._told = key
+            take.write_record()
+            for old in self._folder.glob("take-*"):
+                if old != take.folder:
+                    shutil.rmtree(old, ignore_errors=True)
+            self._listener.done(take, judged.evidence, self.painting.trouble)
         self._board.show(**wording.findings(judged.evidence), stale=not self._valid)
         if self._valid:
             closing = wording.closing(take, judged.evidence, self.painting.trouble)
@@ -206,6 +223,8 @@ class Session:
     def _hear(self, news: Any) -> None:
         if isinstance(news, Judged):
             self.judge.take(news)
+            if self._take is not None and news.key[0] == self._take.number:
+                self._take.seconds["judge"] = news.seconds
             if news.message and self._take is not None and self._take.state in ENDED_WELL:
                 self._listener.trouble(news.message, None)
         elif isinstance(news, News) and news.child.name == "painter":
@@ -267,17 +286,6 @@ class Session:
             self._take = None
             return
         if take.state not in ENDED_WELL:
-            self._blame(take)
+            self._listener.trouble(f"{take.state.replace('_', ' ')}: {take.message}", take.blame())
         if result.get("killed") and not self.engine.hopeless:
             self._listener.status("a fresh engine is being started")
-
-    def _blame(self, take: Take) -> None:
-        """Say why a simulation ended early, at the line of the case where that is known."""
-        found = provenance(take.folder / "program", take.traceback)
-        problem = None
-        source = take.version.loaded.source
-        if found is not None and found[0] <= len(source.lines):
-            text = source.lines[found[0] - 1]
-            column = len(text) - len(text.lstrip()) + 1
-            problem = Problem("", f"engine: {take.message}", found[0], column, source.file, rule="engine")
-        self._listener.trouble(f"{take.state.replace('_', ' ')}: {take.message}", problem)

@@ -3,13 +3,16 @@
 import json
 import os
 from dataclasses import dataclass, field
+from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from text2sim import __version__
+from text2sim.compiler.provenance import provenance
 from text2sim.harness.record import write_atomically
+from text2sim.spec_schema.errors import Problem
 
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
@@ -30,18 +33,18 @@ class Version:
     program: dict[str, bytes]
     """Its files by path."""
 
-    @property
+    @cached_property
     def judge_digest(self) -> str:
         """Digest of all that the evidence depends on, besides states."""
         case = self.loaded.case.model_dump_json(by_alias=True, exclude={"render": True})
         return sha256(case.encode()).hexdigest()
 
-    @property
+    @cached_property
     def ahead(self) -> float:
         """How far [s] cameras look ahead."""
         return max((camera.get("smooth", 0.0) / 2 for camera in self.plan.render["cameras"]), default=0.0)
 
-    @property
+    @cached_property
     def colors(self) -> dict[str, list[float]]:
         """Colours by copy, where the case gives them: a change of them alone is no reason to simulate again."""
         groups = (*self.plan.statics, *self.plan.bodies)
@@ -64,12 +67,27 @@ class Take:
     traceback: str = ""
     begun: float = field(default_factory=monotonic)
     seconds: dict[str, float] = field(default_factory=dict)
-    """What took how long [s]."""
+    """What was done for the version, and how long that took [s]; of the film, and of all, since the save."""
 
     @property
     def running(self) -> bool:
         """Whether the engine is at it."""
         return self.state in ("building", "simulating")
+
+    def adopt(self, version: Version) -> None:
+        """Stand for a later version, whose physics are the same."""
+        self.version = version
+        self.seconds = {}
+
+    def blame(self) -> Problem | None:
+        """Why it ended early, at the line of the case where that is known."""
+        found = provenance(self.folder / "program", self.traceback)
+        source = self.version.loaded.source
+        if found is None or found[0] > len(source.lines):
+            return None
+        text = source.lines[found[0] - 1]
+        column = len(text) - len(text.lstrip()) + 1
+        return Problem("", f"engine: {self.message}", found[0], column, source.file, rule="engine")
 
     def write_inputs(self, version: Version) -> None:
         """Write the program and the case, each file in one motion."""

@@ -44,7 +44,9 @@ def closing(take: Take, evidence: dict[str, Any] | None, no_film: str) -> dict[s
 
 
 def timing(take: Take) -> str:
-    """What took how long."""
-    film = take.seconds.get("film")
-    after = f", film {film:.1f} s after saving" if film is not None else ""
-    return f"take {take.number}: simulated in {take.seconds.get('simulate', 0.0):.1f} s{after}"
+    """What was done, and how long that took."""
+    seconds = take.seconds
+    words = [f"simulated in {seconds['simulate']:.2f} s"] if "simulate" in seconds else []
+    words += [f"film {seconds['film']:.2f} s after saving"] if "film" in seconds else []
+    words += [f"judged in {seconds['judge']:.2f} s"] if "judge" in seconds and len(seconds) <= 2 else []
+    return f"take {take.number}: {', '.join(words)}"

@@ -1,0 +1,40 @@
+"""What a case waives is kept apart, with its reason; what it cannot waive is said."""
+
+from pathlib import Path
+
+from lint_support import report_on
+
+SUNK = "bodies: {ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, -0.3]}}}"
+REASON = "it is to fall for ever as this is about that"
+
+
+def test_an_error_that_is_waived_does_not_stop_a_run(tmp_path: Path) -> None:
+    assert not report_on(tmp_path, SUNK).ok
+    report = report_on(tmp_path, SUNK, f"waive: {{under-floor: {REASON}}}")
+    assert report.ok
+    (waived,) = report.waived
+    assert (waived.problem.rule, waived.problem.path, waived.reason) == ("under-floor", "/bodies/ball/pose", REASON)
+    assert waived.as_dict()["reason"] == REASON
+    assert waived.as_dict()["severity"] == "error"
+
+
+def test_a_rule_that_does_not_exist(tmp_path: Path) -> None:
+    problems = report_on(tmp_path, SUNK, f"waive: {{under-flor: {REASON}}}").problems
+    (found,) = (problem for problem in problems if problem.rule == "unknown-rule")
+    assert (found.path, found.severity, found.hint) == ("/waive/under-flor", "error", "under-floor")
+    assert any(problem.rule == "under-floor" for problem in problems), "a slip waives nothing"
+
+
+def test_a_waiver_that_finds_nothing(tmp_path: Path) -> None:
+    report = report_on(tmp_path, SUNK, f"waive: {{under-floor: {REASON}, overlap: {REASON}}}")
+    (found,) = (problem for problem in report.problems if problem.rule == "unused-waiver")
+    assert (found.path, found.severity) == ("/waive/overlap", "warning")
+
+
+def test_warnings_of_earlier_stages_can_be_waived(tmp_path: Path) -> None:
+    late = "scene: {statics: {floor: {shape: {kind: plane}}}}\nbodies: {ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, place: {on: floor}}}\n"
+    push = "actions: {controls: {push: {kind: force, body: ball, force: [1, 0, 0], during: [5, 6]}}}"
+    assert "after-end" in {problem.rule for problem in report_on(tmp_path, late, push).problems}
+    report = report_on(tmp_path, late, push, f"waive: {{after-end: {REASON}}}")
+    assert "after-end" not in {problem.rule for problem in report.problems}
+    assert [one.problem.rule for one in report.waived] == ["after-end"]

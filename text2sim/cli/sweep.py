@@ -1,0 +1,172 @@
+"""Runs of one case, one for each point of a sweep, and the table that comes of them."""
+
+import csv
+import io
+import sys
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from text2sim.cli import exits
+
+if TYPE_CHECKING:
+    from text2sim.cli.cases import Examined
+    from text2sim.harness.result import RunResult
+    from text2sim.spec_schema.overlay import Overlay
+
+
+def run_sweep(
+    path: Path, overlay: "Overlay", name: str, grid: list[str], options: dict[str, Any], *, as_json: bool
+) -> int:
+    """Run a sweep of a case, and return the exit code: the worst of its runs.
+
+    Args:
+        path: The case.
+        overlay: What is laid over the case in every run.
+        name: Name of the sweep; empty for a grid.
+        grid: Axes of a grid, as `PATH=[a, b]`.
+        options: As `run_case` takes them.
+        as_json: Print one JSON document.
+    """
+    from text2sim.cli.attempt import attempt
+    from text2sim.cli.cases import examine
+    from text2sim.cli.output import say, say_json, shown
+    from text2sim.cli.verdict import exit_of, say_failure, summary
+
+    base = examine(path, plan=False, overlay=overlay)
+    points = _points(base, name, grid) if base.ok else []
+    rows = [(label, examine(path, overlay=overlay + over)) for label, over in points]
+    bad = [row for _, row in rows if not row.ok] or ([] if base.ok else [base])
+    if bad:
+        if as_json:
+            say_json({"ok": False, "runs": [row.as_dict() for row in bad]})
+        for row in () if as_json else bad:
+            say(f"{row.title}:", to=sys.stderr)
+            row.say()
+        return max(row.exit for row in bad)
+
+    code, done = exits.OK, _Table(base, name or _grid_name(grid), Path(options["runs"]))
+    for number, (label, row) in enumerate(rows):
+        result = attempt(row, quiet=as_json, **options)
+        code = max(code, row.exit if result is None else exit_of(result))
+        done.add(label, row, result)
+        done.write()
+        if not as_json:
+            words = "could not be run" if result is None else summary(result)
+            row.say() if result is None else say_failure(row, result)
+            say(f"[{number + 1}/{len(rows)}] {label}: {words}")
+        if result is not None and result.stopped:
+            break
+    if as_json:
+        say_json({"ok": code == exits.OK, **done.document()})
+    else:
+        done.say()
+        say(f"sweep: {shown(done.folder / 'sweep.json')}")
+        say(f"next: text2sim compare {shown(done.folder)}")
+    return code
+
+
+def _points(base: "Examined", name: str, grid: list[str]) -> "list[tuple[str, Overlay]]":
+    """Label of each run and what is laid over the case; nothing, with the reason in `base`, if there are none."""
+    from text2sim.spec_schema.errors import RunError, SpecError
+    from text2sim.spec_schema.sweeps import grid_runs, parse_grid, runs_of
+
+    assert base.loaded is not None
+    try:
+        if name and grid:
+            raise RunError("give either --sweep or --grid, not both")
+        return runs_of(base.loaded.written, name) if name else grid_runs(parse_grid(grid))
+    except (RunError, SpecError) as error:
+        base.blame(error)
+        base.sources |= {"--grid": "\n".join(grid), "--sweep": name}
+        return []
+
+
+def _grid_name(grid: list[str]) -> str:
+    return f"grid-{sha256(chr(0).join(grid).encode()).hexdigest()[:6]}"
+
+
+class _Table:
+    """What came of each run, as `sweep.json` and `sweep.csv` hold it."""
+
+    def __init__(self, base: "Examined", name: str, runs: Path) -> None:
+        self.name, self.case, self.overlay = name, base.name, base.overlay
+        parts = (self.case, self.overlay.label, "sweep", name)
+        self.folder = runs / "-".join(part for part in parts if part)
+        self.rows: list[dict[str, Any]] = []
+        self.measures: dict[str, str] = {}
+        """Unit of every measure that expectations read."""
+
+    def add(self, label: str, row: "Examined", result: "RunResult | None") -> None:
+        evidence = (result.evidence if result is not None else None) or {}
+        assert row.loaded is not None
+        read = [expect.measure for expect in row.loaded.case.actions.expect.values() if expect.measure is not None]
+        found: dict[str, dict[str, Any]] = evidence.get("measures", {})
+        for name in read:
+            if name in found or name not in self.measures:
+                self.measures[name] = str(found.get(name, {}).get("unit", ""))
+        expect = evidence.get("expect", {})
+        self.rows.append(
+            {
+                "label": label,
+                "folder": result.folder.name if result is not None else None,
+                "variants": list(row.overlay.variants),
+                "point": list(row.overlay.point) if row.overlay.point else None,
+                "sets": list(row.overlay.sets),
+                "state": result.state if result is not None else "failed",
+                "passed": result is not None and result.passed,
+                "came_true": sum(one.get("ok") is True for one in expect.values()),
+                "expected": len(row.loaded.case.actions.expect),
+                "expect": {name: one.get("ok") for name, one in expect.items()},
+                "measures": {name: found.get(name, {}).get("last") for name in dict.fromkeys(read)},
+            }
+        )
+
+    def document(self) -> dict[str, Any]:
+        return {
+            "case": self.case,
+            "sweep": self.name,
+            "variants": list(self.overlay.variants),
+            "sets": list(self.overlay.sets),
+            "folder": str(self.folder),
+            "units": self.measures,
+            "runs": self.rows,
+        }
+
+    def write(self) -> None:
+        """Write both files anew: a sweep that is interrupted leaves what it came to."""
+        import json
+
+        from text2sim.harness.record import write_atomically
+
+        self.folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(self.folder / "sweep.json", json.dumps(self.document(), indent=1, allow_nan=False) + "\n")
+        stream = io.StringIO()
+        names = list(self.measures)
+        table = csv.writer(stream, lineterminator="\n")
+        table.writerow(["label", "folder", "state", "came_true", "expected", *names])
+        for row in self.rows:
+            values = [row["measures"].get(name) for name in names]
+            table.writerow([row[key] for key in ("label", "folder", "state", "came_true", "expected")] + values)
+        write_atomically(self.folder / "sweep.csv", stream.getvalue())
+
+    def say(self) -> None:
+        """Print the table."""
+        from text2sim.cli.output import say
+
+        heads = [f"{name} [{unit}]" if unit else name for name, unit in self.measures.items()]
+        table = [["", "came true", *heads]]
+        for row in self.rows:
+            values = [_shown(row["measures"].get(name)) for name in self.measures]
+            table.append([row["label"], f"{row['came_true']}/{row['expected']}", *values])
+        widths = [max(len(line[column]) for line in table) for column in range(len(table[0]))]
+        for line in table:
+            cells = [
+                line[0].ljust(widths[0]),
+                *(cell.rjust(width) for cell, width in zip(line[1:], widths[1:], strict=True)),
+            ]
+            say("  ".join(cells).rstrip())
+
+
+def _shown(value: Any) -> str:
+    return "-" if value is None else f"{value:.4g}" if isinstance(value, int | float) else str(value)

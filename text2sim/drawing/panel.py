@@ -1,0 +1,225 @@
+"""Panels of a layout: views in parallel projection, with axes in metres."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import ceil, floor, log10
+
+import numpy as np
+
+from text2sim.drawing.canvas import FAINT, INK, Box, Canvas, Color, clipped, text_width
+from text2sim.drawing.picture import Picture
+from text2sim.drawing.prop import Stage
+from text2sim.drawing.view import View, parallel
+
+AXES: dict[str, np.ndarray] = {
+    "top": np.array([(1.0, 0, 0), (0, 1, 0), (0, 0, 1)]),
+    "front": np.array([(1.0, 0, 0), (0, 0, 1), (0, -1, 0)]),
+    "side": np.array([(0.0, 1, 0), (0, 0, 1), (1, 0, 0)]),
+}
+"""Right, up and back of each view: from above, from -y, from +x."""
+NAMES = {"top": "xy", "front": "xz", "side": "yz"}
+MARGIN = 0.08
+"""Part of a panel that stays free on each side."""
+
+
+@dataclass
+class Panel:
+    """A view in parallel projection, at its place on the page."""
+
+    name: str
+    """top, front or side."""
+    view: View
+    left: int
+    upper: int
+    blocked: np.ndarray = field(init=False)
+    """(height, width) bool: where lines were drawn."""
+    notes: list[Box] = field(default_factory=list)
+    """Where something is written, on the page."""
+
+    def __post_init__(self) -> None:
+        """Begin with nothing drawn."""
+        self.blocked = np.zeros((self.view.height, self.view.width), bool)
+
+    @property
+    def box(self) -> Box:
+        """Its place on the page."""
+        return (self.left, self.upper, self.left + self.view.width, self.upper + self.view.height)
+
+    def at(self, point: Sequence[float]) -> tuple[float, float]:
+        """Return where a point [m] of the world falls on the page."""
+        x, y = self.view.pixels(point)
+        return (self.left + float(x), self.upper + float(y))
+
+    def block(self, a: Sequence[float], b: Sequence[float]) -> None:
+        """Remember a line on the page."""
+        part = clipped(a, b, self.box)
+        if part is None:
+            return
+        (x0, y0), (x1, y1) = part
+        count = int(max(abs(x1 - x0), abs(y1 - y0))) + 2
+        x = np.clip(np.linspace(x0, x1, count) - self.left, 0, self.view.width - 1).astype(int)
+        y = np.clip(np.linspace(y0, y1, count) - self.upper, 0, self.view.height - 1).astype(int)
+        self.blocked[y, x] = True
+
+    def write(self, canvas: Canvas, place: tuple[float, float], text: str, color: Color, *, bold: bool = False) -> None:
+        """Write a short note, or near by if the place is taken; nothing else is written over it."""
+        width, height = text_width(text, 12, bold), 15.0
+        x = min(max(place[0], self.left + 5), self.box[2] - width - 5)
+        y, box = place[1], (x, place[1], x, place[1])
+        for number in range(9):
+            away = (number + 1) // 2 * (17 if number % 2 else -17)
+            y = min(max(place[1] + away, self.upper + 4), self.box[3] - 19)
+            box = (x - 3, y - 1, x + width + 3, y + height)
+            if not any(overlap(box, other) for other in self.notes):
+                break
+        canvas.box(box, fill=(255, 255, 255, 215), radius=3)
+        canvas.text((x, y), text, 12, color, bold=bold)
+        self.notes.append(box)
+
+    def span(self, axis: int) -> tuple[float, float]:
+        """Lowest and highest coordinate [m] along the picture: axis 0 to the right, 1 upwards."""
+        middle = float(self.view.axes[axis] @ self.view.origin)
+        half = (self.view.width, self.view.height)[axis] / 2 / self.view.focal
+        return middle - half, middle + half
+
+
+def fitted(name: str, bounds: tuple[np.ndarray, np.ndarray], box: tuple[int, int, int, int]) -> Panel:
+    """Return a panel in which everything within bounds is seen."""
+    axes, (low, high) = AXES[name], bounds
+    width, height = box[2] - box[0], box[3] - box[1]
+    size = np.maximum(np.abs(axes[:2] @ (high - low)), 1e-6)
+    scale = (1 - 2 * MARGIN) * min(width / size[0], height / size[1])
+    view = parallel(axes, ((low + high) / 2).tolist(), float(scale), (width, height))
+    return Panel(name, view, box[0], box[1])
+
+
+def nice_step(span: float, most: int) -> float:
+    """Return the smallest of 1, 2, 5, 10, … that divides a span into at most so many."""
+    power = 10.0 ** floor(log10(max(span, 1e-12) / most))
+    return next(power * k for k in (1, 2, 5, 10, 20) if span / (power * k) <= most)
+
+
+def ticks(low: float, high: float, most: int) -> list[float]:
+    """Return round numbers between two others."""
+    step = nice_step(high - low, most)
+    return [k * step for k in range(ceil(low / step - 1e-9), floor(high / step + 1e-9) + 1)]
+
+
+def ground(panel: Panel, pixels: np.ndarray, props: Stage) -> np.ndarray:
+    """Return the background (height, width, 3) of a panel: white, a tint where there is a ground, and lines."""
+    height, width = pixels.shape[:2]
+    back = np.full((height, width, 3), 1.0, np.float32)
+    for prop in props:
+        if prop.plane and abs(float(_normal(prop.triangles) @ panel.view.axes[2])) > 0.9:
+            low, high = _flat_bounds(panel, prop.triangles)
+            x0, y0 = np.clip(np.ceil(low - 0.5), 0, (width, height)).astype(int)
+            x1, y1 = np.clip(np.ceil(high - 0.5), 0, (width, height)).astype(int)
+            back[y0:y1, x0:x1] = 0.86 + 0.14 * np.array(prop.rgb)
+    for axis, length in ((0, width), (1, height)):
+        for value in ticks(*panel.span(axis), ticks_along(length)):
+            low, high = panel.span(axis)
+            part = (value - low) / (high - low)
+            place = min(int((part if axis == 0 else 1 - part) * length), length - 1)
+            strong = 0.88 if abs(value) < 1e-9 else 0.955
+            if axis == 0:
+                back[:, place] *= strong
+            else:
+                back[place] *= strong
+    return back
+
+
+def composed(picture: Picture, back: np.ndarray) -> np.ndarray:
+    """Return a picture that was painted on white, on another background."""
+    return picture.pixels + (1.0 - picture.coverage[:, :, None]) * (back - 1.0)
+
+
+def draw_frame(canvas: Canvas, panel: Panel, title: str) -> None:
+    """Draw axes with ticks and the title."""
+    left, upper, right, lower = panel.box
+    canvas.box((left - 0.5, upper - 0.5, right + 0.5, lower + 0.5), outline=(150, 156, 164))
+    for axis, length in ((0, right - left), (1, lower - upper)):
+        low, high = panel.span(axis)
+        values = ticks(low, high, ticks_along(length))
+        for value in values:
+            part = (value - low) / (high - low)
+            text = f"{value:.6g}".replace("-", "−") if abs(value) > 1e-12 else "0"
+            if axis == 0:
+                x = left + part * (right - left)
+                canvas.line([(x, lower), (x, lower + 4)], FAINT)
+                canvas.text((x, lower + 6), text, 12, FAINT, anchor="ma")
+            else:
+                y = lower - part * (lower - upper)
+                canvas.line([(left - 4, y), (left, y)], FAINT)
+                canvas.text((left - 7, y), text, 12, FAINT, anchor="rm")
+    across, up = NAMES[panel.name]
+    canvas.text((right, lower + 21), f"{across} [m]", 12, INK, anchor="ra")
+    canvas.text((left - 42, upper - 7), f"{up} [m]", 12, INK, anchor="ls")
+    canvas.text((left + 20, upper - 7), title, 14, INK, bold=True, anchor="ls")
+    panel.notes.append(_scale_box(panel))
+
+
+def _scale_length(panel: Panel) -> float:
+    """Length [m] of the scale."""
+    return nice_step(panel.view.width / panel.view.focal, 8)
+
+
+def _scale_box(panel: Panel) -> Box:
+    _, _, right, lower = panel.box
+    return (right - 20 - _scale_length(panel) * panel.view.focal, lower - 34, right - 4, lower - 4)
+
+
+def draw_scale(canvas: Canvas, panel: Panel) -> None:
+    """Draw the scale; `draw_frame` has kept its place free."""
+    metres, box = _scale_length(panel), _scale_box(panel)
+    text = f"{metres:g} m" if metres >= 1 else f"{metres * 100:g} cm" if metres >= 0.01 else f"{metres * 1000:g} mm"
+    x0, x1, y = box[0] + 8, box[2] - 8, box[3] - 8
+    canvas.box(box, fill=(255, 255, 255, 225), radius=4)
+    canvas.line([(x0, y), (x1, y)], INK, 2)
+    for x in (x0, x1):
+        canvas.line([(x, y - 4), (x, y + 4)], INK, 1.5)
+    canvas.text(((x0 + x1) / 2, y - 5), text, 12, INK, anchor="ms")
+
+
+def draw_ground_lines(canvas: Canvas, panel: Panel, props: Stage) -> None:
+    """Draw every ground that is seen from its edge, hatched below."""
+    for prop in (prop for prop in props if prop.plane):
+        normal = panel.view.axes @ _normal(prop.triangles)
+        if abs(normal[2]) > 0.2:
+            continue
+        low, high = _flat_bounds(panel, prop.triangles)
+        ends = [panel.at(corner) for corner in prop.triangles.reshape(-1, 3).tolist()]
+        a = min(ends, key=lambda p: p[0] * abs(normal[1]) + p[1] * abs(normal[0]))
+        b = max(ends, key=lambda p: p[0] * abs(normal[1]) + p[1] * abs(normal[0]))
+        part = clipped(a, b, panel.box)
+        if part is None:
+            continue
+        (x0, y0), (x1, y1) = part
+        color = tuple(int(150 * c) for c in prop.rgb)
+        canvas.line([(x0, y0), (x1, y1)], color, 2)  # type: ignore[arg-type]
+        panel.block((x0, y0), (x1, y1))
+        length = max(abs(x1 - x0), abs(y1 - y0))
+        for k in range(int(length / 12) + 1):
+            x, y = x0 + (x1 - x0) * k * 12 / max(length, 1), y0 + (y1 - y0) * k * 12 / max(length, 1)
+            end = (x - 8 * normal[0] - 5 * normal[1], y + 8 * normal[1] - 5 * abs(normal[0]))
+            canvas.line([(x, y), end], (*color, 130), 1, clip=panel.box)  # type: ignore[arg-type]
+
+
+def ticks_along(length: float) -> int:
+    """Return how many ticks there is room for on so many pixels."""
+    return max(int(length / 62), 2)
+
+
+def overlap(a: Box, b: Box) -> bool:
+    """Whether two boxes have some place in common."""
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+
+
+def _normal(triangles: np.ndarray) -> np.ndarray:
+    a, b, c = triangles[0]
+    normal = np.cross(b - a, c - a)
+    return normal / np.linalg.norm(normal)
+
+
+def _flat_bounds(panel: Panel, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    pixels = panel.view.pixels(triangles.reshape(-1, 3))
+    return pixels.min(axis=0), pixels.max(axis=0)
