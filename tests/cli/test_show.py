@@ -71,3 +71,18 @@ def test_a_broken_case_is_reported_like_everywhere(cli: Cli, case: Path, tmp_pat
     assert "case.yaml:3:19" in answer.err
     assert answer.out == ""
     assert not (tmp_path / "runs").exists()
+
+
+def test_page_about_it_names_every_option(cli: Cli) -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs" / "show.md").read_text(encoding="utf-8")
+    shown = cli("show", "--help").out
+    options = {word.strip(",│") for word in shown.split() if word.startswith("--")} - {"--help"}
+    assert options
+    assert all(f"`{option}" in page for option in options), options
+
+
+def test_what_the_page_shows_is_printed(cli: Cli, cases: Path) -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs" / "show.md").read_text(encoding="utf-8")
+    printed = cli("show", cases / "conveyor_sorter", "--no-png", "--body", "parcel").out.splitlines()
+    for line in page.split("```yaml\n")[1].split("```")[0].splitlines():
+        assert line in printed

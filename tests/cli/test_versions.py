@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shlex
 import stat
 import subprocess
@@ -419,3 +420,15 @@ def test_hooks_for_pre_commit_fail_where_they_should(case: Path):
     assert [run(hook) for hook in hooks] == [0, 0]
     file.write_text(CASE.replace("radius: 0.1", "radius:  -0.1"))
     assert [run(hook) for hook in hooks] == [1, 2]
+
+
+def test_commands_of_the_page_are_real(cli: Cli):
+    text = (ROOT / "docs" / "versions.md").read_text()
+    calls = [call.split("#")[0].split() for block in re.findall(r"```sh\n(.*?)```", text, re.S) for line in block.splitlines() for call in line.split("|")]  # fmt: skip
+    assert len(calls) >= 10
+    for program, *words in calls:
+        assert program == "text2sim"
+        command = words[:2] if words[0] == "git" else words[:1]
+        said = cli(*command, "--help").out
+        assert "Usage" in said
+        assert all(word in said for word in words if word.startswith("--")), words

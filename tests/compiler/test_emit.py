@@ -172,3 +172,24 @@ def test_a_signal_that_the_engine_swallows_stops_the_program_all_the_same(tmp_pa
     done = subprocess.run([sys.executable, "main.py", "--out", "out"], cwd=tmp_path, timeout=60, check=False)
     assert done.returncode == 130
     assert json.loads((tmp_path / "out" / "status.json").read_text())["state"] == "interrupted"
+
+
+@pytest.mark.parametrize(
+    ("target", "wanted"),
+    [
+        ("position: {kind: constant, value: 0.3, start: 1.0}", [(0.0, "constant(value=0.0)"), (1.0, "constant(value=0.3)")]),
+        ("velocity: {kind: steps, times: [0.5, 0.8], values: [1, 2]}", [(0.0, "constant(value=0.0)"), (0.5, "steps(")]),
+        ("position: {kind: ramp, to: 0.3, start: 1.0, end: 2.0}", [(0.0, "ramp(start=1.0")]),
+        ("force: 2.0", [(0.0, "constant(value=2.0)")]),
+    ],
+)
+def test_a_joint_is_held_until_its_first_drive_begins(tmp_path, target, wanted):
+    (tmp_path / "case.yaml").write_text(
+        "text2sim: 2\nname: probe\nscene: {duration: 3}\nbodies:\n  arm: {kind: rigid, shape: {kind: box, size: [1, 1, 1]}, "
+        "mount: {kind: hinge, actuator: {stiffness: 9, damping: 9}}}\n"
+        f"actions: {{controls: {{go: {{kind: drive, joint: arm, {target}}}}}}}\n"
+    )
+    (drive,) = plan_case(load_case(tmp_path)).drives
+    assert [segment.start for segment in drive.segments] == [start for start, _ in wanted]
+    for segment, (_, code) in zip(drive.segments, wanted, strict=True):
+        assert str(segment.target).startswith(code) or code in repr(segment.target)

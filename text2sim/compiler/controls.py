@@ -13,7 +13,7 @@ from text2sim.spec_schema.bodies import Driven
 from text2sim.spec_schema.controls import Attach, Control, Drive, Force, Impulse, InitialVelocity, Release, Torque
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.load import LoadedCase
-from text2sim.spec_schema.motion import Oscillate, Schedule, Spin
+from text2sim.spec_schema.motion import Oscillate, Ramp, Schedule, Spin
 
 FOREVER = 1e9
 
@@ -128,14 +128,20 @@ def _lower(
 
 
 def _chain(segments: list[Target], first: float) -> tuple[DriveSegment, ...]:
-    """Order the drives of one joint; a ramp without `from` starts where the one before it is then."""
+    """Order the drives of one joint; a ramp without `from` starts where the one before it is then.
+
+    Until the first begins, the joint is held where it starts, or at rest, or pushed by nothing.
+    """
     segments = sorted(segments, key=lambda segment: segment[0])
     rows: list[DriveSegment] = []
+    start, mode, schedule, line, name = segments[0]
+    if start > 0.0 and not isinstance(schedule, Ramp):  # a ramp holds its first value by itself
+        rows.append(DriveSegment(0.0, mode, constructor(first if mode == "position" else 0.0), line, name))
     value: Callable[[float], float] = lambda t: first  # noqa: E731
     mode_before = None
     for index, (start, mode, schedule, line, name) in enumerate(segments):
         before = value(start) if mode == mode_before or (index == 0 and mode == "position") else 0.0
-        rows.append(DriveSegment(0.0 if index == 0 else start, mode, constructor(schedule, before), line, name))
+        rows.append(DriveSegment(start if rows else 0.0, mode, constructor(schedule, before), line, name))
         value = lambda t, s=schedule, b=before: value_at(s, t, b)  # noqa: E731
         mode_before = mode
     return tuple(rows)

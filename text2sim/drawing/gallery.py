@@ -118,7 +118,7 @@ def _overview() -> str:
         cells = [
             f'<img src="prefabs/{name}.png" width="200"><br>[{name}](#{name})' for name in names[first:][:IN_A_ROW]
         ]
-        rows.append("| " + " | ".join(cells) + " |")
+        rows.append("| " + " | ".join([*cells, *[""] * (IN_A_ROW - len(cells))]) + " |")
     return "\n".join(rows) + "\n"
 
 

@@ -3,45 +3,27 @@
 import math
 from collections.abc import Iterator
 
-from text2sim.compiler.rotation import Vec
 from text2sim.lint.facts import Facts
+from text2sim.lint.hiding import hidden_behind, maybe_hidden
 from text2sim.lint.rule import Rule
 from text2sim.lint.shots import Shot, shots
-from text2sim.lint.subjects import subjects
+from text2sim.lint.subjects import Balls, drawn, middle_of, subjects
 from text2sim.lint.words import length, vector
 from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import Problem
-
-Balls = list[tuple[Vec, float]]
 
 SMALL = 0.001
 """Part of the picture below which a subject is not recognised: 30 x 30 pixels of 1280 x 720."""
 CUT = 0.5
 """Part of a subject, by the area of its balls, that has to be in the picture."""
-RAYS = 6
-"""Points of a subject that are looked at to see whether it is hidden."""
 EARLY = 0.1
 """A film that starts later [s] than this shows bodies where they have gone."""
-MOMENTS = 16
-"""Moments of a way at which is asked whether a camera sees it."""
-GONE = 0.25
-"""Part of a way that may be out of the picture."""
 
 
 def _views(facts: Facts) -> list[Shot]:
     """The author's cameras at the start; none if the film starts later, or if the camera is derived."""
     given = facts.case.render.cameras and facts.plan.render["start"] <= EARLY
     return shots(facts, 0.0) if given else []
-
-
-def drawn(facts: Facts, name: str) -> Balls:
-    """Balls around what is drawn of a body."""
-    found: Balls = []
-    for copy in facts.placed[name]:
-        look = getattr(copy.model, "look", None)
-        if look is None or (look.visible and look.opacity > 0):
-            found += facts.balls(copy)
-    return found
 
 
 def _share_inside(shot: Shot, balls: Balls) -> float:
@@ -69,8 +51,8 @@ def _unseen(facts: Facts) -> Iterator[Problem]:
         why = ""
         if not seeing:
             why = _way_in(views[0], balls)
-        elif all(_maybe_hidden(facts, shot, name, balls) for shot in seeing):
-            why = _hidden(facts, seeing, name)
+        elif all(maybe_hidden(facts, shot, name, balls) for shot in seeing):
+            why = hidden_behind(facts, seeing, name)
         if why:
             text = f"{_none(views)} `{name}` at the start, which the script is about: {why}"
             yield facts.problem("unseen-subject", blamed(facts, views), text, key=True)
@@ -89,55 +71,6 @@ def _way_in(shot: Shot, balls: Balls) -> str:
     return f"it is beside the picture; {look}"
 
 
-def middle_of(balls: Balls) -> Vec:
-    """Return the mean of the middles of balls."""
-    x, y, z = (sum(axis) / len(balls) for axis in zip(*(center for center, _ in balls), strict=True))
-    return x, y, z
-
-
-def _maybe_hidden(facts: Facts, shot: Shot, name: str, balls: Balls) -> bool:
-    """Whether from all points of a subject the way to the camera goes through the box of something else."""
-    step = max(len(balls) // RAYS, 1)
-    boxes = [box for copy in facts.copies.values() if copy.body != name and (box := facts.box(copy)) is not None]
-    return all(any(_meets(box, shot.pos, center) for box in boxes) for center, _ in balls[::step])
-
-
-def _meets(box: tuple[Vec, Vec], start: Vec, end: Vec) -> bool:
-    """Whether a line goes through a box."""
-    first, last = 0.0, 1.0
-    for a, b, low, high in zip(start, end, *box, strict=True):
-        way = b - a
-        if abs(way) < 1e-12:
-            if not low <= a <= high:
-                return False
-            continue
-        near, far = sorted(((low - a) / way, (high - a) / way))
-        first, last = max(first, near), min(last, far)
-    return first < last
-
-
-def _hidden(facts: Facts, seeing: list[Shot], name: str) -> str:
-    """What hides a subject from all cameras, if nothing of it is seen."""
-    from text2sim.drawing.views import visible
-
-    copies = {copy.name for copy in facts.placed[name]}
-    for shot in seeing:
-        seen = visible(facts.resolution, shot.name)
-        if copies & set(seen):
-            return ""
-    blocking = _blocking(facts, seeing[0], name)
-    return f"it is hidden behind `{blocking}`; move the camera" if blocking else "it is hidden; move the camera"
-
-
-def _blocking(facts: Facts, shot: Shot, name: str) -> str:
-    middle = middle_of(drawn(facts, name))
-    for copy in facts.copies.values():
-        box = facts.box(copy)
-        if copy.body != name and box is not None and _meets(box, shot.pos, middle):
-            return copy.name
-    return ""
-
-
 def _small(facts: Facts) -> Iterator[Problem]:
     views = _views(facts)
     for name in subjects(facts) if views else ():
@@ -150,8 +83,8 @@ def _small(facts: Facts) -> Iterator[Problem]:
             shot = seeing[-best]
             away = math.dist(shot.pos, middle_of(balls))
             text = (
-                f"`{name}`, which the script is about, fills less than {100 * share:.1g} % of the picture at the start: "
-                f"camera `{shot.name}` is {length(away)} away; {length(away * math.sqrt(share / (4 * SMALL)))} "
+                f"`{name}`, which the script is about, fills less than {100 * share:.1g} % of the picture at the "
+                f"start: camera `{shot.name}` is {length(away)} away; {length(away * math.sqrt(share / (4 * SMALL)))} "
                 "would show it"
             )
             yield facts.problem("small-subject", ("render", "cameras", shot.name), text, key=True)

@@ -12,9 +12,10 @@ from text2sim.lint.flight import flight_of
 from text2sim.spec_schema.bodies import Driven
 from text2sim.spec_schema.motion import Oscillate, Waypoints
 
+Balls = list[tuple[Vec, float]]
+"""Middles and radii [m]."""
+
 _NAME = re.compile(r"[A-Za-z]\w*")
-FLOWN = 60
-"""Copies of a body whose way is followed."""
 WANTED = ("body", "joint", "of", "by", "between", "from", "to", "measure", "event", "before", "after", "attach")
 """Keys under which the script names bodies, or what names bodies in turn."""
 
@@ -47,6 +48,22 @@ def _names(value: Any, key: str = "") -> Iterator[str]:
             yield from _names(item, key)
     elif isinstance(value, str) and key in WANTED and (found := _NAME.match(value)):
         yield found[0]
+
+
+def drawn(facts: Facts, name: str) -> Balls:
+    """Return balls around what is drawn of a body."""
+    found: Balls = []
+    for copy in facts.placed[name]:
+        look = getattr(copy.model, "look", None)
+        if look is None or (look.visible and look.opacity > 0):
+            found += facts.balls(copy)
+    return found
+
+
+def middle_of(balls: Balls) -> Vec:
+    """Return the mean of the middles of balls."""
+    x, y, z = (sum(axis) / len(balls) for axis in zip(*(center for center, _ in balls), strict=True))
+    return x, y, z
 
 
 def offset_of(facts: Facts, name: str, t: float) -> Vec:

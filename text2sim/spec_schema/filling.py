@@ -62,6 +62,7 @@ class Filler:
         """An argument that stands alone: at its own place, but from where it went."""
         self._count(count(tree.data))
         origin = node.origin
+        assert origin is not None
         return moved(tree, lambda found: Derived(found.line, found.column, origin))
 
     def _count(self, more: int) -> None:

@@ -122,7 +122,7 @@ class _Walk:
         params = over.get("params")
         if not isinstance(params, dict):
             return
-        known = {name for base in bases for name in (base.get("params") or {}) if isinstance(base.get("params"), dict)}
+        known = {name for base in _inside(bases, "params") if isinstance(base, dict) for name in base}
         used = set(_words(over))
         for name in params:
             if name not in known and name not in used:

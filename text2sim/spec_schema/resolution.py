@@ -111,7 +111,7 @@ class Resolver:
             raise ExpressionError(f"the expressions make more than {MAX_NODES} values", rule="too-large")
 
     def _evaluate(self, path: Path, names: Mapping[str, Value]) -> Value:
-        if path[:1] == ("params",) and len(path) > 1:
+        if path[:1] == ("params",) and path[1:2] and path[1] in self.params:
             value: Any = self.params[str(path[1])]
             for step in path[2:]:
                 value = value[step]

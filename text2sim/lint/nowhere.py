@@ -1,0 +1,162 @@
+"""Bodies with nothing to come to rest on, and bodies that start outside of the scene's domain."""
+
+import math
+from collections.abc import Iterator
+
+from text2sim.compiler.geometry import Bounds
+from text2sim.compiler.placement import Copy
+from text2sim.compiler.rotation import Vec, vector_cross, vector_unit
+from text2sim.lint.facts import Facts
+from text2sim.lint.rule import Rule
+from text2sim.lint.words import more_copies, vector
+from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.events import LeftDomainEvent, RegionEvent
+
+FAR = 10.0
+"""Fall [m] from which on it counts that nothing is below."""
+
+
+def _outside_domain(facts: Facts) -> Iterator[Problem]:
+    """One finding for each body; the origins count, as they do for the event."""
+    domain = facts.case.scene.domain
+    if domain is None:
+        return
+    for name in facts.case.bodies:
+        outside = [copy for copy in facts.placed[name] if facts.moves(copy) and _beyond(domain, copy.pos)]
+        if outside:
+            copy = outside[0]
+            text = (
+                f"`{copy.name}` starts at {vector(copy.pos)}{more_copies(len(outside))}, outside of scene.domain "
+                f"({_beyond(domain, copy.pos)}): a `left_domain` event happens at once; move it, or make the domain "
+                "larger"
+            )
+            yield facts.problem("outside-domain", facts.said(copy.body, "pose", "place", "repeat"), text, key=True)
+
+
+def _beyond(domain: object, pos: Vec) -> str:
+    low, high = domain.min, domain.max  # type: ignore[attr-defined]
+    for axis, p, a, b in zip("xyz", pos, low, high, strict=True):
+        if not a <= p <= b:
+            return f"{axis} from {a:g} to {b:g}"
+    return ""
+
+
+def _falls_for_ever(facts: Facts) -> Iterator[Problem]:
+    """One finding for each body whose copies have nothing below them, as far as they may get."""
+    gravity = facts.case.scene.gravity
+    pull = math.hypot(*gravity)
+    fall = pull * facts.case.scene.duration**2 / 2
+    if fall < FAR:
+        return
+    down: Vec = (gravity[0] / pull, gravity[1] / pull, gravity[2] / pull)
+    if any(_dot(ground.up, down) < -1e-6 for ground in facts.planes):
+        return
+    meant, held = _leaving(facts), _held(facts)
+    resting = [(copy, box) for copy in facts.copies.values() if not facts.free(copy) and (box := facts.box(copy))]
+    for name in facts.case.bodies:
+        if name in meant or name in held:
+            continue
+        lost = [copy for copy in facts.placed[name] if facts.free(copy) and not _caught(facts, copy, down, resting)]
+        if lost:
+            text = (
+                f"nothing is below `{lost[0].name}`{more_copies(len(lost))}: it falls for ever, {fall:.3g} m in "
+                f"{facts.case.scene.duration:g} s; give the scene a floor "
+                "(`statics: {floor: {shape: {kind: plane}}}`), or an event of kind `left_domain` if that is meant"
+            )
+            yield facts.problem("falls-for-ever", facts.where(name), text, key=True)
+
+
+def _leaving(facts: Facts) -> set[str]:
+    """Bodies that the case expects to get away."""
+    events = [e for e in facts.case.actions.events.values() if isinstance(e, LeftDomainEvent | RegionEvent)]
+    return {event.of.split("[")[0].split(".")[0] for event in events if event.kind != "enters"}
+
+
+def _held(facts: Facts) -> set[str]:
+    """Bodies that something else may keep from falling: what they are attached to, or a force."""
+    names = [name for weld in facts.rows.welds for name in (weld.a, weld.b)]
+    names += [wrench.entity for wrench in facts.rows.wrenches if wrench.end > wrench.start]
+    return {name.split("[")[0] for name in names}
+
+
+def _caught(facts: Facts, copy: Copy, down: Vec, resting: list[tuple[Copy, Bounds]]) -> bool:
+    """Whether something that is held lies lower than a copy and as near as it may get; judged generously."""
+    box = facts.box(copy)
+    if box is None:
+        return True
+    up = (-down[0], -down[1], -down[2])
+    side = vector_unit(vector_cross(down, (1.0, 0.0, 0.0) if abs(down[0]) < 0.9 else (0.0, 1.0, 0.0)))
+    axes = (side, vector_cross(down, side))
+    own = _size(box) + math.hypot(*facts.velocities.get(copy.name, (0.0, 0.0, 0.0))) * facts.case.scene.duration
+    top = -_height(down, box)
+    for other, held in resting:
+        reach = own + (_size(held) if facts.moves(other) else 0.0)
+        if _height(up, held) < top and math.hypot(*(_gap(axis, box, held) for axis in axes)) <= reach:
+            return True
+    return False
+
+
+def _size(box: Bounds) -> float:
+    return math.dist(*box)
+
+
+def _gap(axis: Vec, a: Bounds, b: Bounds) -> float:
+    """Distance [m] between two boxes along an axis; 0 if they overlap there."""
+    back = (-axis[0], -axis[1], -axis[2])
+    return max(_height(axis, a) + _height(back, b), _height(axis, b) + _height(back, a), 0.0)
+
+
+def _height(up: Vec, box: Bounds) -> float:
+    """Lowest height [m] of a box along a unit vector."""
+    return sum(u * (low if u > 0 else high) for u, low, high in zip(up, *box, strict=True))
+
+
+def _dot(a: Vec, b: Vec) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+RULES = (
+    Rule(
+        id="falls-for-ever",
+        severity="warning",
+        title="A free body has nothing below it on which it could come to rest.",
+        reason=f"""\
+There is gravity and no plane, and nothing that is held lies below the body as far to the side as it may get. It falls
+by half of gravity times the square of the duration; less than {FAR:g} m are not reported, nor is a body that something
+is attached to, that a force acts on, or that an event of kind `left_domain` or `leaves` is about.""",
+        way_out="Give the scene a floor, or something below the body; for a scene in space, set `gravity: [0, 0, 0]`.",
+        example="""\
+scene:
+  duration: 3.0
+  statics: {floor: null, table: {shape: {kind: box, size: [1, 1, 0.05]}, pose: {pos: [0, 0, 0.7]}}}
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [2, 0, 1]}}
+""",
+        mended="""\
+scene: {duration: 3.0}
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [2, 0, 1]}}
+""",
+        run=_falls_for_ever,
+    ),
+    Rule(
+        id="outside-domain",
+        severity="warning",
+        title="A body starts outside of `scene.domain`.",
+        reason="""\
+The domain says where bodies are expected to stay. The origin of a body counts; what starts outside has left the domain
+at time 0, so that every `left_domain` event happens at once.""",
+        way_out="Move the body, or make the domain larger.",
+        example="""\
+scene: {domain: {min: [-1, -1, 0], max: [1, 1, 2]}}
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [1.5, 0, 0.5]}}
+""",
+        mended="""\
+scene: {domain: {min: [-1, -1, 0], max: [2, 1, 2]}}
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [1.5, 0, 0.5]}}
+""",
+        run=_outside_domain,
+    ),
+)
