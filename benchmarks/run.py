@@ -16,7 +16,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 SCENES = {"brick_wall": 200, "tumbler": 100, "catch_net": 200}
 """Case, and how many steps are timed."""
-HEAD = "text2sim: 1\nname: many\nscene: {duration: 1.0, statics: {floor: {shape: {kind: plane, size: 200}}}}\nbodies:\n"
+HEAD = "text2sim: 2\nname: many\nscene: {duration: 1.0, statics: {floor: {shape: {kind: plane, size: 200}}}}\nbodies:\n"
 BODY = """\
   b{i}:
     kind: rigid

@@ -387,6 +387,31 @@ def test_changes_that_only_together_are_wrong_are_left_to_the_lines(
     assert "merged line by line" in said
 
 
+def test_a_driver_that_does_not_start_leaves_a_merge_of_the_lines(git: Git, cli: Cli, monkeypatch: pytest.MonkeyPatch):
+    commit(git, "theirs", NEW.replace("radius: 0.1", "radius: 0.3").replace("duration: 1.0", "duration: 2.0"))
+    commit(git, "ours", NEW.replace("radius: 0.1", "radius: 0.2"))
+    monkeypatch.chdir("repo")
+    cli("git", "install")
+    driver = git("config", "merge.text2sim.driver").strip()
+    git("config", "merge.text2sim.driver", driver.replace(" -m text2sim ", " -m nothing_of_this_name "))
+    git("merge", "theirs", code=1)
+    text = Path("cases/fall/case.yaml").read_text()
+    assert "<<<<<<<" in text
+    assert "duration: 2.0" in text
+
+
+def test_an_error_of_ours_does_not_stop_git(cli: Cli, case: Path, monkeypatch: pytest.MonkeyPatch):
+    def broken(*_: object, **__: object) -> None:
+        raise KeyError("lost")
+
+    Path("new.yaml").write_text(CASE.replace("radius: 0.1", "radius: 0.2"))
+    monkeypatch.setattr("text2sim.revision.driver.driver_side", broken)
+    answer = cli("git", "diff", "x/case.yaml", case / "case.yaml", "0", "100644", "new.yaml", "0", "100644")
+    assert answer.code == 0
+    assert "+    shape: {kind: sphere, radius: 0.2}" in answer.out
+    Path(answer.err.splitlines()[-1].partition(": ")[2]).unlink()
+
+
 def test_installing_for_all_repositories(cli: Cli, git: Git, tmp_path: Path):
     cli("git", "install", "--global")
     attributes = tmp_path / "home" / "config" / "git" / "attributes"

@@ -12,6 +12,7 @@ from text2sim.compiler.placement import Copy, place_all
 from text2sim.compiler.rotation import quat_conjugate, quat_multiply, quat_rotate
 from text2sim.compiler.solid import solids
 from text2sim.compiler.sweep import least_distance
+from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
 
 MICROMETRE = 1e-6
@@ -211,6 +212,7 @@ def test_facing_points_the_x_axis_at_a_point(thing, turn, x, y, relation):
     copies, problems = start(
         a=target, b={"shape": thing, "place": {relation: "a", "facing": [x, y, 0], "euler_deg": turn}}
     )
+    assert not any("never comes" in problem.message for problem in problems)
     assume(not problems)  # an x axis that points straight up faces nothing
     there = copies["b"].pos
     assume(math.hypot(x - there[0], y - there[1]) > 1e-3)
@@ -218,3 +220,67 @@ def test_facing_points_the_x_axis_at_a_point(thing, turn, x, y, relation):
     assume(math.hypot(*ahead[:2]) > 1e-3)
     off = math.atan2(y - there[1], x - there[0]) - math.atan2(ahead[1], ahead[0])
     assert math.remainder(off, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
+
+
+number = st.one_of(st.floats(-3, 3).map(lambda x: round(x, 3)), st.sampled_from([0, 1e-9, 1e6, -1e9]))
+vector = st.lists(number, min_size=3, max_size=3)
+side = st.sampled_from(["left", "right", "front", "back", "top", "bottom"])
+body_region = st.one_of(
+    st.fixed_dictionaries({"edge": side}),
+    st.fixed_dictionaries({"face": side}),
+    st.fixed_dictionaries({"corner": st.lists(side, min_size=2, max_size=3)}),
+    st.fixed_dictionaries({"nearest": vector}),
+    st.fixed_dictionaries({"sphere": st.fixed_dictionaries({"center": vector, "radius": size})}),
+)
+words = st.fixed_dictionaries(
+    {},
+    optional={
+        "at": st.one_of(vector.map(lambda v: v[:2]), body_region),
+        "inset": st.floats(0, 1),
+        "direction": st.one_of(st.sampled_from("xyz"), vector),
+        "align": st.sampled_from(["top", "bottom", {"x": "min"}, {"y": "center", "z": "max"}]),
+        "clearance": st.sampled_from([0, 0.01, 1e6]),
+        "offset": vector,
+        "facing": st.one_of(vector, st.sampled_from(["a", "b", "b[*]"])),
+        "euler_deg": turn,
+    },
+)
+relation = st.sampled_from(
+    ["on", "above", "below", "inside", "left_of", "behind", "beside", "around", "touching"]
+)  # fmt: skip
+hollow = st.one_of(
+    shape,
+    st.builds(lambda h: {"kind": "cup", "radius": 1, "height": h + 0.2, "thickness": 0.1, "segments": 7}, size),
+    st.builds(lambda h: {"kind": "tube", "outer_radius": 1, "inner_radius": 0.8, "height": h}, size),
+    st.builds(lambda r: {"kind": "torus", "radius": 1, "bar_radius": r}, st.floats(0.01, 0.9)),
+)
+pattern = st.sampled_from(
+    [
+        None,
+        {"kind": "line", "count": 3, "step": [0.5, 0, 0]},
+        {"kind": "ring", "count": 4, "radius": 2},
+        {"kind": "stack", "count": 2},
+    ]
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    hollow,
+    turn,
+    st.lists(
+        st.tuples(hollow, relation, st.sampled_from(["a", "b", "b[*]", "b[0]"]), words, pattern), min_size=2, max_size=2
+    ),
+)
+def test_whatever_is_said_there_is_a_place_or_a_reason(first, its_turn, others):
+    bodies = {"a": base(first, its_turn)}
+    for name, (shape, relation, target, more, pattern) in zip("bc", others, strict=True):
+        bodies[name] = {"shape": shape, "place": {relation: "a" if name == "b" else target, **more}}
+        bodies[name] |= {"repeat": pattern} if pattern else {}
+    copies, problems = {}, []
+    try:
+        copies, problems = start(**bodies)
+    except SpecError as error:
+        problems = error.problems
+    assert all("/place" in problem.path for problem in problems)
+    assert all(math.isfinite(x) for copy in copies.values() for x in (*copy.pos, *copy.quat))

@@ -63,7 +63,9 @@ def server_command() -> list[str]:
         # Nothing of the packages is run, and nothing but what the lock file names is taken.
         command = [*find_npm(), "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1"]
         try:
-            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=INSTALL_LIMIT, check=False)
+            done = subprocess.run(
+                command, cwd=folder, capture_output=True, text=True, timeout=INSTALL_LIMIT, check=False
+            )
         except (OSError, subprocess.TimeoutExpired) as error:
             raise NoServer(f"npm ci: {error}") from error
         if done.returncode or not script.is_file():

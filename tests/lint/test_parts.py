@@ -7,7 +7,7 @@ import pytest
 from text2sim.compiler.geometry import Bounds
 from text2sim.compiler.piece import Piece, cone_piece, ring_pieces, wall_pieces
 from text2sim.compiler.rotation import quat_from_euler_deg
-from text2sim.lint.escape import AXES, inside, overlap_of, plain
+from text2sim.lint.escape import AXES, Effort, inside, overlap_of, plain
 from text2sim.lint.parts import Part, apart, near, union
 
 
@@ -55,7 +55,7 @@ def test_the_way_out_of_a_hollow_leads_past_every_piece() -> None:
     # A ball in the bar of a ring: the ring goes up by ball and bar, or outwards into the hole.
     ring, ball = standing(ring_pieces(0.5, 0.1, 32), 0.0), standing([Piece("sphere", size=(0.05,))], 0.5)
     pairs = [(a, b) for a in ring for b in ball if inside(a, b)]
-    overlap = overlap_of(ring, ball, pairs)
+    overlap = overlap_of(ring, ball, pairs, Effort(10_000))
     best = plain(overlap.ways)[0]
     assert best.length == pytest.approx(0.15, abs=0.002)
     assert best.words in AXES.values()
@@ -65,7 +65,7 @@ def test_a_way_out_ends_free() -> None:
     tube = standing(wall_pieces((0.4, 0.5), (0.4, 0.5), -0.5, 0.5, 24), 0.0)
     rod = standing([Piece("box", size=(1.2, 0.05, 0.05))], 0.1)
     pairs = [(a, b) for a in rod for b in tube if inside(a, b)]
-    overlap = overlap_of(rod, tube, pairs)
+    overlap = overlap_of(rod, tube, pairs, Effort(10_000))
     for way in overlap.ways:
         shift = tuple((way.length + 1e-5) * c for c in way.direction)
         moved = [

@@ -83,6 +83,10 @@ def test_nothing_but_arithmetic_is_understood(text):
         evaluate(text)
 
 
+def test_parameters_that_are_no_mapping_are_said_to_be_none():
+    assert only_problem(small(top="params: ['${d}', 1]", radius="0.1")).path in ("/params", "/params/0")
+
+
 def test_limits():
     with pytest.raises(ExpressionError, match="longer than"):
         evaluate("1+" * 300 + "1")

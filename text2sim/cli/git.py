@@ -45,22 +45,35 @@ def uninstall(everywhere: _Global = False) -> None:
 def diff(name: _Name, files: Annotated[list[str] | None, typer.Argument()] = None) -> None:
     """What git calls as `diff.text2sim.command`: PATH OLD HEX MODE NEW HEX MODE."""
     from text2sim.cli.diff import say_line
+    from text2sim.cli.failure import fail
+    from text2sim.revision.driver import text_difference
 
-    for line in _difference(name, files or []):
+    try:
+        lines = _difference(name, files or [])
+    except Exception as error:
+        # git would stop here, with all other files unseen.
+        fail(error, as_json=False)
+        lines = text_difference(Path(files[0]), Path(files[3]), name) if files else []
+    for line in lines:
         say_line(line)
 
 
 @git.command("textconv", hidden=True)
 def textconv(file: _File) -> None:
     """What git calls as `diff.text2sim.textconv`."""
+    from text2sim.cli.failure import fail
     from text2sim.revision.driver import flat_text
     from text2sim.spec_schema.errors import SpecError
     from text2sim.spec_schema.source import read_source
 
     try:
-        print(flat_text(read_source(file)), end="")
+        text = flat_text(read_source(file))
     except SpecError:
-        sys.stdout.write(file.read_bytes().decode("utf-8", "replace"))
+        text = file.read_bytes().decode("utf-8", "replace")
+    except Exception as error:
+        fail(error, as_json=False)
+        text = file.read_bytes().decode("utf-8", "replace")
+    print(text, end="")
 
 
 @git.command("merge", hidden=True)
@@ -68,12 +81,13 @@ def merge(base: _File, ours: _File, theirs: _File, name: _Name, marker: Annotate
     """What git calls as `merge.text2sim.driver`: %O %A %B %P %L. The result goes to the second file."""
     from text2sim.cli.output import say
     from text2sim.revision.driver import merge_files
+    from text2sim.revision.installation import CONFLICT
 
     result = merge_files(base, ours, theirs, name, max(1, min(marker, 100)))
     ours.write_bytes(result.text)
     for remark in result.remarks:
         say(f"{name}: {remark}", to=sys.stderr)
-    raise typer.Exit(exits.OK if result.clean else exits.PHYSICS)
+    raise typer.Exit(exits.OK if result.clean else CONFLICT)
 
 
 def _difference(name: str, files: list[str]) -> list[str]:

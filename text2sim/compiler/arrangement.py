@@ -20,11 +20,11 @@ from text2sim.spec_schema.selectors import parse_selector
 
 OWN = ("at", "inset", "direction", "align", "clearance", "offset")
 """Words of a place that put each copy by itself if they differ from copy to copy, as its relation does."""
-_ROUNDS = 20
-_PATIENCE = 5
-"""Rounds after which each must halve what is left."""
+_ROUNDS = 40
 _FACED = 1e-12
-"""Angle [rad] that is left."""
+"""Angle [rad] by which something may miss what it faces."""
+_ROUGHLY = 1e-6
+"""The same where the numbers are too large for that."""
 
 
 @dataclass(slots=True)
@@ -98,21 +98,20 @@ def arrange(entry: Entry, targets: Targets) -> list[Spot]:
         PatternError: if its pattern cannot be made.
     """
     spots = _oriented(entry, targets)
-    placed, before, steps = spots, list[float](), list[float]()
-    # Where it stands decides where it faces, and how it is turned may decide where it stands.
+    before, steps = list[float](), list[float]()
     last = math.inf
-    for rounds in range(_ROUNDS):
+    # Where it stands decides where it faces, and how it is turned may decide where it stands.
+    for _ in range(_ROUNDS):
         placed = _arranged(entry, spots, targets)
         off = _off(entry, placed, targets)
         left = max(map(abs, off), default=0.0)
-        if left <= _FACED or (rounds > _PATIENCE and left > last / 2):
+        if left <= _FACED or last / 2 < left < _ROUGHLY:
             return placed
-        last = left
         steps = [_step(*row) for row in zip(off, before, steps, strict=True)] if steps else off
-        before = off
+        before, last = off, left
         turns = [quat_from_yaw(step) for step in steps]
         spots = [s._replace(quat=quat_multiply(turn, s.quat)) for s, turn in zip(spots, turns, strict=True)]
-    return placed
+    raise PlaceError("as it turns it moves, and never comes to face it; say `euler_deg`", "facing")
 
 
 def _step(off: float, before: float, step: float) -> float:

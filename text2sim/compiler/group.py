@@ -58,12 +58,14 @@ class Group:
     def _lowest(self, spot: Spot, axis: Vec) -> float:
         kind = None if spot.shape is None else spot.shape.kind
         upright = axis == (0.0, 0.0, 1.0) and not (spot.quat[1] or spot.quat[2])
-        if kind in SMOOTH or (upright and kind not in (None, "compound")):
-            turn = IDENTITY if upright else quat_between((0.0, 0.0, 1.0), axis)
-            back = quat_conjugate(turn)
-            bottom = self.sizes.of(spot, spot.quat if upright else quat_multiply(back, spot.quat))[0][2]
-            return bottom + axis[0] * spot.pos[0] + axis[1] * spot.pos[1] + axis[2] * spot.pos[2]
-        return min(solid.span(axis)[0] for solid in self.sizes.solids(spot))
+        if upright and kind not in (None, "compound"):
+            bottom = self.sizes.of(spot)[0][2]
+        elif kind in SMOOTH:
+            back = quat_conjugate(quat_between((0.0, 0.0, 1.0), axis))
+            bottom = self.sizes.of(spot, quat_multiply(back, spot.quat))[0][2]
+        else:
+            bottom = self.sizes.lowest(spot, axis)
+        return bottom + axis[0] * spot.pos[0] + axis[1] * spot.pos[1] + axis[2] * spot.pos[2]
 
     def middle(self) -> Vec:
         """Middle [m] of the bounds; of a group of planes, the first one's origin."""

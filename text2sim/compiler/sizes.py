@@ -41,6 +41,7 @@ class Sizes:
         self._tree_extents, self._tree_pieces = tree_extents, tree_pieces
         # The object is kept beside what is known of it, so that its id stays its own.
         self._known: dict[tuple[int, Quaternion], tuple[Any, Bounds]] = {}
+        self._lowest: dict[tuple[int, Quaternion, Vec], tuple[Any, float]] = {}
         self._trees: dict[int, tuple[Any, list[tuple[Piece, Vec, Quaternion]]]] = {}
 
     def of(self, spot: Spot, quat: Quaternion | None = None) -> Bounds:
@@ -63,6 +64,16 @@ class Sizes:
             except ValueError as error:
                 raise SizeError(str(error)) from None
             found = self._known[key] = (thing, bounds)
+        return found[1]
+
+    def lowest(self, spot: Spot, axis: Vec) -> float:
+        """Return the lowest coordinate [m] of a copy's pieces along a unit vector, about the copy's origin."""
+        thing = spot.model if spot.shape is None else spot.shape
+        key = (id(thing), spot.quat, axis)
+        found = self._lowest.get(key)
+        if found is None:
+            least = min(solid.span(axis)[0] for solid in self.solids(spot._replace(pos=(0.0, 0.0, 0.0))))
+            found = self._lowest[key] = (thing, least)
         return found[1]
 
     def pieces(self, spot: Spot) -> list[tuple[Piece, Vec, Quaternion]]:

@@ -20,10 +20,8 @@ def subject_bounds(props: Sequence[Prop]) -> tuple[np.ndarray, np.ndarray]:
     That is all bodies, and statics: whole where they are not much larger than all of these together, and else as far
     as they are near. A ground without end does not count.
     """
-    solid = [prop for prop in props if not prop.plane and prop.opacity > 0.0 and len(prop.triangles)]
+    solid = [prop for prop in props if not prop.plane and prop.opacity > 0.0]
     bodies = [prop for prop in solid if not prop.static] or solid
-    if not bodies:
-        return np.array((-1.0, -1.0, -1.0)), np.array((1.0, 1.0, 1.0))
     low, high = box_of(bodies)
     size = max(float((high - low).max()), 1e-6)
     around, rim = ((low - part * size, high + part * size) for part in (AROUND, RIM))
@@ -39,7 +37,10 @@ def subject_bounds(props: Sequence[Prop]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def box_of(props: Sequence[Prop]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the corners (3,) [m] of an upright box around props."""
+    """Return the corners (3,) [m] of an upright box around props; around the origin if there are none."""
+    props = [prop for prop in props if len(prop.triangles)]
+    if not props:
+        return np.array((-1.0, -1.0, -1.0)), np.array((1.0, 1.0, 1.0))
     lows = [prop.triangles.reshape(-1, 3).min(axis=0) for prop in props]
     highs = [prop.triangles.reshape(-1, 3).max(axis=0) for prop in props]
     return np.min(lows, axis=0), np.max(highs, axis=0)

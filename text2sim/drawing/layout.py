@@ -13,7 +13,7 @@ from text2sim.drawing.lighting import Lamp, Light, light_up, sky, soft_lamp
 from text2sim.drawing.marks import arrow_marks, camera_marks, joint_marks
 from text2sim.drawing.naming import draw_labels
 from text2sim.drawing.panel import composed, draw_frame, draw_ground_lines, draw_scale, fitted, ground, nice_step
-from text2sim.drawing.picture import Style, paint
+from text2sim.drawing.picture import Picture, Style, paint
 from text2sim.drawing.prop import Stage
 from text2sim.drawing.signs import Marks, draw_legend, draw_marks
 from text2sim.drawing.stage import stage
@@ -30,6 +30,8 @@ LEFT, RIGHT, ABOVE, BELOW = 56, 14, 26, 42
 CELLS = {"top": (0, 0), "front": (0, 1), "side": (1, 1)}
 """Column and row of each panel; the camera has the one that is left."""
 TITLES = {"top": "from above", "front": "from the front (−y)", "side": "from the side (+x)"}
+LONGEST = 170
+"""Pixels of a name in a label."""
 THREADS = 2
 CROWD = 40_000
 """Triangles from which on there are fewer shadows, so that a large case does not take long."""
@@ -44,18 +46,22 @@ def layout(resolution: "Resolution", variant: str = "") -> bytes:
     """
     props = stage(resolution)
     bounds = subject_bounds(props)
-    light = light_up(props, _lamps(resolution, bounds, len(props.triangles)), 0.1, bounds)
     width, height = SIZE
     page = np.ones((height, width, 3), np.float32)
     shown = [fitted(name, bounds, _cell(*cell)) for name, cell in CELLS.items()]
     main = next(iter(cameras(resolution)))
     film, corner = _film_panel(resolution, main)
     flat = Style((1.0, 1.0, 1.0), outline=0.6, planes=False)
-    jobs = [(panel.view, _headlight(panel.view), flat) for panel in shown]
-    jobs.append((film, light, _film_style(resolution, film, bounds)))
-    # Arrays are worked on without holding up other threads.
+
+    def paint_film() -> Picture:
+        light = light_up(props, _lamps(resolution, bounds, len(props.triangles)), 0.1, bounds)
+        return paint(props, film, light, _film_style(resolution, film, bounds))
+
+    # Arrays are worked on without holding up other threads. What takes longest begins first.
     with ThreadPoolExecutor(THREADS) as pool:
-        *pictures, seen = pool.map(lambda job: paint(props, *job), jobs)
+        coming = pool.submit(paint_film)
+        pictures = list(pool.map(lambda panel: paint(props, panel.view, _headlight(panel.view), flat), shown))
+        seen = coming.result()
     for panel, picture in zip(shown, pictures, strict=True):
         x0, y0, x1, y1 = (int(value) for value in panel.box)
         page[y0:y1, x0:x1] = composed(picture, ground(panel, picture.pixels, props))
@@ -148,7 +154,7 @@ def _texts(resolution: "Resolution", props: Stage) -> dict[str, str]:
     """What each body and static is labelled with; a ground is not."""
     planes = {prop.body for prop in props if prop.plane}
     return {
-        name: f"{name} ×{len(copies)}" if len(copies) > 1 else name
+        name: shortened(name, LONGEST, 13) + (f" ×{len(copies)}" if len(copies) > 1 else "")
         for name, copies in resolution.placed.items()
         if name not in planes and copies
     }

@@ -66,6 +66,8 @@ class _Painter:
         self.gloss = np.array([GLOSS[prop.finish] for prop in props], np.float32).reshape(-1, 3)
         self.opacity = np.array([prop.opacity for prop in props], np.float32)
         self.plane = np.array([prop.plane for prop in props], bool)
+        self.owners = np.append(props.owner, np.int32(-1))
+        """Number of the prop by number of the triangle; the last is for nothing, number -1."""
 
     def paint(self) -> Picture:
         """Draw everything."""
@@ -90,7 +92,7 @@ class _Painter:
         # Mixed as sRGB would be: edges of bright things against dark ones are smoother so.
         light[mixed] = decoded(encoded(colors).reshape(-1, 4, 3).mean(axis=1))
         coverage = (ids >= 0).mean(axis=1, dtype=np.float32)
-        owner = np.where(ids[:, 0] >= 0, self.props.owner[ids[:, 0]], -1)
+        owner = self.owners[ids[:, 0]]
         glazed = np.full(h * w, -1, np.int32)
         if not opaque.all():
             self._glaze(light, coverage, glazed)
@@ -230,14 +232,13 @@ class _Painter:
             mixed: Pixels that show more than one.
         """
         h, w = self.view.height, self.view.width
-        owners = np.append(self.props.owner, np.int32(-1))
-        first = owners[ids[:, 0]].reshape(h, w)
+        first = self.owners[ids[:, 0]].reshape(h, w)
         edge = np.zeros((h, w), np.float32)
         if self.view.parallel:
             self._add_steps(edge)
         edge[:, 1:][first[:, 1:] != first[:, :-1]] = 0.5
         edge[1:][first[1:] != first[:-1]] = 0.5
-        inside = owners[ids[mixed]]
+        inside = self.owners[ids[mixed]]
         edge.reshape(-1)[mixed[(inside != inside[:, :1]).any(axis=1)]] = 0.75
         return edge.ravel()
 

@@ -25,8 +25,26 @@ PLAIN = 1.5
 """A way along an axis is told instead of the shortest, if it is no longer than this many times that."""
 ROUNDS = 30
 """A body that is freed of one piece and is then in the next is moved on this often."""
+PAIRS = 12
+"""Pairs of pieces of which the depth is looked for in all directions."""
+EXIT = 5
+"""Steps that a sweep takes, where a test takes one."""
+SHARE = 1200
+"""Steps that one overlap may take."""
 SKIN = 1e-6
 """Overlap [m] of the bounds of pieces that is nothing but rounding."""
+
+
+class Effort:
+    """Steps that may still be taken, so that a heap of overlaps costs no more than a glance."""
+
+    def __init__(self, steps: int) -> None:
+        self.left = steps
+
+    def take(self, steps: int = 1) -> bool:
+        """Take steps; return whether there were so many."""
+        self.left -= steps
+        return self.left >= 0
 
 
 @dataclass(frozen=True)
@@ -77,24 +95,32 @@ def upright(part: Part) -> bool:
     return all(max(abs(c) for c in row) > 1 - 1e-12 for row in rows)
 
 
-def overlap_of(movers: Sequence[Part], others: Sequence[Part], pairs: list[tuple[Part, Part]]) -> Overlap:
+def overlap_of(
+    movers: Sequence[Part], others: Sequence[Part], pairs: list[tuple[Part, Part]], effort: Effort
+) -> Overlap:
     """Return how bodies overlap of which some pieces are inside each other.
 
     Args:
         movers: Pieces of the first body.
         others: Pieces of the second.
         pairs: Pieces (of the first, of the second) that are inside each other.
+        effort: Where it ends, no way out may be found.
     """
+    pairs = pairs[:: len(pairs) // PAIRS + 1]
     directions = _directions(pairs)
+    effort.take(EXIT * len(directions) * len(pairs))
     exits = {direction: [_exit(a, b, direction) for a, b in pairs] for direction in directions}
     depths = [min(column) for column in zip(*exits.values(), strict=True)]
     depth, worst = max((depth, -index) for index, depth in enumerate(depths))
     pair = pairs[-worst]
+    own = Effort(min(max(effort.left, 0), SHARE))
+    effort.left -= own.left
     ways = []
     for direction, first in exits.items():
-        length = _way_out(movers, others, direction, max(first))
+        length = _way_out(movers, others, direction, max(first), own)
         if length is not None:
             ways.append(Way(direction, length))
+    effort.left += max(own.left, 0)
     ways.sort(key=lambda way: (way.length, way.direction not in AXES))
     return Overlap(depth, min(pair[0].thickness, pair[1].thickness), pair, ways)
 
@@ -107,12 +133,19 @@ def plain(ways: Sequence[Way]) -> list[Way]:
     return sorted(ways, key=lambda way: (way.length > limit, way.direction not in AXES, way.length))
 
 
-def _way_out(movers: Sequence[Part], others: Sequence[Part], direction: Vec, way: float) -> float | None:
-    """Return the way [m], from `way` on, after which no mover is in one of the others; None if there are too many."""
+def _way_out(
+    movers: Sequence[Part], others: Sequence[Part], direction: Vec, way: float, effort: Effort
+) -> float | None:
+    """Return the way [m], from `way` on, after which no mover is in one of the others; None if it takes too long."""
     for _ in range(ROUNDS):
-        pairs = [(a, b) for a in movers for b in others if _still_inside(a, b, direction, way)]
+        pairs = [(a, b) for a in movers for b in others if _still_inside(a, b, direction, way, effort)]
+        if effort.left < 0:
+            return None
         if not pairs:
             return way
+        # The farthest of a few: what is left comes in the next round.
+        pairs = pairs[:: len(pairs) // PAIRS + 1]
+        effort.take(EXIT * len(pairs))
         way = max([way, *(_exit(a, b, direction) for a, b in pairs)])
     return None
 
@@ -129,10 +162,12 @@ def moved_part(part: Part, way: Way) -> Part:
     )
 
 
-def _still_inside(a: Part, b: Part, direction: Vec, way: float) -> bool:
+def _still_inside(a: Part, b: Part, direction: Vec, way: float, effort: Effort) -> bool:
     step = _times(direction, way + SKIN)
     low, high = a.box
     if apart((_plus(low, step), _plus(high, step)), b.box, SKIN):
+        return False
+    if not effort.take():
         return False
     if a.mesh is not None or b.mesh is not None:
         return concave.inside(a, b, step)

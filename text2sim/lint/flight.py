@@ -16,6 +16,8 @@ from text2sim.lint.parts import Ground, Part, apart, union
 
 RESTING = 0.002
 """What has something so near [m] below it does not fall."""
+SWEEPS = 4000
+"""Sweeps in a case, which take half a second; the ways of what is left are not known."""
 LEGS = (8, 40)
 """As many straight legs at least and at most make a way."""
 
@@ -68,6 +70,7 @@ class _Flights:
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
         self.known: dict[str, Flight | None] = {}
+        self.left = SWEEPS
         self.others = [(copy, box) for copy in facts.copies.values() if (box := facts.box(copy)) is not None]
 
     def work_out(self, copy: Copy) -> Flight | None:
@@ -87,6 +90,8 @@ class _Flights:
         if not any(v) and not any(g):
             return Flight(copy, v, g, duration, None)
         meeting = self._first(copy, box, near, v, g, duration)
+        if self.left < 0:
+            return None
         return Flight(copy, v, g, meeting.time if meeting is not None else duration, meeting)
 
     def _along(self, copy: Copy, box: Bounds, v: Vec, g: Vec, duration: float) -> list[tuple[Copy, Bounds]]:
@@ -154,8 +159,9 @@ class _Flights:
             if swept is None or apart(swept, its):
                 continue
             for part in self.facts.parts(other):
-                if apart(swept, part.box):
+                if apart(swept, part.box) or self.left < 0:
                     continue
+                self.left -= 1 + len(parts) // 4
                 way = sweep([p.solid for p in parts], [part.solid], direction, start=a)
                 # What it touches at the start it slides along, or leaves.
                 if way is None or way > length or (best is not None and way >= best[0]):

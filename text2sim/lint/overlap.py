@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from text2sim.compiler.placement import Copy
 from text2sim.lint.concave import roughness
-from text2sim.lint.escape import Overlap, Way, inside, moved_part, overlap_of, plain
+from text2sim.lint.escape import Effort, Overlap, Way, inside, moved_part, overlap_of, plain
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Part, apart
 from text2sim.lint.rule import Rule
@@ -24,55 +24,52 @@ LEAST = 1e-4
 """Nor if it is less than this [m]."""
 TESTED = 4000
 """Pairs of pieces that are looked at in a case, which takes 0.2 s; what is left waits for the next check."""
-MEASURED = 50
-"""Overlaps whose depth is found out, which takes 0.2 s; of others only one for each pair of bodies."""
+STEPS = 8000
+"""Steps for finding depths and ways out, half a second in all; then overlaps are only counted."""
 RANKS = {"free": 0, "tree": 1, "driven": 3, "fixed": 4, "static": 5}
-
-
-@dataclass
-class _Effort:
-    """What was looked at so far."""
-
-    tested: int = 0
-    measured: int = 0
 
 
 @dataclass
 class _Found:
     """Overlaps between copies of two bodies."""
 
-    first: tuple[Copy, Copy, Overlap] | None = None
-    """The deepest that was measured."""
+    any: tuple[Copy, Copy]
+    """Some of them."""
+    deepest: tuple[Copy, Copy, Overlap] | None = None
+    """Of those that were measured."""
     count: int = 0
 
 
 def _overlap(facts: Facts) -> Iterator[Problem]:
     """One finding for each pair of bodies, however many of their copies overlap."""
     welded = _welded(facts)
-    effort = _Effort()
+    tests, effort = Effort(TESTED), Effort(STEPS)
     found: dict[tuple[str, str], _Found] = {}
     for a, b in facts.near(slack=LEAST):
-        if effort.tested > TESTED:
+        if tests.left < 0:
             break
         a, b = (b, a) if _rank(facts, b) < _rank(facts, a) else (a, b)
-        pairs = _pieces_inside(facts, a, b, welded, effort)
+        pairs = _pieces_inside(facts, a, b, welded, tests)
         if not pairs:
             continue
-        both = found.setdefault((a.body, b.body), _Found())
-        if both.first is not None and effort.measured >= MEASURED:
+        both = found.setdefault((a.body, b.body), _Found((a, b)))
+        if effort.left <= 0:
             both.count += 1
             continue
-        effort.measured += 1
-        overlap = overlap_of(facts.parts(a), facts.parts(b), pairs)
+        overlap = overlap_of(facts.parts(a), facts.parts(b), pairs, effort)
         if overlap.depth > max(
             GENTLE / push_speed(facts, 1.0), PART * overlap.thickness, LEAST, roughness(*overlap.pair)
         ):
             both.count += 1
-            if both.first is None or overlap.depth > both.first[2].depth * (1 + 1e-6):
-                both.first = a, b, overlap
+            if both.deepest is None or overlap.depth > both.deepest[2].depth * (1 + 1e-6):
+                both.deepest = a, b, overlap
     for both in found.values():
-        if both.first is not None:
-            yield _finding(facts, *both.first, both.count, all_seen=effort.tested <= TESTED)
+        if both.deepest is not None:
+            yield _finding(facts, *both.deepest, both.count, effort, all_seen=tests.left >= 0)
+        elif both.count:
+            a, b = both.any
+            text = f"`{a.name}` and `{b.name}` overlap at the start, like many others; move one, or use place"
+            yield facts.problem("overlap", _pointer(facts, a, b), text, key=True)
 
 
 def push_speed(facts: Facts, depth: float) -> float:
@@ -81,7 +78,7 @@ def push_speed(facts: Facts, depth: float) -> float:
     return depth / settings.bounce_time if settings.bounce_time else PUSH * depth / settings.timeconst
 
 
-def _pieces_inside(facts: Facts, a: Copy, b: Copy, welded: set[frozenset], effort: _Effort) -> list[tuple[Part, Part]]:
+def _pieces_inside(facts: Facts, a: Copy, b: Copy, welded: set[frozenset], tests: Effort) -> list[tuple[Part, Part]]:
     """Return the pieces of two copies that are inside each other, where the engine lets them touch."""
     around_a, around_b = facts.box(a), facts.box(b)
     assert around_a is not None
@@ -96,7 +93,7 @@ def _pieces_inside(facts: Facts, a: Copy, b: Copy, welded: set[frozenset], effor
                 continue
             if welded and frozenset(((a.name, one.link), (b.name, other.link))) in welded:
                 continue
-            effort.tested += 1
+            tests.take()
             if inside(one, other):
                 pairs.append((one, other))
     return pairs
@@ -120,7 +117,9 @@ def _welded(facts: Facts) -> set[frozenset]:
     return found
 
 
-def _finding(facts: Facts, a: Copy, b: Copy, overlap: Overlap, count: int, *, all_seen: bool) -> Problem:
+def _finding(
+    facts: Facts, a: Copy, b: Copy, overlap: Overlap, count: int, effort: Effort, *, all_seen: bool
+) -> Problem:
     depth, thickness = overlap.depth, overlap.thickness
     known = all(part.mesh is None for part in overlap.pair)
     deep = known and facts.free(a) and depth >= thickness / 2 * (1 - 1e-6)
@@ -136,7 +135,7 @@ def _finding(facts: Facts, a: Copy, b: Copy, overlap: Overlap, count: int, *, al
         text += ": the engine pushes them apart" + (f" at {push_speed(facts, depth):.2g} m/s" if known else "")
     else:
         text += ": they press against what holds them, for the whole run"
-    way = _way(facts, a, b, overlap)
+    way = _way(facts, a, b, overlap, effort)
     if way is None:
         text += "; move one, or use place"
     elif a.body == b.body:
@@ -163,15 +162,15 @@ def _pointer(facts: Facts, a: Copy, b: Copy) -> Path:
     return facts.said(a.body, "place", "pose", "repeat")
 
 
-def _way(facts: Facts, a: Copy, b: Copy, overlap: Overlap) -> Way | None:
+def _way(facts: Facts, a: Copy, b: Copy, overlap: Overlap, effort: Effort) -> Way | None:
     """Return the shortest plain way out, if possible one that does not lead into something else."""
     ways = plain(overlap.ways)
     if a.body == b.body:
         return ways[0] if ways else None
-    return next((way for way in ways if not _blocked(facts, a, b, way)), ways[0] if ways else None)
+    return next((way for way in ways if not _blocked(facts, a, b, way, effort)), ways[0] if ways else None)
 
 
-def _blocked(facts: Facts, a: Copy, b: Copy, way: Way) -> bool:
+def _blocked(facts: Facts, a: Copy, b: Copy, way: Way, effort: Effort) -> bool:
     """Whether a copy would be in something else at the end of a way, or under a plane."""
     parts = [moved_part(part, way) for part in facts.parts(a)]
     for plane in facts.planes:
@@ -184,7 +183,7 @@ def _blocked(facts: Facts, a: Copy, b: Copy, way: Way) -> bool:
         for one in parts:
             if not apart(one.box, box, LEAST):
                 others = (other for other in facts.parts(copy) if not apart(one.box, other.box, LEAST))
-                if any(inside(one, other) for other in others):
+                if any(effort.take() and inside(one, other) for other in others):
                     return True
     return False
 

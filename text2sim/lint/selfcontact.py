@@ -6,9 +6,9 @@ from itertools import combinations
 
 from text2sim.compiler.placement import Copy
 from text2sim.compiler.tree import Tree, TreeLink, tree_links
-from text2sim.lint.escape import inside, overlap_of
+from text2sim.lint.escape import Effort, inside, overlap_of
 from text2sim.lint.facts import Facts
-from text2sim.lint.overlap import LEAST, push_speed
+from text2sim.lint.overlap import LEAST, STEPS, push_speed
 from text2sim.lint.parts import Part
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, more_copies
@@ -70,10 +70,10 @@ def _overlapping(copy: Copy, tree: Tree, pairs: set[tuple[str, str]]) -> dict[tu
         link.name: [Part(geom.piece, pos, quat, True, link.name) for geom in link.geoms]
         for link, pos, quat, _ in tree_links(tree, copy.pos, copy.quat)
     }
-    found = {}
+    found, effort = {}, Effort(STEPS)
     for a, b in sorted(pairs):
         touching = [(one, other) for one in parts[a] for other in parts[b] if inside(one, other)]
-        if touching and (depth := overlap_of(parts[a], parts[b], touching).depth) > LEAST:
+        if touching and (depth := overlap_of(parts[a], parts[b], touching, effort).depth) > LEAST:
             found[a, b] = depth
     return dict(sorted(found.items(), key=lambda item: -item[1]))
 

@@ -145,10 +145,11 @@ def _find_run(side: Side, runs: Path | None) -> Path | None:
         digest = plan_case(side.loaded).sim_digest
     except (Text2SimError, OSError):
         return None
-    folder = runs / f"{side.loaded.case.name}-{digest[:10]}"
-    record = RunRecord.read(folder)
-    done = record is not None and record.state in COMPLETE and record.key.get("sim_digest") == digest
-    return folder if done else None
+    for folder in sorted(runs.glob(f"{side.loaded.case.name}-*{digest[:10]}")):
+        record = RunRecord.read(folder)
+        if record is not None and record.state in COMPLETE and record.key.get("sim_digest") == digest:
+            return folder
+    return None
 
 
 def _evidence(folder: Path) -> dict[str, dict[str, Any]]:

@@ -11,6 +11,8 @@ from text2sim.revision.repository import run_git, run_git_status
 from text2sim.spec_schema.errors import RunError
 
 LINE = "case.yaml diff=text2sim merge=text2sim"
+CONFLICT = 10
+"""Exit code of a merge with conflicts: no other failure has it."""
 _SECTIONS = ("diff.text2sim", "merge.text2sim")
 
 
@@ -20,7 +22,9 @@ def settings(command: str) -> dict[str, str]:
         "diff.text2sim.command": f"{command} git diff",
         "diff.text2sim.textconv": f"{command} git textconv",
         "merge.text2sim.name": "text2sim: a merge of meaning",
-        "merge.text2sim.driver": f"{command} git merge %O %A %B %P %L",
+        # If it does not even start, git must not take our version for the merge of both.
+        "merge.text2sim.driver": f"{command} git merge %O %A %B %P %L; code=$?; "
+        f"test $code -eq 0 && exit 0; test $code -eq {CONFLICT} && exit 1; git merge-file --marker-size=%L %A %O %B",
     }
 
 

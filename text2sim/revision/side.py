@@ -17,6 +17,8 @@ from text2sim.spec_schema.migration import migrate
 from text2sim.spec_schema.overlay import NOTHING, Overlay
 from text2sim.spec_schema.source import Source, read_source
 
+EXPANDED = "expanded.yaml"
+"""In a run folder: the case with its overlays laid over it and its prefabs expanded."""
 _VARIANTS = re.compile(r"((?:\+[A-Za-z][A-Za-z0-9_]{0,47})*)$")
 
 
@@ -92,7 +94,9 @@ def open_side(text: str, overlay: Overlay) -> Iterator[Side]:
 def read_side(path: Path, label: str, overlay: Overlay = NOTHING) -> Side:
     """Read a file or folder that is there; see `open_side`."""
     file = path / CASE_FILE if path.is_dir() else path
-    run = file.parent if file.name == CASE_FILE and (file.parent / "run.json").is_file() else None
+    run = path if path.is_dir() and (path / "run.json").is_file() else None
+    if run is not None and (run / EXPANDED).is_file():
+        file = run / EXPANDED
     try:
         side = text_side(read_source(file), label, file, overlay)
     except SpecError as error:

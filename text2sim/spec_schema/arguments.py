@@ -7,7 +7,7 @@ from typing import Any
 
 from text2sim.spec_schema.base import Selector
 from text2sim.spec_schema.colors import NAMED, ColorError, rgb
-from text2sim.spec_schema.document import Document, Node, Path, pointer
+from text2sim.spec_schema.document import Document, Node, Path, pointer, sites_of
 from text2sim.spec_schema.errors import Problem, nearest
 from text2sim.spec_schema.interpolation import parse_interpolation
 from text2sim.spec_schema.prefab_models import PrefabParam
@@ -68,6 +68,15 @@ def check_value(param: PrefabParam, value: Any) -> None:
         raise Unfit(str(wrong), nearest(value, param.of or ()))
     elif param.kind == "body" and not _SELECTOR.fullmatch(value):
         raise Unfit(f"`{value[:60]}` is not a selector: {noun_of(slot_of(Selector)).form}")
+
+
+def is_open(data: Any) -> bool:
+    """Whether the value of something is not known before its expressions are evaluated."""
+    return bool(sites_of(data)) and not _has_mapping(data)
+
+
+def _has_mapping(data: Any) -> bool:
+    return isinstance(data, dict) or (isinstance(data, list) and any(map(_has_mapping, data)))
 
 
 def describe_param(param: PrefabParam) -> str:

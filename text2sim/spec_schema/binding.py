@@ -4,10 +4,11 @@ from dataclasses import dataclass, field
 from graphlib import TopologicalSorter
 from typing import TYPE_CHECKING
 
-from text2sim.spec_schema.arguments import Argument, Unfit, check_value, describe_param, locate, names_in
-from text2sim.spec_schema.document import Derived, Document, Node, Origin, Path, sites_of
+from text2sim.spec_schema.arguments import Argument, Unfit, check_value, describe_param, is_open, locate, names_in
+from text2sim.spec_schema.document import Document, Node, Origin, Path
 from text2sim.spec_schema.errors import Problem, nearest
 from text2sim.spec_schema.library import Definition
+from text2sim.spec_schema.nodes import Derived
 from text2sim.spec_schema.substitution import Bound, bind
 from text2sim.spec_schema.trees import Tree
 from text2sim.spec_schema.values import ExpressionError
@@ -65,7 +66,7 @@ def bind_all(document: Document, entry: Tree, definition: Definition, path: Path
         where, tree = (*path, "with", name), given.child(name)
         try:
             bound = bind(tree.data, tree.node)
-            if not sites_of(tree.data):
+            if not is_open(tree.data):
                 check_value(params[name], tree.data)
             else:
                 binding.arguments.append(Argument(where, tree.node, params[name], tree.data, ()))
@@ -100,9 +101,9 @@ def _bind_defaults(
         try:
             filled = filler.fill(default, binding.values, (use.line, use.column), lambda found: origin)  # noqa: B023
             value = filled.data
-            if not sites_of(value):
+            if not is_open(value):
                 check_value(params[name], value)
-            elif sites_of(default.data):
+            elif is_open(default.data):
                 binding.arguments.append(Argument(where, node, params[name], value, ()))
             binding.values[name] = bind(value)
         except Unfit as error:

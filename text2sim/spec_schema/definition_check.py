@@ -3,7 +3,7 @@
 from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
-from text2sim.spec_schema.arguments import Unfit, check_value, names_in
+from text2sim.spec_schema.arguments import Unfit, check_value, is_open, names_in
 from text2sim.spec_schema.document import Document, Path, sites_of
 from text2sim.spec_schema.errors import Problem, nearest
 from text2sim.spec_schema.evaluation import CONSTANTS
@@ -62,7 +62,7 @@ class _Check:
 
     def default(self, path: Path, name: str) -> None:
         value = self.prefab.params[name].default
-        if sites_of(value):
+        if is_open(value):
             return  # its value is checked where it is used
         try:
             check_value(self.prefab.params[name], value)

@@ -3,8 +3,9 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from text2sim.spec_schema.document import Derived, Node, Origin, sites_of
+from text2sim.spec_schema.document import Node, Origin, sites_of
 from text2sim.spec_schema.interpolation import parse_interpolation
+from text2sim.spec_schema.nodes import Derived
 from text2sim.spec_schema.resolution import COPY_VARIABLES
 from text2sim.spec_schema.substitution import Bound, bind, fill
 from text2sim.spec_schema.trees import Tree, count, mapping, moved

@@ -4,8 +4,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
-from text2sim.spec_schema.document import Derived, Document, Node, Origin, Path, parse_document, parse_pointer, sites_of
+from text2sim.spec_schema.document import Document, Node, Origin, Path, parse_document, parse_pointer, sites_of
 from text2sim.spec_schema.errors import Problem, SpecError, nearest
+from text2sim.spec_schema.nodes import Derived
 from text2sim.spec_schema.overlay import SECTIONS, Overlay, uses_prefabs
 from text2sim.spec_schema.overlay_check import check_names, check_overlay
 from text2sim.spec_schema.paths import parse_dotted

@@ -122,11 +122,10 @@ class Session:
             return
         self._valid, self._shown = version is not None, False
         self._board.show(case=checked.name, problems=wording.problem_rows(checked))
+        if version is None:
+            self._board.show(**wording.refusal(checked), stale=True)
         self._listener.checked(checked, monotonic() - self._saved)
         if version is None:
-            count = sum(problem.severity == "error" for problem in checked.problems)
-            words = checked.failure or f"{count} problem{'s' if count != 1 else ''}"
-            self._board.show(words=words, tone="bad", mark="✗", stale=True, progress=None)
             return
         take = self._take
         if again and take is not None and not take.running and take.state not in ENDED_WELL:
@@ -186,7 +185,7 @@ class Session:
         filmed = self._filmed == film or bool(self.painting.trouble)
         key = (take.number, version.judge_digest, version.plan.render_digest)
         judged = self.judge.judged
-        if take.running or (self._told == key and self._shown):
+        if take.running or (self._told == key and (self._shown or not self._valid)):
             return
         if not filmed or judged is None or judged.key != key[:2]:
             if self._valid:
@@ -194,19 +193,19 @@ class Session:
             return
         self._shown = True
         take.seconds["all"] = monotonic() - version.saved
-        if self._told == key:
-            self._listener.status("nothing to do: neither physics, film nor expectations have changed")
-        else:
-            self._told = key
-            take.write_record()
-            for old in self._folder.glob("take-*"):
-                if old != take.folder:
-                    shutil.rmtree(old, ignore_errors=True)
-            self._listener.done(take, judged.evidence, self.painting.trouble)
         self._board.show(**wording.findings(judged.evidence), stale=not self._valid)
         if self._valid:
             closing = wording.closing(take, judged.evidence, self.painting.trouble)
             self._board.show(**closing, timing=wording.timing(take))
+        if self._told == key:
+            self._listener.status("nothing to do: neither physics, film nor expectations have changed")
+            return
+        self._told = key
+        take.write_record()
+        for old in self._folder.glob("take-*"):
+            if old != take.folder:
+                shutil.rmtree(old, ignore_errors=True)
+        self._listener.done(take, judged.evidence, self.painting.trouble)
 
     # --- news ----------------------------------------------------------------------------------------------------
 

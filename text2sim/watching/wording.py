@@ -21,6 +21,13 @@ def problem_rows(read: Checked) -> list[dict[str, Any]]:
     return rows
 
 
+def refusal(checked: Checked) -> dict[str, Any]:
+    """Why a text is not run."""
+    count = sum(problem.severity == "error" for problem in checked.problems)
+    words = checked.failure or f"{count} problem{'s' if count != 1 else ''}"
+    return {"words": words, "tone": "bad", "mark": "✗", "progress": None}
+
+
 def findings(evidence: dict[str, Any] | None) -> dict[str, Any]:
     """Expectations and measures."""
     if evidence is None:

@@ -1,0 +1,178 @@
+"""The page is for browsers on this machine that were given its address, and for nobody else."""
+
+import http.client
+import json
+import re
+import socket
+import threading
+from importlib import resources
+
+import pytest
+
+from text2sim.watching.board import Board
+from text2sim.watching.server import LISTENERS, PageServer
+
+FILM = bytes(range(256)) * 4
+
+
+@pytest.fixture
+def board():
+    board = Board(case="drop", file="case.yaml", words="ready", tone="good")
+    board.keep_cameras(["main", "top"])
+    board.show_film("main", "1-main.mp4", FILM)
+    return board
+
+
+@pytest.fixture
+def server(board):
+    server = PageServer(board)
+    yield server
+    server.close()
+
+
+def ask(server, path="", *, method="GET", secret=True, **headers):
+    """Ask for something; return status, headers and body."""
+    port = int(server.url.split(":")[2].split("/")[0])
+    token = server.url.rstrip("/").rpartition("/")[2]
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    target = f"/{token}/{path}" if secret else path
+    connection.request(method, target, headers={name.replace("_", "-"): value for name, value in headers.items()})
+    answer = connection.getresponse()
+    return answer.status, answer.headers, answer.read()
+
+
+def test_the_page(server):
+    status, headers, body = ask(server)
+    assert status == 200
+    assert headers["Content-Type"] == "text/html; charset=utf-8"
+    assert b"text2sim watch" in body
+    policy = headers["Content-Security-Policy"]
+    assert "default-src 'none'" in policy
+    nonce = re.search(r"script-src 'nonce-([^']+)'", policy)
+    assert nonce
+    assert body.count(f'nonce="{nonce[1]}"'.encode()) == 2
+
+
+def test_the_page_needs_nothing_from_elsewhere():
+    page = resources.files("text2sim.watching").joinpath("page.html").read_text("utf-8")
+    assert not re.search(r"(?i)https?://|//[\w-]+\.\w|@import|url\(", page)
+    assert "innerHTML" not in page, "what comes from files goes in as text"
+
+
+def test_it_listens_on_this_machine_only(server):
+    assert server.url.startswith("http://127.0.0.1:")
+    port = int(server.url.split(":")[2].split("/")[0])
+    with pytest.raises(OSError), socket.create_connection(("127.0.0.2", port), timeout=1):
+        pass
+
+
+@pytest.mark.parametrize("path", ["/", "/board", "/film/1-main.mp4", "//board", "/wrong/board", "/wrong/", "*"])
+def test_nothing_without_the_secret(server, path):
+    assert ask(server, path, secret=False)[0] == 404
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Host": "evil.example"},
+        {"Host": "127.0.0.1"},
+        {"Host": "127.0.0.1:1"},
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Sec-Fetch-Site": "cross-site"},
+    ],
+    ids=str,
+)
+def test_nothing_for_other_sites(server, headers):
+    """Also not for one whose name was made to mean this machine."""
+    assert ask(server, "board", **headers)[0] == 404
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["film/../case.yaml", "film/2-main.mp4", "film/..%2f..%2fcase.yaml", "film//etc/passwd", "etc/passwd", "page.html"],
+)
+def test_nothing_but_page_board_and_films(server, path):
+    assert ask(server, path)[0] == 404
+
+
+def test_nothing_can_be_sent_to_it(server):
+    assert ask(server, "board", method="POST")[0] == 501
+    assert ask(server, "board", method="PUT")[0] == 501
+
+
+def test_a_film_whole_and_in_parts(server):
+    status, headers, body = ask(server, "film/1-main.mp4")
+    assert (status, body, headers["Accept-Ranges"]) == (200, FILM, "bytes")
+    status, headers, body = ask(server, "film/1-main.mp4", Range="bytes=10-19")
+    assert (status, body, headers["Content-Range"]) == (206, FILM[10:20], "bytes 10-19/1024")
+    assert ask(server, "film/1-main.mp4", Range="bytes=1000-")[2] == FILM[1000:]
+    assert ask(server, "film/1-main.mp4", Range="bytes=-24")[2] == FILM[-24:]
+    assert ask(server, "film/1-main.mp4", Range="bytes=1024-")[0] == 416
+    assert ask(server, "film/1-main.mp4", Range="bytes=nonsense")[2] == FILM
+    status, headers, body = ask(server, "film/1-main.mp4", method="HEAD")
+    assert (status, body, headers["Content-Length"]) == (200, b"", "1024")
+
+
+def test_the_film_before_can_still_be_read_but_no_older_one(server, board):
+    board.show_film("main", "2-main.mp4", b"two")
+    assert ask(server, "film/1-main.mp4")[2] == FILM
+    board.show_film("main", "3-main.mp4", b"three")
+    assert ask(server, "film/1-main.mp4")[0] == 404
+    assert ask(server, "film/2-main.mp4")[2] == b"two"
+
+
+def test_films_stand_in_the_order_of_the_cameras(server, board):
+    board.keep_cameras(["top", "main"])
+    board.show_film("top", "1-top.mp4", b"top")
+    assert [row["camera"] for row in json.loads(ask(server, "board")[2])["films"]] == ["top", "main"]
+    board.keep_cameras(["top"])
+    assert [row["camera"] for row in json.loads(ask(server, "board")[2])["films"]] == ["top"]
+
+
+class Listener:
+    """A page that follows the board."""
+
+    def __init__(self, server):
+        port = int(server.url.split(":")[2].split("/")[0])
+        self.connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+        self.connection.request("GET", f"/{server.url.rstrip('/').rpartition('/')[2]}/events")
+        self.answer = self.connection.getresponse()
+
+    def news(self):
+        while True:
+            line = self.answer.readline()
+            if line.startswith(b"data: "):
+                return json.loads(line[6:])
+            if not line:
+                return None
+
+
+def test_a_page_is_told_of_every_change(server, board):
+    listener = Listener(server)
+    assert listener.answer.headers["Content-Type"] == "text/event-stream"
+    assert listener.news()["words"] == "ready"
+    board.show(words="simulating", progress=0.5)
+    assert listener.news()["progress"] == 0.5
+    board.show(words="simulating")
+    board.show(words="done")
+    assert listener.news()["words"] == "done", "what is no change is no news"
+
+
+def test_pages_are_let_go_at_the_end(board):
+    server = PageServer(board)
+    listener = Listener(server)
+    listener.news()
+    threading.Timer(0.1, server.close).start()
+    assert listener.news() is None
+
+
+def test_there_are_not_more_pages_than_it_can_follow(server):
+    listeners = [Listener(server) for _ in range(LISTENERS + 1)]
+    assert [listener.answer.status for listener in listeners] == [200] * LISTENERS + [503]
+
+
+def test_a_port_that_is_taken(server, board):
+    port = int(server.url.split(":")[2].split("/")[0])
+    with pytest.raises(OSError):
+        PageServer(board, port)
