@@ -1,5 +1,6 @@
 """The command `text2sim show`."""
 
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -31,6 +32,8 @@ def show(
     from text2sim.compiler.explicit import explicit
     from text2sim.spec_schema.errors import Text2SimError, nearest
 
+    # Pictures are drawn in threads of their own; those of the matrix library would only be in their way.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     overlay = overlay_of(variants, sets)
     row = Examined(case_file(case))
     resolution = _resolve(row, case, overlay)
