@@ -1,12 +1,13 @@
 """Convex pieces: what every shape becomes for contact."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
-from text2sim.compiler.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply, quat_rotate
+from text2sim.compiler.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply, quat_rotate, vector_cross
 
 CONE_SIDES = 32
 
@@ -222,15 +223,20 @@ def _thickness(piece: Piece) -> float:
         # The edges of a scanned hull say nothing about how thick it is.
         return min(max(axis) - min(axis) for axis in zip(*piece.vertices, strict=True))
     if piece.kind == "hull":
-        return min(_sides(piece), default=0.0)
+        return min(_widths(piece), default=0.0)
     return 2 * min(piece.size[:1] if piece.kind == "capsule" else piece.size)
 
 
-def _sides(piece: Piece) -> list[float]:
-    """Lengths [m] of the edges of a hull."""
+def _widths(piece: Piece) -> Iterator[float]:
+    """Widths [m] of a hull across each of its faces."""
     corners = piece.vertices
-    return [
-        math.dist(corners[i], corners[j])
-        for face in piece.faces
-        for i, j in zip(face, (*face[1:], face[0]), strict=True)
-    ]
+    for a, b, c, *_ in piece.faces:
+        normal = vector_cross(_minus(corners[b], corners[a]), _minus(corners[c], corners[a]))
+        size = math.hypot(*normal)
+        if size > 0.0:
+            heights = [sum(n * x for n, x in zip(normal, corner, strict=True)) / size for corner in corners]
+            yield max(heights) - min(heights)
+
+
+def _minus(a: Vec, b: Vec) -> Vec:
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])

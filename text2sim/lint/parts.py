@@ -47,11 +47,7 @@ class Part:
     @cached_property
     def thickness(self) -> float:
         """Smallest thickness [m]."""
-        if self.piece.kind != "hull":
-            return piece_thickness(self.piece)
-        # Of a hull, the smallest width is across one of its faces (or between two edges, which is not much less).
-        widths = (high - low for low, high in map(self.solid.span, self.normals()))
-        return min(widths, default=0.0)
+        return piece_thickness(self.piece)
 
     def normals(self) -> list[Vec]:
         """Return unit vectors across the faces of a hull, in the world; of more than `FACES`, the axes of its frame."""

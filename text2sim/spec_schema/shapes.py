@@ -15,7 +15,7 @@ class Plane(Model):
 
     kind: Literal["plane"]
     size: Positive = 40.0
-    """Side [m] of the square that is drawn; contact has no end."""
+    """Side [m] of the square around its origin that is drawn and that bodies touch: beside it they fall."""
 
 
 class Box(Model):
