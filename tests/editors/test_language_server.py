@@ -141,3 +141,19 @@ def test_a_large_case_is_validated_while_one_writes(server, case):
     seconds, found = elapsed(lambda: server.open(case, text))
     assert found == []
     assert seconds < LONGEST
+
+
+PREFABS = sorted((ROOT / "text2sim/prefabs").glob("*.yaml"))
+
+
+@pytest.mark.parametrize("path", PREFABS, ids=lambda path: path.stem)
+def test_no_prefab_of_ours_has_a_squiggle(server, path):
+    """The same schema serves files with prefabs."""
+    modeline = "# yaml-language-server: $schema=../spec_schema/case.schema.json\n"
+    assert squiggles(server, path, modeline + path.read_text("utf-8")) == []
+
+
+def test_a_prefab_is_not_taken_for_a_case(server, case):
+    text = MODELINE + "text2sim: 2\nprefab: cube\nbody: {kind: rigid, shape: {kind: box, size: [1, 1]}}\n"
+    ((where, why),) = squiggles(server, case, text)
+    assert (where, "Expected 3" in why) == ("[1, 1]", True)

@@ -181,7 +181,7 @@ def make_case() -> Callable[..., Case]:
         ball = {"kind": "rigid", "shape": {"kind": "sphere", "radius": 0.1}}
         plane = {"shape": {"kind": "plane"}}
         return Case.model_validate({
-            "text2sim": 1, "name": "case", "prompt": "A ball falls.",
+            "text2sim": 2, "name": "case", "prompt": "A ball falls.",
             "scene": {"duration": duration, "statics": dict.fromkeys(statics, plane), **(scene or {})},
             "bodies": bodies if isinstance(bodies, dict) else dict.fromkeys(bodies, ball),
             "actions": actions,

@@ -10,6 +10,7 @@ import pytest
 from text2sim.compiler.build import plan_case
 from text2sim.compiler.emit import emit
 from text2sim.spec_schema.load import load_text
+from text2sim.watching.painter import film as film_module
 from text2sim.watching.painter.context import NoOpenGL, open_context
 from text2sim.watching.painter.creases import corners
 from text2sim.watching.painter.film import Order, Studio, Superseded
@@ -97,6 +98,11 @@ def written(tmp_path):
 
 def order(text, folder, **options):
     return Order(**{"script": text, "out": folder, "width": 320, "ahead": 0.1, "colors": {}} | options)
+
+
+def keep(films):
+    """What films are told to, where only whole ones count."""
+    return lambda name, path, whole: films.__setitem__(name, path) if whole else None
 
 
 def pictures(path):
@@ -196,7 +202,7 @@ def test_a_film_shows_what_was_recorded(studio, text, written):
     written.add(0, 1.01)
     written.end()
     films = {}
-    assert studio.film(order(text, written.folder), lambda: True, films.__setitem__) == 10
+    assert studio.film(order(text, written.folder), lambda: True, keep(films)) == 10
     assert list(films) == ["main", "round", "after"]
     shots = pictures(films["main"])
     assert len(shots) == 10
@@ -227,20 +233,42 @@ def test_a_film_is_made_while_the_states_are_written(studio, text, written):
 
 def studio_in_thread(text, folder, films):
     """A context belongs to the thread that opened it."""
-    Studio(open_context()).film(order(text, folder), lambda: True, films.__setitem__)
+    Studio(open_context()).film(order(text, folder), lambda: True, keep(films))
+
+
+def test_a_long_simulation_is_shown_before_its_end(studio, text, written, monkeypatch):
+    """The whole film is not the worse for it."""
+    monkeypatch.setattr(film_module, "GLIMPSE", 0.0)
+    written.add(0, 0.51)
+    seen = []
+
+    def done(name, path, whole):
+        if name == "main":
+            seen.append((whole, pictures(path)))
+        if len(seen) == 3:
+            written.add(0.51, 1.01)
+            written.end()
+
+    studio.film(order(text, written.folder), lambda: True, done)
+    assert [whole for whole, _ in seen] == [False] * (len(seen) - 1) + [True]
+    assert [len(shots) for _, shots in seen[:3]] == [1, 2, 3]
+    assert len(seen[-1][1]) == 10
+    for _, shots in seen:
+        assert (shots[0] == seen[-1][1][0]).all(), "the same pictures"
+    assert not list(written.folder.glob("glimpse*"))
 
 
 def test_a_run_that_ended_early_is_filmed_as_far_as_it_came(studio, text, written):
     written.add(0, 0.51)
     written.end()
     films = {}
-    assert studio.film(order(text, written.folder), lambda: True, films.__setitem__) == 5
+    assert studio.film(order(text, written.folder), lambda: True, keep(films)) == 5
     assert len(pictures(films["main"])) == 5
 
 
 def test_nothing_recorded_is_no_film(studio, text, written):
     written.end()
-    assert studio.film(order(text, written.folder), lambda: True, lambda name, path: None) == 0
+    assert studio.film(order(text, written.folder), lambda: True, lambda *film: None) == 0
     assert not list(written.folder.glob("video*"))
 
 
@@ -248,7 +276,7 @@ def test_a_film_that_nobody_wants_any_more_is_left(studio, text, written):
     written.add(0, 0.5)
     wanted = iter([True] * 20)
     with pytest.raises(Superseded):
-        studio.film(order(text, written.folder), lambda: next(wanted, False), lambda name, path: None)
+        studio.film(order(text, written.folder), lambda: next(wanted, False), lambda *film: None)
     assert not list(written.folder.glob("video*"))
 
 
@@ -256,7 +284,7 @@ def test_another_colour_needs_no_other_recording(studio, text, written):
     written.add(0, 1.01)
     written.end()
     films = {}
-    studio.film(order(text, written.folder, colors={"ball": [0, 0, 1, 1]}), lambda: True, films.__setitem__)
+    studio.film(order(text, written.folder, colors={"ball": [0, 0, 1, 1]}), lambda: True, keep(films))
     shot = pictures(films["main"])[5].astype(int)
     assert (shot[85:95, 155:165, 2] > shot[85:95, 155:165, 0] + 60).all()
 
@@ -269,7 +297,7 @@ def test_what_is_clear_lets_through_what_is_behind(studio, text, written):
     for name, alpha in (("solid", 1.0), ("clear", 0.5)):
         films = {}
         colors = {"ball": [0.0, 0.0, 1.0, alpha]}
-        studio.film(order(text, written.folder, colors=colors), lambda: True, films.__setitem__)
+        studio.film(order(text, written.folder, colors=colors), lambda: True, keep(films))
         shots[name] = pictures(films["main"])[5][90, 160].astype(int)
     assert shots["clear"][0] > shots["solid"][0] + 60
 
@@ -278,5 +306,5 @@ def test_a_picture_is_never_larger_than_the_film(studio, text, written):
     written.add(0, 1.01)
     written.end()
     films = {}
-    studio.film(order(text, written.folder, width=4000), lambda: True, films.__setitem__)
+    studio.film(order(text, written.folder, width=4000), lambda: True, keep(films))
     assert pictures(films["main"])[0].shape == (360, 640, 3)

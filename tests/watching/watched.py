@@ -70,7 +70,7 @@ class Watched:
                 if name == kind:
                     return value
             time.sleep(0.005)
-        raise AssertionError(f"no {kind} in {self.said[after:]}")
+        raise AssertionError(f"no {kind} in {self.said[after:]} after {self.said[:after]}")
 
     def content(self) -> dict[str, Any]:
         return json.loads(self.board.read()[1])

@@ -14,6 +14,7 @@ MAX_FILES = 500
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tga")
 
 _MTL_PICTURE = re.compile(r"^\s*(?:map_\w+|bump|disp|decal|refl|norm)\s", re.IGNORECASE)
+_OBJ_MATERIAL = re.compile(rb"^[ \t\r\f\v]*mtllib ([^\n]*)", re.IGNORECASE | re.MULTILINE)
 _DAE_PICTURE = re.compile(rb"(<init_from[^>]*>)([^<]*)(</init_from>)")
 
 
@@ -141,12 +142,11 @@ class Bundle:
             return None
 
     def _obj(self, content: bytes, path: Path, *, painted: bool) -> bytes:
-        lines = content.split(b"\n")
-        for index, line in enumerate(lines):
-            if line.lstrip()[:7].lower() == b"mtllib ":
-                name = self._material(line.strip()[7:].decode("utf-8", "replace").strip(), path) if painted else None
-                lines[index] = b"" if name is None else b"mtllib " + name.encode()
-        return b"\n".join(lines)
+        def replace(found: re.Match[bytes]) -> bytes:
+            name = self._material(found[1].decode("utf-8", "replace").strip(), path) if painted else None
+            return b"" if name is None else b"mtllib " + name.encode()
+
+        return _OBJ_MATERIAL.sub(replace, content)
 
     def _material(self, name: str, path: Path) -> str | None:
         try:

@@ -9,18 +9,20 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from text2sim.assets.remembered import remembered
 from text2sim.spec_schema.errors import AssetError
 
 SCRIPT = Path(__file__).with_name("inspection_child.py")
 TIMEOUT = 120
 """Seconds; a robot of a hundred meshes takes five on a busy machine."""
 
+ANSWER = {"bodies": list, "joints": list, "geoms": list, "loops": int, "motors": int}
 Files = tuple[tuple[str, bytes], ...]
 
 
 @lru_cache(maxsize=32)
 def inspect_model(kind: str, text: str, files: Files) -> dict[str, Any]:
-    """Return bodies, joints, geoms and motors of a model as plain data.
+    """Return bodies, joints, geoms and motors of a model as plain data, from memory if it was seen before.
 
     Args:
         kind: `mjcf` or `urdf`.
@@ -30,6 +32,12 @@ def inspect_model(kind: str, text: str, files: Files) -> dict[str, Any]:
     Raises:
         AssetError: if MuJoCo refuses it, crashes on it, or takes too much time or memory.
     """
+    named = [part for file, content in files for part in (file.encode(), content)]
+    question = [SCRIPT.read_bytes(), kind.encode(), text.encode(), *named]
+    return remembered(question, ANSWER, lambda: _ask_mujoco(kind, text, files))
+
+
+def _ask_mujoco(kind: str, text: str, files: Files) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="text2sim-") as name:
         folder = Path(name)
         (folder / "files").mkdir()

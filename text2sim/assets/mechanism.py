@@ -125,6 +125,10 @@ class Mechanism:
         return any(joint.motor is not None for joint in self.joints)
 
 
+Mechanisms = dict[tuple[str, str | None], Mechanism]
+"""By file and base."""
+
+
 def load_mechanism(folder: Path, file: str, *, base: str | None = None) -> Mechanism:
     """Read an articulated body from the case's folder, or from the engine's assets.
 

@@ -9,6 +9,7 @@ from xml.etree import ElementTree as ET
 from text2sim.assets.bundle import PICTURES, Bundle
 from text2sim.assets.markup import write_markup
 from text2sim.assets.mjcf import MAX_LINKS, Draft
+from text2sim.assets.remembered import remembered
 from text2sim.spec_schema.circles import find_circles
 from text2sim.spec_schema.errors import AssetError, nearest
 
@@ -23,6 +24,7 @@ KNOWN = {
     "joint": frozenset("origin parent child axis limit dynamics mimic".split()),
 }
 """What is kept; the rest (gazebo, transmission, safety_controller, …) does nothing in the engine, or other things."""
+JUDGED = {"limits": dict, "inertialess": bool}
 KINDS = ("revolute", "continuous", "prismatic", "fixed")
 
 
@@ -45,14 +47,21 @@ def read_urdf(root: ET.Element, bundle: Bundle, base: str | None) -> Draft:
     notes = _leave_out(root)
     notes += _draw_collisions(root)
     _take_files(root, bundle)
-    text = write_markup(root)
+    text, free = write_markup(root), base == "free"
+    rules = Path(__file__).read_bytes()
+    judged = remembered([rules, text.encode(), b"free" if free else b"held"], JUDGED, lambda: _judge(text, free=free))
+    return Draft(text, notes, judged["limits"], judged["inertialess"])
+
+
+def _judge(text: str, *, free: bool) -> dict[str, Any]:
+    """Return what the compiler wants to know of a reduced document that can be simulated."""
     robot = _parse(text)
     _check_tree(robot)
     _check_joints(robot)
-    _check_masses(robot, free=base == "free")
-    limits = {j.name: j.limit.effort or 0.0 for j in robot.joints if j.limit is not None}
+    _check_masses(robot, free=free)
+    limits = {j.name: float(j.limit.effort or 0.0) for j in robot.joints if j.limit is not None}
     limits = {name: limit for name, limit in limits.items() if limit > 0.0}
-    return Draft(text, notes, limits, any(link.inertial is None for link in robot.links))
+    return {"limits": limits, "inertialess": any(link.inertial is None for link in robot.links)}
 
 
 def _leave_out(root: ET.Element) -> list[str]:

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from text2sim.assets.mechanism import Mechanism, load_mechanism
+from text2sim.assets.mechanism import Mechanism, Mechanisms, load_mechanism
 from text2sim.compiler.filebody import mechanism_parts
 from text2sim.compiler.geometry import Bounds
 from text2sim.compiler.lower import Lowering
@@ -48,17 +48,20 @@ def tree_standing(model: Any, folder: Path) -> list[tuple[Piece, Vec, Quaternion
     return [(one.piece, one.pos, one.quat) for one in tree_pieces(tree_of(model, folder))]
 
 
-def known_parts(loaded: LoadedCase) -> tuple[dict[str, Parts], list[Problem]]:
+def known_parts(loaded: LoadedCase, mechanisms: Mechanisms) -> tuple[dict[str, Parts], list[Problem]]:
     """Return what selectors can name of bodies whose links are not written in the case, and what is wrong there.
 
-    A file that differs from copy to copy counts as the first copy has it.
+    Files that are read for it are put into `mechanisms`. A file that differs from copy to copy counts as the first copy has it.
     """
     parts: dict[str, Parts] = {}
     problems: list[Problem] = []
     for name, body in loaded.case.bodies.items():
         if isinstance(body, Articulated) and body.file is not None:
             try:
-                mechanism = load_mechanism(loaded.folder, body.file, base=body.base)
+                mechanism = mechanisms.get((body.file, body.base))
+                if mechanism is None:
+                    mechanism = load_mechanism(loaded.folder, body.file, base=body.base)
+                    mechanisms[body.file, body.base] = mechanism
             except AssetError as error:
                 problems.append(loaded.problem(("bodies", name, "file"), str(error), rule="asset"))
                 continue

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim import __version__
+from text2sim.assets.mechanism import Mechanisms
 from text2sim.compiler.anatomy import known_parts, named_parts, tree_extents, tree_standing
 from text2sim.compiler.body_points import BodyPoints
 from text2sim.compiler.controls import Rows, lower_controls, lower_motions
@@ -47,13 +48,14 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     Raises:
         SpecError: with every problem found, if there is an error among them.
     """
-    parts, problems = known_parts(loaded)
+    mechanisms: Mechanisms = {}
+    parts, problems = known_parts(loaded, mechanisms)
     problems += check_references(loaded, parts)
     _stop_at_errors(problems)
     placed, found = place_all(loaded, tree_extents, tree_standing)
     problems += found
     _stop_at_errors(problems)
-    lowering = Lowering(loaded.folder, named_parts(loaded))
+    lowering = Lowering(loaded.folder, named_parts(loaded), mechanisms=mechanisms)
     case, scene = loaded.case, loaded.case.scene
     statics = _groups(loaded, placed, tuple(scene.statics), "scene", lowering, problems)
     bodies = _groups(loaded, placed, tuple(case.bodies), None, lowering, problems)

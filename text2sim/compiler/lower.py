@@ -6,7 +6,7 @@ from functools import singledispatchmethod
 from pathlib import Path
 from typing import Any
 
-from text2sim.assets.mechanism import Mechanism, load_mechanism
+from text2sim.assets.mechanism import Mechanism, Mechanisms, load_mechanism
 from text2sim.compiler import generators, geometry
 from text2sim.compiler.articulated import articulated_tree
 from text2sim.compiler.filebody import file_changes, file_motors, mechanism_tree
@@ -46,8 +46,7 @@ class Lowering:
     notes: dict[str, None] = field(default_factory=dict)
     """What was done to files, each once."""
     initial: dict[str, dict[str, float]] = field(default_factory=dict)
-    mechanisms: dict[tuple[str, str | None], Mechanism] = field(default_factory=dict)
-    """By file and base."""
+    mechanisms: Mechanisms = field(default_factory=dict)
     trees: dict[str, Tree] = field(default_factory=dict)
     """Tree by name of the copy, for lookups of links and joints."""
     balls: dict[str, list[Ball]] = field(default_factory=dict)

@@ -21,6 +21,9 @@ Ball = tuple[Vec, float]
 PIECES_OF_A_MESH = 16
 """Convex pieces that a mesh is taken to fall into; only the engine knows how many there are."""
 
+MAX_SURFACES = 300
+"""Different surfaces that are made for a scene; each is a file, which the engine reads and prepares."""
+
 
 @dataclass(frozen=True)
 class Written:
@@ -50,6 +53,8 @@ class ModelFiles:
     folder: Path
     """The case's folder, for meshes."""
     files: dict[str, bytes] = field(default_factory=dict)
+    _surfaces: set[str] = field(default_factory=set)
+    """Digests of those that were made."""
 
     def write(self, body: str, tree: Tree) -> Written:
         """Write the model file of a tree.
@@ -63,6 +68,12 @@ class ModelFiles:
             for visual in link.visuals:
                 mesh, digest = visual.mesh, visual.mesh.digest
                 meshes[digest] = self._add(f"{digest[:12]}.obj", mesh.obj)
+                self._surfaces.add(digest)
+                if len(self._surfaces) > MAX_SURFACES:
+                    raise AssetError(
+                        f"with this, the scene has more than {MAX_SURFACES} different surfaces, too many for the "
+                        "engine; let copies have the same shape"
+                    )
                 if mesh.picture is not None:
                     meshes[f"{digest}.png"] = self._add(f"{digest[:12]}.png", lambda mesh=mesh: mesh.picture or b"")
             for piece in (geom.piece for geom in link.geoms if geom.piece.file is not None):

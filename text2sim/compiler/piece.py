@@ -231,11 +231,11 @@ def _widths(piece: Piece) -> Iterator[float]:
     """Widths [m] of a hull across each of its faces."""
     corners = piece.vertices
     for a, b, c, *_ in piece.faces:
-        normal = vector_cross(_minus(corners[b], corners[a]), _minus(corners[c], corners[a]))
-        size = math.hypot(*normal)
+        u, v, w = vector_cross(_minus(corners[b], corners[a]), _minus(corners[c], corners[a]))
+        size = math.hypot(u, v, w)
         if size > 0.0:
-            heights = [sum(n * x for n, x in zip(normal, corner, strict=True)) / size for corner in corners]
-            yield max(heights) - min(heights)
+            heights = [u * x + v * y + w * z for x, y, z in corners]
+            yield (max(heights) - min(heights)) / size
 
 
 def _minus(a: Vec, b: Vec) -> Vec:

@@ -7,33 +7,50 @@ import numpy as np
 from text2sim.drawing.prop import Prop
 
 AROUND = 0.6
-"""How far beyond what moves statics are shown, as a part of its size."""
-LARGE = 2.0
-"""A static that is larger than this many times what moves is shown only in part,"""
+"""How far from what is shown a static may stand to be shown as well, as a part of the size of the larger one."""
+LARGE, LEVEL = 40.0, 2.0
+"""A static that is larger than this many times all that is shown, or that lies flat and is larger than this many,"""
+FLAT = 0.15
+"""which means that it is less high than this part of its length,"""
 RIM = 0.15
-"""as far as this beyond it, as a part of its size."""
+"""is shown only as far as this beyond the rest, as a part of its size."""
 
 
 def subject_bounds(props: Sequence[Prop]) -> tuple[np.ndarray, np.ndarray]:
     """Return the corners (3,) [m] of an upright box around what a picture has to show.
 
-    That is all bodies, and statics: whole where they are not much larger than all of these together, and else as far
-    as they are near. A ground without end does not count.
+    That is all bodies, and statics that stand near them, or near such statics: ramps, bins and targets whole, even
+    where a marble is all that moves, but a floor that is much larger than the rest only in part. A ground without end
+    does not count.
     """
     solid = [prop for prop in props if not prop.plane and prop.opacity > 0.0]
-    bodies = [prop for prop in solid if not prop.static] or solid
-    low, high = box_of(bodies)
-    size = max(float((high - low).max()), 1e-6)
-    around, rim = ((low - part * size, high + part * size) for part in (AROUND, RIM))
-    for prop in (prop for prop in solid if prop.static):
-        first, last = box_of([prop])
-        if (last - first).max() > LARGE * size:
-            first, last = np.maximum(first, rim[0]), np.minimum(last, rim[1])
-        elif (first > around[1]).any() or (last < around[0]).any():
-            continue
+    low, high = box_of([prop for prop in solid if not prop.static] or solid)
+    waiting = [box_of([prop]) for prop in solid if prop.static]
+    while True:
+        size = max(float((high - low).max()), 1e-6)
+        shown = [box for box in waiting if not _large(box, size) and _near(box, (low, high), size)]
+        if not shown:
+            break
+        waiting = [box for box in waiting if not any(box is other for other in shown)]
+        low = np.min([low, *(first for first, _ in shown)], axis=0)
+        high = np.max([high, *(last for _, last in shown)], axis=0)
+    rim = low - RIM * size, high + RIM * size
+    for first, last in (box for box in waiting if _large(box, size)):
+        first, last = np.maximum(first, rim[0]), np.minimum(last, rim[1])
         if (first < last).all():
             low, high = np.minimum(low, first), np.maximum(high, last)
     return low, high
+
+
+def _large(box: tuple[np.ndarray, np.ndarray], size: float) -> bool:
+    sides = box[1] - box[0]
+    longest = float(sides.max())
+    return longest > (LEVEL if sides[2] < FLAT * longest else LARGE) * size
+
+
+def _near(box: tuple[np.ndarray, np.ndarray], shown: tuple[np.ndarray, np.ndarray], size: float) -> bool:
+    around = AROUND * max(size, float((box[1] - box[0]).max()))
+    return bool((box[0] < shown[1] + around).all() and (box[1] > shown[0] - around).all())
 
 
 def box_of(props: Sequence[Prop]) -> tuple[np.ndarray, np.ndarray]:

@@ -29,6 +29,9 @@ PAIRS = 12
 """Pairs of pieces of which the depth is looked for in all directions."""
 EXIT = 5
 """Steps that a sweep takes, where a test takes one."""
+ROUND_EXIT = 20
+"""The same where a piece is round: planes close in on it slowly."""
+ROUND = ("cylinder", "ellipsoid")
 SHARE = 1200
 """Steps that one overlap may take."""
 SKIN = 1e-6
@@ -108,7 +111,7 @@ def overlap_of(
     """
     pairs = pairs[:: len(pairs) // PAIRS + 1]
     directions = _directions(pairs)
-    effort.take(EXIT * len(directions) * len(pairs))
+    effort.take(len(directions) * _cost(pairs))
     exits = {direction: [_exit(a, b, direction) for a, b in pairs] for direction in directions}
     depths = [min(column) for column in zip(*exits.values(), strict=True)]
     depth, worst = max((depth, -index) for index, depth in enumerate(depths))
@@ -145,9 +148,14 @@ def _way_out(
             return way
         # The farthest of a few: what is left comes in the next round.
         pairs = pairs[:: len(pairs) // PAIRS + 1]
-        effort.take(EXIT * len(pairs))
+        effort.take(_cost(pairs))
         way = max([way, *(_exit(a, b, direction) for a, b in pairs)])
     return None
+
+
+def _cost(pairs: list[tuple[Part, Part]]) -> int:
+    """Steps that it takes to find how pieces leave each other behind."""
+    return sum(ROUND_EXIT if a.piece.kind in ROUND or b.piece.kind in ROUND else EXIT for a, b in pairs)
 
 
 def moved_part(part: Part, way: Way) -> Part:

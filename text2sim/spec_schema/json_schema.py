@@ -12,7 +12,7 @@ from pydantic import BaseModel
 
 from text2sim.spec_schema.case import Case
 from text2sim.spec_schema.docstrings import field_docs, model_doc
-from text2sim.spec_schema.prefab_models import Use
+from text2sim.spec_schema.prefab_models import PrefabFile, Use
 from text2sim.spec_schema.reach import ROOTS
 from text2sim.spec_schema.scene import Static
 from text2sim.spec_schema.slots import ENTRY, meant
@@ -28,13 +28,19 @@ _BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", 
 
 
 def build_schema() -> Schema:
-    """Make the JSON Schema of a case."""
+    """Make the JSON Schema of a case, and of a file with a prefab, which is told by its key `prefab`."""
     definitions: dict[str, Schema] = {}
-    root = _Maker(definitions, {}).model(Case)
+    maker = _Maker(definitions, {})
+    case, prefab = maker.model(Case), maker.model(PrefabFile)
+    definitions |= {"Case": case, "PrefabFile": prefab}
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
-        "title": "A text2sim case",
-        **root,
+        "title": "text2sim",
+        "description": case["description"],
+        "type": "object",
+        "if": {"required": ["prefab"]},
+        "then": {"$ref": "#/definitions/PrefabFile"},
+        "else": {"$ref": "#/definitions/Case"},
         "definitions": {name: definitions[name] for name in sorted(definitions)},
     }
 
@@ -140,7 +146,9 @@ class _Maker:
                 # Without a kind, what is laid over something may be meant for several.
                 any_kind = {"anyOf": [self.reference(model) for model in dict.fromkeys(kinds.values())]}
                 schema = {"if": {"required": ["kind"]}, "then": schema, "else": any_kind}
-            self.definitions[name] = schema
+            # A prefab may work out the kind; what that comes to, nobody can say here.
+            worked_out = {"properties": {"kind": {"type": "string", "pattern": EXPRESSION}}, "required": ["kind"]}
+            self.definitions[name] = {"if": worked_out, "else": schema}
         return {"$ref": f"#/definitions/{name}"}
 
     def name_union(self, kinds: tuple[str, ...], hint: str) -> str:
@@ -155,7 +163,9 @@ class _Maker:
     def or_use(self, schema: Schema) -> Schema:
         """Something written in full, or the use of a prefab."""
         use = self.use()
-        own = self.definitions["UseChanges" if self.loose else "Use"]["properties"]
+        if self.loose:  # what is laid over a use need not say which
+            return {"anyOf": [use, schema]}
+        own = self.definitions["Use"]["properties"]
         # Named here as well, for it is what to offer where nothing stands yet.
         return {"properties": {"use": own["use"]}, "if": {"required": ["use"]}, "then": use, "else": schema}
 

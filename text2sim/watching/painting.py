@@ -21,6 +21,8 @@ class Shown:
     key: Key
     camera: str
     path: Path
+    whole: bool
+    """Whether it goes to the end of the recording, or its simulation goes on."""
 
 
 class Painting:
@@ -86,7 +88,7 @@ class Painting:
             self._deaths, self.trouble = DEATHS, data["message"]
         elif data.get("order") == self._order and self.busy:
             if "film" in data and self.key is not None:
-                return Shown(self.key, data["camera"], Path(data["film"]))
+                return Shown(self.key, data["camera"], Path(data["film"]), data.get("whole", True))
             if "frames" in data:
                 self.busy, self._deaths = False, 0
                 self.trouble = "" if data["frames"] else "nothing was recorded"

@@ -74,6 +74,7 @@ class Session:
         self._takes = 0
         self._take: Take | None = None
         self._progress: ProgressTail | None = None
+        self._films = 0
         self._filmed: Key | None = None
         self._told: tuple[int, str, str] | None = None
         """What was last said to be up to date: take, judgement, film."""
@@ -249,12 +250,11 @@ class Session:
             film = shown.path.read_bytes()
         except OSError:
             return
-        first = self._filmed != shown.key
-        if first and self._version is not None:
+        if shown.whole and self._filmed != shown.key and self._version is not None:
             take.seconds["film"] = monotonic() - self._version.saved
-        self._filmed = shown.key
-        name = f"{take.number}-{shown.key[1][:8]}-{shown.camera}.mp4"
-        self._board.show_film(shown.camera, name, film)
+            self._filmed = shown.key
+        self._films += 1
+        self._board.show_film(shown.camera, f"{take.number}-{self._films}-{shown.camera}.mp4", film)
         self._board.show(stale=not self._valid)
 
     def _guard(self) -> None:

@@ -32,6 +32,10 @@ class Desk:
         self._news.write(json.dumps(news) + "\n")
         self._news.flush()
 
+    def tell_film(self, order: int, camera: str, path: Path, whole: bool) -> None:
+        """Report a film."""
+        self.tell(order=order, camera=camera, film=str(path), whole=whole)
+
     def _listen(self) -> None:
         for line in sys.stdin:
             order = json.loads(line)
@@ -62,7 +66,7 @@ def main() -> None:
             frames = studio.film(
                 order,
                 lambda number=number: desk.latest == number,
-                lambda name, path, number=number: desk.tell(order=number, camera=name, film=str(path)),
+                lambda *film, number=number: desk.tell_film(number, *film),
             )
             desk.tell(order=number, frames=frames)
         except Superseded:

@@ -18,6 +18,11 @@ from text2sim.watching.painter.video import Video
 
 PATIENCE = 0.01
 """Time [s] between looks for new states."""
+GLIMPSE = 1.5
+"""Time [s] after which a film is shown as far as it is, while its simulation goes on."""
+
+Done = Callable[[str, Path, bool], None]
+"""Told of a film: its camera, its file, and whether it is whole."""
 
 
 class Superseded(Exception):
@@ -48,13 +53,13 @@ class Studio:
         self._shader = Shader(gl)
         self._shader.use()
 
-    def film(self, order: Order, wanted: Callable[[], bool], done: Callable[[str, Path], None]) -> int:
+    def film(self, order: Order, wanted: Callable[[], bool], done: Done) -> int:
         """Film what is recorded, or being recorded, with each camera in turn.
 
         Args:
             order: What to film.
             wanted: Whether it still is.
-            done: Told the name and the file of each film.
+            done: Told of each film, and of the first also when it is not whole yet.
 
         Returns:
             How many pictures a film has.
@@ -75,8 +80,11 @@ class Studio:
             self._shader.light(script.ambient, script.lights)
             for number, name in enumerate(script.cameras):
                 path = order.out / ("video.mp4" if number == 0 else f"video_{name}.mp4")
-                self._shoot(name, Video(path, size, script.fps), script, recording, canvas, props, order.ahead, wanted)
-                done(name, path)
+                video = Video(path, size, script.fps)
+                glimpses = _Glimpses(name, video, path.with_name("glimpse.mp4"), done)
+                self._shoot(name, video, script, recording, canvas, props, order.ahead, wanted, glimpses)
+                glimpses.end()
+                done(name, path, True)
         return script.frames(recording.time[-1])
 
     def _shoot(
@@ -89,6 +97,7 @@ class Studio:
         props: Props,
         ahead: float,
         wanted: Callable[[], bool],
+        glimpses: "_Glimpses",
     ) -> None:
         frame, aspect = 0, canvas.width / canvas.height
         with ExitStack() as stack:
@@ -106,8 +115,31 @@ class Studio:
                 props.draw(*recording.poses(t), eye)
                 video.write(canvas.read())
                 frame += 1
+                if not recording.complete:
+                    glimpses.show()
             stack.pop_all()
             video.close()
+
+
+class _Glimpses:
+    """Shows a film now and then while it is being made; less and less often, for each is written anew."""
+
+    def __init__(self, name: str, video: Video, path: Path, done: Done) -> None:
+        self._name, self._video, self._path, self._done = name, video, path, done
+        self._begun = time.monotonic()
+        self._due = self._begun + GLIMPSE
+
+    def show(self) -> None:
+        """Show it, if it is time to."""
+        now = time.monotonic()
+        if now >= self._due:
+            self._due = now + max(GLIMPSE, (now - self._begun) / 3)
+            if self._video.glimpse(self._path):
+                self._done(self._name, self._path, False)
+
+    def end(self) -> None:
+        """Leave nothing behind."""
+        self._path.unlink(missing_ok=True)
 
 
 def _wait(recording: Recording, wanted: Callable[[], bool], until: Callable[[], bool]) -> None:

@@ -3,6 +3,7 @@
 import os
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,7 @@ class Video:
         self._stream.pix_fmt = "yuv420p"
         # A key picture every second: one jumps about in a preview.
         self._stream.options = {"crf": "21", "preset": "ultrafast", "threads": "1", "g": str(max(1, round(fps)))}
+        self._packets: list[tuple[bytes, int | None, int | None, bool]] = []
         codec = self._stream.codec_context
         codec.colorspace = codec.color_primaries = codec.color_trc = codec.color_range = 1  # BT.709, limited range
 
@@ -27,13 +29,33 @@ class Video:
         """Append a picture, shape (height, width, 4), uint8."""
         frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format="rgba")
         frame = frame.reformat(format="yuv420p", dst_colorspace="ITU709", dst_color_range="MPEG", threads=1)
-        self._container.mux(self._stream.encode(frame))
+        self._mux(self._stream.encode(frame))
+
+    def glimpse(self, path: Path) -> bool:
+        """Write what there is so far into another file, which can be played; return whether there is anything."""
+        if not self._packets:
+            return False
+        part = path.with_name(path.name + ".part")
+        with self._av.open(str(part), "w", format="mp4", options={"movflags": "+faststart"}) as container:
+            stream = container.add_stream_from_template(self._stream)
+            for content, pts, dts, key in self._packets:
+                packet = self._av.Packet(content)
+                packet.stream, packet.time_base = stream, self._stream.time_base
+                packet.pts, packet.dts, packet.is_keyframe = pts, dts, key
+                container.mux(packet)
+        os.replace(part, path)
+        return True
 
     def close(self) -> None:
         """Finish the file and put it in its place."""
-        self._container.mux(self._stream.encode())
+        self._mux(self._stream.encode())
         self._container.close()
         os.replace(self._part, self._path)
+
+    def _mux(self, packets: Any) -> None:
+        for packet in packets:
+            self._packets.append((bytes(packet), packet.pts, packet.dts, packet.is_keyframe))
+            self._container.mux(packet)
 
     def drop(self) -> None:
         """Leave it: nobody wants it any more."""

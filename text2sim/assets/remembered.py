@@ -1,0 +1,102 @@
+"""What was found out about models before, in the user's cache folder: each by its content and by who said it.
+
+To load MuJoCo or a reader of URDF takes a second. What is kept is plain JSON, and nothing of it is believed that does
+not look like an answer. Without a folder to write to, the question is asked every time.
+"""
+
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from hashlib import sha256
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+ASKED = ("mujoco", "numpy", "yourdfpy")
+"""Packages on whose versions answers depend."""
+MANY = 300
+"""Answers that are kept; then the oldest go."""
+LARGE = 16 * 1024**2
+"""Bytes of an answer that is not kept, nor read."""
+
+
+def remembered(
+    question: Iterable[bytes], members: Mapping[str, type], ask: Callable[[], dict[str, Any]]
+) -> dict[str, Any]:
+    """Return the answer to a question: as it was given before, or else as it is given now.
+
+    Args:
+        question: All that the answer depends on, versions of packages left aside.
+        members: Names and types of what an answer holds.
+        ask: Gives the answer. What it raises is not kept.
+    """
+    key = _key_of(question)
+    found = _recall(key, members)
+    if found is None:
+        found = ask()
+        if found.keys() == members.keys():
+            _keep(key, found)
+    return found
+
+
+def _key_of(question: Iterable[bytes]) -> str:
+    digest = sha256()
+    for content in (*question, *(_version(name).encode() for name in ASKED), sys.version.encode()):
+        # With its length, so that no two rows of contents are the same bytes.
+        digest.update(len(content).to_bytes(8, "big"))
+        digest.update(content)
+    return digest.hexdigest()
+
+
+def _recall(key: str, members: Mapping[str, type]) -> dict[str, Any] | None:
+    try:
+        path = folder() / f"{key}.json"
+        if path.stat().st_size > LARGE:
+            return None
+        found = json.loads(path.read_text("utf-8"))
+    except (OSError, ValueError, RuntimeError, RecursionError):
+        return None
+    fits = isinstance(found, dict) and found.keys() == members.keys()
+    return found if fits and all(isinstance(found[name], kind) for name, kind in members.items()) else None
+
+
+def _keep(key: str, answer: dict[str, Any]) -> None:
+    text = json.dumps(answer)
+    if len(text) > LARGE:
+        return
+    with suppress(OSError, RuntimeError):
+        where = folder()
+        where.mkdir(parents=True, exist_ok=True)
+        # Another process may be at the same: each writes a file of its own, and puts it in place when it is whole.
+        handle, name = tempfile.mkstemp(suffix=".part", dir=where)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        os.replace(name, where / f"{key}.json")
+        _tidy(where)
+
+
+def folder() -> Path:
+    """Return the folder of answers.
+
+    Raises:
+        RuntimeError: if the user has no home.
+    """
+    cache = os.environ.get("XDG_CACHE_HOME")
+    return (Path(cache) if cache else Path.home() / ".cache") / "text2sim" / "models"
+
+
+def _tidy(where: Path) -> None:
+    rows = list(where.iterdir())
+    if len(rows) > MANY:
+        for path in sorted(rows, key=lambda path: path.stat().st_mtime)[: len(rows) - MANY]:
+            path.unlink(missing_ok=True)
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return ""
