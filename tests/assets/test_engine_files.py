@@ -10,8 +10,8 @@ from text2sim.assets import shelf
 from text2sim.assets.mechanism import load_mechanism
 from text2sim.assets.shelf import engine_assets, shelf_of
 from text2sim.compiler.build import resolve_case
-from text2sim.compiler.meshfile import load_mesh
-from text2sim.compiler.meshpaint import load_paint
+from text2sim.compiler.shapes.meshfile import load_mesh
+from text2sim.compiler.shapes.meshpaint import load_paint
 from text2sim.spec_schema.errors import AssetError, SpecError
 from text2sim.spec_schema.load import load_text
 

@@ -11,7 +11,7 @@ import numpy as np
 from text2sim.compiler.build import compile_case
 from text2sim.harness.run import run_case
 from text2sim.spec_schema.load import load_case
-from text2sim.spec_schema.overlay import NOTHING, Overlay
+from text2sim.spec_schema.reuse.overlay import NOTHING, Overlay
 
 CASE = """\
 text2sim: 1

@@ -8,7 +8,7 @@ import pytest
 from handmade import CASE, Cli, prepare_run, write_case
 
 from text2sim.spec_schema.load import load_case
-from text2sim.spec_schema.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import Overlay
 
 VARIED = (
     CASE.replace("text2sim: 1", "text2sim: 2")

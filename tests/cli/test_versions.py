@@ -15,11 +15,11 @@ import pytest
 import yaml
 from handmade import CASE, Cli, prepare_run, write_case
 
-from text2sim.spec_schema.canonical import format_text
-from text2sim.spec_schema.edit import edit_text
+from text2sim.spec_schema.changes.edit import edit_text
+from text2sim.spec_schema.changes.patch import apply_operations
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.migration import LATEST
-from text2sim.spec_schema.patch import apply_operations
+from text2sim.spec_schema.reuse.migration import LATEST
+from text2sim.spec_schema.text.canonical import format_text
 
 ROOT = Path(__file__).resolve().parents[2]
 NEW = edit_text(CASE, [{"op": "replace", "path": "/text2sim", "value": LATEST}])

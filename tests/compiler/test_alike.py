@@ -3,7 +3,7 @@
 import time
 
 from text2sim.compiler.build import resolve_case
-from text2sim.compiler.geometry import pieces
+from text2sim.compiler.shapes.geometry import pieces
 from text2sim.spec_schema.load import load_text
 
 HEAD = "text2sim: 1\nname: alike\nscene: {duration: 1, statics: {floor: {shape: {kind: plane}}}}\nbodies:\n"

@@ -8,13 +8,13 @@ import pytest
 from pydantic import TypeAdapter
 
 from text2sim.compiler.build import resolve_case
-from text2sim.compiler.geometry import pieces, volume
-from text2sim.compiler.regions import RegionError, region_middle, region_points
-from text2sim.compiler.skin import skin_of
+from text2sim.compiler.shapes.geometry import pieces, volume
+from text2sim.compiler.shapes.regions import RegionError, region_middle, region_points
+from text2sim.compiler.shapes.skin import skin_of
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.regions import BodyRegion
-from text2sim.spec_schema.shapes import Shape
+from text2sim.spec_schema.models.regions import BodyRegion
+from text2sim.spec_schema.models.shapes import Shape
 
 HERE = Path(".")
 STILL = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))

@@ -8,9 +8,9 @@ from text2sim.compiler.build import Resolution, resolve_case
 from text2sim.compiler.explicit import explicit
 from text2sim.compiler.folding import folded
 from text2sim.compiler.masses import masses
-from text2sim.spec_schema.canonical import format_text
+from text2sim.spec_schema.arithmetic.resolution import COPY_VARIABLES
 from text2sim.spec_schema.load import load_case, load_text
-from text2sim.spec_schema.resolution import COPY_VARIABLES
+from text2sim.spec_schema.text.canonical import format_text
 
 TESTS = Path(__file__).resolve().parent.parent
 CASES = sorted(path.parent for path in (TESTS.parent / "cases").glob("*/case.yaml"))

@@ -8,8 +8,8 @@ from pydantic import TypeAdapter
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from text2sim.compiler.geometry import extents, inner_floor, pieces, points, visual_mesh, volume
-from text2sim.compiler.rotation import (
+from text2sim.compiler.shapes.geometry import extents, inner_floor, pieces, points, visual_mesh, volume
+from text2sim.compiler.shapes.rotation import (
     IDENTITY,
     quat_between,
     quat_from_axis_angle,
@@ -20,10 +20,10 @@ from text2sim.compiler.rotation import (
     quat_rotate,
     quat_to_rows,
 )
-from text2sim.compiler.sweep import Solid, distance, solids, sweep
-from text2sim.spec_schema.base import Pose
+from text2sim.compiler.shapes.sweep import Solid, distance, solids, sweep
 from text2sim.spec_schema.errors import AssetError
-from text2sim.spec_schema.shapes import Shape
+from text2sim.spec_schema.models.base import Pose
+from text2sim.spec_schema.models.shapes import Shape
 
 HERE = Path(".")
 SHAPES = {

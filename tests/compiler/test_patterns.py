@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
-from text2sim.compiler.geometry import extents, pieces
-from text2sim.compiler.packing import PackingError, grain_of, pack
-from text2sim.compiler.patterns import bond_slots, copy_count, copy_variables, pattern_slots
-from text2sim.compiler.rotation import IDENTITY, quat_rotate
-from text2sim.compiler.sweep import distance, solids
-from text2sim.spec_schema.repeat import Repeat
-from text2sim.spec_schema.shapes import Box, Cylinder, Sphere
+from text2sim.compiler.placing.packing import PackingError, grain_of, pack
+from text2sim.compiler.placing.patterns import bond_slots, copy_count, copy_variables, pattern_slots
+from text2sim.compiler.shapes.geometry import extents, pieces
+from text2sim.compiler.shapes.rotation import IDENTITY, quat_rotate
+from text2sim.compiler.shapes.sweep import distance, solids
+from text2sim.spec_schema.models.repeat import Repeat
+from text2sim.spec_schema.models.shapes import Box, Cylinder, Sphere
 
 
 def make(kind, **fields):

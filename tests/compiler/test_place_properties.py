@@ -7,11 +7,11 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from text2sim.compiler.geometry import extents, pieces
-from text2sim.compiler.placement import Copy, place_all
-from text2sim.compiler.rotation import quat_conjugate, quat_multiply, quat_rotate
-from text2sim.compiler.solid import solids
-from text2sim.compiler.sweep import least_distance
+from text2sim.compiler.placing.placement import Copy, place_all
+from text2sim.compiler.shapes.geometry import extents, pieces
+from text2sim.compiler.shapes.rotation import quat_conjugate, quat_multiply, quat_rotate
+from text2sim.compiler.shapes.solid import solids
+from text2sim.compiler.shapes.sweep import least_distance
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
 

@@ -6,10 +6,10 @@ import time
 
 import pytest
 
-from text2sim.compiler.geometry import pieces
-from text2sim.compiler.placement import place_all
-from text2sim.compiler.rotation import quat_rotate
-from text2sim.compiler.sweep import distance, solids
+from text2sim.compiler.placing.placement import place_all
+from text2sim.compiler.shapes.geometry import pieces
+from text2sim.compiler.shapes.rotation import quat_rotate
+from text2sim.compiler.shapes.sweep import distance, solids
 from text2sim.spec_schema.load import load_text
 
 HEAD = """\
@@ -273,7 +273,7 @@ class TestSpeed:
         case = HEAD + f"  ball: {{{BALL}, place: {{on: ramp}}}}"
         code = f"""if True:
             import sys
-            from text2sim.compiler.placement import place_all
+            from text2sim.compiler.placing.placement import place_all
             from text2sim.spec_schema.load import load_text
             assert not place_all(load_text({case!r}))[1]
             print(sorted({{"trimesh", "scipy", "fcl", "mujoco", "genesis", "torch"}} & set(sys.modules)))"""

@@ -5,12 +5,12 @@ import time
 
 import pytest
 
-from text2sim.compiler.anatomy import tree_extents, tree_standing
-from text2sim.compiler.geometry import pieces
-from text2sim.compiler.placement import place_all
-from text2sim.compiler.rotation import quat_rotate
-from text2sim.compiler.solid import solids
-from text2sim.compiler.sweep import least_distance
+from text2sim.compiler.placing.placement import place_all
+from text2sim.compiler.shapes.geometry import pieces
+from text2sim.compiler.shapes.rotation import quat_rotate
+from text2sim.compiler.shapes.solid import solids
+from text2sim.compiler.shapes.sweep import least_distance
+from text2sim.compiler.trees.anatomy import tree_extents, tree_standing
 from text2sim.spec_schema.load import load_text
 
 HEAD = """\

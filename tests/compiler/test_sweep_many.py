@@ -5,10 +5,10 @@ import random
 
 import pytest
 
-from text2sim.compiler.piece import Piece
-from text2sim.compiler.rotation import quat_normalize, vector_unit
-from text2sim.compiler.solid import Solid, shrunk
-from text2sim.compiler.sweep import distance, least_distance, sweep
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.rotation import quat_normalize, vector_unit
+from text2sim.compiler.shapes.solid import Solid, shrunk
+from text2sim.compiler.shapes.sweep import distance, least_distance, sweep
 
 
 def crowd(chance, count, middle):

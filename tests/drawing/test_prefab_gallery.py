@@ -10,8 +10,8 @@ from PIL import Image
 from text2sim.compiler.build import resolve_case
 from text2sim.drawing import gallery
 from text2sim.drawing.stage import stage
-from text2sim.spec_schema.catalogue import built_in, example_case, examples, param_rows
 from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.reuse.catalogue import built_in, example_case, examples, param_rows
 
 DOCS = Path(gallery.__file__).resolve().parents[2] / "docs"
 NAMES = tuple(built_in())

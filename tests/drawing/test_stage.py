@@ -7,9 +7,9 @@ import pytest
 from pictures import resolved, volume
 
 from text2sim.compiler.build import Resolution
-from text2sim.compiler.geometry import body_extents
-from text2sim.compiler.geometry import volume as exact_volume
-from text2sim.compiler.tree import tree_bounds
+from text2sim.compiler.shapes.geometry import body_extents
+from text2sim.compiler.shapes.geometry import volume as exact_volume
+from text2sim.compiler.trees.tree import tree_bounds
 from text2sim.drawing.stage import stage
 
 WELL = 1_000_000

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from text2sim.spec_schema.canonical import dump_case
-from text2sim.spec_schema.document import parse_document
-from text2sim.spec_schema.source import Source
+from text2sim.spec_schema.text.canonical import dump_case
+from text2sim.spec_schema.text.document import parse_document
+from text2sim.spec_schema.text.source import Source
 
 VALUES: tuple[Any, ...] = (
     None, True, False, 0, -1, 1, 2, 0.5, -0.0, 1e-9, 1e-30, 1e9, 1e300, -1e300, 10**25, 2**31, 99_999, 100_001,

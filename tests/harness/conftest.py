@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from text2sim.spec_schema.case import Case
+from text2sim.spec_schema.models.case import Case
 
 ORIGIN = (0.0, 0.0, 0.0)
 IDENTITY = (1.0, 0.0, 0.0, 0.0)

@@ -6,7 +6,7 @@ import pytest
 from text2sim.harness.events import EventLog
 from text2sim.harness.expectations import Ending, Finding, judge_expectations
 from text2sim.harness.measures import Series
-from text2sim.spec_schema.expectations import Expect
+from text2sim.spec_schema.models.expectations import Expect
 
 TIME = np.linspace(0, 1, 101)
 FINISHED = Ending(1.0, 1.0, finished=True, stopped=False)

@@ -7,10 +7,10 @@ from typing import Any
 from text2sim.compiler.build import resolve_case
 from text2sim.lint import Report, lint_case
 from text2sim.lint.rules import EXAMPLE_BASE
-from text2sim.spec_schema.document import parse_document
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.source import Source
+from text2sim.spec_schema.text.document import parse_document
+from text2sim.spec_schema.text.source import Source
 
 
 def merged(base: Any, overlay: Any) -> Any:

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from text2sim.compiler.build import resolve_case
 from text2sim.lint import lint_case
 from text2sim.spec_schema.errors import SpecError
-from text2sim.spec_schema.language_reference import load_examples
 from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.published.language_reference import load_examples
 
 ROOT = Path(__file__).resolve().parents[2]
 size = st.sampled_from([1e-4, 0.004, 0.03, 0.1, 0.4, 2.0, 300.0])

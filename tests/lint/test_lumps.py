@@ -4,8 +4,8 @@ from math import pi
 
 import pytest
 
-from text2sim.compiler.piece import Piece, cone_piece, wall_pieces
-from text2sim.compiler.rotation import quat_from_axis_angle
+from text2sim.compiler.shapes.piece import Piece, cone_piece, wall_pieces
+from text2sim.compiler.shapes.rotation import quat_from_axis_angle
 from text2sim.lint.lumps import Lump, piece_lump, together
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)

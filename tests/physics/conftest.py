@@ -20,8 +20,8 @@ from text2sim.harness.measures import evaluate
 from text2sim.harness.recording import Recording
 from text2sim.harness.selection import Target
 from text2sim.harness.states import Array, LinkRecord, RunStates
-from text2sim.spec_schema.case import Case
 from text2sim.spec_schema.load import load_case
+from text2sim.spec_schema.models.case import Case
 
 PATIENCE = 540.0
 """Longest wait [s] for one case: a bare machine compiles the engine's kernels on the way."""

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from text2sim.spec_schema.canonical import dump_case
-from text2sim.spec_schema.document import parse_document, parse_pointer
 from text2sim.spec_schema.load import LoadedCase, load_text
-from text2sim.spec_schema.source import read_source
+from text2sim.spec_schema.text.canonical import dump_case
+from text2sim.spec_schema.text.document import parse_document, parse_pointer
+from text2sim.spec_schema.text.source import read_source
 
 STAGE = Path(__file__).with_name("stage.yaml")
 

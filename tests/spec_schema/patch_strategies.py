@@ -6,8 +6,8 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from text2sim.spec_schema.document import Path, pointer
-from text2sim.spec_schema.patch import PatchError, apply_operations
+from text2sim.spec_schema.changes.patch import PatchError, apply_operations
+from text2sim.spec_schema.text.document import Path, pointer
 
 _SCALARS = st.one_of(
     st.none(),

@@ -7,12 +7,12 @@ import pytest
 
 from text2sim.compiler.build import Resolution, resolve_case
 from text2sim.lint import lint_case
-from text2sim.spec_schema.catalogue import STAGE, built_in, example_case, examples, library
 from text2sim.spec_schema.errors import Problem, SpecError
-from text2sim.spec_schema.library import Definition
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.prefab_models import PrefabParam
-from text2sim.spec_schema.writing import flow_text
+from text2sim.spec_schema.models.prefab_models import PrefabParam
+from text2sim.spec_schema.reuse.catalogue import STAGE, built_in, example_case, examples, library
+from text2sim.spec_schema.reuse.library import Definition
+from text2sim.spec_schema.text.writing import flow_text
 
 NAMES = tuple(examples())
 HEAVY = ("robot_arm",)
@@ -135,7 +135,7 @@ def test_what_is_out_of_range_is_refused_where_it_stands(name: str):
 
 @pytest.mark.parametrize(("name", "size"), MEASURED.items())
 def test_it_is_as_large_as_it_says(name: str, size: tuple[float, float, float]):
-    from text2sim.compiler.geometry import extents
+    from text2sim.compiler.shapes.geometry import extents
 
     (copy,) = resolved({"use": name, "pose": {"pos": [0, 0, 5]}}).placed["it"]
     low, high = extents(copy.shape, copy.quat, resolved({"use": name, "pose": {"pos": [0, 0, 5]}}).loaded.folder)
@@ -166,7 +166,7 @@ def test_a_full_bottle_is_heavier_by_its_wine():
 
 
 def test_rings_of_a_chain_hold_each_other_and_do_not_touch():
-    from text2sim.compiler.geometry import pieces
+    from text2sim.compiler.shapes.geometry import pieces
 
     for radius, bar in ((0.05, 0.2), (0.02, 0.28), (0.5, 0.12)):
         use = {"use": "ring_chain", "with": {"radius": radius, "bar": bar, "rings": 3, "at": [0, 0, 9]}}

@@ -5,11 +5,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_case import small
 
-from text2sim.spec_schema.canonical import WIDTH, dump_case, format_text
-from text2sim.spec_schema.document import parse_document
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.source import Source
+from text2sim.spec_schema.text.canonical import WIDTH, dump_case, format_text
+from text2sim.spec_schema.text.document import parse_document
+from text2sim.spec_schema.text.source import Source
 
 UGLY = """\
 # yaml-language-server: $schema=x.json

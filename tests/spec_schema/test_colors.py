@@ -2,7 +2,7 @@
 
 import pytest
 
-from text2sim.spec_schema.colors import NAMED, ColorError, rgb
+from text2sim.spec_schema.models.colors import NAMED, ColorError, rgb
 
 
 def test_the_ways_to_say_a_colour():

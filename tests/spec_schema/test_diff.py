@@ -10,15 +10,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from patch_strategies import VALUES, patches
 
-from text2sim.spec_schema.diff import Change, difference, operations
-from text2sim.spec_schema.diff_words import change_line, effect_line, sections
-from text2sim.spec_schema.document import parse_document, parse_pointer
-from text2sim.spec_schema.effects import effects
+from text2sim.spec_schema.changes.diff import Change, difference, operations
+from text2sim.spec_schema.changes.diff_words import change_line, effect_line, sections
+from text2sim.spec_schema.changes.effects import effects
+from text2sim.spec_schema.changes.naming import Rename, follow
+from text2sim.spec_schema.changes.patch import apply_operations, same
+from text2sim.spec_schema.changes.renames import find_renames
 from text2sim.spec_schema.load import load_case
-from text2sim.spec_schema.naming import Rename, follow
-from text2sim.spec_schema.patch import apply_operations, same
-from text2sim.spec_schema.renames import find_renames
-from text2sim.spec_schema.source import read_source
+from text2sim.spec_schema.text.document import parse_document, parse_pointer
+from text2sim.spec_schema.text.source import read_source
 
 STAGE = parse_document(read_source(Path(__file__).with_name("stage.yaml"))).data
 CASES = sorted((Path(__file__).parents[2] / "cases").glob("*/case.yaml"))

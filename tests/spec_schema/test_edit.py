@@ -9,13 +9,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from patch_strategies import patches
 
-from text2sim.spec_schema.amendment import Amendment
-from text2sim.spec_schema.canonical import format_text
-from text2sim.spec_schema.document import parse_document
-from text2sim.spec_schema.edit import edit_text, identical
+from text2sim.spec_schema.changes.amendment import Amendment
+from text2sim.spec_schema.changes.edit import edit_text, identical
+from text2sim.spec_schema.changes.patch import PatchError, apply_operations, inverse
 from text2sim.spec_schema.errors import SpecError
-from text2sim.spec_schema.patch import PatchError, apply_operations, inverse
-from text2sim.spec_schema.source import Source
+from text2sim.spec_schema.text.canonical import format_text
+from text2sim.spec_schema.text.document import parse_document
+from text2sim.spec_schema.text.source import Source
 
 HERE = Path(__file__).parent
 STYLE = (HERE / "own_style.yaml").read_text()

@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_case import only_problem, problems_of, small
 
-from text2sim.spec_schema.expressions import parse_expression
-from text2sim.spec_schema.interpolation import parse_interpolation
+from text2sim.spec_schema.arithmetic.expressions import parse_expression
+from text2sim.spec_schema.arithmetic.interpolation import parse_interpolation
+from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.values import ExpressionError
 
 NAMES = {
     "rows": 8,

@@ -7,12 +7,12 @@ import jsonschema
 import pytest
 
 from text2sim import spec_schema
-from text2sim.spec_schema.document import parse_document
-from text2sim.spec_schema.json_schema import build_schema, schema_text
-from text2sim.spec_schema.language_reference import language_reference, load_examples
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.references import check_references
-from text2sim.spec_schema.source import Source
+from text2sim.spec_schema.names.references import check_references
+from text2sim.spec_schema.published.json_schema import build_schema, schema_text
+from text2sim.spec_schema.published.language_reference import language_reference, load_examples
+from text2sim.spec_schema.text.document import parse_document
+from text2sim.spec_schema.text.source import Source
 
 ROOT = Path(spec_schema.__file__).parents[2]
 
@@ -31,7 +31,7 @@ def test_the_schema_is_fresh():
 
 def test_the_reference_is_fresh():
     committed = (ROOT / "docs/language.md").read_text("utf-8")
-    command = "python -m text2sim.spec_schema.language_reference > docs/language.md"
+    command = "python -m text2sim.spec_schema.published.language_reference > docs/language.md"
     assert committed == language_reference(), f"write it: {command}"
 
 

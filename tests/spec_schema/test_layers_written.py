@@ -8,12 +8,12 @@ from typing import Any
 import jsonschema
 import pytest
 
-from text2sim.spec_schema.canonical import format_text
-from text2sim.spec_schema.document import parse_document
-from text2sim.spec_schema.json_schema import build_schema
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.reference_sections import PREFABS, VARIANTS
-from text2sim.spec_schema.source import Source
+from text2sim.spec_schema.published.json_schema import build_schema
+from text2sim.spec_schema.published.reference_sections import PREFABS, VARIANTS
+from text2sim.spec_schema.text.canonical import format_text
+from text2sim.spec_schema.text.document import parse_document
+from text2sim.spec_schema.text.source import Source
 
 UGLY = """\
 text2sim: 2

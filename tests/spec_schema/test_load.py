@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from small_case import only_problem, problems_of, small
 
-from text2sim.spec_schema.document import parse_pointer, pointer
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_case, load_text
+from text2sim.spec_schema.text.document import parse_pointer, pointer
 
 MANY = """\
 text2sim: 1
@@ -261,7 +261,7 @@ def test_pointers_and_paths():
 def test_checking_a_case_imports_nothing_heavy():
     heavy = "{'numpy', 'genesis', 'torch', 'trimesh', 'ruamel', 'jsonschema', 'rich', 'typer', 'scipy'}"
     code = (
-        "import sys, text2sim.spec_schema.load, text2sim.spec_schema.references;"
+        "import sys, text2sim.spec_schema.load, text2sim.spec_schema.names.references;"
         f"found = {heavy} & set(sys.modules); assert not found, found"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

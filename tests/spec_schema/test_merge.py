@@ -9,17 +9,17 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from patch_strategies import patches
 
-from text2sim.spec_schema.diff import NOTHING
-from text2sim.spec_schema.document import parse_document, parse_pointer
-from text2sim.spec_schema.edit import edit_text
+from text2sim.spec_schema.changes.diff import NOTHING
+from text2sim.spec_schema.changes.edit import edit_text
+from text2sim.spec_schema.changes.merge import Conflict, merge
+from text2sim.spec_schema.changes.merge_text import marked, merge_texts, unmarked
+from text2sim.spec_schema.changes.naming import Rename, follow
+from text2sim.spec_schema.changes.patch import apply_operations, same
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.merge import Conflict, merge
-from text2sim.spec_schema.merge_text import marked, merge_texts, unmarked
-from text2sim.spec_schema.migration import LATEST
-from text2sim.spec_schema.naming import Rename, follow
-from text2sim.spec_schema.patch import apply_operations, same
-from text2sim.spec_schema.references import check_references
-from text2sim.spec_schema.source import Source
+from text2sim.spec_schema.names.references import check_references
+from text2sim.spec_schema.reuse.migration import LATEST
+from text2sim.spec_schema.text.document import parse_document, parse_pointer
+from text2sim.spec_schema.text.source import Source
 
 TEXT = Path(__file__).with_name("stage.yaml").read_text()
 STYLE = Path(__file__).with_name("own_style.yaml").read_text()

@@ -6,10 +6,10 @@ from typing import Any
 import pytest
 from small_case import only_problem, small
 
+from text2sim.spec_schema.changes.patch import apply_operations
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.migration import LATEST, STEPS, steps_for
-from text2sim.spec_schema.patch import apply_operations
+from text2sim.spec_schema.reuse.migration import LATEST, STEPS, steps_for
 
 FIRST = """\
 text2sim: 1

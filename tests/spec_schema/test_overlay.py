@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from text2sim.spec_schema.document import Node, parse_document
 from text2sim.spec_schema.errors import Problem, SpecError
-from text2sim.spec_schema.expanded import expanded_text
 from text2sim.spec_schema.load import LoadedCase, load_text
-from text2sim.spec_schema.overlay import Overlay
-from text2sim.spec_schema.source import Source
-from text2sim.spec_schema.trees import Tree, merge
+from text2sim.spec_schema.reuse.expanded import expanded_text
+from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.trees import Tree, merge
+from text2sim.spec_schema.text.document import Node, parse_document
+from text2sim.spec_schema.text.source import Source
 
 CASE = """\
 text2sim: 2

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from patch_strategies import VALUES, patches
 
-from text2sim.spec_schema.patch import (
+from text2sim.spec_schema.changes.patch import (
     MAX_OPERATIONS,
     PatchError,
     apply_operations,

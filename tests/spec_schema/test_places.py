@@ -3,8 +3,8 @@
 import pytest
 
 from text2sim.spec_schema.errors import SpecError
-from text2sim.spec_schema.placement import RELATIONS, Place
-from text2sim.spec_schema.references import check_references
+from text2sim.spec_schema.models.placement import RELATIONS, Place
+from text2sim.spec_schema.names.references import check_references
 
 BALL = "/bodies/ball"
 

@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from text2sim.spec_schema.errors import Problem, SpecError
-from text2sim.spec_schema.expanded import expanded_text
-from text2sim.spec_schema.library import VARIABLE
 from text2sim.spec_schema.load import LoadedCase, load_text
-from text2sim.spec_schema.overlay import Overlay
-from text2sim.spec_schema.references import check_references
+from text2sim.spec_schema.names.references import check_references
+from text2sim.spec_schema.reuse.expanded import expanded_text
+from text2sim.spec_schema.reuse.library import VARIABLE
+from text2sim.spec_schema.reuse.overlay import Overlay
 
 STICK = """\
 text2sim: 2
@@ -461,7 +461,7 @@ def test_a_plain_case_does_without_the_code_for_prefabs():
     code = (
         "import sys; from pathlib import Path; from text2sim.spec_schema.load import load_case;"
         "load_case(sys.argv[1]);"
-        "found = {f'text2sim.spec_schema.{m}' for m in ('layers', 'prefabs', 'library', 'sweeps', 'reach')} & set(sys.modules);"
+        "found = {f'text2sim.spec_schema.{m}' for m in ('reuse.layers', 'reuse.prefabs', 'reuse.library', 'reuse.sweeps', 'vocabulary.reach')} & set(sys.modules);"
         "assert not found, found"
     )
     case = Path(__file__).resolve().parents[2] / "cases" / "brick_wall"

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from text2sim.spec_schema.references import check_references
+from text2sim.spec_schema.names.references import check_references
 
 CONTROL, MEASURE, EVENT, EXPECT = (f"/actions/{part}/it" for part in ("controls", "measures", "events", "expect"))
 LINKS = "/bodies/arm/links"

@@ -4,8 +4,8 @@ import pytest
 
 from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.overlay import Overlay
-from text2sim.spec_schema.sweeps import grid_runs, parse_grid, runs_of
+from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.sweeps import grid_runs, parse_grid, runs_of
 
 CASE = """\
 text2sim: 2

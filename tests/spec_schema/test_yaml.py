@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_case import only_problem, problems_of, small
 
-from text2sim.spec_schema.document import parse_document
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.source import MAX_BYTES, Source, check_source, decode_source, read_source
+from text2sim.spec_schema.text.document import parse_document
+from text2sim.spec_schema.text.source import MAX_BYTES, Source, check_source, decode_source, read_source
 
 
 def value_of(text: str):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from text2sim.cli import exits
 from text2sim.cli.output import reason, say, say_problems, shown
 from text2sim.spec_schema.errors import MachineError, Problem, SpecError, Text2SimError
-from text2sim.spec_schema.overlay import NOTHING, Overlay
+from text2sim.spec_schema.reuse.overlay import NOTHING, Overlay
 
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
@@ -112,7 +112,7 @@ class Examined:
         say_problems(self.problems, self.sources)
 
     def _text(self, file: str) -> str:
-        from text2sim.spec_schema.source import read_source
+        from text2sim.spec_schema.text.source import read_source
 
         if self.loaded is not None and file == self.loaded.source.file:
             return self.loaded.source.text

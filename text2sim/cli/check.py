@@ -30,7 +30,7 @@ def check(
     """Find everything that is wrong with cases, without running them."""
     from text2sim.cli.cases import Examined, examine, find_cases
     from text2sim.cli.output import say_json
-    from text2sim.spec_schema.overlay import Overlay
+    from text2sim.spec_schema.reuse.overlay import Overlay
 
     if rules or explain:
         from text2sim.cli.rules import say_rule, say_rules

@@ -38,7 +38,7 @@ def diff(
     from text2sim.cli.output import say_json
     from text2sim.revision.compare import compare
     from text2sim.revision.side import open_side
-    from text2sim.spec_schema.overlay import Overlay
+    from text2sim.spec_schema.reuse.overlay import Overlay
 
     with ExitStack() as stack:
         one = stack.enter_context(open_side(a, Overlay(tuple(variant_a or ()))))
@@ -56,7 +56,7 @@ def diff(
 
 def report_lines(found: "Comparison") -> list[str]:
     """What differs, section by section, and what follows from it."""
-    from text2sim.spec_schema.diff_words import change_line, effect_line, sections
+    from text2sim.spec_schema.changes.diff_words import change_line, effect_line, sections
 
     lines = []
     for name, changes in sections(found.changes).items():
@@ -70,7 +70,7 @@ def report_lines(found: "Comparison") -> list[str]:
 
 def stat_lines(found: "Comparison") -> list[str]:
     """How much differs."""
-    from text2sim.spec_schema.diff_words import sections
+    from text2sim.spec_schema.changes.diff_words import sections
 
     lines = []
     for name, changes in sections(found.changes).items():

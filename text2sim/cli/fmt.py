@@ -19,9 +19,9 @@ def fmt(
     from text2sim.cli.cases import Examined, case_file, find_cases
     from text2sim.cli.output import say, say_json, shown
     from text2sim.revision.files import rewrite
-    from text2sim.spec_schema.canonical import format_source
     from text2sim.spec_schema.errors import Text2SimError
-    from text2sim.spec_schema.source import read_source
+    from text2sim.spec_schema.text.canonical import format_source
+    from text2sim.spec_schema.text.source import read_source
 
     code, documents = exits.OK, []
     for path in find_cases(cases):

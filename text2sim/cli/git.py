@@ -64,7 +64,7 @@ def textconv(file: _File) -> None:
     from text2sim.cli.failure import fail
     from text2sim.revision.driver import flat_text
     from text2sim.spec_schema.errors import SpecError
-    from text2sim.spec_schema.source import read_source
+    from text2sim.spec_schema.text.source import read_source
 
     try:
         text = flat_text(read_source(file))

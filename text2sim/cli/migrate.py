@@ -17,11 +17,11 @@ def migrate(
     from text2sim.cli.cases import Examined, case_file, find_cases
     from text2sim.cli.output import say, say_json, shown
     from text2sim.revision.files import rewrite
-    from text2sim.spec_schema.document import parse_document
-    from text2sim.spec_schema.edit import edit_source
+    from text2sim.spec_schema.changes.edit import edit_source
     from text2sim.spec_schema.errors import Text2SimError
-    from text2sim.spec_schema.migration import LATEST, steps_for
-    from text2sim.spec_schema.source import read_source
+    from text2sim.spec_schema.reuse.migration import LATEST, steps_for
+    from text2sim.spec_schema.text.document import parse_document
+    from text2sim.spec_schema.text.source import read_source
 
     code, documents = exits.OK, []
     for path in find_cases(cases):

@@ -63,7 +63,7 @@ def _copy(source: Path, target: Path) -> str:
     """Copy what belongs to a case, never what a link points at, and return its text."""
     import shutil
 
-    from text2sim.spec_schema.source import read_source
+    from text2sim.spec_schema.text.source import read_source
 
     text = read_source(source / "case.yaml").text
 

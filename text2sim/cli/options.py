@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from text2sim.spec_schema.overlay import Overlay
+    from text2sim.spec_schema.reuse.overlay import Overlay
 
 Variants = Annotated[
     list[str] | None,
@@ -19,6 +19,6 @@ Sets = Annotated[
 
 def overlay_of(variants: list[str] | None, sets: list[str] | None) -> "Overlay":
     """What the two options lay over a case."""
-    from text2sim.spec_schema.overlay import Overlay
+    from text2sim.spec_schema.reuse.overlay import Overlay
 
     return Overlay(tuple(variants or ()), tuple(sets or ()))

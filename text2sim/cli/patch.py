@@ -42,8 +42,8 @@ def patch(
     from text2sim.revision.files import rewrite
     from text2sim.revision.patch_file import read_patch
     from text2sim.revision.revise import Refused, revise
-    from text2sim.spec_schema.patch import PatchError
-    from text2sim.spec_schema.source import decode_source, read_source
+    from text2sim.spec_schema.changes.patch import PatchError
+    from text2sim.spec_schema.text.source import decode_source, read_source
 
     file = case_file(case)
     source = read_source(file)
@@ -71,7 +71,7 @@ def patch(
 
 def _say(revision: "Revision", file: Path, count: int, dry_run: bool) -> None:
     from text2sim.cli.output import say, say_problems, shown
-    from text2sim.spec_schema.diff_words import change_line
+    from text2sim.spec_schema.changes.diff_words import change_line
 
     say_problems([*revision.remaining, *revision.warnings], {str(file): revision.text})
     for change in revision.changes:
@@ -102,7 +102,7 @@ def _say_refused(refused: Any, file: Path, wanted: "PatchFile", as_json: bool) -
 
 
 def _document(revision: "Revision", file: Path, dry_run: bool) -> dict[str, Any]:
-    from text2sim.spec_schema.diff_words import change_line
+    from text2sim.spec_schema.changes.diff_words import change_line
 
     return {
         "ok": True,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from text2sim.spec_schema.library import Definition, Library
+    from text2sim.spec_schema.reuse.library import Definition, Library
 
 
 def prefabs(
@@ -34,10 +34,10 @@ def prefabs(
 
 def _library(case: Path | None) -> "Library":
     from text2sim.cli.cases import case_file
-    from text2sim.spec_schema.catalogue import library
-    from text2sim.spec_schema.document import parse_document
-    from text2sim.spec_schema.library import Library
-    from text2sim.spec_schema.source import read_source
+    from text2sim.spec_schema.reuse.catalogue import library
+    from text2sim.spec_schema.reuse.library import Library
+    from text2sim.spec_schema.text.document import parse_document
+    from text2sim.spec_schema.text.source import read_source
 
     if case is None:
         return library()
@@ -65,7 +65,7 @@ def _list(library: "Library", as_json: bool) -> int:
 def _find(library: "Library", name: str) -> "Definition | None":
     """Return a prefab, or None after having said why there is none."""
     from text2sim.cli.output import say
-    from text2sim.spec_schema.library import Missing
+    from text2sim.spec_schema.reuse.library import Missing
 
     try:
         return library.find(name)
@@ -81,7 +81,7 @@ def _described(found: "Definition") -> list[str]:
     """Lines that say all about a prefab."""
     import textwrap
 
-    from text2sim.spec_schema.catalogue import param_rows, parts_of, usage
+    from text2sim.spec_schema.reuse.catalogue import param_rows, parts_of, usage
 
     lines = [f"{found.name} ({found.place})", "", *textwrap.wrap(" ".join(found.model.doc.split()), 100)]
     if parts := parts_of(found):
@@ -102,7 +102,7 @@ def _first_sentence(doc: str) -> str:
 
 
 def _plain(found: "Definition") -> dict[str, Any]:
-    from text2sim.spec_schema.catalogue import parts_of, usage
+    from text2sim.spec_schema.reuse.catalogue import parts_of, usage
 
     params = {name: param.model_dump(mode="json", exclude_unset=True) for name, param in found.model.params.items()}
     return {

@@ -13,7 +13,7 @@ def schema(
     from text2sim.cli.output import say, shown
     from text2sim.harness.record import write_atomically
     from text2sim.spec_schema.errors import RunError
-    from text2sim.spec_schema.json_schema import schema_text
+    from text2sim.spec_schema.published.json_schema import schema_text
 
     text = schema_text()
     if out is None:

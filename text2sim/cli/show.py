@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from text2sim.cli.cases import Examined
     from text2sim.compiler.build import Resolution
     from text2sim.compiler.explicit import Explicit
-    from text2sim.spec_schema.overlay import Overlay
+    from text2sim.spec_schema.reuse.overlay import Overlay
 
 
 def show(

@@ -12,7 +12,7 @@ from text2sim.cli import exits
 if TYPE_CHECKING:
     from text2sim.cli.cases import Examined
     from text2sim.harness.result import RunResult
-    from text2sim.spec_schema.overlay import Overlay
+    from text2sim.spec_schema.reuse.overlay import Overlay
 
 
 def run_sweep(
@@ -69,7 +69,7 @@ def run_sweep(
 def _points(base: "Examined", name: str, grid: list[str]) -> "list[tuple[str, Overlay]]":
     """Label of each run and what is laid over the case; nothing, with the reason in `base`, if there are none."""
     from text2sim.spec_schema.errors import RunError, SpecError
-    from text2sim.spec_schema.sweeps import grid_runs, parse_grid, runs_of
+    from text2sim.spec_schema.reuse.sweeps import grid_runs, parse_grid, runs_of
 
     assert base.loaded is not None
     try:

@@ -8,18 +8,18 @@ from typing import Any
 
 from text2sim import __version__
 from text2sim.assets.mechanism import Mechanisms
-from text2sim.compiler.anatomy import known_parts, named_parts, tree_extents, tree_standing
-from text2sim.compiler.body_points import BodyPoints
 from text2sim.compiler.controls import Rows, lower_controls, lower_motions
 from text2sim.compiler.film import check_targets, resolve_render
 from text2sim.compiler.lower import Lowering
-from text2sim.compiler.placement import Copy, place_all
+from text2sim.compiler.placing.body_points import BodyPoints
+from text2sim.compiler.placing.placement import Copy, place_all
 from text2sim.compiler.plan import EntityPlan, Group, Plan
 from text2sim.compiler.settings import Settings, Traits, derive
-from text2sim.compiler.sizes import MAX_PIECES
+from text2sim.compiler.shapes.sizes import MAX_PIECES
+from text2sim.compiler.trees.anatomy import known_parts, named_parts, tree_extents, tree_standing
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.load import LoadedCase
-from text2sim.spec_schema.references import check_references
+from text2sim.spec_schema.names.references import check_references
 
 
 @dataclass(frozen=True)

@@ -3,17 +3,26 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from text2sim.compiler.body_points import BodyPoints
-from text2sim.compiler.placement import Copy
+from text2sim.compiler.placing.body_points import BodyPoints
+from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import DriveSegment, JointDrive, Prescribed, Velocity, Weld, Wrench
-from text2sim.compiler.regions import RegionError
 from text2sim.compiler.schedules import constructor, oscillation, start_of, value_at, waypoint_functions
 from text2sim.compiler.selection import select, split
-from text2sim.spec_schema.bodies import Driven
-from text2sim.spec_schema.controls import Attach, Control, Drive, Force, Impulse, InitialVelocity, Release, Torque
+from text2sim.compiler.shapes.regions import RegionError
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.load import LoadedCase
-from text2sim.spec_schema.motion import Oscillate, Ramp, Schedule, Spin
+from text2sim.spec_schema.models.bodies import Driven
+from text2sim.spec_schema.models.controls import (
+    Attach,
+    Control,
+    Drive,
+    Force,
+    Impulse,
+    InitialVelocity,
+    Release,
+    Torque,
+)
+from text2sim.spec_schema.models.motion import Oscillate, Ramp, Schedule, Spin
 
 FOREVER = 1e9
 

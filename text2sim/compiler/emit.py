@@ -12,7 +12,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, TemplateError
 from text2sim import __version__
 from text2sim.compiler.literal import Code, comment, identifier, literal
 from text2sim.compiler.plan import EntityPlan, Group, Plan
-from text2sim.compiler.rotation import IDENTITY
+from text2sim.compiler.shapes.rotation import IDENTITY
 
 TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
 COPIED = ("engine.py", "recorder.py", "film.py")

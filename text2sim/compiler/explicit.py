@@ -14,16 +14,16 @@ from text2sim.compiler.film import DEFAULT_LIGHTS
 from text2sim.compiler.folding import escaped, folded
 from text2sim.compiler.looks import default_color
 from text2sim.compiler.masses import masses
-from text2sim.compiler.placement import Copy
-from text2sim.spec_schema.base import Pose
-from text2sim.spec_schema.bodies import Articulated, Driven
-from text2sim.spec_schema.canonical import dump_layout
-from text2sim.spec_schema.document import Path
-from text2sim.spec_schema.expectations import Expect
-from text2sim.spec_schema.layout import Entry, plain_layout
-from text2sim.spec_schema.placement import Place
-from text2sim.spec_schema.regions import BodyPoint, BodyRegion
-from text2sim.spec_schema.words import fields_of
+from text2sim.compiler.placing.placement import Copy
+from text2sim.spec_schema.models.base import Pose
+from text2sim.spec_schema.models.bodies import Articulated, Driven
+from text2sim.spec_schema.models.expectations import Expect
+from text2sim.spec_schema.models.placement import Place
+from text2sim.spec_schema.models.regions import BodyPoint, BodyRegion
+from text2sim.spec_schema.text.canonical import dump_layout
+from text2sim.spec_schema.text.document import Path
+from text2sim.spec_schema.text.layout import Entry, plain_layout
+from text2sim.spec_schema.vocabulary.words import fields_of
 
 AS_WRITTEN = (Place, BodyRegion, BodyPoint, Expect)
 """Models in which to say a default is to say something, or makes no sense beside the rest."""

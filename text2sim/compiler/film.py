@@ -3,16 +3,16 @@
 from math import dist, radians, sqrt, tan
 from typing import Any
 
-from text2sim.compiler.body_points import BodyPoints
-from text2sim.compiler.placement import Copy
-from text2sim.compiler.regions import RegionError
-from text2sim.compiler.rotation import Vec, vector_cross, vector_unit
+from text2sim.compiler.placing.body_points import BodyPoints
+from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.selection import select
-from text2sim.spec_schema.colors import rgb
+from text2sim.compiler.shapes.regions import RegionError
+from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_unit
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.load import LoadedCase
-from text2sim.spec_schema.regions import BodyPoint
-from text2sim.spec_schema.render import Camera, Dolly, Follow, Lamp, Light, Orbit, Render, Softbox, Sun
+from text2sim.spec_schema.models.colors import rgb
+from text2sim.spec_schema.models.regions import BodyPoint
+from text2sim.spec_schema.models.render import Camera, Dolly, Follow, Lamp, Light, Orbit, Render, Softbox, Sun
 
 Ball = tuple[tuple[float, float, float], float]
 

@@ -3,11 +3,11 @@
 import ast
 from collections.abc import Mapping
 
-from text2sim.spec_schema.evaluation import evaluate
-from text2sim.spec_schema.expressions import Expression
-from text2sim.spec_schema.interpolation import parse_interpolation
-from text2sim.spec_schema.resolution import COPY_VARIABLES
-from text2sim.spec_schema.values import ExpressionError, Value
+from text2sim.spec_schema.arithmetic.evaluation import evaluate
+from text2sim.spec_schema.arithmetic.expressions import Expression
+from text2sim.spec_schema.arithmetic.interpolation import parse_interpolation
+from text2sim.spec_schema.arithmetic.resolution import COPY_VARIABLES
+from text2sim.spec_schema.arithmetic.values import ExpressionError, Value
 
 
 def folded(text: str, params: Mapping[str, Value]) -> str:

@@ -3,10 +3,10 @@
 import colorsys
 import random
 
-from text2sim.compiler.placement import Copy
-from text2sim.spec_schema.colors import rgb
-from text2sim.spec_schema.materials import Look
-from text2sim.spec_schema.scene import Static
+from text2sim.compiler.placing.placement import Copy
+from text2sim.spec_schema.models.colors import rgb
+from text2sim.spec_schema.models.materials import Look
+from text2sim.spec_schema.models.scene import Static
 
 Rgba = tuple[float, float, float, float]
 

@@ -7,23 +7,24 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.assets.mechanism import Mechanism, Mechanisms, load_mechanism
-from text2sim.compiler import generators, geometry
-from text2sim.compiler.articulated import articulated_tree
-from text2sim.compiler.filebody import file_changes, file_motors, mechanism_tree
-from text2sim.compiler.joints import joint_of
 from text2sim.compiler.looks import Rgba, rgba_of
-from text2sim.compiler.model_files import Ball, ModelFiles, Written, count_pieces
-from text2sim.compiler.piece import Piece, piece_ball, piece_thickness
-from text2sim.compiler.placement import Copy
+from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
-from text2sim.compiler.rotation import frame_apply, quat_conjugate, quat_rotate, vector_unit
-from text2sim.compiler.surface import VisualMesh
-from text2sim.compiler.tree import Tree, TreeGeom, TreeJoint, TreeLink, TreeVisual, tree_balls
-from text2sim.spec_schema.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
-from text2sim.spec_schema.materials import Look, Material
-from text2sim.spec_schema.motion import Oscillate, Spin
-from text2sim.spec_schema.scene import Static
-from text2sim.spec_schema.shapes import Compound, Mesh, Part
+from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.piece import Piece, piece_ball, piece_thickness
+from text2sim.compiler.shapes.rotation import frame_apply, quat_conjugate, quat_rotate, vector_unit
+from text2sim.compiler.shapes.surface import VisualMesh
+from text2sim.compiler.trees import generators
+from text2sim.compiler.trees.articulated import articulated_tree
+from text2sim.compiler.trees.filebody import file_changes, file_motors, mechanism_tree
+from text2sim.compiler.trees.joints import joint_of
+from text2sim.compiler.trees.model_files import Ball, ModelFiles, Written, count_pieces
+from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink, TreeVisual, tree_balls
+from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
+from text2sim.spec_schema.models.materials import Look, Material
+from text2sim.spec_schema.models.motion import Oscillate, Spin
+from text2sim.spec_schema.models.scene import Static
+from text2sim.spec_schema.models.shapes import Compound, Mesh, Part
 
 NATIVE = {"box": "Box", "sphere": "Sphere", "cylinder": "Cylinder"}
 IMMOVABLE = 1e4

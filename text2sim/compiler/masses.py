@@ -1,8 +1,8 @@
 """What everything weighs."""
 
-from text2sim.compiler import geometry
 from text2sim.compiler.build import Resolution
-from text2sim.compiler.placement import Copy
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes import geometry
 
 
 def masses(resolution: Resolution) -> dict[str, float]:

@@ -7,7 +7,7 @@ from bisect import bisect_right
 from math import pi, radians, sin
 
 from text2sim.compiler.literal import Code, literal
-from text2sim.spec_schema.motion import Constant, Oscillate, Piecewise, Ramp, Schedule, Sine, Steps, Waypoints
+from text2sim.spec_schema.models.motion import Constant, Oscillate, Piecewise, Ramp, Schedule, Sine, Steps, Waypoints
 
 
 def start_of(schedule: Schedule) -> float:

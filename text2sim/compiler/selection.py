@@ -2,7 +2,7 @@
 
 import re
 
-from text2sim.compiler.placement import Copy
+from text2sim.compiler.placing.placement import Copy
 
 SELECTOR = re.compile(r"(?P<body>\w+)(?:\[(?P<index>[^\]]+)\])?(?:\.(?P<part>\w+))?\Z")
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from math import acos, acosh, ceil, exp, sqrt
 
-from text2sim.spec_schema.scene import Scene
+from text2sim.spec_schema.models.scene import Scene
 
 CROWD = 100
 """More loose bodies than this and the Newton solver is 20 to 60 times slower than CG."""

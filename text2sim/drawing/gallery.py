@@ -8,8 +8,8 @@ from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
 
-from text2sim.spec_schema.catalogue import built_in, example_case, examples, param_rows, parts_of
-from text2sim.spec_schema.library import BUILT_IN
+from text2sim.spec_schema.reuse.catalogue import built_in, example_case, examples, param_rows, parts_of
+from text2sim.spec_schema.reuse.library import BUILT_IN
 
 COMMAND = "python -m text2sim.drawing.gallery docs"
 SIZE = (480, 360)

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from text2sim.compiler.piece import piece_reach
-from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import Quaternion, Vec, frame_apply, quat_rotate
-from text2sim.compiler.tree import StandingLink, TreeJoint, tree_links
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.piece import piece_reach
+from text2sim.compiler.shapes.rotation import Quaternion, Vec, frame_apply, quat_rotate
+from text2sim.compiler.trees.tree import StandingLink, TreeJoint, tree_links
 from text2sim.drawing.prop import Prop
 from text2sim.drawing.views import camera_pose, cameras, film_view
-from text2sim.spec_schema.bodies import Chain, Net, Ragdoll
-from text2sim.spec_schema.motion import Oscillate, Waypoints
+from text2sim.spec_schema.models.bodies import Chain, Net, Ragdoll
+from text2sim.spec_schema.models.motion import Oscillate, Waypoints
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution

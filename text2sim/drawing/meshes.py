@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from text2sim.compiler.piece import Piece
-from text2sim.compiler.surface import VisualMesh
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.surface import VisualMesh
 
 SHARP = 0.5
 """Normals of neighbours that differ more than this stay apart when a surface is made simpler."""

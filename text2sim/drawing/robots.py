@@ -10,12 +10,12 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from text2sim.assets.mechanism import Mechanism
-from text2sim.compiler.meshfile import turn_upright
-from text2sim.compiler.meshpaint import MAX_SMOOTHED, SMOOTH, material_of
-from text2sim.compiler.piece import Piece
-from text2sim.compiler.rotation import Vec, quat_from_euler_deg
-from text2sim.compiler.surface import VisualMesh
-from text2sim.compiler.tree import TreeGeom, TreeVisual
+from text2sim.compiler.shapes.meshfile import turn_upright
+from text2sim.compiler.shapes.meshpaint import MAX_SMOOTHED, SMOOTH, material_of
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.rotation import Vec, quat_from_euler_deg
+from text2sim.compiler.shapes.surface import VisualMesh
+from text2sim.compiler.trees.tree import TreeGeom, TreeVisual
 
 Rgba = tuple[float, float, float, float]
 Dress = tuple[tuple[TreeGeom, ...], tuple[TreeVisual, ...]]

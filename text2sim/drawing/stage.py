@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from text2sim.assets.mechanism import Mechanism, MechanismLink
-from text2sim.compiler.filebody import geom_of
-from text2sim.compiler.piece import Piece
-from text2sim.compiler.placement import Copy
+from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan
-from text2sim.compiler.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply
-from text2sim.compiler.surface import VisualMesh
-from text2sim.compiler.tree import Tree, TreeGeom, TreeLink, tree_links
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply
+from text2sim.compiler.shapes.surface import VisualMesh
+from text2sim.compiler.trees.filebody import geom_of
+from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeLink, tree_links
 from text2sim.drawing.meshes import Triangles, drawn, scale_of, solid, square, unit
 from text2sim.drawing.prop import Prop, Stage
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from text2sim.compiler.placement import Copy
-from text2sim.compiler.tree import tree_links
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.trees.tree import tree_links
 from text2sim.drawing.prop import Stage
 from text2sim.drawing.raster import Raster
 from text2sim.drawing.stage import stage

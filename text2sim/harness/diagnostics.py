@@ -7,7 +7,7 @@ import numpy as np
 from text2sim.harness.recording import Recording
 from text2sim.harness.selection import base_name
 from text2sim.harness.states import Array
-from text2sim.spec_schema.controls import Force, Impulse, Torque
+from text2sim.spec_schema.models.controls import Force, Impulse, Torque
 
 
 def extremes(time: Array, values: Array) -> dict[str, Any]:

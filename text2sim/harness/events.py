@@ -15,8 +15,8 @@ from text2sim.harness.measures import Series
 from text2sim.harness.recording import Recording
 from text2sim.harness.selection import SelectionError, Target
 from text2sim.harness.states import Array
-from text2sim.spec_schema import events
-from text2sim.spec_schema.controls import Attach, Release
+from text2sim.spec_schema.models import events
+from text2sim.spec_schema.models.controls import Attach, Release
 
 LIMIT_TOUCH, LIMIT_LEAVE = 0.002, 0.02
 """Parts of a joint's range: nearer to its end it counts as arrived, and farther away as gone again."""

@@ -23,9 +23,9 @@ from text2sim.harness.recording import Recording
 from text2sim.harness.selection import base_name
 from text2sim.harness.states import Array
 from text2sim.harness.visibility import summarise_visibility
-from text2sim.spec_schema.case import Case
-from text2sim.spec_schema.events import ContactEvent, SeparationEvent
-from text2sim.spec_schema.measures import ContactCount, ContactForce, Penetration
+from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.models.events import ContactEvent, SeparationEvent
+from text2sim.spec_schema.models.measures import ContactCount, ContactForce, Penetration
 
 EPISODES = 5_000
 """Most undeclared touches that `events.jsonl` lists."""

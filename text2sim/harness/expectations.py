@@ -9,7 +9,7 @@ import numpy as np
 from text2sim.harness.events import EventLog
 from text2sim.harness.measures import Series
 from text2sim.harness.states import Array
-from text2sim.spec_schema.expectations import Expect
+from text2sim.spec_schema.models.expectations import Expect
 
 HAIR = 1e-9
 """Times [s] nearer than this are equal: a frame's time is a sum of steps."""

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from text2sim.harness.states import Array, RunStates
-from text2sim.spec_schema.base import AXES, Axis
-from text2sim.spec_schema.scene import Domain
-from text2sim.spec_schema.space import BoxRegion, Region, SphereRegion
+from text2sim.spec_schema.models.base import AXES, Axis
+from text2sim.spec_schema.models.scene import Domain
+from text2sim.spec_schema.models.space import BoxRegion, Region, SphereRegion
 
 _MESH = re.compile(r"\w{1,128}\.npz\Z")
 MANY = 64

@@ -17,8 +17,8 @@ from text2sim.harness.geometry import depth_inside, reach, rotate
 from text2sim.harness.recording import Recording
 from text2sim.harness.selection import SelectionError, Target
 from text2sim.harness.states import Array, JointRecord
-from text2sim.spec_schema import measures
-from text2sim.spec_schema.base import AXES
+from text2sim.spec_schema.models import measures
+from text2sim.spec_schema.models.base import AXES
 
 _COLUMN = {"x": 0, "y": 1, "z": 2}
 _UNITS = {

@@ -10,7 +10,7 @@ from text2sim.harness.contacts import ContactLog
 from text2sim.harness.geometry import Geometry, rotate, rotate_back
 from text2sim.harness.selection import Cast, Target
 from text2sim.harness.states import Array, RunStates
-from text2sim.spec_schema.case import Case
+from text2sim.spec_schema.models.case import Case
 
 
 @dataclass(frozen=True)

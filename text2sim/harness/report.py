@@ -16,9 +16,9 @@ from text2sim.harness.record import RunRecord, write_atomically
 from text2sim.harness.recording import Recording
 from text2sim.harness.run_files import read_events, read_films, read_json, read_measures, read_text
 from text2sim.harness.states import Array
-from text2sim.spec_schema.case import Case
 from text2sim.spec_schema.errors import RunError
-from text2sim.spec_schema.expectations import Expect
+from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.models.expectations import Expect
 
 TOUCHES = 25
 """Undeclared touches in the table, the hardest."""

@@ -21,8 +21,8 @@ from text2sim.harness.record import COMPLETE, RunRecord, write_atomically
 from text2sim.harness.result import RunResult
 from text2sim.harness.stop import Stop
 from text2sim.spec_schema.errors import MachineError, Problem, RunError
-from text2sim.spec_schema.expanded import expanded_text
-from text2sim.spec_schema.overlay import needs_layers
+from text2sim.spec_schema.reuse.expanded import expanded_text
+from text2sim.spec_schema.reuse.overlay import needs_layers
 
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from text2sim.harness.states import Array, JointRecord, RunStates
-from text2sim.spec_schema.case import Case
+from text2sim.spec_schema.models.case import Case
 
 _SELECTOR = re.compile(r"(?P<body>\w+)(?:\[(?P<index>[\d:*]+)\])?(?:\.(?P<part>\w+))?\Z")
 WORLD = "world"

@@ -14,7 +14,7 @@ from text2sim.lint.motors import one_each
 from text2sim.lint.rule import Rule
 from text2sim.lint.targets import targets_of
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.measures import JointPosition
+from text2sim.spec_schema.models.measures import JointPosition
 
 TURNS = 10.0
 """Angle [rad] from which a target that is a round number of degrees is taken for degrees."""

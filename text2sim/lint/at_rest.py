@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from itertools import product
 from typing import Any
 
-from text2sim.compiler.placement import Copy
+from text2sim.compiler.placing.placement import Copy
 from text2sim.lint.facts import Facts
 from text2sim.lint.gaps import gap, height
 from text2sim.lint.happenings import happening_of
@@ -21,9 +21,9 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.starts import resting
 from text2sim.lint.targets import targets_of
 from text2sim.lint.values import JOINTS, subjects, values_of
-from text2sim.spec_schema.controls import Attach, Release
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.expectations import Expect
+from text2sim.spec_schema.models.controls import Attach, Release
+from text2sim.spec_schema.models.expectations import Expect
 
 MANY = 2_000
 """Pairs of bodies that are looked at, at most."""

@@ -9,8 +9,8 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.shots import Shot, shots
 from text2sim.lint.subjects import Balls, drawn, middle_of, subjects
 from text2sim.lint.words import length, vector
-from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.text.document import Path
 
 SMALL = 0.001
 """Part of the picture below which a subject is not recognised: 30 x 30 pixels of 1280 x 720."""

@@ -3,9 +3,9 @@
 from functools import lru_cache
 from typing import Any
 
-from text2sim.compiler.meshfile import MeshFile
-from text2sim.compiler.piece import Piece
-from text2sim.compiler.rotation import Vec, frame_apply, quat_conjugate, quat_multiply, quat_rotate
+from text2sim.compiler.shapes.meshfile import MeshFile
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.rotation import Vec, frame_apply, quat_conjugate, quat_multiply, quat_rotate
 from text2sim.lint.parts import Part
 
 ROUGH = 0.05

@@ -11,9 +11,9 @@ from itertools import combinations
 from text2sim.lint.facts import Facts
 from text2sim.lint.outcomes import Asked, asked_of, bound_of
 from text2sim.lint.rule import Rule
-from text2sim.spec_schema.circles import find_circles
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.expectations import Expect
+from text2sim.spec_schema.models.expectations import Expect
+from text2sim.spec_schema.names.circles import find_circles
 
 Wish = tuple[str, Expect, Asked]
 

@@ -8,8 +8,8 @@ from math import pi, radians
 from text2sim.compiler.controls import Target
 from text2sim.compiler.schedules import value_at
 from text2sim.lint.facts import Facts
-from text2sim.spec_schema.document import Path
-from text2sim.spec_schema.motion import Constant, Piecewise, Ramp, Schedule, Sine, Steps
+from text2sim.spec_schema.models.motion import Constant, Piecewise, Ramp, Schedule, Sine, Steps
+from text2sim.spec_schema.text.document import Path
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import dist, inf, sqrt
 
-from text2sim.compiler.placement import Copy
+from text2sim.compiler.placing.placement import Copy
 from text2sim.lint.facts import Facts
 from text2sim.lint.mechanics import mechanics_of
 from text2sim.lint.outcomes import asked_of, bound_of

@@ -7,9 +7,9 @@ when the piece is swept back until it touches (`compiler.sweep`).
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from text2sim.compiler.gjk import distance
-from text2sim.compiler.rotation import Vec, quat_multiply, quat_to_rows
-from text2sim.compiler.sweep import sweep
+from text2sim.compiler.shapes.gjk import distance
+from text2sim.compiler.shapes.rotation import Vec, quat_multiply, quat_to_rows
+from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint import concave
 from text2sim.lint.parts import Part, apart
 

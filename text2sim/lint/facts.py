@@ -5,23 +5,23 @@ from collections.abc import Callable, Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from text2sim.compiler import geometry
 from text2sim.compiler.build import Resolution
 from text2sim.compiler.controls import Rows
-from text2sim.compiler.geometry import Bounds
 from text2sim.compiler.lower import Lowering
-from text2sim.compiler.meshfile import load_mesh
-from text2sim.compiler.piece import Piece
-from text2sim.compiler.placement import Copy
+from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Plan
-from text2sim.compiler.rotation import Quaternion, Vec, quat_rotate
 from text2sim.compiler.settings import Settings
-from text2sim.compiler.tree import Tree, tree_links
+from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.meshfile import load_mesh
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_rotate
+from text2sim.compiler.trees.tree import Tree, tree_links
 from text2sim.lint.parts import Ground, Part, near, union
-from text2sim.spec_schema.case import Case
-from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import Problem, Severity
 from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.text.document import Path
 
 if TYPE_CHECKING:
     from pathlib import Path as FilePath

@@ -7,10 +7,10 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from text2sim.compiler.geometry import Bounds
-from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import Vec
-from text2sim.compiler.sweep import sweep
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Ground, Part, apart, union
 

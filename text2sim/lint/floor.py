@@ -3,9 +3,9 @@
 import math
 from collections.abc import Iterator
 
-from text2sim.compiler.geometry import Bounds
-from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import Vec
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
 from text2sim.lint.flight import flight_of
 from text2sim.lint.overlap import GENTLE, LEAST, push_speed

@@ -3,8 +3,8 @@
 from itertools import product
 from math import sqrt
 
-from text2sim.compiler.geometry import Bounds
-from text2sim.compiler.placement import Copy
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.geometry import Bounds
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Ground
 

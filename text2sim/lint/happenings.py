@@ -14,8 +14,8 @@ from text2sim.lint.reach import never_meet, reach_of
 from text2sim.lint.starts import depth_inside
 from text2sim.lint.targets import Target, targets_of
 from text2sim.lint.values import values_of
-from text2sim.spec_schema.bodies import Articulated
-from text2sim.spec_schema.controls import Release
+from text2sim.spec_schema.models.bodies import Articulated
+from text2sim.spec_schema.models.controls import Release
 
 MANY = 2_000
 """Pairs of bodies that are looked at, at most."""

@@ -1,6 +1,6 @@
 """Whether something stands between a subject and the cameras."""
 
-from text2sim.compiler.rotation import Vec
+from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
 from text2sim.lint.shots import Shot
 from text2sim.lint.subjects import Balls, drawn, middle_of

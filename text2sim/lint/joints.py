@@ -9,7 +9,7 @@ of the joint: a pendulum with as much armature as inertia of its own swings sqrt
 from collections.abc import Iterator
 from math import degrees, inf, radians, sqrt
 
-from text2sim.compiler.rotation import Vec
+from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.drives import spans_of
 from text2sim.lint.facts import Facts
 from text2sim.lint.mechanics import mechanics_of

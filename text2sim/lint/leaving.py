@@ -2,17 +2,17 @@
 
 from collections.abc import Iterator
 
-from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import Vec
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.cameras import blamed
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.shots import shots
 from text2sim.lint.subjects import drawn, end_of, middle_of, offset_of, subjects
 from text2sim.lint.words import vector
-from text2sim.spec_schema.bodies import Driven
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.events import LeftDomainEvent, RegionEvent
+from text2sim.spec_schema.models.bodies import Driven
+from text2sim.spec_schema.models.events import LeftDomainEvent, RegionEvent
 
 MOMENTS = 16
 """Moments of a way at which is asked whether a camera sees it."""

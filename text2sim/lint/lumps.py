@@ -8,9 +8,9 @@ origin (Blow and Binstock 2004, "How to find the inertia tensor of a 3D solid bo
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from text2sim.compiler.piece import Piece
-from text2sim.compiler.rotation import Quaternion, Vec, frame_apply, quat_to_rows
-from text2sim.compiler.tree import TreeGeom
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.rotation import Quaternion, Vec, frame_apply, quat_to_rows
+from text2sim.compiler.trees.tree import TreeGeom
 
 Tensor = tuple[float, float, float, float, float, float]
 

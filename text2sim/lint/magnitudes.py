@@ -3,12 +3,12 @@
 import math
 from collections.abc import Iterator
 
-from text2sim.compiler.placement import Copy
+from text2sim.compiler.placing.placement import Copy
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, more_copies, vector
-from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.text.document import Path
 
 SAG = 0.11
 """Depth [m] to which a sphere sinks into what it rests on, over gravity [m/s2] and the timeconst [s] squared. Measured:

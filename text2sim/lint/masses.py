@@ -13,13 +13,13 @@ of mass m that carries M gives way by about `c g tc^2 M / m`, tc being the conta
 from collections.abc import Iterator
 from math import ceil, sqrt
 
-from text2sim.compiler.placement import Copy
+from text2sim.compiler.placing.placement import Copy
 from text2sim.lint.facts import Facts
 from text2sim.lint.mechanics import mechanics_of
 from text2sim.lint.motors import amount, at_least, one_each
 from text2sim.lint.rule import Rule
-from text2sim.spec_schema.controls import Attach
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.controls import Attach
 
 ENGINE_TOLERANCE = 1e-5
 """What the engine takes with numbers of 32 bits, if nothing is said."""

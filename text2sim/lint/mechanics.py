@@ -9,13 +9,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import frame_apply, quat_rotate
-from text2sim.compiler.tree import StandingLink, Tree, tree_links
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
+from text2sim.compiler.trees.tree import StandingLink, Tree, tree_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.lumps import NOTHING, Lump, lump_of, piece_lump, together
 from text2sim.lint.swing import Swing, far_from, pull_of
-from text2sim.spec_schema.document import Path
+from text2sim.spec_schema.text.document import Path
 
 ONE_DOF = ("hinge", "slider")
 _FIELDS = ("shape", "material", "mount", "links", "loops", "initial", "file", "joints", "base")

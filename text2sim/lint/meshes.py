@@ -4,13 +4,13 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from text2sim.compiler.meshfile import MeshFile, load_mesh
+from text2sim.compiler.shapes.meshfile import MeshFile, load_mesh
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.spec_schema.bodies import Articulated, Chain
-from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.shapes import Compound, Mesh
+from text2sim.spec_schema.models.bodies import Articulated, Chain
+from text2sim.spec_schema.models.shapes import Compound, Mesh
+from text2sim.spec_schema.text.document import Path
 
 MANY = 25_000
 """Triangles from which on taking a mesh apart is worth a word."""

@@ -18,8 +18,8 @@ from text2sim.lint.drives import Span, spans_of
 from text2sim.lint.facts import Facts
 from text2sim.lint.mechanics import Mechanics, mechanics_of
 from text2sim.lint.swing import Swing
-from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.text.document import Path
 
 SOME = 200
 """As many copies of a driven joint are looked at."""

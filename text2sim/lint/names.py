@@ -6,9 +6,9 @@ from typing import Any
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
+from text2sim.spec_schema.arithmetic.expressions import parse_expression
+from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.expressions import parse_expression
-from text2sim.spec_schema.values import ExpressionError
 
 OPEN, CLOSE = "${", "}"
 

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length
-from text2sim.spec_schema.bodies import Net
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.bodies import Net
 
 USUAL = 0.1
 """Sag of a net that gives way, as a part of its shorter side."""

@@ -3,14 +3,14 @@
 import math
 from collections.abc import Iterator
 
-from text2sim.compiler.geometry import Bounds
-from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import Vec, vector_cross, vector_unit
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_unit
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import more_copies, vector
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.events import LeftDomainEvent, RegionEvent
+from text2sim.spec_schema.models.events import LeftDomainEvent, RegionEvent
 
 FAR = 10.0
 """Fall [m] from which on it counts that nothing is below."""

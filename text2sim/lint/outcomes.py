@@ -15,9 +15,9 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.happenings import happening_of
 from text2sim.lint.rule import Rule
 from text2sim.lint.values import Values, values_of
-from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.expectations import Expect
+from text2sim.spec_schema.models.expectations import Expect
+from text2sim.spec_schema.text.document import Path
 
 HAIR = 1e-9
 

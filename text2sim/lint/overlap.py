@@ -3,15 +3,15 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from text2sim.compiler.placement import Copy
+from text2sim.compiler.placing.placement import Copy
 from text2sim.lint.concave import roughness
 from text2sim.lint.escape import Effort, Overlap, Way, inside, moved_part, overlap_of, plain
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Part, apart
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, more_copies
-from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.text.document import Path
 
 PUSH = 0.52
 """Speed [m/s] at which overlapping bodies are pushed apart, times the timeconst [s], over the depth [m]. Measured:

@@ -6,11 +6,11 @@ from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
-from text2sim.compiler.geometry import Bounds
-from text2sim.compiler.meshfile import MeshFile
-from text2sim.compiler.piece import Piece, piece_thickness
-from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import (
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.meshfile import MeshFile
+from text2sim.compiler.shapes.piece import Piece, piece_thickness
+from text2sim.compiler.shapes.rotation import (
     IDENTITY,
     Quaternion,
     Vec,
@@ -21,7 +21,7 @@ from text2sim.compiler.rotation import (
     vector_cross,
     vector_unit,
 )
-from text2sim.compiler.solid import Solid
+from text2sim.compiler.shapes.solid import Solid
 
 FACES = 100
 """Faces of a hull that are looked at one by one."""

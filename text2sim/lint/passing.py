@@ -3,11 +3,11 @@
 import math
 from typing import NamedTuple
 
-from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import Vec, quat_multiply, quat_to_rows, vector_unit
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.rotation import Vec, quat_multiply, quat_to_rows, vector_unit
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Part
-from text2sim.spec_schema.document import Path
+from text2sim.spec_schema.text.document import Path
 
 
 class Pass(NamedTuple):

@@ -15,8 +15,8 @@ from text2sim.compiler.plan import Wrench
 from text2sim.lint.facts import Facts
 from text2sim.lint.motors import amount, at_least, one_each
 from text2sim.lint.rule import Rule
-from text2sim.spec_schema.controls import Force, Impulse, Torque
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.controls import Force, Impulse, Torque
 
 
 def _norm(vector: tuple[float, ...]) -> float:

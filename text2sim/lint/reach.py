@@ -7,10 +7,10 @@ can get anywhere. A pair that can never meet makes no contact, and a place out o
 
 from math import dist, inf
 
-from text2sim.compiler.piece import piece_ball
-from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import Vec, frame_apply, quat_rotate
-from text2sim.compiler.tree import StandingLink, TreeJoint, tree_links
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.piece import piece_ball
+from text2sim.compiler.shapes.rotation import Vec, frame_apply, quat_rotate
+from text2sim.compiler.trees.tree import StandingLink, TreeJoint, tree_links
 from text2sim.lint.facts import Facts
 
 Ball = tuple[Vec, float]

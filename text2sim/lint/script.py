@@ -7,8 +7,8 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.happenings import happening_of
 from text2sim.lint.rule import Rule
 from text2sim.lint.values import subjects, values_of
-from text2sim.spec_schema.controls import Drive
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.controls import Drive
 
 STATICS_SAY = ("position", "extent")
 """Measures of statics that the language allows: they may stand for a reference."""

@@ -4,16 +4,16 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import combinations
 
-from text2sim.compiler.placement import Copy
-from text2sim.compiler.tree import Tree, TreeLink, tree_links
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.trees.tree import Tree, TreeLink, tree_links
 from text2sim.lint.escape import Effort, inside, overlap_of
 from text2sim.lint.facts import Facts
 from text2sim.lint.overlap import LEAST, STEPS, push_speed
 from text2sim.lint.parts import Part
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, more_copies
-from text2sim.spec_schema.bodies import Articulated
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.bodies import Articulated
 
 
 def _self_overlap(facts: Facts) -> Iterator[Problem]:

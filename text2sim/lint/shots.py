@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from text2sim.compiler.rotation import Vec, vector_cross, vector_unit
-from text2sim.compiler.tree import tree_links
+from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_unit
+from text2sim.compiler.trees.tree import tree_links
 from text2sim.lint.facts import Facts
 
 Offset = Callable[[str, float], Vec]

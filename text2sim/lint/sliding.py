@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from text2sim.compiler.placement import Copy
+from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Velocity
-from text2sim.compiler.rotation import Vec, vector_cross
-from text2sim.compiler.sweep import sweep
+from text2sim.compiler.shapes.rotation import Vec, vector_cross
+from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint.facts import Facts
 from text2sim.lint.flight import RESTING
 from text2sim.lint.parts import apart

@@ -4,12 +4,12 @@ from collections.abc import Callable, Sequence
 from math import dist, inf, sqrt
 from typing import Any
 
-from text2sim.compiler.placement import Copy
+from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Velocity
-from text2sim.compiler.rotation import Vec, vector_unit
+from text2sim.compiler.shapes.rotation import Vec, vector_unit
 from text2sim.lint.facts import Facts
 from text2sim.lint.targets import Target, targets_of
-from text2sim.spec_schema.space import BoxRegion, SphereRegion
+from text2sim.spec_schema.models.space import BoxRegion, SphereRegion
 
 COLUMN = {"x": 0, "y": 1, "z": 2}
 HAIR = 1e-4

@@ -21,11 +21,11 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.mechanics import mechanics_of
 from text2sim.lint.motors import amount, one_each
 from text2sim.lint.rule import Rule
-from text2sim.spec_schema.bodies import Driven
-from text2sim.spec_schema.controls import Drive, Force, InitialVelocity, Torque
-from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.motion import Oscillate, Piecewise, Ramp, Sine, Spin, Steps, Waypoints
+from text2sim.spec_schema.models.bodies import Driven
+from text2sim.spec_schema.models.controls import Drive, Force, InitialVelocity, Torque
+from text2sim.spec_schema.models.motion import Oscillate, Piecewise, Ramp, Sine, Spin, Steps, Waypoints
+from text2sim.spec_schema.text.document import Path
 
 SPIN = 0.5
 """Turn [rad] within a substep that is worth a word."""

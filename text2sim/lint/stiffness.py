@@ -21,8 +21,8 @@ from text2sim.lint.mechanics import mechanics_of
 from text2sim.lint.motors import amount, at_least, one_each, powered
 from text2sim.lint.rule import Rule
 from text2sim.lint.swing import Swing
-from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.text.document import Path
 
 ROUGH = 1.0
 """Substep times angular frequency of a swing that is worth a word: its frequency is 4 % wrong."""

@@ -5,12 +5,12 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import Vec, vector_unit
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.rotation import Vec, vector_unit
 from text2sim.lint.facts import Facts
 from text2sim.lint.flight import flight_of
-from text2sim.spec_schema.bodies import Driven
-from text2sim.spec_schema.motion import Oscillate, Waypoints
+from text2sim.spec_schema.models.bodies import Driven
+from text2sim.spec_schema.models.motion import Oscillate, Waypoints
 
 Balls = list[tuple[Vec, float]]
 """Middles and radii [m]."""

@@ -4,13 +4,23 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import Vec, vector_cross, vector_unit
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_unit
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Part, apart
 from text2sim.lint.passing import Pass, grip, hardest
-from text2sim.spec_schema.bodies import Driven
-from text2sim.spec_schema.motion import Constant, Oscillate, Piecewise, Ramp, Schedule, Sine, Spin, Steps, Waypoints
+from text2sim.spec_schema.models.bodies import Driven
+from text2sim.spec_schema.models.motion import (
+    Constant,
+    Oscillate,
+    Piecewise,
+    Ramp,
+    Schedule,
+    Sine,
+    Spin,
+    Steps,
+    Waypoints,
+)
 
 LOOKED_AT = 24
 """Copies of a driven body that are looked at."""

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from math import atan2, ceil, cos, floor, pi, sin
 
-from text2sim.compiler.placement import Copy
+from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Motor
-from text2sim.compiler.rotation import Vec, vector_cross
-from text2sim.compiler.tree import TreeJoint
+from text2sim.compiler.shapes.rotation import Vec, vector_cross
+from text2sim.compiler.trees.tree import TreeJoint
 from text2sim.lint.lumps import Lump
 
 

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 
-from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import Vec
+from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.selection import select
-from text2sim.compiler.tree import StandingLink, tree_links
+from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.trees.tree import StandingLink, tree_links
 from text2sim.lint.facts import Facts
 
 

@@ -3,16 +3,16 @@
 import math
 from collections.abc import Iterator
 
-from text2sim.compiler.placement import Copy
-from text2sim.compiler.rotation import Vec
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
 from text2sim.lint.flight import flight_of
 from text2sim.lint.passing import Pass, grip, hardest, width
 from text2sim.lint.rule import Rule
 from text2sim.lint.sweeping import sweeping
 from text2sim.lint.words import length, more_copies
-from text2sim.spec_schema.document import Path
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.text.document import Path
 
 LOOKED_AT = 24
 """Bodies whose way is followed; the fastest are looked at first."""

@@ -16,7 +16,7 @@ from text2sim.lint.reach import reach_of
 from text2sim.lint.starts import COLUMN, HAIR, start_of
 from text2sim.lint.swing import Swing
 from text2sim.lint.targets import Target, targets_of
-from text2sim.spec_schema import measures
+from text2sim.spec_schema.models import measures
 
 JOINTS = ("joint_position", "joint_velocity", "joint_force")
 UNITS = {

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Iterator
 
-from text2sim.compiler.piece import Piece
-from text2sim.compiler.rotation import IDENTITY, Vec
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.rotation import IDENTITY, Vec
 from text2sim.lint.cameras import EARLY
 from text2sim.lint.escape import inside
 from text2sim.lint.facts import Facts

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.revision.side import Side
-from text2sim.spec_schema.diff import Change, difference, operations
-from text2sim.spec_schema.effects import Effect, effects
+from text2sim.spec_schema.changes.diff import Change, difference, operations
+from text2sim.spec_schema.changes.effects import Effect, effects
+from text2sim.spec_schema.changes.operation import Operation
 from text2sim.spec_schema.errors import Text2SimError
 from text2sim.spec_schema.load import LoadedCase
-from text2sim.spec_schema.operation import Operation
 
 STATISTICS = {"last": "end", "min": "min", "max": "max"}
 ALIKE = 1e-6

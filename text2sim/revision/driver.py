@@ -8,16 +8,16 @@ from pathlib import Path as FilePath
 
 from text2sim.revision.repository import run_git_status
 from text2sim.revision.side import Side, text_side
-from text2sim.spec_schema.diff_words import value_text
-from text2sim.spec_schema.document import Path, parse_document
-from text2sim.spec_schema.edit import identical
+from text2sim.spec_schema.changes.diff_words import value_text
+from text2sim.spec_schema.changes.edit import identical
+from text2sim.spec_schema.changes.merge_text import MergedText, marked, merge_texts, unmarked
 from text2sim.spec_schema.errors import SpecError
-from text2sim.spec_schema.layout import Entry, plain_data, written_layout
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.merge_text import MergedText, marked, merge_texts, unmarked
+from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.paths import dotted
-from text2sim.spec_schema.references import check_references
-from text2sim.spec_schema.source import Source, read_source
+from text2sim.spec_schema.text.document import Path, parse_document
+from text2sim.spec_schema.text.layout import Entry, plain_data, written_layout
+from text2sim.spec_schema.text.source import Source, read_source
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from text2sim.harness.record import write_atomically
 from text2sim.spec_schema.errors import RunError
-from text2sim.spec_schema.source import Source, read_source
+from text2sim.spec_schema.text.source import Source, read_source
 
 
 def rewrite(file: Path, source: Source, text: str) -> None:

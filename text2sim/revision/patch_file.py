@@ -4,11 +4,11 @@ import json
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
-from text2sim.spec_schema.document import Document, parse_document, pointer
+from text2sim.spec_schema.changes.operation import Operation
+from text2sim.spec_schema.changes.patch import PatchError
 from text2sim.spec_schema.errors import Problem, SpecError
-from text2sim.spec_schema.operation import Operation
-from text2sim.spec_schema.patch import PatchError
-from text2sim.spec_schema.source import Source
+from text2sim.spec_schema.text.document import Document, parse_document, pointer
+from text2sim.spec_schema.text.source import Source
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from text2sim.spec_schema.diff import Change, difference
-from text2sim.spec_schema.document import parse_document
-from text2sim.spec_schema.edit import edit_source
+from text2sim.spec_schema.changes.diff import Change, difference
+from text2sim.spec_schema.changes.edit import edit_source
+from text2sim.spec_schema.changes.operation import Operation, split_pointer
+from text2sim.spec_schema.changes.patch import PatchError, apply_operations, inverse, same
 from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.operation import Operation, split_pointer
-from text2sim.spec_schema.patch import PatchError, apply_operations, inverse, same
-from text2sim.spec_schema.source import Source
+from text2sim.spec_schema.text.document import parse_document
+from text2sim.spec_schema.text.source import Source
 
 OWNERS = ("scene", "bodies", "actions", "render")
 """Who may own a part of a case: the one who writes the section of this name."""

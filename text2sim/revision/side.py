@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.revision.repository import extract, find_commit
-from text2sim.spec_schema.document import parse_document
 from text2sim.spec_schema.errors import Problem, RunError, SpecError
-from text2sim.spec_schema.layers import overlaid
 from text2sim.spec_schema.load import CASE_FILE, LoadedCase, load_text
-from text2sim.spec_schema.migration import migrate
-from text2sim.spec_schema.overlay import NOTHING, Overlay
-from text2sim.spec_schema.source import Source, read_source
+from text2sim.spec_schema.reuse.layers import overlaid
+from text2sim.spec_schema.reuse.migration import migrate
+from text2sim.spec_schema.reuse.overlay import NOTHING, Overlay
+from text2sim.spec_schema.text.document import parse_document
+from text2sim.spec_schema.text.source import Source, read_source
 
 EXPANDED = "expanded.yaml"
 """In a run folder: the case with its overlays laid over it and its prefabs expanded."""

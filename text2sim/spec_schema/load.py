@@ -7,21 +7,21 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
 
-from text2sim.spec_schema.bodies import Body
-from text2sim.spec_schema.case import Case
-from text2sim.spec_schema.controls import Control
-from text2sim.spec_schema.diagnosis import diagnose
-from text2sim.spec_schema.document import Document, Path, parse_document, parse_pointer, pointer
+from text2sim.spec_schema.arithmetic.resolution import COPY_VARIABLES, Resolver
+from text2sim.spec_schema.arithmetic.values import Value
 from text2sim.spec_schema.errors import Problem, SpecError
-from text2sim.spec_schema.migration import migrate
-from text2sim.spec_schema.overlay import NOTHING, Overlay, needs_layers
-from text2sim.spec_schema.resolution import COPY_VARIABLES, Resolver
-from text2sim.spec_schema.scene import Static
-from text2sim.spec_schema.source import Source, check_source, read_source
-from text2sim.spec_schema.values import Value
+from text2sim.spec_schema.models.bodies import Body
+from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.models.controls import Control
+from text2sim.spec_schema.models.scene import Static
+from text2sim.spec_schema.reuse.migration import migrate
+from text2sim.spec_schema.reuse.overlay import NOTHING, Overlay, needs_layers
+from text2sim.spec_schema.text.document import Document, Path, parse_document, parse_pointer, pointer
+from text2sim.spec_schema.text.source import Source, check_source, read_source
+from text2sim.spec_schema.vocabulary.diagnosis import diagnose
 
 if TYPE_CHECKING:
-    from text2sim.spec_schema.arguments import Argument
+    from text2sim.spec_schema.reuse.arguments import Argument
 
 CASE_FILE = "case.yaml"
 
@@ -135,7 +135,7 @@ class LoadedCase:
         arguments = [argument for argument in self._arguments if root in argument.roots]
         if not arguments:
             return []
-        from text2sim.spec_schema.arguments import judge
+        from text2sim.spec_schema.reuse.arguments import judge
 
         found = [judge(self.document, self.resolver, argument, known) for argument in arguments]
         return [problem for problem in found if problem is not None]
@@ -170,7 +170,7 @@ def _load(source: Source, path: FilePath, overlay: Overlay) -> LoadedCase:
     document, faults = migrate(written)
     layers = None
     if needs_layers(document.data, overlay):
-        from text2sim.spec_schema.layers import build
+        from text2sim.spec_schema.reuse.layers import build
 
         layers = build(document, path.parent, overlay)
         document, faults = layers.document, [*faults, *layers.problems]

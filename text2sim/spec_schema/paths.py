@@ -2,7 +2,7 @@
 
 import re
 
-from text2sim.spec_schema.document import Path, Step
+from text2sim.spec_schema.text.document import Path, Step
 
 _STEP = re.compile(r"([^.\[\]]+)((?:\[\d{1,6}\])*)")
 MAX_LENGTH = 500

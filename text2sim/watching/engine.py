@@ -32,6 +32,8 @@ class Job:
     """Time [s] that the simulation may take."""
     phase: str = "build"
     since: float = field(default_factory=monotonic)
+    begun: bool = False
+    """Whether the process has said that it is at it."""
     cancelled: float | None = None
     overdue: bool = False
     """Whether it was cancelled because it took too long."""
@@ -59,6 +61,8 @@ class Engine:
         self._started = 0.0
         self._memory_at = 0.0
         self._deaths = 0
+        self._killed = False
+        self._lost = 0
         self.job: Job | None = None
         self.peak = 0
         """Largest resident memory [bytes] seen."""
@@ -113,7 +117,8 @@ class Engine:
         if data.get("ready"):
             self._ready, self._deaths = True, 0
         elif "phase" in data and self.job is not None and data["order"] == self.job.order:
-            self.job.phase, self.job.since = data["phase"], monotonic()
+            self.job.begun, self.job.phase, self.job.since = True, data["phase"], monotonic()
+            self._lost = 0
         elif "state" in data and self.job is not None and data["order"] == self.job.order:
             result = self._finish(data)
             self._hand_over()
@@ -205,6 +210,8 @@ class Engine:
     def _kill(self, state: str, message: str) -> dict[str, Any] | None:
         assert self._child is not None
         self._child.kill()
+        # Of its death, the inbox will tell; until then, nothing more is given to it.
+        self._ready, self._killed = False, True
         job, self.job = self.job, None
         return None if job is None else {"order": job.order, "state": state, "message": message, "killed": True}
 
@@ -213,7 +220,8 @@ class Engine:
         text = read_end(self._log, self._log_begin)
         exit = ChildExit("ended", code, monotonic() - self._started, self.peak, default_memory(), 0)
         outcome = outcome_of(exit, Limits(), {}, text, 0.0)
-        self._deaths += 0 if self._ready else 1
+        self._deaths += 0 if self._ready or self._killed else 1
+        self._killed = False
         self.words = outcome.message
         if self._successor is not None:
             self._child, self._ready, self._started = self._successor, self._successor_ready, monotonic()

@@ -8,7 +8,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from text2sim.spec_schema.case import Case
+    from text2sim.spec_schema.models.case import Case
 
 Key = tuple[int, str]
 """Number of the take, and digest of all that the judgement depends on besides."""

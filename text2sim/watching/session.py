@@ -274,6 +274,9 @@ class Session:
         take = self._take
         if result is None or take is None or result["order"] != take.number:
             return
+        if result["state"] == "lost":
+            self._take = None
+            return
         take.seconds["simulate"] = monotonic() - take.begun - take.seconds.get("build", 0.0)
         take.state, take.message = result["state"], result.get("message", "")
         take.traceback = result.get("traceback", "")

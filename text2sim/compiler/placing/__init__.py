@@ -1,0 +1,1 @@
+"""Where everything starts: patterns of copies, packings, and relations between bodies."""

@@ -1,0 +1,217 @@
+"""The copies of one body take their places: each by itself, or all together as a pattern."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from text2sim.compiler.placing.around import along_axis
+from text2sim.compiler.placing.group import Group
+from text2sim.compiler.placing.patterns import Variables, pattern_middle
+from text2sim.compiler.placing.place_error import PlaceError
+from text2sim.compiler.placing.relations import settle
+from text2sim.compiler.placing.spread import PatternError, spread
+from text2sim.compiler.shapes.rotation import IDENTITY, Vec, quat_from_yaw, quat_multiply, quat_of, quat_rotate
+from text2sim.compiler.shapes.sizes import Sizes, Spot
+from text2sim.compiler.shapes.sweep import ORIGIN
+from text2sim.spec_schema.models.placement import Place
+from text2sim.spec_schema.models.repeat import Line, Packing, Repeat, Ring, RunningBond, Spiral
+from text2sim.spec_schema.names.selectors import parse_selector
+
+OWN = ("at", "inset", "direction", "align", "clearance", "offset")
+"""Words of a place that put each copy by itself if they differ from copy to copy, as its relation does."""
+_ROUNDS = 40
+_FACED = 1e-12
+"""Angle [rad] by which something may miss what it faces."""
+_ROUGHLY = 1e-6
+"""The same where the numbers are too large for that."""
+
+
+@dataclass(slots=True)
+class Entry:
+    """A body or static that is to be placed."""
+
+    name: str
+    root: tuple[str, ...]
+    """Its path in the case."""
+    model: Any
+    repeat: Repeat | None
+    variables: list[Variables]
+    """Of each copy."""
+    models: list[Any]
+    """As each copy has it."""
+    alone: bool = False
+    """Whether its place differs from copy to copy."""
+
+
+class Targets:
+    """What others are placed in relation to: everything that has its place already.
+
+    Args:
+        find: Gives the copies that a selector means, or raises PlaceError for the given word of `place`.
+        sizes: Bounds and pieces.
+    """
+
+    def __init__(self, find: Callable[[str, str], list[Spot]], sizes: Sizes) -> None:
+        self.sizes = sizes
+        self._find = find
+        self._spots: dict[str, list[Spot]] = {}
+        self._groups: dict[str, Group] = {}
+
+    def spots(self, selector: str, key: str) -> list[Spot]:
+        """The copies that a selector means."""
+        if selector not in self._spots:
+            self._spots[selector] = self._find(selector, key)
+        return self._spots[selector]
+
+    def group(self, selector: str, key: str) -> Group:
+        """All that a selector means, together."""
+        if selector not in self._groups:
+            self._groups[selector] = Group(self.spots(selector, key), self.sizes)
+        return self._groups[selector]
+
+    def partner(self, entry: Entry, index: int) -> Group:
+        """What one copy is placed in relation to: its partner of the same number, if brackets name several."""
+        place: Place = entry.models[index].place
+        selector, key = place.target, place.relation
+        if not _pairs(entry, selector):
+            return self.group(selector, key)
+        spots = self.spots(selector, key)
+        if len(spots) == 1:
+            return self.group(selector, key)
+        if len(spots) != len(entry.models):
+            name = parse_selector(selector).body
+            raise PlaceError(
+                f"copies are placed one by one where brackets name several, and `{selector}` means {len(spots)}, "
+                f"`{entry.name}` has {len(entry.models)}; `{name}` means all of them together",
+                key,
+                "pairs",
+            )
+        return Group([spots[index]], self.sizes)
+
+
+def arrange(entry: Entry, targets: Targets) -> list[Spot]:
+    """Return the copies of a body where they start.
+
+    Raises:
+        PlaceError: if its place cannot be had.
+        PatternError: if its pattern cannot be made.
+    """
+    spots = _oriented(entry, targets)
+    before, steps = list[float](), list[float]()
+    last = math.inf
+    # Where it stands decides where it faces, and how it is turned may decide where it stands.
+    for _ in range(_ROUNDS):
+        placed = _arranged(entry, spots, targets)
+        off = _off(entry, placed, targets)
+        left = max(map(abs, off), default=0.0)
+        if left <= _FACED or last / 2 < left < _ROUGHLY:
+            return placed
+        steps = [_step(*row) for row in zip(off, before, steps, strict=True)] if steps else off
+        before, last = off, left
+        turns = [quat_from_yaw(step) for step in steps]
+        spots = [s._replace(quat=quat_multiply(turn, s.quat)) for s, turn in zip(spots, turns, strict=True)]
+    raise PlaceError("as it turns it moves, and never comes to face it; say `euler_deg`", "facing")
+
+
+def _step(off: float, before: float, step: float) -> float:
+    """How far [rad] to turn next, by how much nearer the last step came: it moves, too, as it turns."""
+    gain = (before - off) / step if step else 1.0
+    return min(max(off / min(max(gain, 0.2), 5.0), -1.0), 1.0)
+
+
+def _pairs(entry: Entry, selector: str) -> bool:
+    """Whether copies are paired with what a selector with brackets means."""
+    chosen = parse_selector(selector)
+    one = chosen.first is not None and chosen.last == chosen.first + 1
+    return entry.repeat is not None and chosen.indexed and not one
+
+
+def _ringed(entry: Entry) -> bool:
+    """Whether copies surround something together, instead of each going round it."""
+    together = not entry.alone and not _pairs(entry, entry.model.place.target)
+    return together and isinstance(entry.repeat, Ring | Spiral)
+
+
+def _oriented(entry: Entry, targets: Targets) -> list[Spot]:
+    """The copies at the origin, in the orientation of their poses and places."""
+    found: list[Spot] = []
+    before, quat = None, IDENTITY
+    rings = entry.model.place is not None and entry.model.place.around is not None and not _ringed(entry)
+    for index, model in enumerate(entry.models):
+        if model is not before or rings:
+            before = model
+            where = model.pose or model.place
+            try:
+                quat = IDENTITY if where is None else quat_of(where)
+            except ValueError as error:
+                raise PlaceError(str(error), "quat") from None
+            if rings and model.place.quat is None and model.place.euler_deg is None:
+                quat = along_axis(targets.partner(entry, index))
+        found.append(Spot(ORIGIN, quat, getattr(model, "shape", None), model))
+    return found
+
+
+def _arranged(entry: Entry, spots: list[Spot], targets: Targets) -> list[Spot]:
+    model, repeat = entry.model, entry.repeat
+    place: Place | None = model.place
+    if place is None:
+        if model.pose is not None:
+            spots = [spot._replace(pos=spot.model.pose.pos) for spot in spots]
+        return spots if repeat is None else spread(repeat, spots, targets.sizes)
+    if isinstance(repeat, Packing):
+        raise PatternError("a packing lies in its region, which is in the world; leave out `place`", "place")
+    if isinstance(repeat, Line) and repeat.start is not None:
+        raise PatternError("a line with a `start` has its place; leave out `start` or `place`", "place")
+    if repeat is None:
+        return [_moved(spots[0], _shift(place, spots, targets.partner(entry, 0), ORIGIN))]
+    if _pairs(entry, place.target):
+        spots = [spot._replace(pos=ORIGIN) for spot in spread(repeat, spots, targets.sizes)]
+        return _one_by_one(entry, spots, targets)
+    if entry.alone:
+        return spread(repeat, _one_by_one(entry, spots, targets), targets.sizes)
+    spots = spread(repeat, spots, targets.sizes)
+    goal = targets.partner(entry, 0)
+    shift = settle(place, Group(spots, targets.sizes), goal, pattern_middle(repeat), ringed=_ringed(entry))
+    return [_moved(spot, shift) for spot in spots]
+
+
+def _one_by_one(entry: Entry, spots: list[Spot], targets: Targets) -> list[Spot]:
+    found = []
+    for index, spot in enumerate(spots):
+        goal = targets.partner(entry, index)
+        try:
+            shift = settle(spot.model.place, Group([spot], targets.sizes), goal, ORIGIN)
+        except PlaceError as error:
+            raise PlaceError(f"copy {index}: {error}", error.key, error.rule, error.hint) from None
+        found.append(_moved(spot, shift))
+    return found
+
+
+def _off(entry: Entry, placed: list[Spot], targets: Targets) -> list[float]:
+    """By which angles [rad] the copies must be turned about the vertical to face what they should; none if nothing."""
+    if entry.model.place is None or entry.model.place.facing is None:
+        return []
+    if isinstance(entry.repeat, RunningBond):
+        raise PlaceError("a wall faces nothing; turn it with `euler_deg`", "facing")
+    found = []
+    for spot in placed:
+        facing = spot.model.place.facing
+        goal = targets.group(facing, "facing").middle() if isinstance(facing, str) else facing
+        x, y = goal[0] - spot.pos[0], goal[1] - spot.pos[1]
+        ahead = quat_rotate(spot.quat, (1.0, 0.0, 0.0))
+        if math.hypot(x, y) < 1e-9:
+            raise PlaceError("it stands right above or below what it should face", "facing")
+        if math.hypot(ahead[0], ahead[1]) < 1e-9:
+            raise PlaceError("its +x axis, which should face it, points straight up or down", "facing")
+        found.append(math.remainder(math.atan2(y, x) - math.atan2(ahead[1], ahead[0]), 2 * math.pi))
+    return found
+
+
+def _shift(place: Place, spots: list[Spot], goal: Group, middle: Vec) -> Vec:
+    return settle(place, Group(spots, goal.sizes), goal, middle)
+
+
+def _moved(spot: Spot, shift: Vec) -> Spot:
+    (x, y, z), (a, b, c) = spot.pos, shift
+    return spot._replace(pos=(x + a, y + b, z + c))

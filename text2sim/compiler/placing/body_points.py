@@ -1,0 +1,80 @@
+"""Where on a body something acts or is looked at: regions of copies and links, at the start."""
+
+from pathlib import Path
+from typing import Any
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.geometry import pieces
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.regions import RegionError, region_middle
+from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, frame_apply
+from text2sim.compiler.shapes.skin import Skin, skin_of
+from text2sim.compiler.trees.tree import Tree, TreeLink, tree_links, tree_pieces
+from text2sim.spec_schema.models.regions import BodyRegion
+
+_ZERO: Vec = (0.0, 0.0, 0.0)
+_Standing = list[tuple[Piece, Vec, Quaternion]]
+
+
+class BodyPoints:
+    """Points on copies and their links.
+
+    Args:
+        trees: Trees of links by name of the copy; copies that have none are primitives.
+        folder: The case's folder.
+    """
+
+    def __init__(self, trees: dict[str, Tree], folder: Path) -> None:
+        self.trees, self.folder = trees, folder
+        # Copies share their shapes, and controls their regions: objects are kept, so that their ids stay their own.
+        self._skins: dict[int, tuple[Any, Skin]] = {}
+        self._middles: dict[tuple[int, int], tuple[Any, Any, Vec]] = {}
+
+    def on_link(self, copy: Copy, part: str | None, point: Vec | BodyRegion | None) -> Vec | None:
+        """Return a point [m] in the frame of a link (of the first one, if none is named).
+
+        Raises:
+            RegionError: if nothing lies in the region.
+        """
+        if not isinstance(point, BodyRegion):
+            return point
+        tree = self.trees.get(copy.name)
+        if tree is None:
+            return self._middle(copy.shape, point, [(p, _ZERO, IDENTITY) for p in pieces(copy.shape, self.folder)])
+        link = _link(tree, part)
+        return self._middle(link, point, [(geom.piece, _ZERO, IDENTITY) for geom in link.geoms if geom.touches])
+
+    def in_world(self, copy: Copy, part: str | None, region: BodyRegion | None) -> Vec:
+        """Return where a copy, a link of it, or the middle of a region of either is at the start [m].
+
+        Raises:
+            RegionError: if nothing lies in the region.
+        """
+        tree = self.trees.get(copy.name)
+        if part is not None and tree is not None:
+            standing = next(one for one in tree_links(tree, copy.pos, copy.quat) if one.link.name == part)
+            pos, quat = standing.pos, standing.quat
+            return pos if region is None else frame_apply(pos, quat, self.on_link(copy, part, region) or _ZERO)
+        if region is None:
+            return copy.pos
+        if copy.shape is not None and copy.shape.kind == "plane":
+            raise RegionError(f"`{copy.body}` is a plane, and has neither sides nor corners")
+        if tree is None:
+            return frame_apply(copy.pos, copy.quat, self.on_link(copy, None, region) or _ZERO)
+        whole = [(one.piece, one.pos, one.quat) for one in tree_pieces(tree)]
+        return frame_apply(copy.pos, copy.quat, self._middle(tree, region, whole))
+
+    def _middle(self, owner: Any, region: BodyRegion, standing: _Standing) -> Vec:
+        key = (id(owner), id(region))
+        if key not in self._middles:
+            if id(owner) not in self._skins:
+                if not standing:
+                    raise RegionError("it has no surface to touch")
+                self._skins[id(owner)] = (owner, skin_of(standing))
+            found = region_middle(region, self._skins[id(owner)][1])
+            self._middles[key] = (owner, region, found)
+        return self._middles[key][2]
+
+
+def _link(tree: Tree, part: str | None) -> TreeLink:
+    return next((link for link in tree.links() if part in (None, link.name)), tree.roots[0])

@@ -1,0 +1,95 @@
+"""Copies that are placed, or are placed on, together."""
+
+import math
+from collections.abc import Iterable
+
+from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.rotation import (
+    IDENTITY,
+    Quaternion,
+    Vec,
+    quat_between,
+    quat_conjugate,
+    quat_multiply,
+    quat_rotate,
+)
+from text2sim.compiler.shapes.sizes import MAX_PIECES, SizeError, Sizes, Spot
+from text2sim.compiler.shapes.solid import Solid
+
+SMOOTH = ("box", "sphere", "cylinder", "capsule", "ellipsoid", "mesh")
+"""Shapes that touch exactly where their bounds are; others touch by flat pieces, which lie within."""
+
+
+class Group:
+    """One body, or several copies: their bounds, and their pieces where they are."""
+
+    def __init__(self, spots: Iterable[Spot], sizes: Sizes) -> None:
+        self.sizes = sizes
+        self.members: list[Spot] = []
+        self.planes: list[Spot] = []
+        for spot in spots:
+            plane = spot.shape is not None and spot.shape.kind == "plane"
+            (self.planes if plane else self.members).append(spot)
+        self._bounds: Bounds | None = None
+        self._solids: list[Solid] | None = None
+
+    def bounds(self, frame: Quaternion | None = None) -> Bounds:
+        """Bounds [m] of all copies but planes, along the axes of the world or of `frame`."""
+        if frame is None and self._bounds is not None:
+            return self._bounds
+        low, high = [math.inf] * 3, [-math.inf] * 3
+        back = None if frame is None or frame == IDENTITY else quat_conjugate(frame)
+        for spot in self.members:
+            pos, quat = spot.pos, spot.quat
+            if back is not None:
+                pos, quat = quat_rotate(back, pos), quat_multiply(back, quat)
+            a, b = self.sizes.of(spot, quat)
+            for k in range(3):
+                low[k], high[k] = min(low[k], pos[k] + a[k]), max(high[k], pos[k] + b[k])
+        found = (low[0], low[1], low[2]), (high[0], high[1], high[2])
+        if frame is None:
+            self._bounds = found
+        return found
+
+    def lowest(self, axis: Vec) -> float:
+        """The lowest coordinate [m] along a unit vector at which any copy can touch something."""
+        return min(self._lowest(spot, axis) for spot in self.members)
+
+    def _lowest(self, spot: Spot, axis: Vec) -> float:
+        kind = None if spot.shape is None else spot.shape.kind
+        upright = axis == (0.0, 0.0, 1.0) and not (spot.quat[1] or spot.quat[2])
+        if upright and kind not in (None, "compound"):
+            bottom = self.sizes.of(spot)[0][2]
+        elif kind in SMOOTH:
+            back = quat_conjugate(quat_between((0.0, 0.0, 1.0), axis))
+            bottom = self.sizes.of(spot, quat_multiply(back, spot.quat))[0][2]
+        else:
+            bottom = self.sizes.lowest(spot, axis)
+        return bottom + axis[0] * spot.pos[0] + axis[1] * spot.pos[1] + axis[2] * spot.pos[2]
+
+    def middle(self) -> Vec:
+        """Middle [m] of the bounds; of a group of planes, the first one's origin."""
+        if not self.members:
+            return self.planes[0].pos
+        low, high = self.bounds()
+        return ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2)
+
+    def frame(self) -> Quaternion:
+        """The orientation that all copies share; that of the world if they do not."""
+        turns = {spot.quat for spot in self.members}
+        return turns.pop() if len(turns) == 1 else IDENTITY
+
+    def solids(self) -> list[Solid]:
+        """Convex pieces of all copies but planes.
+
+        Raises:
+            SizeError: if there are more than any scene can have.
+        """
+        if self._solids is None:
+            found: list[Solid] = []
+            for spot in self.members:
+                found += self.sizes.solids(spot)
+                if len(found) > MAX_PIECES:
+                    raise SizeError(f"with this, the scene has more than {MAX_PIECES:,} convex pieces, too many")
+            self._solids = found
+        return self._solids

@@ -1,0 +1,193 @@
+"""Where everything starts: poses, relations and patterns become one list of copies for each body and static.
+
+A pattern adds its offsets to its body's own position. If the pose differs from copy to copy, each copy's
+own pose is what its offset is added to (`step: [0, 0, 0]` adds nothing). A `place` moves the pattern as a
+whole, by its bounds; only if what it says of the position differs from copy to copy is each copy placed by
+itself. If its target is given with brackets, `plate[*]`, copies are paired one by one, and of the pattern
+only the turns count.
+"""
+
+import graphlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from text2sim.compiler.placing.arrangement import OWN, Entry, Targets, arrange
+from text2sim.compiler.placing.patterns import MAX_COPIES, SINGLE, Variables, copy_count, copy_variables
+from text2sim.compiler.placing.place_error import PlaceError
+from text2sim.compiler.placing.spread import PatternError
+from text2sim.compiler.shapes.geometry import TreeExtents
+from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
+from text2sim.compiler.shapes.sizes import SizeError, Sizes, Spot, TreePieces
+from text2sim.compiler.shapes.sweep import ORIGIN
+from text2sim.spec_schema.errors import AssetError, Problem, SpecError, nearest
+from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.models.placement import RELATIONS
+from text2sim.spec_schema.names.selectors import parse_selector
+
+
+@dataclass(frozen=True, slots=True)
+class Copy:
+    """One copy of a body or static, at its start."""
+
+    name: str
+    """`ball`, or `brick[3]`."""
+    body: str
+    """`brick`"""
+    index: int | None
+    """Number of the copy; None without `repeat`."""
+    variables: Variables
+    """`i`, `n`, `u`, `row`, `column`, `layer`."""
+    model: Any
+    """The validated body or static, as this copy has it."""
+    pos: Vec
+    """[m]"""
+    quat: Quaternion
+    """Unit length."""
+    shape: Any
+    """Shape of this copy: half boxes of a running bond differ from the model's. None for trees of links."""
+    line: int
+    """Line in the case's file."""
+
+
+def place_all(
+    loaded: LoadedCase, tree_extents: TreeExtents | None = None, tree_pieces: TreePieces | None = None
+) -> tuple[dict[str, list[Copy]], list[Problem]]:
+    """Return the copies of every static and body by name, and everything that is wrong with their places.
+
+    What cannot be placed stays at the origin, so that the rest can still be checked.
+
+    Args:
+        loaded: The case.
+        tree_extents: Bounds of chains, nets, ragdolls and articulated bodies; needed where `place` involves one.
+        tree_pieces: Their pieces; they count as their bounds without.
+    """
+    return _Placer(loaded, Sizes(loaded.folder, tree_extents, tree_pieces)).place_all()
+
+
+class _UnplacedError(Exception):
+    """The target has no place itself, which is reported already."""
+
+
+class _Placer:
+    def __init__(self, loaded: LoadedCase, sizes: Sizes) -> None:
+        self.loaded = loaded
+        self.targets = Targets(self._find, sizes)
+        self.problems: list[Problem] = []
+        self.copies: dict[str, list[Copy]] = {}
+        self.failed: set[str] = set()
+        """What has no place: nothing is said of what is placed in relation to it."""
+
+    def place_all(self) -> tuple[dict[str, list[Copy]], list[Problem]]:
+        entries: dict[str, Entry] = {}
+        for name, static in self.loaded.case.scene.statics.items():
+            entries[name] = self._entry(name, ("scene", "statics", name), static, self.loaded.static_copy)
+        for name, body in self.loaded.case.bodies.items():
+            if name in entries:
+                message = f"`{name}` is the name of a static, too; a name stands for one thing"
+                self.problems.append(self.loaded.problem(("bodies", name), message, key=True, rule="duplicate-name"))
+            entries[name] = self._entry(name, ("bodies", name), body, self.loaded.body_copy)
+        for name in self._order(entries):
+            self.copies[name] = self._place(entries[name])
+        return {name: self.copies[name] for name in entries}, self.problems
+
+    def _report(
+        self, where: tuple[str, ...], error: Exception | str, rule: str = "placement", hint: str | None = None
+    ) -> None:
+        self.problems.append(self.loaded.problem(where, str(error), rule=rule, hint=hint))
+
+    def _entry(self, name: str, root: tuple[str, ...], model: Any, copy: Callable[..., Any]) -> Entry:
+        if model.pose is not None and model.place is not None:
+            self._report(root, "give either pose or place, not both", "inconsistent")
+        if model.repeat is None:
+            return Entry(name, root, model, None, [SINGLE], [model])
+        count = copy_count(model.repeat)
+        if count > MAX_COPIES:
+            self._report(
+                (*root, "repeat"),
+                f"makes {count} copies; at most {MAX_COPIES} are possible",
+                "too-many-copies",
+            )
+            return Entry(name, root, model, None, [SINGLE], [model])
+        variables = copy_variables(model.repeat)
+        if not self.loaded.varies(root):
+            return Entry(name, root, model, model.repeat, variables, [model] * count)
+        models = []
+        for one in variables:
+            try:
+                models.append(copy(name, one))
+            except SpecError as error:
+                # One copy is enough to see what is wrong with the expression.
+                self.problems += error.problems
+                models += [model] * (count - len(models))
+                break
+        alone = any(self.loaded.varies((*root, "place", key)) for key in (*RELATIONS, *OWN))
+        return Entry(name, root, model, model.repeat, variables, models, alone)
+
+    def _order(self, entries: dict[str, Entry]) -> Iterator[str]:
+        """Names in such an order that everything comes after what it is placed in relation to, or faces."""
+        needs: dict[str, set[str]] = {}
+        for name, entry in entries.items():
+            places = [model.place for model in entry.models if model.place is not None] if entry.model.place else []
+            words = {word for place in places for word in (place.target, place.facing) if isinstance(word, str)}
+            needs[name] = {target for word in words if (target := parse_selector(word).body) in entries}
+        while True:
+            try:
+                yield from graphlib.TopologicalSorter(needs).static_order()
+                return
+            except graphlib.CycleError as error:
+                cycle: list[str] = error.args[1][::-1]
+                first = min(range(len(cycle) - 1), key=lambda k: list(entries).index(cycle[k]))
+                cycle = cycle[first:-1] + cycle[:first]
+                name = cycle[0]
+                way = " -> ".join([*cycle, name])
+                message = f"is placed in relation to itself: {way}; give one of them a pose, or place it by another"
+                self._report((*entries[name].root, "place"), message, "circular-place")
+                for one in cycle:
+                    needs[one] -= set(cycle)
+
+    def _place(self, entry: Entry) -> list[Copy]:
+        model, root, name = entry.model, entry.root, entry.name
+        spots = [Spot(ORIGIN, IDENTITY, getattr(one, "shape", None), one) for one in entry.models]
+        self.failed.add(name)
+        try:
+            spots = arrange(entry, self.targets)
+            self.failed.discard(name)
+        except _UnplacedError:
+            pass
+        except PlaceError as error:
+            self._report((*root, "place", error.key), error, error.rule, error.hint)
+        except PatternError as error:
+            self._report((*root, *error.where), error)
+        except SizeError as error:
+            self._report((*root, "place" if model.place else "repeat"), error)
+        except AssetError as error:
+            key = next((key for key in ("shape", "file") if getattr(model, key, None) is not None), None)
+            self._report((*root, key) if key else root, error, "asset")
+        line = self.loaded.line(root)
+        if entry.repeat is None:
+            return [Copy(name, name, None, SINGLE, model, spots[0].pos, spots[0].quat, spots[0].shape, line)]
+        return [
+            Copy(f"{name}[{i}]", name, i, variables, spot.model, spot.pos, spot.quat, spot.shape, line)
+            for i, (variables, spot) in enumerate(zip(entry.variables, spots, strict=True))
+        ]
+
+    def _find(self, selector: str, key: str) -> list[Spot]:
+        """The copies that a selector means."""
+        chosen = parse_selector(selector)
+        name = chosen.body
+        if name in self.failed:
+            raise _UnplacedError
+        if name not in self.copies:
+            known = [*self.loaded.case.scene.statics, *self.loaded.case.bodies]
+            if name in known:
+                raise _UnplacedError
+            raise PlaceError(f"there is no body or static `{name}`", key, "unknown-name", nearest(name, known))
+        copies = self.copies[name]
+        if chosen.part:
+            raise PlaceError(f"`{selector}` is a link; place in relation to the whole body `{name}`", key)
+        if chosen.first is not None:
+            copies = copies[chosen.first : chosen.last]
+        if not copies:
+            raise PlaceError(f"`{selector}` is none of the {len(self.copies[name])} copies of `{name}`", key)
+        return [Spot(c.pos, c.quat, c.shape, c.model) for c in copies]

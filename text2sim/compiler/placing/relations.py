@@ -1,0 +1,214 @@
+"""Relative placement: where a body goes that is `on`, `inside` or `left_of` something, from real geometry.
+
+What is placed is a group: one body, or all copies of a pattern, which move together. `at: [x, y]` is where the
+origin of a body (the middle of a pattern) goes; without it the middles of the two groups' bounds are
+brought over each other.
+"""
+
+from collections.abc import Callable
+
+from text2sim.compiler.placing.around import surround
+from text2sim.compiler.placing.footing import footing, slide
+from text2sim.compiler.placing.group import Group
+from text2sim.compiler.placing.place_error import PlaceError
+from text2sim.compiler.placing.sides import stand_beside, touch
+from text2sim.compiler.shapes.rotation import Vec, quat_rotate
+from text2sim.compiler.shapes.sizes import Spot
+from text2sim.compiler.shapes.sweep import TOLERANCE, sweep
+from text2sim.spec_schema.models.place_rules import STANDING, contradictions
+from text2sim.spec_schema.models.placement import Place
+from text2sim.spec_schema.models.regions import BodyRegion
+
+_DOWN = (0.0, 0.0, -1.0)
+
+Height = Callable[[Place, Group, Group, float, float], float]
+"""Shift in z [m] of a subject that is shifted by so much in x and y."""
+
+
+def settle(place: Place, subject: Group, target: Group, middle: Vec, *, ringed: bool = False) -> Vec:
+    """Return the shift [m] that brings a group into relation with another.
+
+    Args:
+        place: The relation.
+        subject: What is placed, where it is before.
+        target: What it is placed in relation to.
+        middle: The point [m] of the subject that `at` speaks of.
+        ringed: With `around`: the subject's copies stand around the target, instead of each going round it.
+
+    Raises:
+        PlaceError: if there is no such place.
+    """
+    for key, message in contradictions(place):
+        raise PlaceError(message, key)
+    relation = place.relation
+    if subject.planes:
+        raise PlaceError("a plane has no end and cannot be placed; give it a pose", relation)
+    if relation in STANDING:
+        return _stand(place, subject, target, middle)
+    dx, dy, dz = place.offset
+    if relation == "around":
+        return surround(place, subject, target, middle, ringed)
+    x, y, z = (touch if relation == "touching" else stand_beside)(place, subject, target)
+    return (x + dx, y + dy, z + dz)
+
+
+def _stand(place: Place, subject: Group, target: Group, middle: Vec) -> Vec:
+    if place.relation == "inside":
+        return _stand_inside(place, subject, target, middle)
+    height: Height = {"on": _on, "above": _above, "below": _below}[place.relation]
+    if isinstance(place.at, BodyRegion):
+        x, y = footing(place, subject, target, middle, lambda x, y: height(place, subject, target, x, y))
+    else:
+        x, y = _level(place, subject, target, middle)
+    dx, dy, dz = place.offset
+    return (x + dx, y + dy, height(place, subject, target, x + dx, y + dy) + dz)
+
+
+def _stand_inside(place: Place, subject: Group, target: Group, middle: Vec) -> Vec:
+    dx, dy, dz = place.offset
+    if place.align is None and not isinstance(place.at, BodyRegion):
+        x, y = _level(place, subject, target, middle)
+        return (x + dx, y + dy, _inside(place, subject, target, x + dx, y + dy) + dz)
+    x, y = _over(subject, target)
+    x, y, z = slide(place, subject, target, (x, y, _inside(place, subject, target, x, y)))
+    x, y = x + dx, y + dy
+    landed = _fall(subject, target, (x, y, z), 0.0)
+    if landed is None:
+        landed = target.bounds()[0][2] - subject.bounds()[0][2]
+    return (x, y, landed + place.clearance + dz)
+
+
+def _blamed(place: Place) -> str:
+    """The word that says where it should go: that is wrong if it cannot go there."""
+    return "offset" if any(place.offset[:2]) else "at" if place.at is not None else place.relation
+
+
+def _over(subject: Group, target: Group) -> tuple[float, float]:
+    here, there = subject.middle(), target.middle()
+    return there[0] - here[0], there[1] - here[1]
+
+
+def _level(place: Place, subject: Group, target: Group, middle: Vec) -> tuple[float, float]:
+    """Shift in x and y: to `at`, or to the middles or ends that line up."""
+    if place.at is not None:
+        assert not isinstance(place.at, BodyRegion)
+        return place.at[0] - middle[0], place.at[1] - middle[1]
+    x, y = _over(subject, target)
+    ends = (place.alignment(0), place.alignment(1))
+    if ends == (None, None):
+        return x, y
+    if not target.members:
+        raise PlaceError("a plane has no ends to align with; say `at: [x, y]`", "align")
+    (low, high), (bottom, top) = subject.bounds(), target.bounds()
+    shift = [x, y]
+    for k, end in enumerate(ends):
+        if end in ("min", "max"):
+            shift[k] = bottom[k] - low[k] if end == "min" else top[k] - high[k]
+    return shift[0], shift[1]
+
+
+def _plane_height(plane: Spot, subject: Group, x: float, y: float, gap: float, relation: str) -> float:
+    """Shift in z that brings the subject to the plane, from above or (`below`) from below."""
+    nx, ny, nz = quat_rotate(plane.quat, (0.0, 0.0, 1.0))
+    if nz < 1e-6:
+        raise PlaceError("the plane does not face upwards", relation)
+    up: Vec = (0.0, 0.0, 1.0) if nz > 1 - 1e-15 else (nx, ny, nz)
+    level = nx * plane.pos[0] + ny * plane.pos[1] + nz * plane.pos[2]
+    if relation == "below":
+        edge = level - gap + subject.lowest((-up[0], -up[1], -up[2]))
+    else:
+        edge = level + gap - subject.lowest(up)
+    return (edge - nx * x - ny * y) / nz
+
+
+def _on(place: Place, subject: Group, target: Group, x: float, y: float) -> float:
+    gap = place.clearance
+    heights = [_plane_height(plane, subject, x, y, gap, "on") for plane in target.planes]
+    if target.members:
+        z = _flat_top(subject, target, x, y, gap)
+        if z is None:
+            z = _drop(subject, target, x, y, gap)
+        if z is not None:
+            heights.append(z)
+    if not heights:
+        raise PlaceError(_falls_past(place, subject, target, x, y), _blamed(place))
+    return max(heights)
+
+
+def _falls_past(place: Place, subject: Group, target: Group, x: float, y: float) -> str:
+    (low, high), (bottom, top) = subject.bounds(), target.bounds()
+    beside = next((k for k, s in enumerate((x, y)) if high[k] + s <= bottom[k] or low[k] + s >= top[k]), None)
+    there = f"`{place.target}` is nowhere under it, and it would fall past"
+    if beside is None:
+        return f"{there}: it passes through"
+    s = (x, y)[beside]
+    mine = f"{low[beside] + s:.4g} to {high[beside] + s:.4g}"
+    its = f"{bottom[beside]:.4g} to {top[beside]:.4g}"
+    return f"{there}: along {'xy'[beside]} it would reach from {mine}, and `{place.target}` reaches from {its}"
+
+
+def _flat_top(subject: Group, target: Group, x: float, y: float, gap: float) -> float | None:
+    """The height over an upright box that is the target's highest part and carries the whole subject."""
+    low, high = subject.bounds()
+    top = target.bounds()[1][2]
+    for pos, quat, shape, _ in target.members:
+        if shape is None or shape.kind != "box" or quat[1] or quat[2] or quat[3]:
+            continue
+        sx, sy, sz = shape.size
+        over = abs(pos[2] + sz / 2 - top) < 1e-12
+        if over and pos[0] - sx / 2 <= low[0] + x and high[0] + x <= pos[0] + sx / 2:  # noqa: SIM102
+            if pos[1] - sy / 2 <= low[1] + y and high[1] + y <= pos[1] + sy / 2:
+                return top - subject.lowest((0.0, 0.0, 1.0)) + gap
+    return None
+
+
+def _drop(subject: Group, target: Group, x: float, y: float, gap: float) -> float | None:
+    """The height to which the subject falls on the target, from above it; None if it falls past."""
+    bottom, top = target.bounds()[0][2], target.bounds()[1][2]
+    flat = top - subject.bounds()[0][2] + gap
+    z = _fall(subject, target, (x, y, flat + max(0.01 * (top - bottom), 1e-3)), gap)
+    # Flat on flat is exact: say so, rather than leave a tenth of a micrometre.
+    return flat if z is not None and abs(z - flat) < 2 * TOLERANCE else z
+
+
+def _fall(subject: Group, target: Group, start: Vec, gap: float) -> float | None:
+    way = sweep(subject.solids(), target.solids(), _DOWN, gap=gap, start=start)
+    return None if way is None else start[2] - way
+
+
+def _above(place: Place, subject: Group, target: Group, x: float, y: float) -> float:
+    heights = [_plane_height(plane, subject, x, y, place.clearance, "above") for plane in target.planes]
+    if target.members:
+        heights.append(target.bounds()[1][2] - subject.bounds()[0][2] + place.clearance)
+    return max(heights)
+
+
+def _below(place: Place, subject: Group, target: Group, x: float, y: float) -> float:
+    heights = [_plane_height(plane, subject, x, y, place.clearance, "below") for plane in target.planes]
+    if target.members:
+        heights.append(target.bounds()[0][2] - subject.bounds()[1][2] - place.clearance)
+    return min(heights)
+
+
+def _inside(place: Place, subject: Group, target: Group, x: float, y: float) -> float:
+    """Let the subject fall: from the middle of the target if it is free there, otherwise through its top.
+
+    It falls until it touches, and is lifted by the clearance then: a gap on all sides would keep it out of a narrow
+    cup.
+    """
+    if target.planes:
+        raise PlaceError("a plane has no inside", "inside")
+    (low, high), (bottom, top) = subject.bounds(), target.bounds()
+    across = all(bottom[k] <= low[k] + s and high[k] + s <= top[k] for k, s in enumerate((x, y)))
+    if across:
+        start = target.middle()[2] - subject.middle()[2]
+        z = _fall(subject, target, (x, y, start), 0.0)
+        if z is not None and start - z < TOLERANCE:
+            z = _drop(subject, target, x, y, 0.0)
+        if z is None:
+            # Nothing holds it from below: an open tube stands on something.
+            z = bottom[2] - low[2]
+        z += place.clearance
+        if low[2] + z < top[2] - 1e-6:
+            return z
+    raise PlaceError(f"it does not fit into `{place.target}` there", _blamed(place))

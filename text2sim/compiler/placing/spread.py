@@ -1,0 +1,97 @@
+"""Copies take their places in their body's pattern."""
+
+from collections.abc import Sequence
+from itertools import repeat as again
+
+from text2sim.compiler.placing.packing import PackingError, grain_of, pack
+from text2sim.compiler.placing.patterns import bond_slots, pattern_slots
+from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, quat_multiply, quat_rotate
+from text2sim.compiler.shapes.sizes import Sizes, Spot
+from text2sim.compiler.shapes.space import SpaceError
+from text2sim.spec_schema.models.repeat import Line, Packing, Repeat, RunningBond, Stack
+from text2sim.spec_schema.models.shapes import Box
+
+
+class PatternError(ValueError):
+    """A pattern that cannot be made; `where` is the path to the culprit from its body."""
+
+    def __init__(self, message: str, *where: str) -> None:
+        super().__init__(message)
+        self.where = where
+
+
+def spread(repeat: Repeat, spots: Sequence[Spot], sizes: Sizes) -> list[Spot]:
+    """Return the copies at their places in a pattern.
+
+    Args:
+        repeat: The pattern.
+        spots: The copies, each at its body's own position and orientation.
+        sizes: Bounds of the copies, for stacks and packings.
+
+    Raises:
+        PatternError: if the pattern cannot be made of these copies.
+    """
+    if isinstance(repeat, Packing):
+        return _packed(repeat, spots, sizes)
+    if isinstance(repeat, Stack):
+        return _stacked(repeat, spots, sizes)
+    if isinstance(repeat, RunningBond):
+        return _bonded(repeat, spots)
+    start = repeat.start if isinstance(repeat, Line) else None
+    starts = again(start) if start is not None else (spot.pos for spot in spots)
+    return [
+        spot._replace(pos=_plus(base, slot.offset), quat=_turned(slot.turn, spot.quat))
+        for spot, base, slot in zip(spots, starts, pattern_slots(repeat), strict=False)
+    ]
+
+
+def _turned(turn: Quaternion, quat: Quaternion) -> Quaternion:
+    return quat if turn == IDENTITY else quat_multiply(turn, quat)
+
+
+def _stacked(stack: Stack, spots: Sequence[Spot], sizes: Sizes) -> list[Spot]:
+    """Each copy keeps its own x and y; the first one its own height, too."""
+    found: list[Spot] = []
+    top = None
+    for spot in spots:
+        low, high = sizes.of(spot)
+        z = spot.pos[2] if top is None else top + stack.gap - low[2]
+        top = z + high[2]
+        found.append(spot._replace(pos=(spot.pos[0], spot.pos[1], z)))
+    return found
+
+
+def _bonded(bond: RunningBond, spots: Sequence[Spot]) -> list[Spot]:
+    box = spots[0].shape
+    if not isinstance(box, Box):
+        raise PatternError("a running bond is made of boxes", "shape")
+    try:
+        slots = bond_slots(bond, box)
+    except ValueError as error:
+        raise PatternError(str(error), "repeat", "gap") from None
+    halves: dict[Vec, Box] = {}
+    found = []
+    for spot, slot in zip(spots, slots, strict=True):
+        offset = slot.offset if spot.quat == IDENTITY else quat_rotate(spot.quat, slot.offset)
+        shape = spot.shape
+        if slot.size is not None:
+            shape = halves.get(slot.size) or halves.setdefault(slot.size, Box(kind="box", size=slot.size))
+        found.append(spot._replace(pos=_plus(spot.pos, offset), shape=shape))
+    return found
+
+
+def _packed(packing: Packing, spots: Sequence[Spot], sizes: Sizes) -> list[Spot]:
+    if any(any(spot.pos) for spot in spots):
+        raise PatternError("a packing lies in its region, which is in the world; leave out `pos`", "pose", "pos")
+    grains = [grain_of(None if s.shape is None else s.shape.kind, sizes.of(s, IDENTITY)) for s in spots]
+    try:
+        packed = pack(packing, grains, [spot.quat for spot in spots])
+    except SpaceError as error:
+        raise PatternError(str(error), "repeat", "region") from None
+    except PackingError as error:
+        raise PatternError(str(error), "repeat") from None
+    return [spot._replace(pos=pos, quat=quat) for spot, (pos, quat) in zip(spots, packed, strict=True)]
+
+
+def _plus(a: Vec, b: Vec) -> Vec:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])

@@ -1,0 +1,115 @@
+"""What mesh files of a case look like: their surfaces with colours and pictures."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from text2sim.compiler.shapes.meshfile import mesh_path, open_mesh, turn_upright
+from text2sim.spec_schema.errors import AssetError
+
+# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
+if TYPE_CHECKING:
+    import numpy as np
+
+MAX_SMOOTHED = 60_000
+SMOOTH = 0.6
+"""Edges [rad] below this angle are drawn round, where the file has no texture."""
+MAX_PICTURE = 2048
+
+
+@dataclass(frozen=True, eq=False)
+class MeshPaint:
+    """A part of a mesh file as it is drawn, in the file's unit."""
+
+    vertices: "np.ndarray"
+    """(n, 3) float"""
+    faces: "np.ndarray"
+    """(m, 3) int"""
+    normals: "np.ndarray"
+    """(n, 3) float, unit length"""
+    uvs: "np.ndarray | None"
+    """(n, 2) float"""
+    picture: bytes | None
+    """A .png that `uvs` refer to."""
+    rgba: tuple[float, float, float, float] | None
+    """Colour, each channel in 0..1; None where the file says none."""
+
+
+def load_paint(file: str, folder: Path) -> list[MeshPaint]:
+    """Read what a mesh file of a case looks like, a part for each of its materials.
+
+    Raises:
+        AssetError: if it cannot be used.
+    """
+    path, root = mesh_path(file, folder)
+    stat = path.stat()
+    try:
+        return _read_paint(path, root, stat.st_mtime_ns, stat.st_size)
+    except AssetError as error:
+        raise AssetError(f"mesh file `{file}` {error}") from None
+
+
+@lru_cache(maxsize=64)
+def _read_paint(path: Path, root: Path, _mtime: int, _size: int) -> list[MeshPaint]:
+    import numpy as np
+    import trimesh
+
+    try:
+        scene = open_mesh(path, root, force="scene")
+    except AssetError:
+        # A material that is missing, or not in the case's folder, is no reason not to have the shape.
+        scene = open_mesh(path, root, force="scene", skip_materials=True)
+    parts = []
+    for mesh in scene.dump():
+        if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
+            continue
+        uvs, picture, rgba = material_of(mesh)
+        if uvs is None and len(mesh.faces) <= MAX_SMOOTHED:
+            mesh = trimesh.graph.smooth_shade(mesh, angle=SMOOTH)
+        normals = np.asarray(mesh.vertex_normals, float)
+        vertices, normals = turn_upright(np.asarray(mesh.vertices, float), path), turn_upright(normals, path)
+        parts.append(MeshPaint(vertices, np.asarray(mesh.faces, np.int64), normals, uvs, picture, rgba))
+    return parts
+
+
+def material_of(
+    mesh: Any,
+) -> "tuple[np.ndarray | None, bytes | None, tuple[float, float, float, float] | None]":
+    """Return texture coordinates, picture and colour of a mesh of trimesh, as far as it has them."""
+    import numpy as np
+    from trimesh.visual.material import empty_material
+
+    visual = mesh.visual
+    if not getattr(visual, "defined", False):
+        return None, None, None
+    if visual.kind != "texture":
+        rgba = np.asarray(visual.main_color, float) / 255
+        return None, None, _rgba(rgba)
+    material = visual.material
+    picture = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
+    uvs = None if visual.uv is None else np.asarray(visual.uv, float)
+    if hash(material) == hash(empty_material()):
+        return None, None, None
+    if picture is None or uvs is None or len(uvs) != len(mesh.vertices) or not np.isfinite(uvs).all():
+        color = getattr(material, "main_color", None)
+        return None, None, None if color is None else _rgba(np.asarray(color, float) / 255)
+    return uvs, _png(picture), None
+
+
+def _rgba(values: Any) -> tuple[float, float, float, float]:
+    red, green, blue, alpha = (round(float(value), 4) for value in values)
+    return (red, green, blue, alpha)
+
+
+def _png(picture: Any) -> bytes:
+    """Return a picture as a .png in three channels, small enough for a film."""
+    try:
+        picture = picture.convert("RGB")
+        picture.thumbnail((MAX_PICTURE, MAX_PICTURE))
+        stream = BytesIO()
+        picture.save(stream, "PNG")
+    except Exception as error:  # damaged pictures fail in every way there is
+        raise AssetError(f"has a picture that cannot be read ({type(error).__name__}: {str(error)[:80]})") from error
+    return stream.getvalue()

@@ -1,0 +1,250 @@
+"""Convex pieces: what every shape becomes for contact."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+from text2sim.compiler.shapes.rotation import (
+    IDENTITY,
+    Quaternion,
+    Vec,
+    frame_apply,
+    quat_multiply,
+    quat_rotate,
+    vector_cross,
+)
+
+CONE_SIDES = 32
+
+# Corners of a wedge: inner and outer at its first side, then at its second; bottom first.
+_WEDGE_FACES = (
+    (0, 3, 2), (0, 2, 1), (4, 5, 6), (4, 6, 7), (0, 1, 5), (0, 5, 4),
+    (2, 3, 7), (2, 7, 6), (1, 2, 6), (1, 6, 5), (0, 4, 7), (0, 7, 3),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A convex solid in its body's frame (`mesh`: what the engine makes of a file)."""
+
+    kind: str
+    """box, sphere, cylinder, capsule, ellipsoid, hull or mesh."""
+    pos: Vec = (0.0, 0.0, 0.0)
+    """[m]; hulls keep the body's frame."""
+    quat: Quaternion = IDENTITY
+    size: tuple[float, ...] = ()
+    """Box: full lengths; sphere: radius; cylinder: radius, height; capsule: radius, straight length;
+    ellipsoid: half lengths [m]; mesh: scale."""
+    vertices: tuple[Vec, ...] = ()
+    """Corners [m] of a hull (or of a mesh's convex hull, scaled), in the piece's frame."""
+    faces: tuple[tuple[int, int, int], ...] = ()
+    """Triangles of a hull, counterclockwise from outside."""
+    file: str | None = None
+    """Of a mesh: path inside the case's folder."""
+    enclosed: float = 0.0
+    """Of a mesh: volume [m3] that its surface encloses; 0 if it is open, and its convex hull counts."""
+    decompose: bool = False
+    """Of a mesh: whether it touches by several convex pieces instead of its hull."""
+    part: str | None = None
+    """Of a compound: name of the part."""
+
+    @cached_property
+    def ball(self) -> tuple[Vec, float]:
+        """Centre [m] and radius [m] of a ball around the piece, in the body's frame."""
+        return _ball(self)
+
+    @cached_property
+    def turned(self) -> dict[Quaternion, Any]:
+        """What others work out of the piece in an orientation of its body: copies share their pieces."""
+        return {}
+
+    def at(self, pos: Vec, quat: Quaternion, part: str | None = None) -> "Piece":
+        """Return the piece in the frame around (`pos`, `quat`)."""
+        part = part or self.part
+        if self.kind == "hull":
+            return replace(self, vertices=tuple(frame_apply(pos, quat, v) for v in self.vertices), part=part)
+        if quat == IDENTITY:
+            return replace(self, pos=frame_apply(pos, quat, self.pos), part=part)
+        return replace(self, pos=frame_apply(pos, quat, self.pos), quat=quat_multiply(quat, self.quat), part=part)
+
+    def volume(self) -> float:
+        """Volume [m3] of the piece, as it counts for the mass."""
+        return self._volume
+
+    @cached_property
+    def thickness(self) -> float:
+        """Smallest thickness [m] of the piece: what a fast body may jump over."""
+        return _thickness(self)
+
+    @cached_property
+    def _volume(self) -> float:
+        size = self.size
+        if self.kind == "box":
+            return size[0] * size[1] * size[2]
+        if self.kind == "sphere":
+            return 4 / 3 * math.pi * size[0] ** 3
+        if self.kind == "cylinder":
+            return math.pi * size[0] ** 2 * size[1]
+        if self.kind == "capsule":
+            return math.pi * size[0] ** 2 * size[1] + 4 / 3 * math.pi * size[0] ** 3
+        if self.kind == "ellipsoid":
+            return 4 / 3 * math.pi * size[0] * size[1] * size[2]
+        if self.enclosed:
+            return self.enclosed
+        total = 0.0
+        for i, j, k in self.faces:
+            (ax, ay, az), (bx, by, bz), (cx, cy, cz) = self.vertices[i], self.vertices[j], self.vertices[k]
+            total += ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+        return total / 6
+
+
+def outer_polygon_radius(outer: float, inner: float, segments: int) -> float:
+    """Radius [m] of the corners of a wall's outer polygon.
+
+    The inner polygon goes round the inner circle, so that the free space never shrinks; the outer one lies
+    in the outer circle, so that the body never grows. Only where that would leave less than half the
+    thickness in the middle of a stave does the outer polygon grow, and then just enough.
+    """
+    return max(outer, (inner + (outer - inner) / 2) / math.cos(math.pi / segments))
+
+
+def wall_pieces(
+    bottom: tuple[float, float], top: tuple[float, float], low: float, high: float, segments: int
+) -> list[Piece]:
+    """Return the staves of a wall around z: wedges with eight corners that meet at their sides.
+
+    Args:
+        bottom: Inner and outer radius [m] at the height `low`.
+        top: Inner and outer radius [m] at the height `high`.
+        low: Lower end [m].
+        high: Upper end [m].
+        segments: How many staves.
+    """
+    widen = 1 / math.cos(math.pi / segments)
+    rings = [
+        (inner * widen, outer_polygon_radius(outer, inner, segments), z)
+        for (inner, outer), z in ((bottom, low), (top, high))
+    ]
+    angles = [2 * math.pi * k / segments for k in range(segments)]
+    turns = [(math.cos(a), math.sin(a)) for a in angles]
+    turns.append(turns[0])
+    staves = []
+    for (c0, s0), (c1, s1) in pairwise(turns):
+        corners: list[Vec] = []
+        for inner, outer, z in rings:
+            corners += [(inner * c0, inner * s0, z), (outer * c0, outer * s0, z)]
+            corners += [(outer * c1, outer * s1, z), (inner * c1, inner * s1, z)]
+        staves.append(Piece("hull", vertices=tuple(corners), faces=_WEDGE_FACES))
+    return staves
+
+
+def cone_piece(radius: float, height: float) -> Piece:
+    """Return a cone half way up its axis, as a pyramid in it; tip up."""
+    n = CONE_SIDES
+    rim = [
+        (radius * math.cos(2 * math.pi * k / n), radius * math.sin(2 * math.pi * k / n), -height / 2) for k in range(n)
+    ]
+    sides = [(k, (k + 1) % n, n) for k in range(n)]
+    base = [(0, k + 1, k) for k in range(1, n - 1)]
+    return Piece("hull", vertices=(*rim, (0.0, 0.0, height / 2)), faces=(*sides, *base))
+
+
+def ring_pieces(radius: float, bar: float, segments: int) -> list[Piece]:
+    """Return a ring about z as capsules, whose joints lie on the circle."""
+    points = [
+        (radius * math.cos(2 * math.pi * k / segments), radius * math.sin(2 * math.pi * k / segments))
+        for k in range(segments)
+    ]
+    chord = 2 * radius * math.sin(math.pi / segments)
+    lying = (math.sqrt(0.5), -math.sqrt(0.5), 0.0, 0.0)  # z onto y: tangent at angle 0
+    pieces = []
+    for k in range(segments):
+        (ax, ay), (bx, by) = points[k], points[(k + 1) % segments]
+        half = math.pi * (2 * k + 1) / segments / 2
+        yaw = (math.cos(half), 0.0, 0.0, math.sin(half))
+        middle = ((ax + bx) / 2, (ay + by) / 2, 0.0)
+        pieces.append(Piece("capsule", pos=middle, quat=quat_multiply(yaw, lying), size=(bar, chord)))
+    return pieces
+
+
+def piece_ball(piece: Piece) -> tuple[Vec, float]:
+    """Return centre [m] and radius [m] of a ball around the piece, in the body's frame."""
+    return piece.ball
+
+
+def _ball(piece: Piece) -> tuple[Vec, float]:
+    size = piece.size
+    if piece.kind in ("hull", "mesh"):
+        n = len(piece.vertices)
+        sx, sy, sz = (sum(axis) / n for axis in zip(*piece.vertices, strict=True))
+        center = (sx, sy, sz)
+        radius = max(math.dist(center, v) for v in piece.vertices)
+        return frame_apply(piece.pos, piece.quat, center), radius
+    if piece.kind == "box":
+        return piece.pos, math.hypot(*size) / 2
+    if piece.kind == "cylinder":
+        return piece.pos, math.hypot(size[0], size[1] / 2)
+    if piece.kind == "capsule":
+        return piece.pos, size[0] + size[1] / 2
+    return piece.pos, max(size)
+
+
+def piece_reach(piece: Piece, direction: Vec) -> float:
+    """Return the reach [m] of a piece along a direction of its body's frame: the largest `direction . x` in it.
+
+    Args:
+        piece: The piece.
+        direction: Unit vector.
+    """
+    w, x, y, z = piece.quat
+    u = direction if piece.quat == IDENTITY else quat_rotate((w, -x, -y, -z), direction)
+    size = piece.size
+    if piece.kind in ("hull", "mesh"):
+        own = max(a * u[0] + b * u[1] + c * u[2] for a, b, c in piece.vertices)
+    elif piece.kind == "box":
+        own = sum(side * abs(c) for side, c in zip(size, u, strict=True)) / 2
+    elif piece.kind == "cylinder":
+        own = size[0] * math.hypot(u[0], u[1]) + size[1] / 2 * abs(u[2])
+    elif piece.kind == "capsule":
+        own = size[0] + size[1] / 2 * abs(u[2])
+    elif piece.kind == "ellipsoid":
+        own = math.hypot(*(r * c for r, c in zip(size, u, strict=True)))
+    else:
+        own = size[0]
+    return own + sum(p * c for p, c in zip(piece.pos, direction, strict=True))
+
+
+def piece_thickness(piece: Piece) -> float:
+    """Return the smallest thickness [m] of a piece: what a fast body may jump over."""
+    return piece.thickness
+
+
+def _thickness(piece: Piece) -> float:
+    if piece.kind == "box":
+        return min(piece.size)
+    if piece.kind == "cylinder":
+        return min(2 * piece.size[0], piece.size[1])
+    if piece.kind == "mesh":
+        # The edges of a scanned hull say nothing about how thick it is.
+        return min(max(axis) - min(axis) for axis in zip(*piece.vertices, strict=True))
+    if piece.kind == "hull":
+        return min(_widths(piece), default=0.0)
+    return 2 * min(piece.size[:1] if piece.kind == "capsule" else piece.size)
+
+
+def _widths(piece: Piece) -> Iterator[float]:
+    """Widths [m] of a hull across each of its faces."""
+    corners = piece.vertices
+    for a, b, c, *_ in piece.faces:
+        u, v, w = vector_cross(_minus(corners[b], corners[a]), _minus(corners[c], corners[a]))
+        size = math.hypot(u, v, w)
+        if size > 0.0:
+            heights = [u * x + v * y + w * z for x, y, z in corners]
+            yield (max(heights) - min(heights)) / size
+
+
+def _minus(a: Vec, b: Vec) -> Vec:
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])

@@ -1,0 +1,109 @@
+"""Regions on bodies, resolved: which vertices they mean, and where their middle is."""
+
+from typing import TYPE_CHECKING
+
+from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.skin import Skin
+from text2sim.spec_schema.models.regions import SIDES, BodyRegion
+
+# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
+if TYPE_CHECKING:
+    import numpy as np
+
+THIN = 1e-3
+"""What lies within this part of a body's length of a side belongs to it."""
+FLAT = 1e-6
+"""A body that is thinner than this part of its longest side is flat."""
+
+
+class RegionError(ValueError):
+    """A region in which there is nothing; the message says how far the nearest vertex is."""
+
+
+def region_points(region: BodyRegion, vertices: "np.ndarray") -> "np.ndarray":
+    """Return which vertices of a body lie in a region.
+
+    Args:
+        region: The region.
+        vertices: (n, 3) float [m], in the body's own frame, before it is turned or bent.
+
+    Returns:
+        Their indices, growing; at least one.
+
+    Raises:
+        RegionError: if there are none.
+    """
+    import numpy as np
+
+    if region.nearest is not None:
+        return np.array([int(np.linalg.norm(vertices - region.nearest, axis=1).argmin())])
+    apart = _distances(region, vertices)
+    found = np.flatnonzero(apart <= 0.0)
+    if len(found) == 0:
+        raise RegionError(_empty(float(apart.min())))
+    return found
+
+
+def region_middle(region: BodyRegion, skin: Skin) -> Vec:
+    """Return the middle [m] of a region of a surface, in the body's own frame.
+
+    Of a side, an edge or a corner it lies on that side, half way along what there is of it; of a box or a ball it is
+    that of all the surface in it; of a nearest point it is the point.
+
+    Raises:
+        RegionError: if there are none.
+    """
+    import numpy as np
+
+    if region.nearest is not None:
+        return _vec(skin.nearest(region.nearest)[0])
+    points, areas = skin.samples
+    if region.sphere is not None:
+        # A small ball may lie between the points, and still meet the surface.
+        point, apart = skin.nearest(region.sphere.center)
+        if apart > region.sphere.radius:
+            raise RegionError(_empty(apart - region.sphere.radius))
+        points, areas = np.vstack([points, point]), np.append(areas, 0.0)
+    found = region_points(region, points)
+    if not region.sides:
+        weights = areas[found] if areas[found].sum() > 0 else None
+        return _vec(np.average(points[found], axis=0, weights=weights))
+    low, high = skin.bounds
+    middle = (points[found].min(0) + points[found].max(0)) / 2
+    for side in region.sides:
+        axis, sign = SIDES[side]
+        middle[axis] = high[axis] if sign > 0 else low[axis]
+    return _vec(middle)
+
+
+def _vec(point: "np.ndarray") -> Vec:
+    """A point without the dust of rounding, which would stand in the program."""
+    x, y, z = (round(c, 9) + 0.0 for c in point.tolist())
+    return (x, y, z)
+
+
+def _distances(region: BodyRegion, vertices: "np.ndarray") -> "np.ndarray":
+    """How far [m] each vertex is from the region; 0 inside."""
+    import numpy as np
+
+    if region.sphere is not None:
+        return np.maximum(np.linalg.norm(vertices - region.sphere.center, axis=1) - region.sphere.radius, 0.0)
+    if region.box is not None:
+        low, high = np.array(region.box.min), np.array(region.box.max)
+        return np.linalg.norm(np.maximum(np.maximum(low - vertices, vertices - high), 0.0), axis=1)
+    low, high = vertices.min(0), vertices.max(0)
+    size = high - low
+    missing = np.zeros(len(vertices))
+    for side in region.sides:
+        axis, sign = SIDES[side]
+        if region.face is None and size[axis] <= FLAT * size.max():
+            there = [name for name, (k, _) in SIDES.items() if size[k] > FLAT * size.max()]
+            raise RegionError(f"it is flat, and has no {side}; it has {', '.join(there)}")
+        away = high[axis] - vertices[:, axis] if sign > 0 else vertices[:, axis] - low[axis]
+        missing += np.maximum(away - THIN * size[axis], 0.0) ** 2
+    return np.sqrt(missing)
+
+
+def _empty(away: float) -> str:
+    length = f"{away:.3g} m" if away >= 0.1 else f"{away * 1000:.3g} mm"
+    return f"nothing of it lies in this region; the nearest point of it is {length} away"

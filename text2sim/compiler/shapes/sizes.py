@@ -1,0 +1,105 @@
+"""Bounds and pieces of bodies and statics, worked out once for each orientation."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from text2sim.compiler.shapes.geometry import Bounds, TreeExtents, body_extents, extents, pieces
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply
+from text2sim.compiler.shapes.solid import Solid, solids
+
+MAX_PIECES = 20_000
+"""Convex pieces of a scene. The engine keeps a table of all pairs of them: here it takes 1.6 GB."""
+
+TreePieces = Callable[[Any, Path], list[tuple[Piece, Vec, Quaternion]]]
+"""Pieces of a body that is a tree of links, each with the pose [m] of its link in the body's frame."""
+
+
+class Spot(NamedTuple):
+    """Where one copy of a body or static is."""
+
+    pos: Vec
+    """[m]"""
+    quat: Quaternion
+    shape: Any
+    """None for a tree of links."""
+    model: Any
+
+
+class SizeError(ValueError):
+    """Something whose size is needed has none."""
+
+
+class Sizes:
+    """Gives bounds [m] and pieces, and remembers them."""
+
+    def __init__(
+        self, folder: Path, tree_extents: TreeExtents | None = None, tree_pieces: TreePieces | None = None
+    ) -> None:
+        self.folder = folder
+        self._tree_extents, self._tree_pieces = tree_extents, tree_pieces
+        # The object is kept beside what is known of it, so that its id stays its own.
+        self._known: dict[tuple[int, Quaternion], tuple[Any, Bounds]] = {}
+        self._lowest: dict[tuple[int, Quaternion, Vec], tuple[Any, float]] = {}
+        self._trees: dict[int, tuple[Any, list[tuple[Piece, Vec, Quaternion]]]] = {}
+
+    def of(self, spot: Spot, quat: Quaternion | None = None) -> Bounds:
+        """Return the bounds [m] about the copy's origin, turned by its orientation (or by `quat`).
+
+        Raises:
+            SizeError: for a plane, and for a tree of links that nobody can measure.
+            AssetError: if a mesh file cannot be used.
+        """
+        thing = spot.model if spot.shape is None else spot.shape
+        quat = spot.quat if quat is None else quat
+        key = (id(thing), quat)
+        found = self._known.get(key)
+        if found is None:
+            try:
+                if spot.shape is None:
+                    bounds = body_extents(spot.model, quat, self.folder, self._tree_extents)
+                else:
+                    bounds = extents(spot.shape, quat, self.folder)
+            except ValueError as error:
+                raise SizeError(str(error)) from None
+            found = self._known[key] = (thing, bounds)
+        return found[1]
+
+    def lowest(self, spot: Spot, axis: Vec) -> float:
+        """Return the lowest coordinate [m] of a copy's pieces along a unit vector, about the copy's origin."""
+        thing = spot.model if spot.shape is None else spot.shape
+        key = (id(thing), spot.quat, axis)
+        found = self._lowest.get(key)
+        if found is None:
+            least = min(solid.span(axis)[0] for solid in self.solids(spot._replace(pos=(0.0, 0.0, 0.0))))
+            found = self._lowest[key] = (thing, least)
+        return found[1]
+
+    def pieces(self, spot: Spot) -> list[tuple[Piece, Vec, Quaternion]]:
+        """Return the convex pieces of a copy, each with the pose [m] of its frame in the copy's frame.
+
+        A tree of links whose pieces nobody knows counts as its bounds.
+        """
+        if spot.shape is not None:
+            return [(piece, (0.0, 0.0, 0.0), IDENTITY) for piece in pieces(spot.shape, self.folder)]
+        found = self._trees.get(id(spot.model))
+        if found is None:
+            if self._tree_pieces is not None:
+                made = self._tree_pieces(spot.model, self.folder)
+            else:
+                low, high = self.of(spot, IDENTITY)
+                x, y, z = ((a + b) / 2 for a, b in zip(low, high, strict=True))
+                size = tuple(b - a for a, b in zip(low, high, strict=True))
+                made = [(Piece("box", size=size), (x, y, z), IDENTITY)]
+            found = self._trees[id(spot.model)] = (spot.model, made)
+        return found[1]
+
+    def solids(self, spot: Spot) -> list[Solid]:
+        """Return the convex pieces of a copy where it is."""
+        if spot.shape is not None:
+            return solids(pieces(spot.shape, self.folder), spot.pos, spot.quat)
+        return [
+            Solid(piece, frame_apply(spot.pos, spot.quat, pos), quat_multiply(spot.quat, quat))
+            for piece, pos, quat in self.pieces(spot)
+        ]

@@ -1,0 +1,113 @@
+"""Regions of space: what lies wholly inside, and how to fill them."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from text2sim.compiler.shapes.rotation import (
+    Vec,
+    quat_between,
+    quat_conjugate,
+    quat_rotate,
+    quat_to_rows,
+    vector_unit,
+)
+from text2sim.spec_schema.models.space import BoxRegion, CylinderRegion, SphereRegion
+
+
+class SpaceError(ValueError):
+    """A region without space."""
+
+
+class Space:
+    """A region in its own frame: about its middle, a cylinder's axis along z."""
+
+    def __init__(self, region: BoxRegion | CylinderRegion | SphereRegion) -> None:
+        self.kind = region.kind
+        self.turn: Any = None
+        if isinstance(region, BoxRegion):
+            mx, my, mz = ((a + b) / 2 for a, b in zip(region.min, region.max, strict=True))
+            hx, hy, hz = ((b - a) / 2 for a, b in zip(region.min, region.max, strict=True))
+            self.middle, self.half, self.radius = (mx, my, mz), (hx, hy, hz), 0.0
+            self.volume = 8 * hx * hy * hz
+            return
+        r = self.radius = region.radius
+        self.middle = region.center
+        if isinstance(region, SphereRegion):
+            self.half, self.volume = (r, r, r), 4 / 3 * math.pi * r**3
+            return
+        self.half, self.volume = (r, r, region.height / 2), math.pi * r * r * region.height
+        try:
+            axis = vector_unit(region.axis)
+        except ValueError as error:
+            raise SpaceError(f"axis: {error}") from None
+        if axis != (0.0, 0.0, 1.0):
+            quat = quat_between((0.0, 0.0, 1.0), axis)
+            self.turn = quat_to_rows(quat_conjugate(quat))
+            self._back = quat
+
+    def _local(self, v: Sequence[float]) -> Vec:
+        if self.turn is None:
+            return (v[0], v[1], v[2])
+        (a, b, c), (d, e, f), (g, h, i) = self.turn
+        x, y, z = v
+        return (a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z)
+
+    def _world(self, v: Vec) -> Vec:
+        x, y, z = v if self.turn is None else quat_rotate(self._back, v)
+        return (self.middle[0] + x, self.middle[1] + y, self.middle[2] + z)
+
+    def sample(self, numbers: Vec, margin: float) -> Vec:
+        """Return a point [m] of the region, `margin` [m] off its walls, from three numbers in 0..1."""
+        a, b, c = numbers
+        hx, hy, hz = (max(h - margin, 0.0) for h in self.half)
+        if self.kind == "box":
+            return self._world(((2 * a - 1) * hx, (2 * b - 1) * hy, (2 * c - 1) * hz))
+        angle = 2 * math.pi * b
+        if self.kind == "cylinder":
+            r = hx * math.sqrt(a)
+            return self._world((r * math.cos(angle), r * math.sin(angle), (2 * c - 1) * hz))
+        r, z = hx * a ** (1 / 3), 2 * c - 1
+        flat = math.sqrt(max(1 - z * z, 0.0))
+        return self._world((r * flat * math.cos(angle), r * flat * math.sin(angle), r * z))
+
+    def holds(self, p: Vec, points: Sequence[Vec], rounding: float) -> bool:
+        """Whether points [m] about `p`, thickened by `rounding` [m], are inside."""
+        x, y, z = self._local((p[0] - self.middle[0], p[1] - self.middle[1], p[2] - self.middle[2]))
+        hx, hy, hz = (h - rounding for h in self.half)
+        square = max(self.radius - rounding, 0.0) ** 2
+        for point in points:
+            a, b, c = self._local(point)
+            a, b, c = a + x, b + y, c + z
+            if self.kind == "box":
+                if abs(a) > hx or abs(b) > hy or abs(c) > hz:
+                    return False
+            elif self.kind == "cylinder":
+                if abs(c) > hz or a * a + b * b > square:
+                    return False
+            elif a * a + b * b + c * c > square:
+                return False
+        return True
+
+    def lattice(self, cell: Vec, gap: float) -> list[Vec]:
+        """Return the centres [m] of a lattice's cells that lie inside, but for half the gap around them."""
+        half = self.half
+        if self.turn is not None:
+            hx, hy, hz = (sum(abs(r[k]) * h for r, h in zip(self.turn, self.half, strict=True)) for k in range(3))
+            half = (hx, hy, hz)
+        steps = [max(int((2 * h + gap) / c + 1e-9), 0) for h, c in zip(half, cell, strict=True)]
+        ex, ey, ez = ((c - gap) / 2 * (1 - 1e-9) for c in cell)
+        corners = [(x, y, z) for x in (-ex, ex) for y in (-ey, ey) for z in (-ez, ez)]
+        found = []
+        mx, my, mz = self.middle
+        for k in range(steps[2]):
+            for j in range(steps[1]):
+                for i in range(steps[0]):
+                    p = (
+                        mx + (i - (steps[0] - 1) / 2) * cell[0],
+                        my + (j - (steps[1] - 1) / 2) * cell[1],
+                        mz + (k - (steps[2] - 1) / 2) * cell[2],
+                    )
+                    if self.kind == "box" or self.holds(p, corners, 0.0):
+                        found.append(p)
+        return found

@@ -1,0 +1,161 @@
+"""Smooth surfaces that are drawn where contact uses pieces, so that films show no staves."""
+
+import hashlib
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_to_rows
+from text2sim.spec_schema.models.shapes import Box, Cone, Cup, Cylinder, Funnel, Torus, Tube
+
+# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
+if TYPE_CHECKING:
+    import numpy as np
+
+
+SIDES = 64
+BAR_SIDES = 32
+
+Profile = list[tuple[float, float]]
+
+
+@dataclass(frozen=True, eq=False)
+class VisualMesh:
+    """A closed surface in the body's frame with a normal for each vertex; sharp edges have them doubled."""
+
+    vertices: "np.ndarray"
+    """(n, 3) float [m]"""
+    faces: "np.ndarray"
+    """(m, 3) int, counterclockwise from outside"""
+    normals: "np.ndarray"
+    """(n, 3) float, unit length"""
+    part: str | None = None
+    """Of a compound: name of the part."""
+    uvs: "np.ndarray | None" = None
+    """(n, 2) float: place of each vertex in the picture."""
+    picture: bytes | None = None
+    """A .png that is drawn on it."""
+    rgba: tuple[float, float, float, float] | None = None
+    """Colour that it has of itself."""
+
+    @cached_property
+    def digest(self) -> str:
+        """Hash of the surface to a tenth of a micrometre: equal surfaces share one file."""
+        import numpy as np
+
+        content = hashlib.sha256()
+        content.update((np.round(self.vertices * 1e7).astype("<i8")).tobytes())
+        content.update(self.faces.astype("<i4").tobytes())
+        if self.uvs is not None:
+            content.update((np.round(self.uvs * 1e6).astype("<i8")).tobytes())
+        return content.hexdigest()
+
+    def at(self, pos: Vec, quat: Quaternion, part: str | None) -> "VisualMesh":
+        """Return the surface in the frame around (`pos`, `quat`)."""
+        import numpy as np
+
+        turn = np.array(quat_to_rows(quat)).T
+        return replace(self, vertices=self.vertices @ turn + np.array(pos), normals=self.normals @ turn, part=part)
+
+    def obj(self) -> str:
+        """Return the surface as the text of an .obj file, with its normals."""
+        import numpy as np
+
+        lines = [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in (self.vertices + 0.0).tolist()]
+        lines += [f"vn {x:.5f} {y:.5f} {z:.5f}" for x, y, z in (np.round(self.normals, 5) + 0.0).tolist()]
+        if self.uvs is None:
+            lines += [f"f {a}//{a} {b}//{b} {c}//{c}" for a, b, c in (self.faces + 1).tolist()]
+        else:
+            lines += [f"vt {u:.6g} {v:.6g}" for u, v in (self.uvs + 0.0).tolist()]
+            lines += [f"f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}" for a, b, c in (self.faces + 1).tolist()]
+        return "\n".join(lines) + "\n"
+
+
+Drawn = Box | Cylinder | Cone | Torus | Tube | Cup | Funnel
+"""Shapes with edges: drawn by the engine from a model file they would be shaded as if they had none."""
+
+
+def surface(shape: Drawn) -> VisualMesh:
+    """Return the surface of a shape, smooth where it is round and sharp at its edges."""
+    if isinstance(shape, Box):
+        return _box(shape)
+    if isinstance(shape, Torus):
+        return _lathe_smooth(shape)
+    h = shape.height / 2
+    if isinstance(shape, Cylinder):
+        return _lathe([(0.0, -h), (shape.radius, -h), (shape.radius, h), (0.0, h)])
+    if isinstance(shape, Cone):
+        return _lathe([(0.0, -h), (shape.radius, -h), (0.0, h)])
+    if isinstance(shape, Cup):
+        outer, inner, floor = shape.radius, shape.radius - shape.thickness, shape.thickness - h
+        return _lathe([(0.0, -h), (outer, -h), (outer, h), (inner, h), (inner, floor), (0.0, floor)])
+    if isinstance(shape, Tube):
+        outer, inner = (shape.outer_radius,) * 2, (shape.inner_radius,) * 2
+    else:
+        inner = (shape.bottom_radius, shape.top_radius)
+        outer = (inner[0] + shape.thickness, inner[1] + shape.thickness)
+    return _lathe([(inner[0], -h), (outer[0], -h), (outer[1], h), (inner[1], h), (inner[0], -h)])
+
+
+def _box(box: Box) -> VisualMesh:
+    import numpy as np
+
+    vertices, normals, faces = [], [], []
+    for axis in range(3):
+        u, v = np.eye(3)[(axis + 1) % 3], np.eye(3)[(axis + 2) % 3]
+        for side in (-1.0, 1.0):
+            normal = side * np.eye(3)[axis]
+            first = len(vertices)
+            vertices += [normal + side * a * u + b * v for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+            normals += [normal] * 4
+            faces += [(first, first + 1, first + 2), (first, first + 2, first + 3)]
+    return VisualMesh(np.array(vertices) * np.array(box.size) / 2, np.array(faces), np.array(normals))
+
+
+def _turns(sides: int) -> "tuple[np.ndarray, np.ndarray]":
+    import numpy as np
+
+    angles = 2 * math.pi * np.arange(sides) / sides
+    return np.cos(angles), np.sin(angles)
+
+
+def _lathe(profile: Profile) -> VisualMesh:
+    """Turn a profile (radius, height) about z, the solid on its left; smooth around z, sharp at corners."""
+    import numpy as np
+
+    cos, sin = _turns(SIDES)
+    here, there = np.arange(SIDES), (np.arange(SIDES) + 1) % SIDES
+    vertices, normals, faces, first = [], [], [], 0
+    for (r0, z0), (r1, z1) in pairwise(profile):
+        length = math.hypot(r1 - r0, z1 - z0)
+        slope, rise = (z1 - z0) / length, (r0 - r1) / length
+        for r, z in ((r0, z0), (r1, z1)):
+            vertices.append(np.stack([r * cos, r * sin, np.full(SIDES, z)], axis=1))
+            normals.append(np.stack([slope * cos, slope * sin, np.full(SIDES, rise)], axis=1))
+        low, high = first + here, first + SIDES + here
+        low_next, high_next = first + there, first + SIDES + there
+        if r0 > 0:
+            faces.append(np.stack([low, low_next, high_next], axis=1))
+        if r1 > 0 or r0 == 0:
+            faces.append(np.stack([low, high_next, high], axis=1))
+        first += 2 * SIDES
+    return VisualMesh(np.concatenate(vertices), np.concatenate(faces), np.concatenate(normals))
+
+
+def _lathe_smooth(torus: Torus) -> VisualMesh:
+    import numpy as np
+
+    cos, sin = _turns(SIDES)
+    bar_cos, bar_sin = _turns(BAR_SIDES)
+    radius = torus.radius + torus.bar_radius * bar_cos
+    flat = np.zeros((SIDES, 1)) + torus.bar_radius * bar_sin
+    vertices = np.stack([np.outer(cos, radius), np.outer(sin, radius), flat], axis=-1).reshape(-1, 3)
+    normals = np.stack(
+        [np.outer(cos, bar_cos), np.outer(sin, bar_cos), np.zeros((SIDES, 1)) + bar_sin], axis=-1
+    ).reshape(-1, 3)
+    i, j = (grid.ravel() for grid in np.meshgrid(np.arange(SIDES), np.arange(BAR_SIDES), indexing="ij"))
+    i1, j1 = (i + 1) % SIDES, (j + 1) % BAR_SIDES
+    a, b, c, d = i * BAR_SIDES + j, i1 * BAR_SIDES + j, i1 * BAR_SIDES + j1, i * BAR_SIDES + j1
+    return VisualMesh(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]), normals)

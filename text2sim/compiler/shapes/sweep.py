@@ -1,0 +1,178 @@
+"""How far convex pieces can move in a straight line before they touch others.
+
+Conservative advancement: the separating plane between the closest points (GJK) says how far a piece can
+safely go. Every step rests on a plane that was checked against both pieces, so that what is found is never
+too far: bodies that are placed with it touch to within `TOLERANCE`, and do not overlap. As the distance is
+a convex function of the way gone, these steps are Newton's, and few are needed.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+
+from text2sim.compiler.shapes.gjk import TOLERANCE, distance, separation
+from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_unit
+from text2sim.compiler.shapes.solid import Solid, solids
+
+__all__ = ["ORIGIN", "TOLERANCE", "Solid", "distance", "least_distance", "solids", "sweep"]
+
+ORIGIN: Vec = (0.0, 0.0, 0.0)
+_STEPS = 100
+_FEW = 1000
+"""Pairs up to which a loop is quicker than loading numpy."""
+_ROWS = 64
+"""Movers that are looked at together, if there are many."""
+
+Bounds = tuple[float, float, float, float, float, float]
+"""Lowest and highest coordinate [m] along three axes."""
+Pair = tuple[float, int, int]
+"""A lower bound [m], and the numbers of the two solids."""
+
+
+def sweep(
+    movers: Sequence[Solid], others: Sequence[Solid], direction: Vec, *, gap: float = 0.0, start: Vec = ORIGIN
+) -> float | None:
+    """Return how far [m] the movers can go together until one is `gap` from one of the others.
+
+    Args:
+        movers: What moves.
+        others: What stands.
+        direction: Unit vector of the motion.
+        gap: Distance [m] that is kept.
+        start: Moves the movers [m] before.
+
+    Returns:
+        0 if they are as near from the beginning; None if they never are.
+    """
+    best = math.inf
+    frame = _frame(direction)
+    mine = [_moved(_bounds(solid, frame), frame, start) for solid in movers]
+    theirs = [_bounds(solid, frame) for solid in others]
+    for pairs in _on_the_way(mine, theirs, gap):
+        for nearest, m, o in sorted(pair for pair in pairs if pair[0] < best):
+            if nearest >= best:
+                break
+            found = _advance(movers[m], others[o], direction, gap, best, start)
+            if found is not None and found < best:
+                best = found
+    return None if best == math.inf else best
+
+
+def least_distance(
+    movers: Sequence[Solid], others: Sequence[Solid], *, start: Vec = ORIGIN, enough: float = math.inf
+) -> float:
+    """Return the smallest distance [m] between two groups of solids, `enough` if it is not smaller; 0 if they overlap.
+
+    Args:
+        movers: One group, moved by `start` [m].
+        others: The other.
+        start: Moves the first.
+        enough: From where on it does not matter.
+    """
+    best = enough
+    theirs = [_bounds(solid, _WORLD) for solid in others]
+    for m, mover in enumerate(movers):
+        for nearest, o in sorted(_near(_moved(_bounds(mover, _WORLD), _WORLD, start), theirs, best)):
+            if nearest >= best:
+                break
+            best = min(best, distance(movers[m], others[o], start))
+            if best == 0.0:
+                return best
+    return best
+
+
+_WORLD = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def _frame(direction: Vec) -> tuple[Vec, Vec, Vec]:
+    """The direction, and two axes across it: those of the world where possible, so that their spans are shared."""
+    x, y, z = (abs(c) for c in direction)
+    if z >= x and z >= y:
+        u = vector_unit(vector_cross((0.0, 1.0, 0.0), direction))
+    else:
+        u = vector_unit(vector_cross(direction, (0.0, 0.0, 1.0)))
+    return direction, u, vector_cross(direction, u)
+
+
+def _bounds(solid: Solid, frame: tuple[Vec, Vec, Vec]) -> Bounds:
+    a, b, c = frame
+    return (*solid.span(a), *solid.span(b), *solid.span(c))
+
+
+def _moved(bounds: Bounds, frame: tuple[Vec, Vec, Vec], by: Vec) -> Bounds:
+    a, b, c = (axis[0] * by[0] + axis[1] * by[1] + axis[2] * by[2] for axis in frame)
+    low, high, left, right, front, back = bounds
+    return (low + a, high + a, left + b, right + b, front + c, back + c)
+
+
+def _on_the_way(mine: list[Bounds], theirs: list[Bounds], gap: float) -> Iterator[list[Pair]]:
+    """Pairs that may meet, with a lower bound [m] of the way to it: that between the planes across the way."""
+    if len(mine) * len(theirs) > _FEW:
+        yield from _on_the_way_of_many(mine, theirs, gap)
+        return
+    found = []
+    for m, (low, high, left, right, front, back) in enumerate(mine):
+        low, left, right, front, back = low - gap, left - gap, right + gap, front - gap, back + gap
+        for o, other in enumerate(theirs):
+            if other[1] > low and other[2] < right and other[3] > left and other[4] < back and other[5] > front:
+                found.append((other[0] - high - gap, m, o))
+    yield found
+
+
+def _on_the_way_of_many(mine: list[Bounds], theirs: list[Bounds], gap: float) -> Iterator[list[Pair]]:
+    """The same in parts, each of movers that are near each other and of the others in their strip of space."""
+    import numpy as np
+
+    movers, others = np.array(mine), np.array(theirs)
+    # Along the axis across the way on which the others are spread most.
+    k = 2 if np.ptp(others[:, 2]) >= np.ptp(others[:, 4]) else 4
+    first, order = np.argsort(movers[:, k]), np.argsort(others[:, k])
+    movers, others = movers[first], others[order]
+    widest = float((others[:, k + 1] - others[:, k]).max())
+    for start in range(0, len(movers), _ROWS):
+        part = movers[start : start + _ROWS]
+        from_ = np.searchsorted(others[:, k], part[0, k] - widest - gap, "left")
+        to = np.searchsorted(others[:, k], part[:, k + 1].max() + gap, "right")
+        strip = others[from_:to]
+        low, high, left, right, front, back = part.T[:, :, None]
+        meets = strip[:, 1] > low - gap
+        meets &= (strip[:, 2] < right + gap) & (strip[:, 3] > left - gap)
+        meets &= (strip[:, 4] < back + gap) & (strip[:, 5] > front - gap)
+        m, o = np.nonzero(meets)
+        ways = (strip[o, 0] - high[m, 0] - gap).tolist()
+        yield list(zip(ways, first[m + start].tolist(), order[o + from_].tolist(), strict=True))
+
+
+def _near(mine: Bounds, theirs: list[Bounds], enough: float) -> list[tuple[float, int]]:
+    """Others that are nearer than `enough`, by the gap between their upright boxes."""
+    if len(theirs) > _FEW:
+        import numpy as np
+
+        table = np.array(theirs)
+        gaps = np.maximum(table[:, 0::2] - mine[1::2], np.array(mine[0::2]) - table[:, 1::2]).max(1).clip(0.0)
+        found = np.flatnonzero(gaps < enough)
+        return list(zip(gaps[found].tolist(), found.tolist(), strict=True))
+    near = []
+    for o, b in enumerate(theirs):
+        apart = max(b[0] - mine[1], mine[0] - b[1], b[2] - mine[3], mine[2] - b[3], b[4] - mine[5], mine[4] - b[5], 0.0)
+        if apart < enough:
+            near.append((apart, o))
+    return near
+
+
+def _advance(mover: Solid, other: Solid, m: Vec, gap: float, limit: float, start: Vec) -> float | None:
+    rounding = mover.rounding + other.rounding + gap
+    x, y, z = start
+    way, n = 0.0, None
+    for _ in range(_STEPS):
+        apart, n = separation(mover, other, (x + way * m[0], y + way * m[1], z + way * m[2]), n)
+        left = apart - rounding
+        if left <= TOLERANCE:
+            return way
+        closing = m[0] * n[0] + m[1] * n[1] + m[2] * n[2]
+        if closing <= 1e-9:
+            return None
+        # Half a tolerance short of the plane, so that rounding cannot push it over.
+        way += (left - TOLERANCE / 2) / closing
+        if way >= limit:
+            return None
+    return way

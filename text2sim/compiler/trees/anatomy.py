@@ -1,0 +1,109 @@
+"""Bodies that are trees of links, before they are placed: their parts and their bounds."""
+
+from pathlib import Path
+from typing import Any
+
+from text2sim.assets.mechanism import Mechanism, Mechanisms, load_mechanism
+from text2sim.compiler.lower import Lowering
+from text2sim.compiler.placing.patterns import SINGLE
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.selection import SELECTOR
+from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
+from text2sim.compiler.trees.filebody import mechanism_parts
+from text2sim.compiler.trees.tree import Tree, tree_bounds, tree_pieces
+from text2sim.spec_schema.errors import AssetError, Problem
+from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.models.bodies import Articulated, Chain, Net, Ragdoll
+from text2sim.spec_schema.names.cast import Parts
+
+
+def tree_of(model: Any, folder: Path) -> Tree:
+    """Return the tree of a chain, net, ragdoll or articulated body, in its own frame.
+
+    Raises:
+        AssetError: if one of its files cannot be used.
+    """
+    lowering = Lowering(folder)
+    lowering.entity(model, Copy("body", "body", None, SINGLE, model, (0.0, 0.0, 0.0), IDENTITY, None, 1))
+    return lowering.trees["body"]
+
+
+def tree_extents(model: Any, quat: Quaternion, folder: Path) -> Bounds:
+    """Return the bounds [m] of a tree of links at the start, about its origin, turned by `quat`.
+
+    Raises:
+        AssetError: if one of its files cannot be used.
+    """
+    return tree_bounds(tree_of(model, folder), quat)
+
+
+def tree_standing(model: Any, folder: Path) -> list[tuple[Piece, Vec, Quaternion]]:
+    """Return the pieces of a tree of links at the start, each with the pose [m] of its link in the tree's frame.
+
+    Raises:
+        AssetError: if one of its files cannot be used.
+    """
+    return [(one.piece, one.pos, one.quat) for one in tree_pieces(tree_of(model, folder))]
+
+
+def known_parts(loaded: LoadedCase, mechanisms: Mechanisms) -> tuple[dict[str, Parts], list[Problem]]:
+    """Return what selectors can name of bodies whose links are not written in the case, and what is wrong there.
+
+    Files that are read for it are put into `mechanisms`. A file that differs from copy to copy counts as the first copy has it.
+    """
+    parts: dict[str, Parts] = {}
+    problems: list[Problem] = []
+    for name, body in loaded.case.bodies.items():
+        if isinstance(body, Articulated) and body.file is not None:
+            try:
+                mechanism = mechanisms.get((body.file, body.base))
+                if mechanism is None:
+                    mechanism = load_mechanism(loaded.folder, body.file, base=body.base)
+                    mechanisms[body.file, body.base] = mechanism
+            except AssetError as error:
+                problems.append(loaded.problem(("bodies", name, "file"), str(error), rule="asset"))
+                continue
+            parts[name] = mechanism_parts(mechanism, body)
+            problems += _check_meaning(loaded, name, body, mechanism)
+        elif isinstance(body, Chain | Net | Ragdoll):
+            try:
+                tree = tree_of(body, loaded.folder)
+            except AssetError:
+                continue  # reported where the body is lowered
+            parts[name] = Parts(tuple(link.name for link in tree.links()), {})
+    return parts, problems
+
+
+def named_parts(loaded: LoadedCase) -> dict[str, set[str]]:
+    """Return the links and joints that the case names, by body: whatever reads like a selector counts."""
+    found: dict[str, set[str]] = {}
+    waiting: list[Any] = [loaded.data.get("actions"), loaded.data.get("render")]
+    while waiting:
+        value = waiting.pop()
+        if isinstance(value, str) and "." in value and (match := SELECTOR.match(value)) and match["part"]:
+            found.setdefault(match["body"], set()).add(match["part"])
+        elif isinstance(value, dict | list):
+            waiting += value.values() if isinstance(value, dict) else value
+    return found
+
+
+def _check_meaning(loaded: LoadedCase, name: str, body: Articulated, mechanism: Mechanism) -> list[Problem]:
+    """Report what the case says of a body that its file decides."""
+    root = ("bodies", name)
+    found = []
+
+    def report(key: tuple[str, ...], message: str) -> None:
+        found.append(loaded.problem((*root, *key), message, key=True, rule="file-decides"))
+
+    if body.self_collision is not None:
+        report(
+            ("self_collision",),
+            "the file decides which of its links touch each other: contype, conaffinity, exclude",
+        )
+    if body.material.mass is not None:
+        report(("material", "mass"), "the masses are those of the file; change them there")
+    if body.material.density is not None and not mechanism.inertialess:
+        report(("material", "density"), "the masses are those of the file; change them there")
+    return found

@@ -1,0 +1,45 @@
+"""Articulated bodies that are written in the case: a mapping of links becomes a tree."""
+
+from collections.abc import Callable
+from typing import Any
+
+from text2sim.compiler.shapes.rotation import quat_of
+from text2sim.compiler.trees.joints import joint_of
+from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink, TreeLoop, TreeVisual
+from text2sim.spec_schema.models.bodies import Articulated
+from text2sim.spec_schema.models.materials import Look, Material
+
+Shaped = Callable[[str, Any, Material, Look], tuple[tuple[TreeGeom, ...], tuple[TreeVisual, ...]]]
+"""(link, shape, material, look) -> geoms and visuals."""
+
+
+def articulated_tree(body: Articulated, shaped: Shaped) -> Tree:
+    """Return the tree of an inline articulated body; references are known to hold."""
+    links = body.links or {}
+    children: dict[str | None, list[str]] = {}
+    for name, link in links.items():
+        children.setdefault(link.parent, []).append(name)
+
+    def build(name: str) -> TreeLink:
+        link = links[name]
+        geoms, visuals = shaped(name, link.shape, link.material or body.material, link.look or body.look)
+        if link.parent is None:
+            joint = TreeJoint("free") if body.base == "free" else None
+        else:
+            joint = None if link.joint is None or link.joint.kind == "fixed" else joint_of(link.joint)
+        return TreeLink(
+            name,
+            pos=link.pose.pos,
+            quat=quat_of(link.pose),
+            joint=joint,
+            geoms=geoms,
+            visuals=visuals,
+            children=tuple(build(child) for child in children.get(name, ())),
+        )
+
+    loops = tuple(
+        TreeLoop(loop.kind, loop.between[0], None if loop.between[1] == "world" else loop.between[1], loop.anchor)
+        for loop in body.loops.values()
+    )
+    (root,) = children[None]
+    return Tree((build(root),), loops, self_collision=bool(body.self_collision), initial=dict(body.initial))

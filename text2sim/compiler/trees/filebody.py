@@ -1,0 +1,108 @@
+"""Articulated bodies that come from files: what a mechanism becomes in a plan."""
+
+from collections.abc import Iterator
+from math import degrees
+
+from text2sim.assets.mechanism import Mechanism, MechanismGeom, MechanismJoint, MechanismLink
+from text2sim.compiler.plan import JointChange, Motor
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink
+from text2sim.spec_schema.models.bodies import Articulated, BallMount, HingeMount, SliderMount
+from text2sim.spec_schema.models.materials import Actuator
+from text2sim.spec_schema.names.cast import Parts
+
+
+def mechanism_tree(mechanism: Mechanism, body: Articulated) -> Tree:
+    """Return the links, joints and shapes of a file's body, as far as the rest of the compiler asks.
+
+    What is only seen has no part in it, unless nothing can be touched.
+    """
+    touching = any(geom.touches for link in mechanism.links for geom in link.geoms)
+
+    def shapes(link: MechanismLink) -> tuple[TreeGeom, ...]:
+        return tuple(geom_of(geom) for geom in link.geoms if geom.touches or not touching)
+
+    # Parents come before children, so that from behind every link finds its children made.
+    children: dict[int, list[TreeLink]] = {}
+    for index in range(len(mechanism.links) - 1, 0, -1):
+        link = mechanism.links[index]
+        joints = tuple((joint.name, _joint(joint)) for joint in mechanism.joints if joint.link == link.name)
+        if link.parent == 0 and mechanism.kind == "urdf" and body.base == "free":
+            joints = ((link.name, TreeJoint("free")),)
+        own = tuple(reversed(children.get(index, ())))
+        made = TreeLink(link.name, link.pos, link.quat, joints=joints, geoms=shapes(link), children=own)
+        children.setdefault(link.parent, []).append(made)
+    roots = tuple(reversed(children.get(0, ())))
+    return Tree(roots, fixtures=shapes(mechanism.links[0]), initial=dict(body.initial))
+
+
+def _joint(joint: MechanismJoint) -> TreeJoint:
+    return TreeJoint(
+        joint.kind,
+        joint.axis,
+        joint.anchor,
+        joint.range,
+        joint.damping,
+        joint.friction,
+        joint.armature,
+        joint.spring,
+    )
+
+
+def geom_of(geom: MechanismGeom) -> TreeGeom:
+    """Return a shape of a file's body as a convex piece."""
+    size = geom.size
+    sizes = {
+        "box": tuple(2 * half for half in size),
+        "sphere": size[:1],
+        "cylinder": (size[0], 2 * size[1]),
+        "capsule": (size[0], 2 * size[1]),
+        "ellipsoid": size,
+        "mesh": (1.0,),
+    }
+    piece = Piece(geom.kind, geom.pos, geom.quat, sizes[geom.kind], geom.corners)
+    return TreeGeom(piece, 0.0, 0.0, touches=geom.touches)
+
+
+def mechanism_parts(mechanism: Mechanism, body: Articulated) -> Parts:
+    """Return what selectors can name of a file's body."""
+    return Parts(mechanism.link_names, dict(_joint_models(mechanism, body)))
+
+
+def _joint_models(
+    mechanism: Mechanism, body: Articulated
+) -> Iterator[tuple[str, HingeMount | SliderMount | BallMount]]:
+    for joint in mechanism.joints:
+        change = body.joints.get(joint.name)
+        actuator = change.actuator if change is not None else None
+        if actuator is None and joint.motor is not None:
+            # What a file says is not held to the limits of the language.
+            motor = joint.motor
+            actuator = Actuator.model_construct(stiffness=motor.stiffness, damping=motor.damping, max_force=motor.limit)
+        if joint.kind == "hinge":
+            limits = None if joint.range is None else (degrees(joint.range[0]), degrees(joint.range[1]))
+            yield joint.name, HingeMount.model_construct(kind="hinge", range_deg=limits, actuator=actuator)
+        elif joint.kind == "slider":
+            yield joint.name, SliderMount.model_construct(kind="slider", range=joint.range, actuator=actuator)
+        elif joint.kind == "ball":
+            yield joint.name, BallMount.model_construct(kind="ball")
+
+
+def file_motors(mechanism: Mechanism, body: Articulated, entity: str) -> list[Motor]:
+    """Return the motors that the case puts on joints of a file's body; those of the file are in the file."""
+    motors = []
+    for joint in mechanism.joints:
+        actuator = body.joints[joint.name].actuator if joint.name in body.joints else None
+        if actuator is not None:
+            limit = actuator.max_force if actuator.max_force is not None else joint.limit
+            motors.append(Motor(entity, joint.name, actuator.stiffness, actuator.damping, limit))
+    return motors
+
+
+def file_changes(body: Articulated, entity: str) -> list[JointChange]:
+    """Return how the case changes the passive joints of a file's body."""
+    rows = [
+        JointChange(entity, name, change.damping, change.friction, change.armature, change.spring)
+        for name, change in body.joints.items()
+    ]
+    return [row for row in rows if (row.damping, row.friction, row.armature, row.spring) != (None,) * 4]

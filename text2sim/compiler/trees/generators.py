@@ -1,0 +1,225 @@
+"""Trees for the generated bodies: chains, nets and ragdolls."""
+
+import math
+
+from text2sim.compiler.shapes.geometry import Piece
+from text2sim.compiler.shapes.rotation import quat_between
+from text2sim.compiler.trees.tree import IDENTITY, Tree, TreeGeom, TreeJoint, TreeLink, TreeLoop, Vec
+from text2sim.spec_schema.models.bodies import Chain, Net, Ragdoll
+from text2sim.spec_schema.models.materials import JointDynamics, Material
+
+Rgba = tuple[float, float, float, float] | None
+
+DENSITY = 1000.0
+"""Of what says neither density nor mass [kg/m3]."""
+
+
+def capsule_mass(radius: float, length: float, density: float) -> float:
+    """Mass [kg] of a capsule whose straight part is `length`: a cylinder and a ball."""
+    return density * (math.pi * radius**2 * length + 4 / 3 * math.pi * radius**3)
+
+
+def ball_joint(
+    dynamics: JointDynamics, mass: float, length: float, damping: float, armature: float = 0.02
+) -> TreeJoint:
+    """A ball joint that cannot explode.
+
+    An undamped tree of ball joints without armature diverges at ordinary time steps. What the author leaves out is
+    scaled with the inertia `mass length^2` of the link: a part `armature` of it, and a part `damping` of it per second.
+    """
+    inertia = mass * length**2
+    return TreeJoint(
+        "ball",
+        damping=dynamics.damping if dynamics.damping is not None else damping * inertia,
+        armature=dynamics.armature if dynamics.armature is not None else armature * inertia,
+        friction=dynamics.friction,
+        spring=dynamics.spring,
+    )
+
+
+def density_of(material: Material, volume: float) -> float:
+    """Density [kg/m3] of a material; `mass` counts for the whole `volume` [m3]."""
+    if material.mass is not None:
+        return material.mass / volume
+    return material.density if material.density is not None else DENSITY
+
+
+def _bar(length: float, radius: float, density: float, friction: float, rgba: Rgba, start: Vec, end: Vec) -> TreeGeom:
+    middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, (start[2] + end[2]) / 2)
+    axis = tuple(b - a for a, b in zip(start, end, strict=True))
+    piece = Piece(kind="capsule", pos=middle, quat=quat_between((0.0, 0.0, 1.0), axis), size=(radius, length))
+    return TreeGeom(piece, density, friction, rgba)
+
+
+def chain_tree(chain: Chain, direction: Vec, rgba: Rgba, payload: tuple[tuple[TreeGeom, ...], float] | None) -> Tree:
+    """A hanging chain as one tree of ball joints: it cannot stretch, whatever hangs on it.
+
+    Args:
+        chain: The body.
+        direction: Unit vector from the upper end downwards, in the body's frame.
+        rgba: Colour of the links.
+        payload: The load's geoms in its own frame, and the distance [m] from the last joint to its frame.
+    """
+    length, radius = chain.link_length, chain.radius
+    bar = max(length - 2 * radius, 0.1 * length)
+    bare_volume = chain.links * capsule_mass(radius, bar, 1.0)
+    density = density_of(chain.material, bare_volume)
+    joint = ball_joint(chain.joint, capsule_mass(radius, bar, density), length, damping=0.05)
+    middle = length / 2
+    geom = _bar(
+        bar, radius, density, chain.material.friction, rgba, (0, 0, -middle + bar / 2), (0, 0, -middle - bar / 2)
+    )
+
+    link: TreeLink | None = None
+    if payload is not None:
+        geoms, reach = payload
+        hanger = TreeJoint("ball", anchor=(0.0, 0.0, reach), damping=joint.damping, armature=joint.armature)
+        link = TreeLink("payload", pos=(0.0, 0.0, -length - reach), joint=hanger, geoms=geoms)
+    for index in reversed(range(chain.links)):
+        first = index == 0
+        link = TreeLink(
+            f"link_{index}",
+            pos=(0.0, 0.0, 0.0) if first else (0.0, 0.0, -length),
+            quat=quat_between((0.0, 0.0, -1.0), direction) if first else IDENTITY,
+            joint=TreeJoint("free") if first and not chain.anchored else joint,
+            geoms=(geom,),
+            children=() if link is None else (link,),
+        )
+    assert link is not None
+    return Tree((link,))
+
+
+def net_tree(net: Net, rgba: Rgba) -> Tree:
+    """A net of strands. Each strand is one chain from one edge to the other, closed there and at every crossing.
+
+    A net of free links joined by constraints alone is three times softer than this form, and slower.
+    """
+    (nx, ny), (lx, ly), radius = net.cells, net.size, net.radius
+
+    def node(i: int, j: int) -> Vec:
+        u, v = 2 * i / nx - 1, 2 * j / ny - 1
+        return (lx * u / 2, ly * v / 2, -net.sag * (1 - u * u) * (1 - v * v))
+
+    spans = [[(node(i, j), node(i + 1, j)) for i in range(nx)] for j in range(1, ny)]
+    spans += [[(node(i, j), node(i, j + 1)) for j in range(ny)] for i in range(1, nx)]
+    names = [f"x{j}" for j in range(1, ny)] + [f"y{i}" for i in range(1, nx)]
+    volume = sum(capsule_mass(radius, math.dist(a, b), 1.0) for strand in spans for a, b in strand)
+    density = density_of(net.material, volume)
+
+    roots, loops = [], []
+    for name, strand in zip(names, spans, strict=True):
+        roots.append(_strand(name, strand, net, density, rgba))
+        loops.append(TreeLoop("connect", f"{name}_{len(strand) - 1}", None, _local_end(strand[-1])))
+    for j in range(1, ny):
+        for i in range(1, nx):
+            # The link that ends at the crossing, and the crossing strand's link that ends there too.
+            loops.append(TreeLoop("connect", f"x{j}_{i - 1}", f"y{i}_{j - 1}", _local_end(spans[j - 1][i - 1])))
+    corners = [node(0, 0), node(nx, 0), node(nx, ny), node(0, ny)]
+    edges = tuple(
+        _bar(math.dist(a, b), 1.5 * radius, density, net.material.friction, rgba, a, b)
+        for a, b in zip(corners, corners[1:] + corners[:1], strict=True)
+    )
+    return Tree(tuple(roots), tuple(loops), fixtures=edges)
+
+
+def _local_end(span: tuple[Vec, Vec]) -> Vec:
+    # Links of a net keep the net's axes, so that a span is its own local vector.
+    return tuple(b - a for a, b in zip(*span, strict=True))  # type: ignore[return-value]
+
+
+def _strand(name: str, spans: list[tuple[Vec, Vec]], net: Net, density: float, rgba: Rgba) -> TreeLink:
+    link: TreeLink | None = None
+    for index in reversed(range(len(spans))):
+        start, end = spans[index]
+        length = math.dist(start, end)
+        # Bodies far heavier than a strand fall into a net: with the armature of a chain it flew apart under dolls of
+        # a hundred times a link's mass.
+        joint = ball_joint(net.joint, capsule_mass(net.radius, length, density), length, damping=8.0, armature=0.4)
+        previous = spans[index - 1][0] if index else (0.0, 0.0, 0.0)
+        link = TreeLink(
+            f"{name}_{index}",
+            pos=tuple(a - b for a, b in zip(start, previous, strict=True)),  # type: ignore[arg-type]
+            joint=joint,
+            geoms=(
+                _bar(
+                    length, net.radius, density, net.material.friction, rgba, (0.0, 0.0, 0.0), _local_end((start, end))
+                ),
+            ),
+            children=() if link is None else (link,),
+        )
+    assert link is not None
+    return link
+
+
+# Segments of the doll as parts of its height: (name, parent, joint in parent frame, direction, length, radius, kind).
+# Lengths follow Winter, Biomechanics and Motor Control of Human Movement (2009), figure 4.1, rounded.
+_LIMBS = (
+    ("chest", "pelvis", (0.0, 0.0, 0.06), (0.0, 0.0, 1.0), 0.20, 0.075, "ball"),
+    ("head", "chest", (0.0, 0.0, 0.29), (0.0, 0.0, 1.0), 0.06, 0.062, "ball"),
+    ("arm_l", "chest", (0.0, 0.115, 0.19), "arm", 0.16, 0.030, "ball"),
+    ("forearm_l", "arm_l", None, "arm", 0.16, 0.025, "elbow"),
+    ("arm_r", "chest", (0.0, -0.115, 0.19), "arm", 0.16, 0.030, "ball"),
+    ("forearm_r", "arm_r", None, "arm", 0.16, 0.025, "elbow"),
+    ("thigh_l", "pelvis", (0.0, 0.052, -0.03), "leg", 0.22, 0.043, "ball"),
+    ("shin_l", "thigh_l", None, "leg", 0.23, 0.033, "knee"),
+    ("thigh_r", "pelvis", (0.0, -0.052, -0.03), "leg", 0.22, 0.043, "ball"),
+    ("shin_r", "thigh_r", None, "leg", 0.23, 0.033, "knee"),
+)
+
+
+def ragdoll_tree(doll: Ragdoll, colors: dict[str, Rgba]) -> Tree:
+    """A doll of eleven capsules: ball joints at waist, neck, shoulders and hips, hinges at elbows and knees.
+
+    Args:
+        doll: The body.
+        colors: rgba by link name; the key `""` is for all others.
+    """
+    h = doll.height
+    sizes = {"pelvis": (0.10 * h, 0.065 * h)} | {name: (length * h, r * h) for name, _, _, _, length, r, _ in _LIMBS}
+    density = density_of(doll.material, sum(capsule_mass(r, length, 1.0) for length, r in sizes.values()))
+
+    def geom(name: str, direction: Vec) -> TreeGeom:
+        length, radius = sizes[name]
+        if name == "pelvis":
+            start, end = (0.0, -length / 2, 0.0), (0.0, length / 2, 0.0)
+        else:
+            start, end = (0.0, 0.0, 0.0), tuple(length * d for d in direction)
+        rgba = colors.get(name, colors.get(""))
+        return _bar(length, radius, density, doll.material.friction, rgba, start, end)  # type: ignore[arg-type]
+
+    def limb(name: str) -> tuple[TreeLink, ...]:
+        found = []
+        for child, parent, at, way, length, radius, kind in _LIMBS:
+            if parent != name:
+                continue
+            direction = _direction(way, child, doll.limb_spread)
+            if at is None:
+                parent_length, _ = sizes[parent]
+                pos = tuple(parent_length * d for d in _direction(way, parent, doll.limb_spread))
+            else:
+                pos = tuple(h * x for x in at)
+            mass = capsule_mass(radius * h, length * h, density)
+            joint = ball_joint(doll.joint, mass, length * h, damping=1.0)
+            if kind != "ball":
+                # Elbows bend forwards, knees backwards; both a little at the start, off their limit.
+                bend = (0.0, math.radians(140)) if kind == "knee" else (math.radians(-140), 0.0)
+                joint = TreeJoint(
+                    "hinge", axis=(0.0, 1.0, 0.0), range=bend, damping=joint.damping, armature=joint.armature
+                )
+            found.append(
+                TreeLink(child, pos=pos, joint=joint, geoms=(geom(child, direction),), children=limb(child))  # type: ignore[arg-type]
+            )
+        return tuple(found)
+
+    root = TreeLink(
+        "pelvis", joint=TreeJoint("free"), geoms=(geom("pelvis", (0.0, 1.0, 0.0)),), children=limb("pelvis")
+    )
+    return Tree((root,))
+
+
+def _direction(way: str | Vec, name: str, spread: float) -> Vec:
+    if not isinstance(way, str):
+        return way
+    side = 1.0 if name.endswith("_l") else -1.0
+    angle = spread * (math.radians(80) if way == "arm" else math.radians(40))
+    return (0.0, side * math.sin(angle), -math.cos(angle))

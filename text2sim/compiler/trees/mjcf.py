@@ -1,0 +1,163 @@
+"""Trees as MJCF text: the format in which the engine takes mechanisms."""
+
+from xml.etree import ElementTree as ET
+
+from text2sim.compiler.trees.tree import IDENTITY, Tree, TreeGeom, TreeLink
+
+# The engine reads MuJoCo's collision masks within one model only: 1 and 2 keep a model's own links apart
+# while everything else still touches them.
+_MASKS = {True: {}, False: {"contype": "1", "conaffinity": "2"}}
+# Pieces of a link whose masks are equal would be melted into one mesh before that is taken apart.
+_APART = {True: {"contype": "3", "conaffinity": "3"}, False: {"contype": "4", "conaffinity": "8"}}
+
+
+def number(value: float) -> str:
+    """A number with nine digits; what is left of rounding is zero, without a sign."""
+    return "0" if abs(value) < 1e-12 else f"{value:.9g}"
+
+
+def _row(values: object) -> str:
+    return " ".join(number(v) for v in values)  # type: ignore[attr-defined]
+
+
+def write_mjcf(tree: Tree, model: str, meshes: dict[str, str]) -> str:
+    """Return the tree as an MJCF document, indented, with stable order.
+
+    Args:
+        tree: The mechanism.
+        model: Its name.
+        meshes: File name (in the model's folder) of every drawn mesh by `VisualMesh.digest`, of its picture
+            by `VisualMesh.digest` and `.png`, and of every mesh that touches by `Piece.file`.
+    """
+    root = ET.Element("mujoco", model=model)
+    ET.SubElement(root, "compiler", angle="radian", autolimits="true")
+    asset = ET.SubElement(root, "asset")
+    world = ET.SubElement(root, "worldbody")
+    writer = _Writer(asset, meshes, self_collision=tree.self_collision)
+    for index, geom in enumerate(tree.fixtures):
+        writer.geom(world, f"fixture_{index}", geom)
+    if not tree.fixtures and any(loop.b is None for loop in tree.loops):
+        # Without a geom of its own the engine drops the world link, to which the loop is tied.
+        ET.SubElement(
+            world, "geom", name="world_mark", size="0.001", contype="0", conaffinity="0", mass="0", rgba="0 0 0 0"
+        )
+    for link in tree.roots:
+        writer.link(world, link)
+    equality = ET.SubElement(root, "equality")
+    for loop in tree.loops:
+        attributes = {"body1": loop.a, "anchor": _row(loop.anchor)}
+        ET.SubElement(equality, loop.kind, attributes | ({"body2": loop.b} if loop.b else {}))
+    for section in (asset, equality):
+        if len(section) == 0:
+            root.remove(section)
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode") + "\n"
+
+
+class _Writer:
+    """Writes links, joints and geoms, collecting the meshes that they need."""
+
+    def __init__(self, asset: ET.Element, meshes: dict[str, str], *, self_collision: bool) -> None:
+        self.asset = asset
+        self.meshes = meshes
+        self.masks = _MASKS[self_collision]
+        self.apart = _APART[self_collision]
+        self.known: set[str] = set()
+
+    def link(self, parent: ET.Element, link: TreeLink) -> None:
+        body = ET.SubElement(parent, "body", name=link.name)
+        if any(link.pos):
+            body.set("pos", _row(link.pos))
+        if tuple(link.quat) != IDENTITY:
+            body.set("quat", _row(link.quat))
+        for name, joint in link.all_joints():
+            if joint.kind == "free":
+                ET.SubElement(body, "freejoint", name=name)
+                continue
+            attributes = {"name": name, "type": {"slider": "slide"}.get(joint.kind, joint.kind)}
+            if joint.kind in ("hinge", "slider"):
+                attributes["axis"] = _row(joint.axis)
+            if any(joint.anchor) and joint.kind != "slider":
+                attributes["pos"] = _row(joint.anchor)
+            if joint.range is not None:
+                attributes["range"] = _row(joint.range)
+            for key, value in (
+                ("damping", joint.damping),
+                ("frictionloss", joint.friction),
+                ("armature", joint.armature),
+                ("stiffness", joint.spring),
+            ):
+                if value:
+                    attributes[key] = number(value)
+            ET.SubElement(body, "joint", attributes)
+        for index, geom in enumerate(link.geoms):
+            self.geom(body, f"{link.name}_{index}", geom)
+        for index, visual in enumerate(link.visuals):
+            self.visual(body, f"{link.name}_look_{index}", visual)
+        for child in link.children:
+            self.link(body, child)
+
+    def geom(self, body: ET.Element, name: str, geom: TreeGeom) -> None:
+        piece = geom.piece
+        attributes = {"name": name}
+        if piece.kind == "hull":
+            attributes |= {"type": "mesh", "mesh": name}
+            ET.SubElement(self.asset, "mesh", name=name, vertex=_row(x for v in piece.vertices for x in v))
+        elif piece.kind == "mesh":
+            attributes |= {"type": "mesh", "mesh": name}
+            inertia = "exact" if piece.enclosed else "convex"
+            asset = {"name": name, "file": self.meshes[str(piece.file)], "inertia": inertia}
+            if piece.size[0] != 1.0:
+                asset["scale"] = _row(piece.size * 3)
+            ET.SubElement(self.asset, "mesh", asset)
+        else:
+            attributes |= {"type": piece.kind, "size": _row(_half(piece.kind, piece.size))}
+        if any(piece.pos):
+            attributes["pos"] = _row(piece.pos)
+        if tuple(piece.quat) != IDENTITY:
+            attributes["quat"] = _row(piece.quat)
+        attributes |= {"density": number(geom.density), "friction": number(geom.friction)}
+        if geom.rgba is not None:
+            attributes["rgba"] = _row(geom.rgba)
+        if not geom.drawn:
+            attributes["group"] = "3"
+        ET.SubElement(body, "geom", attributes | (self.apart if piece.decompose else self.masks))
+
+    def visual(self, body: ET.Element, name: str, visual: object) -> None:
+        file = self.meshes[visual.mesh.digest]  # type: ignore[attr-defined]
+        if file not in self.known:
+            self.known.add(file)
+            ET.SubElement(self.asset, "mesh", name=file.removesuffix(".obj"), file=file, inertia="shell")
+        attributes = {
+            "name": name,
+            "type": "mesh",
+            "mesh": file.removesuffix(".obj"),
+            "contype": "0",
+            "conaffinity": "0",
+            "mass": "0",
+            "group": "2",
+        }
+        if visual.rgba is None and visual.mesh.picture is not None:  # type: ignore[attr-defined]
+            attributes["material"] = self.material(visual.mesh.digest)  # type: ignore[attr-defined]
+        elif visual.rgba is not None:  # type: ignore[attr-defined]
+            attributes["rgba"] = _row(visual.rgba)  # type: ignore[attr-defined]
+        ET.SubElement(body, "geom", attributes)
+
+    def material(self, digest: str) -> str:
+        """The material with the picture of a mesh."""
+        file = self.meshes[f"{digest}.png"]
+        name = file.removesuffix(".png")
+        if file not in self.known:
+            self.known.add(file)
+            ET.SubElement(self.asset, "texture", name=name, type="2d", file=file)
+            ET.SubElement(self.asset, "material", name=name, texture=name)
+        return name
+
+
+def _half(kind: str, size: tuple[float, ...]) -> tuple[float, ...]:
+    """MuJoCo's sizes: half lengths of boxes, half heights of cylinders and capsules."""
+    if kind == "box":
+        return tuple(s / 2 for s in size)
+    if kind in ("cylinder", "capsule"):
+        return (size[0], size[1] / 2)
+    return size

@@ -1,0 +1,124 @@
+"""The model files of a program, and the meshes beside them."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from hashlib import sha256
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from text2sim.assets.mechanism import Mechanism
+from text2sim.compiler.looks import Rgba
+from text2sim.compiler.shapes.meshfile import load_mesh
+from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.trees.mjcf import write_mjcf
+from text2sim.compiler.trees.tree import Tree, link_colors, tree_balls, uncolored
+from text2sim.spec_schema.errors import AssetError
+
+Ball = tuple[Vec, float]
+"""Centre and radius [m]."""
+
+PIECES_OF_A_MESH = 16
+"""Convex pieces that a mesh is taken to fall into; only the engine knows how many there are."""
+
+MAX_SURFACES = 250
+"""Different surfaces that are made for a scene; each is a file, which the engine reads and prepares."""
+
+
+@dataclass(frozen=True)
+class Written:
+    """A tree with its model file."""
+
+    tree: Tree
+    options: dict[str, Any]
+    """Of the morph."""
+    color: Rgba | None
+    """The one colour of everything, which is not in the file."""
+    balls: list[Ball]
+    """Around its pieces, in its own frame."""
+    pieces: int
+    """How many convex pieces it has."""
+
+
+def count_pieces(tree: Tree) -> int:
+    """Return how many convex pieces a tree has."""
+    geoms = [geom for link in tree.links() for geom in link.geoms] + list(tree.fixtures)
+    return sum(PIECES_OF_A_MESH if geom.piece.decompose else 1 for geom in geoms)
+
+
+@dataclass
+class ModelFiles:
+    """Collects files by their path in the program's folder; the same content is kept once."""
+
+    folder: Path
+    """The case's folder, for meshes."""
+    files: dict[str, bytes] = field(default_factory=dict)
+    _surfaces: set[str] = field(default_factory=set)
+    """Digests of those that were made."""
+
+    def write(self, body: str, tree: Tree) -> Written:
+        """Write the model file of a tree.
+
+        Raises:
+            AssetError: if the engine cannot take its meshes.
+        """
+        meshes: dict[str, str] = {}
+        decompose: set[bool] = set()
+        for link in tree.links():
+            for visual in link.visuals:
+                mesh, digest = visual.mesh, visual.mesh.digest
+                meshes[digest] = self._add(f"{digest[:12]}.obj", mesh.obj)
+                self._surfaces.add(digest)
+                if len(self._surfaces) > MAX_SURFACES:
+                    raise AssetError(
+                        f"with this, the scene has more than {MAX_SURFACES} different surfaces, too many for the "
+                        "engine; let copies have the same shape"
+                    )
+                if mesh.picture is not None:
+                    meshes[f"{digest}.png"] = self._add(f"{digest[:12]}.png", lambda mesh=mesh: mesh.picture or b"")
+            for piece in (geom.piece for geom in link.geoms if geom.piece.file is not None):
+                meshes[str(piece.file)] = self._mesh(str(piece.file))
+                decompose.add(piece.decompose)
+        if len(decompose) > 1:
+            raise AssetError(
+                "the engine takes apart all meshes of a body or none: give all of them the same `collision`"
+            )
+        # One colour for all is given to the entity, so that copies in several colours share one file.
+        colors = {rgba for link in tree.links() for rgba in link_colors(link)} | {geom.rgba for geom in tree.fixtures}
+        color = colors.pop() if len(colors) == 1 else None
+        if color is not None:
+            tree = uncolored(tree)
+        text = write_mjcf(tree, body, meshes).encode()
+        path = f"models/{body}.xml"
+        if self.files.get(path, text) != text:
+            path = f"models/{body}_{sha256(text).hexdigest()[:8]}.xml"
+        self.files[path] = text
+        options: dict[str, Any] = {"file": path}
+        if decompose:
+            options["decompose"] = decompose.pop()
+        return Written(tree, options, color, tree_balls(tree), count_pieces(tree))
+
+    def add_mechanism(self, body: str, mechanism: Mechanism) -> str:
+        """Put a file's body into the program, in a folder of its own; return the path of the document."""
+        name = f"{body}.{'urdf' if mechanism.kind == 'urdf' else 'xml'}"
+        contents = {name: mechanism.text.encode(), **dict(mechanism.files)}
+        folder = f"models/{body}"
+        if any(self.files.get(f"{folder}/{file}", content) != content for file, content in contents.items()):
+            folder = f"{folder}_{sha256(contents[name]).hexdigest()[:8]}"
+        self.files |= {f"{folder}/{file}": content for file, content in contents.items()}
+        return f"{folder}/{name}"
+
+    def _add(self, name: str, content: Callable[[], str | bytes]) -> str:
+        """Put a file beside the models, once, and return its name."""
+        path = f"models/{name}"
+        if path not in self.files:
+            made = content()
+            self.files[path] = made.encode() if isinstance(made, str) else made
+        return name
+
+    def _mesh(self, file: str) -> str:
+        """Put the surface of a mesh file beside the models, as contact and mass need it."""
+        mesh = load_mesh(file, self.folder)
+        stem = re.sub(r"\W+", "_", PurePosixPath(file).stem)
+        digest = sha256(mesh.vertices.tobytes() + mesh.faces.tobytes()).hexdigest()
+        return self._add(f"{stem}_{digest[:12]}.obj", lambda: mesh.obj())

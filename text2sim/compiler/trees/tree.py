@@ -1,0 +1,221 @@
+"""Trees of links: the one form into which everything goes that the engine has no primitive for.
+
+A tree becomes one MJCF file (`mjcf.py`). Poses are (pos [m], quat wxyz) of a link's frame in its parent's frame.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+from text2sim.compiler.shapes.geometry import VisualMesh
+from text2sim.compiler.shapes.piece import Piece, piece_ball, piece_reach
+from text2sim.compiler.shapes.rotation import (
+    frame_apply,
+    quat_conjugate,
+    quat_from_axis_angle,
+    quat_multiply,
+    quat_rotate,
+)
+
+Vec = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+IDENTITY: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class TreeGeom:
+    """A convex piece of a link with what it is made of."""
+
+    piece: Piece
+    density: float
+    """[kg/m3]"""
+    friction: float
+    rgba: tuple[float, float, float, float] | None = None
+    drawn: bool = True
+    """False where a `visual` of the link is drawn instead."""
+    touches: bool = True
+    """False for what is only seen."""
+
+
+@dataclass(frozen=True)
+class TreeVisual:
+    """A mesh that is drawn and touches nothing."""
+
+    mesh: VisualMesh
+    rgba: tuple[float, float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class TreeJoint:
+    """The joint between a link and its parent (or the world)."""
+
+    kind: str
+    """free, hinge, slider or ball."""
+    axis: Vec = (0.0, 0.0, 1.0)
+    anchor: Vec = (0.0, 0.0, 0.0)
+    range: tuple[float, float] | None = None
+    """[rad] or [m]"""
+    damping: float = 0.0
+    friction: float = 0.0
+    armature: float = 0.0
+    spring: float = 0.0
+
+
+@dataclass(frozen=True)
+class TreeLink:
+    """A link; without a joint it is part of its parent, at the root it is held by the world."""
+
+    name: str
+    pos: Vec = (0.0, 0.0, 0.0)
+    quat: Quaternion = IDENTITY
+    joint: TreeJoint | None = None
+    joints: tuple[tuple[str, TreeJoint], ...] = ()
+    """Several joints with names of their own (driven bodies slide along three axes), instead of `joint`."""
+    geoms: tuple[TreeGeom, ...] = ()
+    visuals: tuple[TreeVisual, ...] = ()
+    children: tuple["TreeLink", ...] = ()
+
+    def all_joints(self) -> tuple[tuple[str, TreeJoint], ...]:
+        """(name, joint) of this link; a single joint has the link's name."""
+        return self.joints if self.joint is None else ((self.name, self.joint),)
+
+
+@dataclass(frozen=True)
+class TreeLoop:
+    """An equality constraint between two links (`b` None: the world)."""
+
+    kind: str
+    a: str
+    b: str | None
+    anchor: Vec
+    """[m], in the frame of `a`."""
+
+
+@dataclass(frozen=True)
+class Tree:
+    """A mechanism; several roots hang side by side in the world."""
+
+    roots: tuple[TreeLink, ...]
+    loops: tuple[TreeLoop, ...] = ()
+    fixtures: tuple[TreeGeom, ...] = ()
+    """Pieces that belong to the world."""
+    self_collision: bool = False
+    initial: dict[str, float] = field(default_factory=dict)
+    """Start position of joints [rad or m] by name."""
+
+    def links(self) -> list[TreeLink]:
+        """Every link, parents before children."""
+        found: list[TreeLink] = []
+        queue = list(self.roots)
+        while queue:
+            link = queue.pop(0)
+            found.append(link)
+            queue[:0] = link.children
+        return found
+
+
+class StandingPiece(NamedTuple):
+    """A piece with the pose of its link."""
+
+    piece: Piece
+    pos: Vec
+    quat: Quaternion
+    moves: bool
+    """False for what the world holds."""
+
+
+class StandingLink(NamedTuple):
+    """A link with its frame at the start."""
+
+    link: TreeLink
+    pos: Vec
+    quat: Quaternion
+    moves: bool
+    """False for what the world holds."""
+
+
+def tree_links(tree: Tree, pos: Vec = (0.0, 0.0, 0.0), quat: Quaternion = IDENTITY) -> list[StandingLink]:
+    """Return every link of a tree that stands at (`pos`, `quat`), all joints at their start positions."""
+    found = []
+    queue = [(link, pos, quat, False) for link in tree.roots]
+    while queue:
+        link, pos, quat, moves = queue.pop()
+        pos, quat = _start_frame(link, tree, pos, quat)
+        moves = moves or bool(link.all_joints())
+        found.append(StandingLink(link, pos, quat, moves))
+        queue += [(child, pos, quat, moves) for child in link.children]
+    return found
+
+
+def tree_pieces(
+    tree: Tree, pos: Vec = (0.0, 0.0, 0.0), quat: Quaternion = IDENTITY, *, drawn: bool = False
+) -> list[StandingPiece]:
+    """Return every piece of a tree that stands at (`pos`, `quat`), all joints at their start positions.
+
+    Args:
+        tree: The tree.
+        pos: Where its frame is [m].
+        quat: How its frame is turned.
+        drawn: Whether pieces that touch nothing are meant, too.
+    """
+    found = [StandingPiece(geom.piece, pos, quat, False) for geom in tree.fixtures]
+    for link, at, turn, moves in tree_links(tree, pos, quat):
+        found += [StandingPiece(geom.piece, at, turn, moves) for geom in link.geoms if geom.touches or drawn]
+    return found
+
+
+def _start_frame(link: TreeLink, tree: Tree, pos: Vec, quat: Quaternion) -> tuple[Vec, Quaternion]:
+    """A link's frame at the start, from its parent's."""
+    pos, quat = frame_apply(pos, quat, link.pos), quat_multiply(quat, link.quat)
+    for name, joint in link.all_joints():
+        start = tree.initial.get(name, 0.0)
+        if start and joint.kind == "slider":
+            x, y, z = joint.axis
+            pos = frame_apply(pos, quat, (start * x, start * y, start * z))
+        elif start and joint.kind == "hinge":
+            turned = quat_multiply(quat, quat_from_axis_angle(joint.axis, start))
+            anchor = frame_apply(pos, quat, joint.anchor)
+            x, y, z = quat_rotate(turned, joint.anchor)
+            pos, quat = (anchor[0] - x, anchor[1] - y, anchor[2] - z), turned
+    return pos, quat
+
+
+def tree_balls(tree: Tree) -> list[tuple[Vec, float]]:
+    """Return centre [m] and radius [m] of a ball around every piece at the start, in the tree's frame."""
+    found = []
+    for piece, pos, quat, _ in tree_pieces(tree, drawn=True):
+        center, radius = piece_ball(piece)
+        found.append((frame_apply(pos, quat, center), radius))
+    return found
+
+
+def tree_bounds(tree: Tree, quat: Quaternion) -> tuple[Vec, Vec]:
+    """Return the lowest and highest corner [m] of all pieces at the start, about the origin, turned by `quat`."""
+    placed = tree_pieces(tree, quat=quat, drawn=True)
+    low, high = [0.0] * 3, [0.0] * 3
+    for k, axis in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
+        back = (-axis[0], -axis[1], -axis[2])
+        turned = [(one.piece, one.pos[k], quat_conjugate(one.quat)) for one in placed]
+        high[k] = max((at + piece_reach(piece, quat_rotate(q, axis)) for piece, at, q in turned), default=0.0)
+        low[k] = min((at - piece_reach(piece, quat_rotate(q, back)) for piece, at, q in turned), default=0.0)
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+
+def link_colors(link: TreeLink) -> set[tuple[float, float, float, float] | None]:
+    """Colours of what is drawn of a link."""
+    return {g.rgba for g in link.geoms if g.drawn} | {v.rgba for v in link.visuals}
+
+
+def uncolored(tree: Tree) -> Tree:
+    """Return the tree without colours of its own."""
+
+    def bare(link: TreeLink) -> TreeLink:
+        return replace(
+            link,
+            geoms=tuple(replace(geom, rgba=None) for geom in link.geoms),
+            visuals=tuple(replace(visual, rgba=None) for visual in link.visuals),
+            children=tuple(bare(child) for child in link.children),
+        )
+
+    return replace(
+        tree, roots=tuple(map(bare, tree.roots)), fixtures=tuple(replace(g, rgba=None) for g in tree.fixtures)
+    )

@@ -1,0 +1,169 @@
+"""Expressions: the arithmetic of `${…}`, checked and evaluated without running any code.
+
+An expression is parsed by Python's own parser, every node is checked against a short list, and the tree is
+then walked by an interpreter that bounds what it makes. Names are parameters, copy variables, `pi`, `tau`,
+`true` and `false`.
+"""
+
+import ast
+import warnings
+from collections.abc import Mapping
+from functools import lru_cache
+
+from text2sim.spec_schema.arithmetic.evaluation import BINARY, COMPARISONS, CONSTANTS, evaluate
+from text2sim.spec_schema.arithmetic.functions import FUNCTIONS
+from text2sim.spec_schema.arithmetic.values import MAX_NUMBER, ExpressionError, Value, bounded
+from text2sim.spec_schema.errors import nearest
+
+RESERVED = frozenset(CONSTANTS) | frozenset(FUNCTIONS)
+"""Names that parameters cannot have."""
+
+MAX_LENGTH = 500
+MAX_DEPTH = 30
+MAX_ROOMY = (5000, 100)
+"""Length and depth of expressions that are put together from several: those of prefabs with their arguments."""
+
+
+class Expression:
+    """One checked expression.
+
+    Attributes:
+        text: What was written between the braces.
+        tree: What it says.
+        names: Parameters and copy variables that it uses.
+    """
+
+    __slots__ = ("names", "text", "tree")
+
+    def __init__(self, text: str, limits: tuple[int, int] = (MAX_LENGTH, MAX_DEPTH)) -> None:
+        self.text = text
+        self.tree = _parse(text, *limits)
+        self.names = frozenset(
+            node.id for node in ast.walk(self.tree) if isinstance(node, ast.Name) and node.id not in RESERVED
+        )
+
+    def evaluate(self, names: Mapping[str, Value]) -> Value:
+        """Return the value.
+
+        Args:
+            names: What every name stands for.
+
+        Raises:
+            ExpressionError: If a name is unknown, types do not fit, or the result is not a finite number.
+        """
+        try:
+            return evaluate(self.tree, names)
+        except OverflowError:
+            raise ExpressionError(f"the result is larger than {MAX_NUMBER:g}") from None
+
+
+@lru_cache(maxsize=4096)
+def parse_expression(text: str, roomy: bool = False) -> Expression:
+    """Parse and check the text of an expression, without `${` and `}`.
+
+    Args:
+        text: The text.
+        roomy: Whether it may be as large as one that was put together from several.
+    """
+    return Expression(text, MAX_ROOMY) if roomy else Expression(text)
+
+
+_ALLOWED = (
+    ast.BinOp,
+    ast.UnaryOp,
+    ast.BoolOp,
+    ast.Compare,
+    ast.IfExp,
+    ast.Call,
+    ast.Subscript,
+    ast.List,
+    ast.Name,
+    ast.Constant,
+    *BINARY,
+    *COMPARISONS,
+    ast.UAdd,
+    ast.USub,
+    ast.Not,
+    ast.And,
+    ast.Or,
+    ast.Load,
+)
+_HINTS: dict[type[ast.AST], str] = {
+    ast.Tuple: "write a list, [a, b]",
+    ast.Slice: "take one item, a[0]",
+    ast.Attribute: "names have no dots",
+    ast.BitXor: "a power is written a ** b",
+    ast.Dict: "there are no mappings",
+    ast.In: "compare with ==",
+    ast.Is: "compare with ==",
+    ast.NamedExpr: "nothing can be assigned",
+    ast.Lambda: "functions cannot be made",
+    ast.ListComp: "write the items out",
+    ast.JoinedStr: "write text with ${…} in it",
+}
+
+
+def _parse(text: str, length: int, depth: int) -> ast.expr:
+    if len(text) > length:
+        raise ExpressionError(f"the expression is longer than {length} characters")
+    if not text.strip():
+        raise ExpressionError("there is nothing between the braces")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            tree = ast.parse(" ".join(text.split()), mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise ExpressionError(f"`{text.strip()}` is not arithmetic") from None
+    _check_depth(tree, depth)
+    _check(tree, text)
+    return tree
+
+
+def _check_depth(tree: ast.AST, most: int) -> None:
+    row = [tree]
+    for _ in range(most):
+        row = [child for node in row for child in ast.iter_child_nodes(node) if isinstance(child, ast.expr)]
+        if not row:
+            return
+    raise ExpressionError(f"the expression is nested more than {most} deep")
+
+
+def _check(node: ast.AST, text: str) -> None:
+    if not isinstance(node, _ALLOWED):
+        way_out = next((f"; {hint}" for kind, hint in _HINTS.items() if isinstance(node, kind)), "")
+        raise ExpressionError(f"`{_snippet(node, text)}` is not part of the language{way_out}")
+    if isinstance(node, ast.Constant):
+        _check_constant(node.value)
+    elif isinstance(node, ast.Name) and node.id not in text:
+        # Python folds look-alike letters into plain ones: what is read must be what is written.
+        raise ExpressionError(f"`{text.strip()}` has letters that only look like those of a name")
+    elif isinstance(node, ast.Call):
+        if not isinstance(node.func, ast.Name):
+            raise ExpressionError(f"`{_snippet(node.func, text)}` is not a function")
+        if node.func.id not in FUNCTIONS:
+            message = f"unknown function `{node.func.id}`; there are {', '.join(FUNCTIONS)}"
+            raise ExpressionError(message, nearest(node.func.id, FUNCTIONS), "unknown-function")
+        if node.keywords:
+            raise ExpressionError(f"`{node.func.id}` takes no named arguments")
+    elif isinstance(node, ast.Name) and node.id in FUNCTIONS:
+        raise ExpressionError(f"`{node.id}` is a function: write {node.id}(…)")
+    for field, child in ast.iter_fields(node):
+        if isinstance(node, ast.Call) and field == "func":
+            continue
+        for item in child if isinstance(child, list) else [child]:
+            if isinstance(item, ast.AST):
+                _check(item, text)
+
+
+def _snippet(node: ast.AST, text: str) -> str:
+    found = ast.get_source_segment(" ".join(text.split()), node) if isinstance(node, ast.expr) else None
+    return found or text.strip()
+
+
+def _check_constant(value: object) -> None:
+    if isinstance(value, bool | str):
+        return
+    if isinstance(value, int | float):
+        bounded(value)
+    else:
+        raise ExpressionError(f"`{value!r}` is neither a number nor text")

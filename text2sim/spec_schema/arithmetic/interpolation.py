@@ -1,0 +1,98 @@
+"""Text with `${…}` in it: a value that is wholly one expression takes its type, any other becomes text."""
+
+import re
+from collections.abc import Mapping
+from functools import lru_cache
+
+from text2sim.spec_schema.arithmetic.expressions import Expression, parse_expression
+from text2sim.spec_schema.arithmetic.values import ExpressionError, Value
+
+MAX_TEXT = 20_000
+
+_MARK = re.compile(r"\$?\$\{")
+_BRACE = re.compile(r"[{}]")
+
+
+class Interpolation:
+    """One scalar with expressions in it.
+
+    Attributes:
+        parts: Its text and its expressions, in order.
+        whole: Whether it is wholly one expression.
+        names: Parameters and copy variables that it uses.
+    """
+
+    __slots__ = ("names", "parts", "whole")
+
+    def __init__(self, text: str, roomy: bool = False) -> None:
+        self.parts = _split(text, roomy)
+        self.whole = len(self.parts) == 1 and isinstance(self.parts[0], Expression)
+        self.names = frozenset().union(*(part.names for part in self.parts if isinstance(part, Expression)))
+
+    def evaluate(self, names: Mapping[str, Value]) -> Value:
+        """Return the value; see `Expression.evaluate`."""
+        if self.whole:
+            part = self.parts[0]
+            assert isinstance(part, Expression)
+            return part.evaluate(names)
+        text = ""
+        for part in self.parts:
+            text += part if isinstance(part, str) else as_text(part.evaluate(names))
+            if len(text) > MAX_TEXT:
+                raise ExpressionError(f"the text is longer than {MAX_TEXT} characters")
+        return text
+
+
+@lru_cache(maxsize=4096)
+def parse_interpolation(text: str, roomy: bool = False) -> Interpolation:
+    """Split a scalar into text and expressions.
+
+    Args:
+        text: The scalar.
+        roomy: See `parse_expression`.
+
+    Raises:
+        ExpressionError: If an expression is not closed or not arithmetic.
+    """
+    return Interpolation(text, roomy)
+
+
+def _split(text: str, roomy: bool) -> list[str | Expression]:
+    parts: list[str | Expression] = []
+    literal, done = "", 0
+    while found := _MARK.search(text, done):
+        literal += text[done : found.start()]
+        if found[0].startswith("$$"):  # `$${` stands for the characters `${`
+            literal += "${"
+            done = found.end()
+            continue
+        end = _closing(text, found.end())
+        if literal:
+            parts.append(literal)
+            literal = ""
+        parts.append(parse_expression(text[found.end() : end], roomy))
+        done = end + 1
+    literal += text[done:]
+    if literal or not parts:
+        parts.append(literal)
+    return parts
+
+
+def _closing(text: str, start: int) -> int:
+    depth = 1
+    for found in _BRACE.finditer(text, start):
+        depth += 1 if found[0] == "{" else -1
+        if depth == 0:
+            return found.start()
+    raise ExpressionError("`${` has no closing brace (the characters themselves are written `$${`)")
+
+
+def as_text(value: Value) -> str:
+    """What a value is inside text."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return str(int(value)) if value == int(value) else f"{value:.12g}"
+    if isinstance(value, list):
+        raise ExpressionError("a list cannot stand inside text")
+    return str(value)

@@ -1,0 +1,263 @@
+"""From a document with `${…}` in it to plain data: parameters, and the variables of copies."""
+
+import copy
+from collections.abc import Iterator, Mapping
+from graphlib import CycleError, TopologicalSorter
+from typing import Any
+
+from text2sim.spec_schema.arithmetic.expressions import RESERVED
+from text2sim.spec_schema.arithmetic.interpolation import Interpolation, parse_interpolation
+from text2sim.spec_schema.arithmetic.values import ExpressionError, Value, count_items
+from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.text.document import MAX_NODES, Document, Path
+
+COPY_VARIABLES: dict[str, int | float] = {"i": 0, "n": 1, "u": 0.0, "row": 0, "column": 0, "layer": 0}
+"""What varies from copy to copy, with the values that stand for a body without copies."""
+
+
+class Resolver:
+    """Evaluates the expressions of one document.
+
+    Attributes:
+        problems: What is wrong with expressions and parameters.
+        broken: Paths of scalars that have no value.
+        varying: Paths of scalars that use copy variables.
+    """
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.problems: list[Problem] = []
+        self.broken: set[Path] = set()
+        self.varying: set[Path] = set()
+        self.sites: dict[Path, Interpolation] = {}
+        for path, text in document.sites.items():
+            try:
+                self.sites[path] = parse_interpolation(text, path in document.roomy)
+            except ExpressionError as error:
+                self.fail(path, error)
+        self._size = 0
+        self._varying_in: dict[Path, list[Path]] = {}
+        self.params = _Parameters(self)
+        self.scopes = set(_scopes(document.data))
+        for path, site in self.sites.items():
+            used = [name for name in site.names if name in COPY_VARIABLES and name not in self.params]
+            if used and self._in_scope(path, used):
+                self.varying.add(path)
+
+    def fail(self, path: Path, error: ExpressionError) -> None:
+        """Record that the scalar at `path` has no value."""
+        self.broken.add(path)
+        self.problems.append(self.document.problem(path, str(error), rule=error.rule, hint=error.hint))
+
+    def scope(self, variables: Mapping[str, Value] = COPY_VARIABLES) -> Mapping[str, Value]:
+        """Parameters and copy variables together; a parameter without a value raises `Cascade`."""
+        return _Scope(self.params, variables)
+
+    def data(self) -> Any:
+        """The document's data with every expression evaluated; copy variables stand at copy 0."""
+        if self.params:
+            self.params.evaluate_all()
+        return self._replace(self.document.data, (), list(self.sites), COPY_VARIABLES)
+
+    def copy(self, root: Path, value: Any, variables: Mapping[str, Value]) -> tuple[Any, list[Problem]]:
+        """Evaluate what varies inside a body, static or control for one of its copies.
+
+        Args:
+            root: Path of the body, static or control.
+            value: Its data as `data` gave it; not changed.
+            variables: The copy variables.
+
+        Returns:
+            The data for this copy, and what is wrong with it.
+        """
+        if root not in self._varying_in:
+            self._varying_in[root] = [path for path in self.varying if path[: len(root)] == root]
+        fresh = copy.copy(self)
+        fresh.problems, fresh.broken, fresh._size = [], set(), 0
+        data = fresh._replace(value, root, self._varying_in[root], variables)
+        return data, fresh.problems
+
+    def _replace(self, value: Any, root: Path, sites: list[Path], variables: Mapping[str, Value]) -> Any:
+        """Put values in the place of expressions; what has none is shared with `value`."""
+        if not sites:
+            return value
+        names = self.scope(variables)
+        copied: dict[Path, Any] = {root: copy.copy(value)}
+        for path in sites:
+            if path in self.broken:
+                continue
+            try:
+                result = self._evaluate(path, names)
+                self._check_size(result)
+            except ExpressionError as error:
+                self.fail(path, error)
+                continue
+            except Cascade:
+                self.broken.add(path)
+                continue
+            container = copied[root]
+            for depth in range(len(root), len(path) - 1):
+                inner = path[: depth + 1]
+                if inner not in copied:
+                    copied[inner] = container[path[depth]] = container[path[depth]].copy()
+                container = copied[inner]
+            container[path[-1]] = result
+        return copied[root]
+
+    def _check_size(self, value: Value) -> None:
+        """Refuse a case that says little and means much: one long list, used ten thousand times."""
+        self._size += count_items(value)
+        if self._size > MAX_NODES:
+            raise ExpressionError(f"the expressions make more than {MAX_NODES} values", rule="too-large")
+
+    def _evaluate(self, path: Path, names: Mapping[str, Value]) -> Value:
+        if path[:1] == ("params",) and path[1:2] and path[1] in self.params:
+            value: Any = self.params[str(path[1])]
+            for step in path[2:]:
+                value = value[step]
+            return value
+        return self.sites[path].evaluate(names)
+
+    def _in_scope(self, path: Path, used: list[str]) -> bool:
+        scope = next((path[:depth] for depth in range(1, len(path)) if path[:depth] in self.scopes), None)
+        word = f"`{used[0]}`"
+        if scope is None:
+            where = "a body or static that has repeat, and in controls on such a body"
+            message = f"{word} differs from copy to copy, and is known only in {where}"
+        elif path[len(scope)] == "repeat":
+            message = f"{word} differs from copy to copy, and is not known where the copies are made"
+        elif path[0] == "actions" and path[len(scope)] in ("body", "joint", "kind"):
+            message = f"{word} counts the copies that `{path[len(scope)]}` names, and is not known in it"
+        else:
+            return True
+        self.fail(path, ExpressionError(message, rule="copy-variable"))
+        return False
+
+
+class Cascade(Exception):
+    """A value depends on a parameter that is already reported."""
+
+
+class _Parameters(Mapping[str, Value]):
+    """The parameters, by name."""
+
+    def __init__(self, resolver: Resolver) -> None:
+        self._resolver = resolver
+        params = _mapping(resolver.document.data, "params")
+        self._raw: dict[str, Any] = params
+        self._values: dict[str, Value] = {}
+        self._failed: set[str] = set()
+        taken = {*RESERVED, *COPY_VARIABLES}
+        for name, value in self._raw.items():
+            if name in taken:
+                message = f"`{name}` already means something in expressions; choose another name"
+                problem = resolver.document.problem(("params", name), message, key=True, rule="taken-name")
+                resolver.problems.append(problem)
+            self._check(("params", name), value)
+
+    def evaluate_all(self) -> None:
+        """Evaluate every parameter, each after those that it uses."""
+        needs: dict[str, set[str]] = {name: set() for name in self._raw}
+        for path, site in self._resolver.sites.items():
+            if path[0] == "params" and len(path) > 1:
+                needs[str(path[1])] |= site.names & self._raw.keys()
+        for name in self._order(needs):
+            try:
+                if name not in self._failed:
+                    self._values[name] = self._resolve(("params", name), self._raw[name])
+            except Cascade:
+                self._failed.add(name)
+
+    def _order(self, needs: dict[str, set[str]]) -> list[str]:
+        while True:
+            try:
+                return list(TopologicalSorter(needs).static_order())
+            except CycleError as error:
+                circle: list[str] = error.args[1][:0:-1]
+                first = min(circle, key=list(self._raw).index)
+                turn = circle.index(first)
+                way = " → ".join([*circle[turn:], *circle[:turn], first])
+                message = f"params refer to each other in a circle: {way}"
+                sites = [p for p in self._resolver.sites if p[:2] == ("params", first)]
+                self._resolver.fail(sites[0], ExpressionError(message, rule="cycle"))
+                for name in circle:
+                    needs[name] = set()
+                self._failed |= set(circle)
+
+    def __getitem__(self, name: str) -> Value:
+        if name in self._failed:
+            raise Cascade
+        return self._values[name]
+
+    def _resolve(self, path: Path, value: Any) -> Value:
+        if path in self._resolver.broken:
+            raise Cascade
+        if isinstance(value, list):
+            return [self._resolve((*path, index), item) for index, item in enumerate(value)]
+        if path not in self._resolver.sites:
+            return value
+        try:
+            return self._resolver.sites[path].evaluate(self)
+        except ExpressionError as error:
+            self._resolver.fail(path, error)
+            raise Cascade from None
+
+    def _check(self, path: Path, value: Any) -> None:
+        """Refuse what no expression could use."""
+        if isinstance(value, list):
+            for index, item in enumerate(value):
+                self._check((*path, index), item)
+        elif isinstance(value, dict) or value is None:
+            what = "a mapping" if isinstance(value, dict) else "nothing"
+            message = f"a parameter is a number, text, true or false, or a list of these (got {what})"
+            self._resolver.problems.append(self._resolver.document.problem(path, message, rule="parameter"))
+            self._resolver.broken.add(path)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._raw)
+
+    def __len__(self) -> int:
+        return len(self._raw)
+
+
+class _Scope(Mapping[str, Value]):
+    """Parameters and copy variables together."""
+
+    def __init__(self, params: _Parameters, variables: Mapping[str, Value]) -> None:
+        self._params = params
+        self._variables = variables
+
+    def __getitem__(self, name: str) -> Value:
+        return self._params[name] if name in self._params else self._variables[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._params or name in self._variables
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._params)
+
+    def __len__(self) -> int:
+        return len(self._params)
+
+
+def _scopes(data: Any) -> Iterator[Path]:
+    """Paths inside which copy variables are known: repeated bodies and statics, and controls on bodies."""
+    bodies = _mapping(data, "bodies")
+    for name in bodies:
+        if _mapping(bodies, name).get("repeat") is not None:
+            yield ("bodies", name)
+    statics = _mapping(_mapping(data, "scene"), "statics")
+    for name in statics:
+        if _mapping(statics, name).get("repeat") is not None:
+            yield ("scene", "statics", name)
+    controls = _mapping(_mapping(data, "actions"), "controls")
+    for name in controls:
+        control = _mapping(controls, name)
+        target = control.get("body", control.get("joint"))
+        if isinstance(target, str) and _mapping(bodies, target.split("[")[0].split(".")[0]).get("repeat") is not None:
+            yield ("actions", "controls", name)
+
+
+def _mapping(data: Any, key: str) -> dict[str, Any]:
+    value = data.get(key) if isinstance(data, dict) else None
+    return value if isinstance(value, dict) else {}

@@ -1,0 +1,1 @@
+"""Two versions of a case: differences of meaning, patches on data and on text, merges."""

@@ -1,0 +1,200 @@
+"""The entries of a written document while operations change them: what stays keeps its comments and its order."""
+
+import copy
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from text2sim.spec_schema.changes.operation import Operation, split_pointer
+from text2sim.spec_schema.changes.patch import same
+from text2sim.spec_schema.text.canonical import dump_layout, rank
+from text2sim.spec_schema.text.document import Document
+from text2sim.spec_schema.text.layout import Entry, plain_data, plain_layout, written_layout
+
+Origin = Callable[[tuple[str, ...]], Entry | None]
+"""Where an entry that is added may come from with its comments, by its path."""
+
+
+class Amendment:
+    """The layout of a document that is changed in place, and what was done to it.
+
+    Attributes:
+        root: The layout as it is now.
+        head: The comments above everything.
+        foot: Those below.
+        canonical: Whether the document was in canonical form.
+        written: The entries that stood in each collection of the text.
+        changed: Written entries whose value is another one, as a whole.
+        renamed: Written entries that have another key.
+        above: Comments that stood above written entries which have others now.
+        commented: Written entries that have other comments beside or below them.
+    """
+
+    def __init__(self, document: Document, origin: Origin | None = None) -> None:
+        self.root, self.head, self.foot = written_layout(document)
+        self.canonical = self.dump() == document.source.text
+        self.origin = origin
+        self.written: dict[Entry, list[Entry]] = {}
+        self.changed: set[Entry] = set()
+        self.renamed: set[Entry] = set()
+        self.above: dict[Entry, list[str]] = {}
+        self.commented: set[Entry] = set()
+        self._remember(self.root)
+
+    def dump(self) -> str:
+        """The document as it is now, written anew in canonical form."""
+        return dump_layout(self.root, self.head, self.foot)
+
+    def _remember(self, entry: Entry) -> None:
+        if isinstance(entry.value, list):
+            self.written[entry] = list(entry.value)
+            for child in entry.value:
+                self._remember(child)
+
+    def apply(self, operations: Sequence[Operation]) -> None:
+        """Apply operations that can be applied: whoever calls this has tried them on the data."""
+        for operation in operations:
+            op, path = operation["op"], split_pointer(operation["path"])
+            if op == "test":
+                continue
+            if op == "remove":
+                self.take(path)
+            elif op == "replace" or not path:
+                self.set(self.find(path), _value(operation, self), path)
+            elif op == "move":
+                self.move(split_pointer(operation["from"]), path)
+            elif op == "copy":
+                self.put(path, plain_layout(_value(operation, self)))
+            else:
+                self.put(path, self.fresh(path, operation["value"]))
+
+    def find(self, path: Sequence[str]) -> Entry:
+        """The entry at a path."""
+        entry = self.root
+        for step in path:
+            entry = _child(entry, step)
+            assert entry is not None
+        return entry
+
+    def fresh(self, path: tuple[str, ...], value: Any) -> Entry:
+        """A new entry for a value, with the comments of its origin if that says the same."""
+        entry = self.origin(path) if self.origin is not None else None
+        if entry is None or not same(plain_data(entry), value):
+            return plain_layout(value)
+        entry = copy.copy(entry)
+        entry.before = [row for row in entry.before if row]
+        return _loose(entry)
+
+    def put(self, path: Sequence[str], entry: Entry) -> None:
+        """Put an entry, with its comments, where a path says; what a key had before is replaced."""
+        parent = self.find(path[:-1])
+        entry.parent = parent
+        if not parent.mapping:
+            entry.key = None
+            parent.value.insert(len(parent.value) if path[-1] == "-" else int(path[-1]), entry)
+            return
+        entry.key = path[-1]
+        old = _child(parent, path[-1])
+        if old is None:
+            parent.value.insert(rank(parent, path[-1]), entry)
+        elif entry.before or entry.trail or entry.after or entry.has_comments:
+            parent.value[parent.value.index(old)] = entry
+        else:
+            self.set(old, plain_data(entry), tuple(path))
+
+    def take(self, path: Sequence[str]) -> Entry:
+        """Take the entry at a path away."""
+        entry = self.find(path)
+        assert entry.parent is not None
+        entry.parent.value.remove(entry)
+        return entry
+
+    def move(self, source: Sequence[str], path: Sequence[str]) -> None:
+        """Move an entry with its comments; one that only gets another name keeps its place."""
+        entry = self.find(source)
+        if source == path:
+            return
+        if source[:-1] == path[:-1] and entry.parent and entry.parent.mapping and not _child(entry.parent, path[-1]):
+            entry.key = path[-1]
+            self.renamed.add(entry)
+            return
+        # What was written at the old place is gone there, and stands nowhere in the text at the new one.
+        moved = copy.copy(self.take(source))
+        moved.before = [row for row in moved.before if row]
+        self.put(path, _loose(moved))
+
+    def set(self, entry: Entry, value: Any, path: tuple[str, ...]) -> None:
+        """Give an entry another value; what is the same in both stays as it is written."""
+        if isinstance(value, dict) and entry.mapping:
+            for child in list(entry.value):
+                if child.key not in value:
+                    entry.value.remove(child)
+            for key, inner in value.items():
+                child = _child(entry, key)
+                if child is not None:
+                    self.set(child, inner, (*path, key))
+                else:
+                    fresh = self.fresh((*path, key), inner)
+                    fresh.key = key
+                    self.put_in(entry, rank(entry, key), fresh)
+        elif isinstance(value, list) and isinstance(entry.value, list) and not entry.mapping:
+            self._set_items(entry, value, path)
+        elif isinstance(entry.value, list) or isinstance(value, dict | list) or not _identical(entry.value, value):
+            fresh = self.fresh(path, value)
+            entry.value, entry.mapping = fresh.value, fresh.mapping
+            for child in entry.value if isinstance(entry.value, list) else ():
+                child.parent = entry
+            self.changed.add(entry)
+
+    def put_in(self, parent: Entry, index: int, entry: Entry) -> None:
+        """Put an entry at an index of a collection."""
+        entry.parent = parent
+        parent.value.insert(index, entry)
+
+    def comment(self, entry: Entry, before: list[str], trail: str | None, after: list[str]) -> None:
+        """Give a written entry other comments: right above it, beside it, and below it."""
+        if before != entry.before:
+            self.above.setdefault(entry, entry.before)
+            entry.before = before
+        if trail != entry.trail or after != entry.after:
+            entry.trail, entry.after = trail, after
+            self.commented.add(entry)
+
+    def _set_items(self, entry: Entry, value: list[Any], path: tuple[str, ...]) -> None:
+        """Items at both ends that are equal stay; between them each takes the next value."""
+        now = [plain_data(child) for child in entry.value]
+        least = min(len(now), len(value))
+        first = next((i for i in range(least) if not same(now[i], value[i])), least)
+        last = next((i for i in range(least - first) if not same(now[-1 - i], value[-1 - i])), least - first)
+        old, new = entry.value[first : len(now) - last], value[first : len(value) - last]
+        for index, (child, inner) in enumerate(zip(old, new, strict=False), first):
+            self.set(child, inner, (*path, str(index)))
+        for child in old[len(new) :]:
+            entry.value.remove(child)
+        for index, inner in enumerate(new[len(old) :], first + len(old)):
+            self.put_in(entry, index, self.fresh((*path, str(index)), inner))
+
+
+def _value(operation: Operation, amendment: Amendment) -> Any:
+    op = operation["op"]
+    if op in ("add", "replace"):
+        return operation["value"]
+    return plain_data(amendment.find(split_pointer(operation["from"])))
+
+
+def _child(entry: Entry, step: str) -> Entry | None:
+    if entry.mapping:
+        return next((child for child in entry.value if child.key == step), None)
+    return entry.value[int(step)]
+
+
+def _identical(a: Any, b: Any) -> bool:
+    return type(a) is type(b) and a == b
+
+
+def _loose(entry: Entry) -> Entry:
+    """A copy of an entry, and of those inside it, that no text knows."""
+    if isinstance(entry.value, list):
+        entry.value = [_loose(copy.copy(child)) for child in entry.value]
+        for child in entry.value:
+            child.parent = entry
+    return entry

@@ -1,0 +1,200 @@
+"""Differences of meaning between two versions of a case."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import dist
+from typing import Any, Literal
+
+from text2sim.spec_schema.changes.naming import Rename, follow
+from text2sim.spec_schema.changes.operation import Operation
+from text2sim.spec_schema.changes.patch import apply_operations, same
+from text2sim.spec_schema.changes.renames import find_renames
+from text2sim.spec_schema.text.document import Path, pointer
+
+Kind = Literal["changed", "added", "removed", "renamed", "moved", "kind"]
+_SPACE = (("pose", "pos"), ("place", "at"), ("place", "offset"))
+_CAMERA = ("from", "look_at")
+LONG = 8
+"""Lists with more items are compared item by item."""
+
+
+class _Nothing:
+    def __bool__(self) -> bool:
+        return False
+
+
+NOTHING: Any = _Nothing()
+"""Stands for a value that is not there, which null is not."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """One difference."""
+
+    kind: Kind
+    """`kind` is a value of another kind, such as a box for a sphere; `moved` one of a place in space."""
+    path: Path
+    """Where, under the names of the new version; of what was removed, those of the old one."""
+    old: Any = None
+    """What was there; the old name of what was renamed."""
+    new: Any = None
+    """What is there now; the new name."""
+    was: Any = NOTHING
+    """Value of `old`, if there are expressions in it and it is known."""
+    now: Any = NOTHING
+    """Value of `new`, likewise."""
+    by: tuple[float, ...] | None = None
+    """How far it moved [m]."""
+    references: int = 0
+    """How often the case named what was renamed."""
+
+
+def difference(a: Any, b: Any, values: tuple[Any, Any] = (NOTHING, NOTHING)) -> list[Change]:
+    """What is different in `b`.
+
+    Args:
+        a: Plain data of a document, with `${…}` in it.
+        b: The same of another.
+        values: Their data with every expression evaluated, where it is known.
+    """
+    renames = find_renames(a, b)
+    a, counts = follow(a, renames)
+    changes = [
+        Change("renamed", (*rename.path, rename.new), rename.old, rename.new, references=counts[rename])
+        for rename in renames
+    ]
+    was = follow(values[0], renames)[0] if values[0] is not NOTHING else NOTHING
+    return [*changes, *_compare(a, b, was, values[1], ())]
+
+
+def operations(a: Any, b: Any) -> list[Operation]:
+    """A short RFC 6902 patch that makes `b` of `a`."""
+    moves: list[Operation] = []
+    if isinstance(a, dict) and isinstance(b, dict):
+        moves = [_move(rename) for rename in find_renames(a, b)]
+        a = apply_operations(a, moves)
+    return [*moves, *_steps(a, b, ())]
+
+
+# --- for people -----------------------------------------------------------------------------------------------
+
+
+def _compare(a: Any, b: Any, was: Any, now: Any, path: Path) -> Iterator[Change]:
+    if same(a, b):
+        return
+    if isinstance(a, dict) and isinstance(b, dict):
+        if a.get("kind") != b.get("kind") and _small(a) and _small(b):
+            yield Change("kind", path, a, b, *_evaluated(a, was, b, now))
+            return
+        for key in [*a, *(key for key in b if key not in a)]:
+            inner = (*path, key)
+            if key not in b:
+                yield Change("removed", inner, a[key], NOTHING, _value(a[key], _at(was, key)))
+            elif key not in a:
+                yield Change("added", inner, NOTHING, b[key], NOTHING, _value(b[key], _at(now, key)))
+            elif key == "kind":
+                if a[key] != b[key]:
+                    yield Change("kind", inner, a[key], b[key])
+            else:
+                yield from _compare(a[key], b[key], _at(was, key), _at(now, key), inner)
+        return
+    if isinstance(a, list) and isinstance(b, list) and len(a) == len(b) and (len(a) > LONG or _nested(a)):
+        for index, (old, new) in enumerate(zip(a, b, strict=True)):
+            yield from _compare(old, new, _at(was, index), _at(now, index), (*path, index))
+        return
+    values = _evaluated(a, was, b, now)
+    if _is_place(path) and (by := _distance(values[0] if values[0] is not NOTHING else a, values[1] or b)):
+        yield Change("moved", path, a, b, *values, by=by)
+    else:
+        yield Change("changed", path, a, b, *values)
+
+
+def _small(value: dict[str, Any]) -> bool:
+    return not any(isinstance(item, dict) for item in value.values())
+
+
+def _nested(items: list[Any]) -> bool:
+    return any(isinstance(item, dict | list) for item in items)
+
+
+def _at(value: Any, step: str | int) -> Any:
+    if isinstance(value, dict):
+        return value.get(str(step), NOTHING)
+    return value[step] if isinstance(value, list) and isinstance(step, int) and step < len(value) else NOTHING
+
+
+def _evaluated(a: Any, was: Any, b: Any, now: Any) -> tuple[Any, Any]:
+    return _value(a, was), _value(b, now)
+
+
+def _value(raw: Any, value: Any) -> Any:
+    """What a value with expressions in it comes to; nothing if there are none."""
+    return NOTHING if value is NOTHING or same(raw, value) else value
+
+
+def _is_place(path: Path) -> bool:
+    return path[-2:] in _SPACE or (path[:2] == ("render", "cameras") and path[-1] in _CAMERA)
+
+
+def _distance(a: Any, b: Any) -> tuple[float, ...] | None:
+    """From one point to another; None if they are no points."""
+    if not (isinstance(a, list) and isinstance(b, list) and len(a) == len(b)):
+        return None
+    if not all(isinstance(x, int | float) and not isinstance(x, bool) for x in [*a, *b]) or dist(a, b) == 0:
+        return None
+    return tuple(float(f"{new - old:.9g}") for old, new in zip(a, b, strict=True))
+
+
+# --- for machines ---------------------------------------------------------------------------------------------
+
+
+def _move(rename: Rename) -> Operation:
+    place = pointer(rename.path)
+    return {"op": "move", "from": place + pointer((rename.old,)), "path": place + pointer((rename.new,))}
+
+
+def _steps(a: Any, b: Any, path: Path) -> list[Operation]:
+    if same(a, b):
+        return []
+    whole: Operation = {"op": "replace", "path": pointer(path), "value": b}
+    if isinstance(a, dict) and isinstance(b, dict):
+        steps: list[Operation] = [{"op": "remove", "path": pointer((*path, key))} for key in a if key not in b]
+        for key, value in b.items():
+            if key in a:
+                steps += _steps(a[key], value, (*path, key))
+            else:
+                steps.append({"op": "add", "path": pointer((*path, key)), "value": value})
+    elif isinstance(a, list) and isinstance(b, list):
+        steps = _item_steps(a, b, path)
+    else:
+        return [whole]
+    return steps if _size(steps) < _size([whole]) else [whole]
+
+
+def _item_steps(a: list[Any], b: list[Any], path: Path) -> list[Operation]:
+    """What both ends have in common stays; between them, items are changed in their order."""
+    least = min(len(a), len(b))
+    first = next((i for i in range(least) if not same(a[i], b[i])), least)
+    last = next((i for i in range(least - first) if not same(a[-1 - i], b[-1 - i])), least - first)
+    old, new = a[first : len(a) - last], b[first : len(b) - last]
+    steps: list[Operation] = []
+    for offset, (before, after) in enumerate(zip(old, new, strict=False)):
+        steps += _steps(before, after, (*path, first + offset))
+    place = first + min(len(old), len(new))
+    steps += [{"op": "remove", "path": pointer((*path, place))} for _ in old[len(new) :]]
+    for offset, item in enumerate(new[len(old) :]):
+        steps.append({"op": "add", "path": pointer((*path, place + offset)), "value": item})
+    return steps
+
+
+def _size(steps: list[Operation]) -> int:
+    """About how much there is to read."""
+    return sum(20 + len(step["path"]) + (_weight(step["value"]) if "value" in step else 0) for step in steps)
+
+
+def _weight(value: Any) -> int:
+    if isinstance(value, dict):
+        return 2 + sum(len(key) + 4 + _weight(item) for key, item in value.items())
+    if isinstance(value, list):
+        return 2 + sum(2 + _weight(item) for item in value)
+    return len(str(value))

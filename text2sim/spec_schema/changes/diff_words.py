@@ -1,0 +1,93 @@
+"""Differences in words, a line for each."""
+
+from collections.abc import Iterable
+from math import hypot
+from typing import Any
+
+from text2sim.spec_schema.changes.diff import NOTHING, Change
+from text2sim.spec_schema.changes.effects import Effect
+from text2sim.spec_schema.paths import dotted
+from text2sim.spec_schema.text.canonical import flow_text
+from text2sim.spec_schema.text.layout import plain_layout
+
+SHOWN = 72
+"""Longest text of a value."""
+MARKS = {"added": "+", "removed": "-", "renamed": ">", "moved": "~", "changed": "~", "kind": "~"}
+
+
+def change_line(change: Change) -> str:
+    """Say what changed: `~ bodies.ball.material.density  7800 → 500`."""
+    where, mark = dotted(change.path), MARKS[change.kind]
+    if change.kind == "renamed":
+        count = change.references
+        follow = (
+            f"  ({count} mention{'s' if count != 1 else ''} of it follow{'s' if count == 1 else ''})" if count else ""
+        )
+        return f"{mark} {dotted((*change.path[:-1], change.old))} renamed to {where}{follow}"
+    if change.kind == "added":
+        return f"{mark} {where}  {_with_value(change.new, change.now)}"
+    if change.kind == "removed":
+        return f"{mark} {where}  (was {_with_value(change.old, change.was)})"
+    if change.kind == "moved" and change.by is not None:
+        far = f"[{', '.join(_number(x) for x in change.by)}] ({_number(hypot(*change.by))} m)"
+        return f"{mark} {where}  moved by {far}: {_from_to(change)}"
+    if change.kind == "kind" and isinstance(change.old, dict) and isinstance(change.new, dict):
+        old, new = change.old.get("kind"), change.new.get("kind")
+        return f"{mark} {where}  {old or 'no kind'} → {new or 'no kind'}: {_from_to(change)}"
+    return f"{mark} {where}  {_from_to(change)}"
+
+
+def effect_line(effect: Effect) -> str:
+    """Say what follows: `bodies.brick.repeat.rows  8 → 10  (rows)`."""
+    because = f"  ({', '.join(effect.because)})" if effect.because else ""
+    return f"= {dotted(effect.path)}  {value_text(effect.was)} → {value_text(effect.now)}{because}"
+
+
+def sections(changes: Iterable[Change]) -> dict[str, list[Change]]:
+    """Changes by section of the case, in the order of the language."""
+    order = ("", "params", "prefabs", "scene", "bodies", "actions", "render", "variants", "sweeps", "waive")
+    groups: dict[str, list[Change]] = {name: [] for name in order}
+    for change in changes:
+        first = str(change.path[0]) if change.path else ""
+        groups.setdefault(first if first in order else "", []).append(change)
+    return {name: rows for name, rows in groups.items() if rows}
+
+
+def value_text(value: Any, shown: int = SHOWN) -> str:
+    """A value as the language writes it, shortened."""
+    if value is NOTHING:
+        return "nothing"
+    if isinstance(value, str):
+        text = "".join(c if c.isprintable() else " " for c in value)
+        text = text if text.strip() == text and text else f'"{text}"'
+    elif isinstance(value, float):
+        text = _number(value)
+    else:
+        text = flow_text(plain_layout(_rounded(value)))
+    return text if len(text) <= shown else text[: shown - 1] + "…"
+
+
+def _from_to(change: Change) -> str:
+    text = f"{value_text(change.old)} → {value_text(change.new)}"
+    if change.was is NOTHING and change.now is NOTHING:
+        return text
+    was = change.old if change.was is NOTHING else change.was
+    now = change.new if change.now is NOTHING else change.now
+    return f"{text}  ({value_text(was)} → {value_text(now)})"
+
+
+def _with_value(raw: Any, value: Any) -> str:
+    text = value_text(raw)
+    return text if value is NOTHING or isinstance(raw, dict) else f"{text}  ({value_text(value)})"
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_rounded(item) for item in value]
+    return float(f"{value:.9g}") if isinstance(value, float) else value
+
+
+def _number(value: float) -> str:
+    return f"{value:.9g}"

@@ -1,0 +1,63 @@
+"""What else is different in another version of a case: values that follow from others."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from text2sim.spec_schema.changes.diff import NOTHING
+from text2sim.spec_schema.changes.naming import follow
+from text2sim.spec_schema.changes.patch import same
+from text2sim.spec_schema.changes.renames import find_renames
+from text2sim.spec_schema.text.document import Path
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A value that is written as before, and is another one now, because of what it is computed from."""
+
+    path: Path
+    was: Any
+    now: Any
+    because: tuple[str, ...] = ()
+    """Parameters that changed and that it depends on."""
+
+
+def effects(a: Any, b: Any, values: tuple[Any, Any], depends: Mapping[Path, frozenset[str]]) -> Iterator[Effect]:
+    """Values that are written in `b` as in `a`, and are others.
+
+    Args:
+        a: Plain data of a document, with `${…}` in it, as `difference` takes it.
+        b: The same of another.
+        values: Their data with every expression evaluated.
+        depends: Parameters on which expressions of `b` depend, by path.
+    """
+    renames = find_renames(a, b)
+    raw, was = dict(leaves(follow(a, renames)[0])), dict(leaves(follow(values[0], renames)[0]))
+    written, now = dict(leaves(b)), dict(leaves(values[1]))
+    changed = {
+        str(path[1])
+        for path in raw.keys() | written.keys() | was.keys() | now.keys()
+        if path[:1] == ("params",) and len(path) > 1 and not same(was.get(path, NOTHING), now.get(path, NOTHING))
+    }
+    told = {
+        path for path in raw.keys() | written.keys() if not same(raw.get(path, NOTHING), written.get(path, NOTHING))
+    }
+    for path, value in now.items():
+        if any(path[:depth] in told for depth in range(len(path) + 1)) or path not in was or path[:1] == ("params",):
+            continue
+        if not same(was[path], value):
+            names = next((depends[path[:d]] for d in range(len(path), 0, -1) if path[:d] in depends), frozenset())
+            yield Effect(path, was[path], value, tuple(sorted(names & changed)))
+
+
+def leaves(data: Any) -> Iterator[tuple[Path, Any]]:
+    """Scalars, and collections without anything in them, by path."""
+    stack: list[tuple[Path, Any]] = [((), data)]
+    while stack:
+        path, value = stack.pop()
+        if isinstance(value, dict) and value:
+            stack += [((*path, key), item) for key, item in reversed(value.items())]
+        elif isinstance(value, list) and value:
+            stack += [((*path, index), item) for index, item in reversed(list(enumerate(value)))]
+        else:
+            yield path, value

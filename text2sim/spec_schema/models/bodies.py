@@ -1,0 +1,303 @@
+"""Section `bodies`: everything that moves."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from text2sim.spec_schema.models.base import (
+    Axis,
+    Bool,
+    Fraction,
+    Integer,
+    Model,
+    Name,
+    NonNegative,
+    Pose,
+    Positive,
+    Range,
+    Real,
+    Size2,
+    Vec3,
+)
+from text2sim.spec_schema.models.materials import Actuator, JointDynamics, Look, Material
+from text2sim.spec_schema.models.motion import Motion
+from text2sim.spec_schema.models.placement import Place
+from text2sim.spec_schema.models.repeat import Repeat
+from text2sim.spec_schema.models.shapes import Shape, SolidShape
+
+
+class FreeMount(Model):
+    """The body moves freely."""
+
+    kind: Literal["free"]
+
+
+class FixedMount(Model):
+    """The body is held by the world."""
+
+    kind: Literal["fixed"]
+
+
+class HingeMount(JointDynamics):
+    """The body turns about an axis that is fixed in the world."""
+
+    kind: Literal["hinge"]
+    axis: Axis = "z"
+    """Axis in the body's frame."""
+    anchor: Vec3 = (0.0, 0.0, 0.0)
+    """A point [m] of the axis in the body's frame."""
+    range_deg: Range | None = None
+    """Limits [deg] of the angle from the start; none if left out."""
+    actuator: Actuator | None = None
+    """The motor that a `drive` needs."""
+
+
+class SliderMount(JointDynamics):
+    """The body slides along an axis that is fixed in the world."""
+
+    kind: Literal["slider"]
+    axis: Axis = "z"
+    """Direction in the body's frame."""
+    range: Range | None = None
+    """Limits [m] of the travel from the start; none if left out."""
+    actuator: Actuator | None = None
+    """The motor that a `drive` needs."""
+
+
+class BallMount(JointDynamics):
+    """The body turns freely about a point that is fixed in the world."""
+
+    kind: Literal["ball"]
+    anchor: Vec3 = (0.0, 0.0, 0.0)
+    """The point [m] in the body's frame."""
+
+
+Mount = Annotated[FreeMount | FixedMount | HingeMount | SliderMount | BallMount, Field(discriminator="kind")]
+
+
+class _Placed(Model):
+    """What every body has: where it starts, how many there are, and its look."""
+
+    pose: Pose | None = None
+    """Where it starts; the origin if left out."""
+    place: Place | None = None
+    """Where it starts, said in relation to something else."""
+    repeat: Repeat | None = None
+    """Make several copies."""
+    look: Look = Look()
+    """Colour and surface."""
+
+    @model_validator(mode="after")
+    def _one_position(self) -> "_Placed":
+        if self.pose is not None and self.place is not None:
+            raise ValueError("give either pose or place, not both")
+        return self
+
+
+class Rigid(_Placed):
+    """One rigid body."""
+
+    kind: Literal["rigid"]
+    shape: Shape
+    """What it is shaped like."""
+    material: Material = Material()
+    """Mass and contact."""
+    mount: Mount = FreeMount(kind="free")
+    """How it hangs in the world."""
+
+
+class Driven(_Placed):
+    """A body with prescribed motion: infinitely strong, named in the evidence, never subject of an event."""
+
+    kind: Literal["driven"]
+    shape: Shape
+    """What it is shaped like."""
+    material: Material = Material()
+    """Contact; its mass does not matter."""
+    motion: Motion
+    """How it moves."""
+
+
+class HingeJoint(HingeMount):
+    """The link turns about an axis of its parent."""
+
+
+class SliderJoint(SliderMount):
+    """The link slides along an axis of its parent."""
+
+
+class BallJoint(BallMount):
+    """The link turns freely about a point of its parent."""
+
+
+class FixedJoint(Model):
+    """The link is part of its parent."""
+
+    kind: Literal["fixed"]
+
+
+Joint = Annotated[HingeJoint | SliderJoint | BallJoint | FixedJoint, Field(discriminator="kind")]
+
+
+class Link(Model):
+    """One link of a tree."""
+
+    parent: Name | None = None
+    """The link it hangs on; exactly one link, the root, has none."""
+    shape: Shape
+    """What the link is shaped like."""
+    pose: Pose = Pose()
+    """Its frame in the parent's frame, at the start (the root: in the body's frame)."""
+    joint: Joint | None = None
+    """The joint to its parent, named like the link; the root has none (see `base`)."""
+    material: Material | None = None
+    """If it differs from the body's."""
+    look: Look | None = None
+    """If it differs from the body's."""
+
+
+class Loop(Model):
+    """A constraint that closes a loop of links."""
+
+    kind: Literal["connect", "weld"] = "connect"
+    """`connect` holds one point together, `weld` the whole frame."""
+    between: tuple[Name, Name]
+    """Two links; `world` may be the second."""
+    anchor: Vec3 = (0.0, 0.0, 0.0)
+    """The point [m] in the first link's frame."""
+
+
+class JointOverride(Model):
+    """Changes to a joint that came from a file; what is left out stays as the file has it."""
+
+    damping: NonNegative | None = None
+    """Viscous damping [N s/m for a slider, N m s/rad for a hinge or ball]."""
+    friction: NonNegative | None = None
+    """Dry friction of the joint [N or N m]."""
+    armature: NonNegative | None = None
+    """Inertia of the rotor that is added to the joint [kg or kg m2]."""
+    spring: NonNegative | None = None
+    """Stiffness of a spring to the position zero [N/m or N m/rad]."""
+    actuator: Actuator | None = None
+    """The motor that a `drive` needs, instead of the file's. Without `max_force` the limit of the file
+    (`effort`, `forcerange`) holds."""
+
+
+class Articulated(_Placed):
+    """Links and joints: written here, or read from an MJCF or URDF file.
+
+    A file decides about its masses, its inner contacts, its start pose and its motors, and about its colours
+    unless `look.color` is given. Links and joints go by the names in the file (in MJCF a joint without a name
+    goes by that of its link). An MJCF file decides about friction as well, unless `material.friction` is
+    given; a URDF has none, so that `material.friction` holds for all of it, and `material.density` for links
+    without inertial. A joint of a URDF has no motor unless `joints` gives it one. Meshes touch by their
+    convex hulls.
+    """
+
+    kind: Literal["articulated"]
+    base: Literal["fixed", "free"] | None = None
+    """Whether the root link is held by the world; `fixed` if left out, but with an MJCF file as the file has
+    it."""
+    links: dict[Name, Link] | None = Field(default=None, min_length=1, max_length=500)
+    """The tree, by name of link."""
+    file: str | None = Field(default=None, max_length=200)
+    """Path inside the case's folder: .xml (MJCF) or .urdf; its meshes must lie in the folder, too. `genesis:` before
+    the path means the engine's own assets. Instead of `links`."""
+    joints: dict[Name, JointOverride] = Field(default_factory=dict)
+    """With `file`: changes to its joints, by their names."""
+    material: Material = Material()
+    """Of every link that has none of its own."""
+    loops: dict[Name, Loop] = Field(default_factory=dict)
+    """Constraints that close loops."""
+    initial: dict[Name, Real] = Field(default_factory=dict)
+    """Start position of hinge [rad] and slider [m] joints by name."""
+    self_collision: Bool | None = None
+    """With `links`: let links that are not neighbours touch each other; false if left out."""
+
+    @model_validator(mode="after")
+    def _one_source(self) -> "Articulated":
+        if (self.links is None) == (self.file is None):
+            raise ValueError("give either links or file")
+        return self
+
+
+class Payload(Model):
+    """What hangs at the end of a chain."""
+
+    shape: SolidShape
+    """What it is shaped like."""
+    material: Material = Material()
+    """Mass and contact."""
+    look: Look | None = None
+    """Colour and surface, if they differ from the chain's."""
+
+
+class Chain(_Placed):
+    """Capsule links on ball joints, hung from a point of the world; pose is that of the point."""
+
+    kind: Literal["chain"]
+    links: Annotated[Integer, Field(ge=1, le=200)]
+    """How many links."""
+    link_length: Positive
+    """Distance [m] between neighbouring joints."""
+    radius: Positive
+    """Radius [m] of the bars."""
+    direction: Axis = (0.0, 0.0, -1.0)
+    """Direction in which it is stretched at the start, from its upper end."""
+    anchored: Bool = True
+    """Held by the world at its upper end."""
+    payload: Payload | None = None
+    """What hangs at the end."""
+    joint: JointDynamics = JointDynamics()
+    """Of every joint; damping and armature are derived if left out."""
+    material: Material = Material(density=7800.0)
+    """Of the bars."""
+
+    @model_validator(mode="after")
+    def _slender(self) -> "Chain":
+        if self.link_length < 2 * self.radius:
+            sizes = f"{self.link_length:g} and {self.radius:g}"
+            raise ValueError(f"link_length must be at least twice the radius (got {sizes})")
+        return self
+
+
+class Net(_Placed):
+    """A rectangular net of capsule links and ball joints in the x-y plane, its edges held by the world."""
+
+    kind: Literal["net"]
+    cells: tuple[Annotated[Integer, Field(ge=2, le=20)], Annotated[Integer, Field(ge=2, le=20)]]
+    """Meshes along x and y."""
+    size: Size2
+    """Lengths [m] along x and y."""
+    sag: NonNegative = 0.0
+    """How far [m] its middle hangs below its edges at the start; a net that is built flat stays flat."""
+    radius: Positive
+    """Radius [m] of the strands."""
+    joint: JointDynamics = JointDynamics()
+    """Of every joint; damping and armature are derived if left out."""
+    material: Material = Material()
+    """Of the strands."""
+
+    @model_validator(mode="after")
+    def _open(self) -> "Net":
+        mesh = min(length / cells for length, cells in zip(self.size, self.cells, strict=True))
+        if mesh <= 2 * self.radius:
+            raise ValueError(f"the strands are too thick for its meshes (got radius {self.radius:g}, meshes {mesh:g})")
+        return self
+
+
+class Ragdoll(_Placed):
+    """A doll of eleven capsules on ball joints. Its frame is at the pelvis, z along the spine, x forward."""
+
+    kind: Literal["ragdoll"]
+    height: Positive
+    """From sole to crown [m]."""
+    joint: JointDynamics = JointDynamics()
+    """Of every joint; damping and armature are derived if left out."""
+    material: Material = Material()
+    """Of the whole doll."""
+    limb_spread: Fraction = 0.3
+    """0: arms and legs straight down; 1: spread wide."""
+
+
+Body = Annotated[Rigid | Driven | Articulated | Chain | Net | Ragdoll, Field(discriminator="kind")]

@@ -1,0 +1,40 @@
+"""The case: the root of the language."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from text2sim.spec_schema.models.actions import Actions
+from text2sim.spec_schema.models.base import Model, Name
+from text2sim.spec_schema.models.bodies import Body
+from text2sim.spec_schema.models.render import Render
+from text2sim.spec_schema.models.scene import Scene
+
+
+class Case(Model):
+    """One scene: its stage, its actors, its script and its film."""
+
+    text2sim: Literal[2]
+    """Version of the language. Older ones stay valid; `text2sim migrate` rewrites them."""
+    name: Name
+    """Name of the case; the folder's name, by custom."""
+    prompt: str = Field(default="", max_length=10_000)
+    """What was asked for, in words."""
+    params: dict[Name, Any] = Field(default_factory=dict)
+    """Numbers, strings, and lists of them, for use in `${…}`."""
+    prefabs: dict[Name, Any] = Field(default_factory=dict)
+    """Bodies with parameters, by name, for `use` in this case."""
+    scene: Scene
+    """The stage."""
+    bodies: Annotated[dict[Name, Body], Field(min_length=1)]
+    """The actors: everything that moves, by name."""
+    actions: Actions = Actions()
+    """The script."""
+    render: Render = Render()
+    """The cinematography."""
+    variants: dict[Name, Any] = Field(default_factory=dict)
+    """Changes to this case, by name: `--variant NAME` lays one over it."""
+    sweeps: dict[Name, Any] = Field(default_factory=dict)
+    """Lists and grids of changes, by name: `text2sim run CASE --sweep NAME` runs them all."""
+    waive: dict[str, Annotated[str, Field(min_length=10, max_length=500)]] = Field(default_factory=dict)
+    """What the lint finds and is meant: for the id of a rule, why (10 characters or more)."""

@@ -1,0 +1,110 @@
+"""Events: moments."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from text2sim.spec_schema.models.base import Model, Name, NonNegative, Positive, Real, Seconds, Selector
+from text2sim.spec_schema.models.space import Region
+
+
+class _Event(Model):
+    after: Name | None = None
+    """Look only after the first time of this other event."""
+
+
+class ContactEvent(_Event):
+    """Two bodies begin to touch."""
+
+    kind: Literal["contact"]
+    between: tuple[Selector, Selector]
+    """Two bodies, links, or sets of copies; physics has to move one of them."""
+    min_impulse: NonNegative = 0.0
+    """Ignore touches that give less than this [N s]."""
+
+
+class SeparationEvent(_Event):
+    """Two bodies that touched touch no more, for at least `for`."""
+
+    kind: Literal["separation"]
+    between: tuple[Selector, Selector]
+    """Two bodies, links, or sets of copies; physics has to move one of them."""
+    for_: Seconds = Field(default=0.05, alias="for")
+    """Time [s] without touch."""
+
+
+class ThresholdEvent(_Event):
+    """A measure passes a value; each time it does so anew counts."""
+
+    kind: Literal["threshold"]
+    measure: Name
+    """Name of a measure."""
+    above: Real | None = None
+    """It rises to this value."""
+    below: Real | None = None
+    """It falls to this value."""
+
+    @model_validator(mode="after")
+    def _one_bound(self) -> "ThresholdEvent":
+        if (self.above is None) == (self.below is None):
+            raise ValueError("give exactly one of above, below")
+        return self
+
+
+class RestEvent(_Event):
+    """Bodies have come to rest."""
+
+    kind: Literal["rest"]
+    of: Selector
+    """A body or its copies."""
+    speed: Positive = 0.02
+    """All are slower than this [m/s] …"""
+    for_: Positive = Field(default=0.2, alias="for")
+    """… for this long [s]."""
+
+
+class LeftDomainEvent(_Event):
+    """A body leaves `scene.domain`."""
+
+    kind: Literal["left_domain"]
+    of: Selector
+    """A body or its copies."""
+
+
+class RegionEvent(_Event):
+    """A body's origin enters or leaves a region; each copy counts."""
+
+    kind: Literal["enters", "leaves"]
+    of: Selector
+    """A body or its copies."""
+    region: Region
+    """Which region."""
+
+
+class JointLimitEvent(_Event):
+    """A joint comes to the end of its range."""
+
+    kind: Literal["joint_limit"]
+    of: Selector
+    """A mounted body, its copies, or a joint."""
+
+
+class ReleasedEvent(_Event):
+    """An attachment is released."""
+
+    kind: Literal["released"]
+    attach: Name
+    """Name of the control that attached it."""
+
+
+Event = Annotated[
+    ContactEvent
+    | SeparationEvent
+    | ThresholdEvent
+    | RestEvent
+    | LeftDomainEvent
+    | RegionEvent
+    | JointLimitEvent
+    | ReleasedEvent,
+    Field(discriminator="kind"),
+]

@@ -1,0 +1,71 @@
+"""Expectations: what must come true."""
+
+from typing import Literal
+
+from pydantic import model_validator
+
+from text2sim.spec_schema.models.base import Bool, Integer, Model, Name, Positive, Real, Seconds, Window
+
+
+class Expect(Model):
+    """What must come true, of an event or of a measure.
+
+    An event happens (`within` a span, `count` times, `before` another) or `never`; a measure is `above`,
+    `below` or near a value (`equals`, `tolerance`), `at` a time or `during` a span.
+    """
+
+    event: Name | None = None
+    """Name of the event that it is about."""
+    within: Window | None = None
+    """The first time of the event lies in this span [s]."""
+    never: Bool = False
+    """The event must not happen."""
+    count: tuple[Integer, Integer] | Integer | None = None
+    """How often the event happens: exactly, or from and to."""
+    before: Name | None = None
+    """The event's first time is earlier than that of this other event."""
+
+    measure: Name | None = None
+    """Name of the measure that it is about."""
+    at: Seconds | Literal["start", "end"] | None = None
+    """Time [s] at which the measure is read."""
+    during: Window | Literal["all"] | None = None
+    """Span [s] over which it is taken: every value must hold, or `stat` of them."""
+    stat: Literal["max", "min", "mean", "range"] | None = None
+    """With `during`: one number for the span."""
+    above: Real | None = None
+    """It is larger than this."""
+    below: Real | None = None
+    """It is smaller than this."""
+    equals: Real | None = None
+    """It is this, within `tolerance`."""
+    tolerance: Positive | None = None
+    """With `equals`: largest difference."""
+
+    @model_validator(mode="after")
+    def _complete(self) -> "Expect":
+        if (self.event is None) == (self.measure is None):
+            raise ValueError("give either event or measure")
+        of_event = {"within", "never", "count", "before"} & self.model_fields_set
+        of_measure = {"at", "during", "stat", "above", "below", "equals", "tolerance"} & self.model_fields_set
+        if self.event is not None:
+            if of_measure:
+                raise ValueError(f"{_listed(of_measure)} with a measure, not with an event")
+            if self.never and (of_event - {"never", "within"}):
+                raise ValueError("never goes with within alone")
+            return self
+        if of_event:
+            raise ValueError(f"{_listed(of_event)} with an event, not with a measure")
+        if (self.at is None) == (self.during is None):
+            raise ValueError("a measure needs either at or during")
+        if self.stat is not None and self.during is None:
+            raise ValueError("stat goes with during")
+        if self.above is None and self.below is None and self.equals is None:
+            raise ValueError("a measure needs above, below or equals")
+        if (self.equals is None) != (self.tolerance is None):
+            raise ValueError("equals and tolerance go together")
+        return self
+
+
+def _listed(fields: set[str]) -> str:
+    return f"{', '.join(sorted(fields))} {'goes' if len(fields) == 1 else 'go'}"

@@ -1,0 +1,82 @@
+"""What bodies are made of, and what they look like."""
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from text2sim.spec_schema.models.base import Bool, Fraction, Integer, Model, NonNegative, Positive, Real
+from text2sim.spec_schema.models.colors import Color, ColorName
+
+
+class Material(Model):
+    """Contact and mass of a rigid body."""
+
+    density: Positive | None = None
+    """Density [kg/m3]; 1000 unless `mass` is given."""
+    mass: Positive | None = None
+    """Mass [kg] of one copy, instead of `density`."""
+    friction: Real = Field(default=0.5, ge=0.01, le=5.0)
+    """Coulomb coefficient. A pair of bodies slides with the larger of its two values."""
+    restitution: Real | None = Field(default=None, ge=0.0, le=0.995)
+    """Bounce: speed after over speed before, between two bodies of this material. The engine has no such
+    coefficient; it is made from the damping of the contact, which needs a short time step."""
+
+    @model_validator(mode="after")
+    def _one_mass(self) -> "Material":
+        if self.density is not None and self.mass is not None:
+            raise ValueError("give either density or mass, not both")
+        return self
+
+
+class Vary(Model):
+    """Variation of the colour from copy to copy."""
+
+    hue: Fraction = 0.0
+    """Largest change of hue, as a part of the whole circle."""
+    value: Fraction = 0.0
+    """Largest change of brightness."""
+    seed: Integer = Field(default=0, ge=0)
+    """Same seed, same colours."""
+
+
+Finish = Literal["rough", "plastic", "smooth", "metal", "concrete", "wood", "rubber", "glass", "ceramic"]
+
+
+class Look(Model):
+    """Colour and surface. Never changes the physics."""
+
+    color: Color | list[ColorName] | None = None
+    """A name (`terracotta`), `#rrggbb`, three numbers in 0..1, or a list of names that copies take in
+    turn."""
+    finish: Finish = "rough"
+    """Surface of the body."""
+    opacity: Fraction = 1.0
+    """1 is solid, 0 is invisible."""
+    vary: Vary | None = None
+    """Variation from copy to copy."""
+    visible: Bool = True
+    """False leaves the body out of every picture."""
+
+
+class JointDynamics(Model):
+    """What a joint does when nobody drives it."""
+
+    damping: NonNegative | None = None
+    """Viscous damping [N s/m for a slider, N m s/rad for a hinge or ball]."""
+    friction: NonNegative = 0.0
+    """Dry friction of the joint [N or N m]."""
+    armature: NonNegative | None = None
+    """Inertia of the rotor that is added to the joint [kg or kg m2]; never added in secret."""
+    spring: NonNegative = 0.0
+    """Stiffness of a spring to the start position [N/m or N m/rad]."""
+
+
+class Actuator(Model):
+    """A motor on a joint: a PD servo with a limited force."""
+
+    stiffness: NonNegative = 0.0
+    """Proportional gain kp [N/m or N m/rad]; 0 for a velocity motor."""
+    damping: NonNegative = 0.0
+    """Derivative gain kv [N s/m or N m s/rad]."""
+    max_force: Positive | None = None
+    """Largest force [N] or torque [N m] it can give; unlimited if left out."""

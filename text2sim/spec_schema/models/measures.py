@@ -1,0 +1,193 @@
+"""Measures: numbers over time."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from text2sim.spec_schema.models.base import AxisName, Model, Real, Selector
+from text2sim.spec_schema.models.space import Region
+
+Stat = Literal["max", "min", "mean", "sum", "range", "count"]
+
+
+class _Of(Model):
+    of: Selector
+    """A body, its copies, or a link of it."""
+    stat: Stat | None = None
+    """How several copies become one number; needed if there are several. `count` counts those that are
+    `above` or `below`."""
+    above: Real | None = None
+    """With `stat: count`."""
+    below: Real | None = None
+    """With `stat: count`."""
+
+    @model_validator(mode="after")
+    def _count_needs_bound(self) -> "_Of":
+        bounds = (self.above is not None) + (self.below is not None)
+        if (self.stat == "count") != (bounds > 0):
+            raise ValueError("above and below go with stat: count, which needs one of them")
+        return self
+
+
+class Position(_Of):
+    """A coordinate of the body's origin [m]."""
+
+    kind: Literal["position"]
+    axis: AxisName
+    """Which coordinate."""
+
+
+class Velocity(_Of):
+    """A component of the velocity of the centre of mass [m/s]."""
+
+    kind: Literal["velocity"]
+    axis: AxisName
+    """Which component."""
+
+
+class Speed(_Of):
+    """Speed of the centre of mass [m/s]."""
+
+    kind: Literal["speed"]
+
+
+class AngularSpeed(_Of):
+    """Angular speed [rad/s]."""
+
+    kind: Literal["angular_speed"]
+
+
+class Displacement(_Of):
+    """Distance [m] of the body's origin from where it started."""
+
+    kind: Literal["displacement"]
+    axis: AxisName | None = None
+    """Signed displacement along one axis instead."""
+
+
+class Tilt(_Of):
+    """Angle [deg] by which one of the body's own axes has turned away from its direction at the start."""
+
+    kind: Literal["tilt"]
+    axis: AxisName = "z"
+    """Which of the body's own axes."""
+
+
+class JointPosition(_Of):
+    """Position of a hinge [rad] or slider [m], counted from the pose that the case describes."""
+
+    kind: Literal["joint_position"]
+
+
+class JointVelocity(_Of):
+    """Velocity of a hinge [rad/s] or slider [m/s]."""
+
+    kind: Literal["joint_velocity"]
+
+
+class JointForce(_Of):
+    """Torque [N m] or force [N] that the actuator gives."""
+
+    kind: Literal["joint_force"]
+
+
+class Extent(Model):
+    """How far bodies reach along an axis [m], from the corners of their shapes."""
+
+    kind: Literal["extent"]
+    of: Selector
+    """A body or its copies."""
+    axis: AxisName
+    """Which coordinate."""
+    stat: Literal["max", "min", "range"]
+    """The highest or lowest coordinate of all, or the difference."""
+
+
+class Distance(Model):
+    """Distance [m] between the origins of two bodies; of the nearest pair, if there are several."""
+
+    kind: Literal["distance"]
+    between: tuple[Selector, Selector]
+    """Two bodies, links, or sets of copies."""
+
+
+class ContactForce(Model):
+    """Size [N] of the sum of contact forces on a body (from another, if `by` is given)."""
+
+    kind: Literal["contact_force"]
+    of: Selector
+    """What is pushed on."""
+    by: Selector | None = None
+    """What pushes; anything if left out."""
+
+
+class ContactCount(Model):
+    """How many pairs of bodies touch: those of `of` with anything, or with `by`."""
+
+    kind: Literal["contact_count"]
+    of: Selector
+    """A body or its copies."""
+    by: Selector | None = None
+    """What they touch; anything if left out."""
+
+
+class Penetration(Model):
+    """Deepest overlap [m] of touching bodies: of `of` with anything (or with `by`)."""
+
+    kind: Literal["penetration"]
+    of: Selector
+    """A body or its copies."""
+    by: Selector | None = None
+    """What they overlap with; anything if left out."""
+
+
+class Energy(Model):
+    """Mechanical energy [J] of bodies; potential energy is zero at z = 0."""
+
+    kind: Literal["energy"]
+    of: Selector | None = None
+    """All bodies if left out."""
+    part: Literal["kinetic", "potential", "total"] = "total"
+    """Which part of it."""
+
+
+class Momentum(Model):
+    """Linear momentum [kg m/s] of bodies along an axis."""
+
+    kind: Literal["momentum"]
+    of: Selector | None = None
+    """All bodies if left out."""
+    axis: AxisName
+    """Which component."""
+
+
+class CountIn(Model):
+    """How many copies have their origin in a region."""
+
+    kind: Literal["count_in"]
+    of: Selector
+    """A body and its copies."""
+    region: Region
+    """Where they are counted."""
+
+
+Measure = Annotated[
+    Position
+    | Velocity
+    | Speed
+    | AngularSpeed
+    | Displacement
+    | Tilt
+    | JointPosition
+    | JointVelocity
+    | JointForce
+    | Extent
+    | Distance
+    | ContactForce
+    | ContactCount
+    | Penetration
+    | Energy
+    | Momentum
+    | CountIn,
+    Field(discriminator="kind"),
+]

@@ -1,0 +1,134 @@
+"""How a quantity changes with time: schedules of drives and forces, and the motion of driven bodies."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from text2sim.spec_schema.models.base import Axis, Model, Positive, Real, Seconds, Vec3
+
+
+class Constant(Model):
+    """One value."""
+
+    kind: Literal["constant"]
+    value: Real
+    """The value."""
+    start: Seconds = 0.0
+    """Time [s] from which it holds."""
+
+
+class Ramp(Model):
+    """From one value to another."""
+
+    kind: Literal["ramp"]
+    from_: Real | None = Field(default=None, alias="from")
+    """Value at `start`; what the drive before it ends with, or the joint's start position, if left out."""
+    to: Real
+    """Value from `end` on."""
+    start: Seconds = 0.0
+    """Time [s]."""
+    end: Seconds
+    """Time [s]."""
+    ease: Literal["linear", "smooth"] = "smooth"
+    """`smooth` starts and ends at rest."""
+
+    @model_validator(mode="after")
+    def _order(self) -> "Ramp":
+        if self.end <= self.start:
+            raise ValueError(f"end must be later than start (got {self.start:g} and {self.end:g})")
+        return self
+
+
+class _Table(Model):
+    times: list[Seconds] = Field(min_length=1, max_length=1000)
+    """Times [s], growing."""
+    values: list[Real] = Field(min_length=1, max_length=1000)
+    """One value for each time."""
+
+    @model_validator(mode="after")
+    def _growing(self) -> "_Table":
+        if len(self.times) != len(self.values):
+            raise ValueError(
+                f"times and values must have the same length (got {len(self.times)} and {len(self.values)})"
+            )
+        if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
+            raise ValueError("times must grow")
+        return self
+
+
+class Steps(_Table):
+    """Jumps: each value holds from its time to the next."""
+
+    kind: Literal["steps"]
+
+
+class Piecewise(_Table):
+    """Straight lines between the given values."""
+
+    kind: Literal["piecewise"]
+
+
+class Sine(Model):
+    """`offset + amplitude sin(2 pi frequency (t - start) + phase)`."""
+
+    kind: Literal["sine"]
+    amplitude: Real
+    """Largest difference from `offset`."""
+    frequency: Positive
+    """Cycles per second [Hz]."""
+    offset: Real = 0.0
+    """Mean value."""
+    phase_deg: Real = 0.0
+    """Phase [deg] at `start`."""
+    start: Seconds = 0.0
+    """Time [s]."""
+
+
+Schedule = Real | Annotated[Constant | Ramp | Steps | Piecewise | Sine, Field(discriminator="kind")]
+"""A number, or a value that changes with time."""
+
+
+class Waypoints(Model):
+    """Through positions at given times."""
+
+    kind: Literal["waypoints"]
+    times: list[Seconds] = Field(min_length=2, max_length=1000)
+    """Times [s], growing."""
+    positions: list[Vec3] = Field(min_length=2, max_length=1000)
+    """Displacements [m] from the start pose, one for each time."""
+    ease: Literal["linear", "smooth"] = "smooth"
+    """`smooth` stops at every waypoint."""
+
+    @model_validator(mode="after")
+    def _growing(self) -> "Waypoints":
+        if len(self.times) != len(self.positions):
+            counts = f"{len(self.times)} and {len(self.positions)}"
+            raise ValueError(f"times and positions must have the same length (got {counts})")
+        if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
+            raise ValueError("times must grow")
+        return self
+
+
+class Spin(Model):
+    """Turning about an axis through the body's origin."""
+
+    kind: Literal["spin"]
+    axis: Axis = "z"
+    """Axis in the world."""
+    speed: Schedule
+    """Angular velocity [rad/s]."""
+
+
+class Oscillate(Model):
+    """To and fro along an axis: `amplitude sin(2 pi frequency t)`."""
+
+    kind: Literal["oscillate"]
+    axis: Axis = "x"
+    """Direction in the world."""
+    amplitude: Positive
+    """Largest displacement [m]."""
+    frequency: Positive
+    """Cycles per second [Hz]."""
+
+
+Motion = Annotated[Waypoints | Spin | Oscillate, Field(discriminator="kind")]

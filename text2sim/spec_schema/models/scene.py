@@ -1,0 +1,96 @@
+"""Section `scene`: time, gravity, solver, and what never moves."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from text2sim.spec_schema.models.base import Bool, Bounds, Integer, Model, Name, Pose, Positive, Vec3
+from text2sim.spec_schema.models.materials import Look, Material
+from text2sim.spec_schema.models.placement import Place
+from text2sim.spec_schema.models.repeat import Repeat
+from text2sim.spec_schema.models.shapes import StaticShape
+
+
+class Contact(Model):
+    """How bodies touch. What is left out is derived from the scene, and `check --settings` says why."""
+
+    model: Literal["rigid"] = "rigid"
+    """Contact solver of the engine."""
+    friction_cone: Literal["pyramidal", "elliptic"] | None = None
+    """`elliptic` is exact on slopes but can break on hard impacts with the newton solver."""
+    timeconst: Positive | None = None
+    """Time [s] in which the solver undoes a penetration; at least two substeps. Smaller is stiffer."""
+    max_pairs: Annotated[Integer, Field(ge=1, le=1_000_000)] | None = None
+    """How many pairs of geometries may touch at once."""
+
+
+class Solver(Model):
+    """The constraint solver."""
+
+    kind: Literal["newton", "cg"] | None = None
+    """`newton` for few contacts, `cg` for more than about a hundred touching bodies, nets and long chains."""
+    iterations: Annotated[Integer, Field(ge=1, le=1000)] | None = None
+    """Iterations per substep."""
+    tolerance: Positive | None = None
+    """Relative improvement at which it stops."""
+    noslip_iterations: Annotated[Integer, Field(ge=0, le=100)] = 0
+    """Extra iterations against slow sliding (pyramidal cone only)."""
+    hibernation: Bool = False
+    """Let bodies that came to rest sleep: faster for scenes that settle."""
+
+
+class Record(Model):
+    """What a run keeps."""
+
+    rate: Positive = 100.0
+    """Recorded frames per simulated second; rounded to a whole number of time steps."""
+    contacts: Bool = True
+    """Keep every contact of every time step."""
+
+
+class Domain(Bounds):
+    """The space in which the bodies are expected to stay; `left_domain` events refer to it."""
+
+
+class Static(Model):
+    """Something that never moves."""
+
+    shape: StaticShape
+    """What it is shaped like."""
+    material: Material = Material()
+    """Friction and bounce; it needs no mass."""
+    pose: Pose | None = None
+    """Where it is; the origin if left out."""
+    place: Place | None = None
+    """Where it is, said in relation to another static or body."""
+    repeat: Repeat | None = None
+    """Make several copies."""
+    look: Look = Look()
+    """Colour and surface."""
+
+
+class Scene(Model):
+    """The stage: time, gravity, solver, and what never moves."""
+
+    duration: Positive = Field(le=600.0)
+    """Simulated time [s]."""
+    dt: Positive = Field(default=0.01, le=0.1)
+    """Time step [s]."""
+    substeps: Annotated[Integer, Field(ge=1, le=200)] | None = None
+    """Solver steps in each time step; derived if left out."""
+    gravity: Vec3 = (0.0, 0.0, -9.81)
+    """Acceleration [m/s2]."""
+    seed: Annotated[Integer, Field(ge=0, le=2**31 - 1)] = 0
+    """Seed of the engine."""
+    max_speed: Positive = 1000.0
+    """A body faster than this [m/s] counts as diverged, and the run stops."""
+    contact: Contact = Contact()
+    """How bodies touch."""
+    solver: Solver = Solver()
+    """The constraint solver."""
+    record: Record = Record()
+    """What a run keeps."""
+    domain: Domain | None = None
+    """The space in which the bodies are expected to stay."""
+    statics: dict[Name, Static] = Field(default_factory=dict)
+    """What never moves, by name."""

@@ -1,0 +1,202 @@
+"""Shapes. Each is centred on its frame's origin, with its axis along z, unless it says otherwise."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from text2sim.spec_schema.models.base import Integer, Model, Name, Pose, Positive, Size3
+from text2sim.spec_schema.models.materials import Look
+
+Segments = Annotated[Integer, Field(ge=6, le=64)]
+
+
+class Plane(Model):
+    """The horizontal ground z = 0 of its frame, without end. For statics only."""
+
+    kind: Literal["plane"]
+    size: Positive = 40.0
+    """Side [m] of the square around its origin that is drawn and that bodies touch: beside it they fall."""
+
+
+class Box(Model):
+    """A box."""
+
+    kind: Literal["box"]
+    size: Size3
+    """Full lengths [m] along x, y, z."""
+
+
+class Sphere(Model):
+    """A sphere."""
+
+    kind: Literal["sphere"]
+    radius: Positive
+    """Radius [m]."""
+
+
+class Cylinder(Model):
+    """A cylinder along z."""
+
+    kind: Literal["cylinder"]
+    radius: Positive
+    """Radius [m]."""
+    height: Positive
+    """Height [m]."""
+
+
+class Capsule(Model):
+    """A cylinder along z with half spheres on both ends."""
+
+    kind: Literal["capsule"]
+    radius: Positive
+    """Radius [m]."""
+    length: Positive
+    """Length [m] of the straight part: the whole is `length + 2 radius`."""
+
+
+class Cone(Model):
+    """A cone along z, its tip up; its frame is half way up."""
+
+    kind: Literal["cone"]
+    radius: Positive
+    """Radius [m] of the base."""
+    height: Positive
+    """Height [m]."""
+
+
+class Ellipsoid(Model):
+    """An ellipsoid."""
+
+    kind: Literal["ellipsoid"]
+    radii: Size3
+    """Half lengths [m] along x, y, z."""
+
+
+class Torus(Model):
+    """A ring about z, made of capsules."""
+
+    kind: Literal["torus"]
+    radius: Positive
+    """Radius [m] of the circle at the middle of the bar."""
+    bar_radius: Positive
+    """Radius [m] of the bar."""
+    segments: Segments = 16
+    """Capsules around the ring."""
+
+    @model_validator(mode="after")
+    def _hollow(self) -> "Torus":
+        if self.bar_radius >= self.radius:
+            radii = f"{self.bar_radius:g} and {self.radius:g}"
+            raise ValueError(f"bar_radius must be smaller than radius (got {radii})")
+        return self
+
+
+class Tube(Model):
+    """A hollow cylinder along z, open at both ends, made of convex staves."""
+
+    kind: Literal["tube"]
+    outer_radius: Positive
+    """Outer radius [m]."""
+    inner_radius: Positive
+    """Inner radius [m]."""
+    height: Positive
+    """Height [m]."""
+    segments: Segments = 24
+    """Staves around the wall."""
+
+    @model_validator(mode="after")
+    def _hollow(self) -> "Tube":
+        if self.inner_radius >= self.outer_radius:
+            radii = f"{self.inner_radius:g} and {self.outer_radius:g}"
+            raise ValueError(f"inner_radius must be smaller than outer_radius (got {radii})")
+        return self
+
+
+class Cup(Model):
+    """A tube with a floor, open at the top; made of convex pieces."""
+
+    kind: Literal["cup"]
+    radius: Positive
+    """Outer radius [m]."""
+    height: Positive
+    """Height [m] over all."""
+    thickness: Positive
+    """Thickness [m] of wall and floor."""
+    segments: Segments = 24
+    """Staves around the wall."""
+
+    @model_validator(mode="after")
+    def _hollow(self) -> "Cup":
+        if self.thickness >= min(self.radius, self.height):
+            raise ValueError(f"thickness must be smaller than radius and height (got {self.thickness:g})")
+        return self
+
+
+class Funnel(Model):
+    """A cone's wall along z, wide at the top, open at both ends; made of convex staves."""
+
+    kind: Literal["funnel"]
+    top_radius: Positive
+    """Inner radius [m] at the top."""
+    bottom_radius: Positive
+    """Inner radius [m] at the bottom."""
+    height: Positive
+    """Height [m]."""
+    thickness: Positive
+    """Thickness [m] of the wall, measured along the radius."""
+    segments: Segments = 24
+    """Staves around the wall."""
+
+
+class Mesh(Model):
+    """A triangle mesh from the case's folder. Its own colours and picture hold unless the look has a `color`.
+
+    Mass and centre of mass are those of the solid that the surface encloses, or, where it is open, of its
+    convex hull. In .glb and .gltf files y points up; here that becomes z.
+    """
+
+    kind: Literal["mesh"]
+    file: str = Field(max_length=200)
+    """Path inside the case's folder: .obj, .stl, .ply, .glb or .gltf; `genesis:` before it means the engine's own
+    assets."""
+    scale: Positive = 1.0
+    """Factor from the file's unit to metres."""
+    collision: Literal["hull", "decompose"] = "hull"
+    """Contact by its convex hull, or by several convex pieces, which take seconds to find; all meshes of a
+    body alike."""
+
+
+class Part(Model):
+    """One piece of a compound."""
+
+    shape: "SolidShape"
+    """What the piece is shaped like."""
+    pose: Pose = Pose()
+    """Where the piece sits in the body's frame."""
+    density: Positive | None = None
+    """Density [kg/m3], if it differs from the body's material."""
+    look: Look | None = None
+    """Look, if it differs from the body's."""
+
+
+class Compound(Model):
+    """Several pieces that move as one body."""
+
+    kind: Literal["compound"]
+    parts: dict[Name, Part] = Field(min_length=1, max_length=200)
+    """The pieces by name."""
+
+
+SolidShape = Annotated[
+    Box | Sphere | Cylinder | Capsule | Cone | Ellipsoid | Torus | Tube | Cup | Funnel | Mesh,
+    Field(discriminator="kind"),
+]
+Shape = Annotated[
+    Box | Sphere | Cylinder | Capsule | Cone | Ellipsoid | Torus | Tube | Cup | Funnel | Mesh | Compound,
+    Field(discriminator="kind"),
+]
+StaticShape = Annotated[
+    Plane | Box | Sphere | Cylinder | Capsule | Cone | Ellipsoid | Torus | Tube | Cup | Funnel | Mesh | Compound,
+    Field(discriminator="kind"),
+]
+Part.model_rebuild()

@@ -1,0 +1,1 @@
+"""Whether the names in a case mean something that is there, and fits."""

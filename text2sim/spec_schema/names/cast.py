@@ -1,0 +1,171 @@
+"""Who is in a case: what its selectors mean, and what is wrong with those that mean nothing."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from text2sim.spec_schema.errors import Problem, Severity, nearest
+from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid
+from text2sim.spec_schema.models.scene import Static
+from text2sim.spec_schema.names.copies import count_copies
+from text2sim.spec_schema.names.selectors import Selection, parse_selector
+from text2sim.spec_schema.text.document import Path
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What selectors can name of a body whose links are not written in the case."""
+
+    links: tuple[str, ...]
+    joints: Mapping[str, Any]
+    """Model of each joint that moves: hinge, slider or ball."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """What a selector means."""
+
+    text: str
+    """The selector."""
+    name: str
+    """Name of the body or static."""
+    model: Any
+    count: int
+    """How many copies are meant."""
+    part: str | None
+    """Link or joint, if one is named."""
+
+    @property
+    def static(self) -> bool:
+        """Whether it is one of `scene.statics`."""
+        return isinstance(self.model, Static)
+
+    @property
+    def driven(self) -> bool:
+        """Whether its motion is prescribed."""
+        return isinstance(self.model, Driven)
+
+    @property
+    def fixed(self) -> bool:
+        """Whether it is held by the world, and cannot move at all."""
+        return self.static or (isinstance(self.model, Rigid) and self.model.mount.kind == "fixed")
+
+    @property
+    def dynamic(self) -> bool:
+        """Whether physics decides how it moves."""
+        return not (self.fixed or self.driven)
+
+    @property
+    def why_not_dynamic(self) -> str:
+        """Why physics does not decide how it moves, in words."""
+        if self.static:
+            return f"`{self.name}` is a static, which never moves"
+        if self.driven:
+            return f"the motion of `{self.name}` is prescribed (`kind: driven`)"
+        return f"`{self.name}` is held by the world (`mount: {{kind: fixed}}`)"
+
+
+@dataclass
+class Cast:
+    """The bodies and statics of a case, and what has been found wrong so far."""
+
+    loaded: LoadedCase
+    parts: Mapping[str, Parts] = field(default_factory=dict)
+    """Of files, chains, nets and ragdolls, by name of the body, as far as they are known."""
+    problems: list[Problem] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.bodies = self.loaded.case.bodies
+        self.statics = self.loaded.case.scene.statics
+
+    def report(
+        self,
+        where: Path,
+        message: str,
+        rule: str,
+        hint: str | None = None,
+        *,
+        key: bool = False,
+        severity: Severity = "error",
+    ) -> None:
+        """Add a problem."""
+        self.problems.append(self.loaded.problem(where, message, key=key, rule=rule, hint=hint, severity=severity))
+
+    def find(self, selector: str, where: Path, *, parts: bool = True, joint: bool = False) -> Member | None:
+        """Return what a selector means, or report why it means nothing.
+
+        Args:
+            selector: The text, which the models have accepted.
+            where: Where it stands.
+            parts: Whether a link or joint may be named.
+            joint: Whether that is a joint, where links and joints have different names.
+        """
+        chosen = parse_selector(selector)
+        model = self.bodies.get(chosen.body) or self.statics.get(chosen.body)
+        if model is None:
+            known = list(dict.fromkeys([*self.bodies, *self.statics]))
+            message = f"there is no body or static `{chosen.body}`" + _listed(known)
+            self.report(where, message, "unknown-body", nearest(chosen.body, known))
+            return None
+        copies = count_copies(model.repeat)
+        if not self._counted(chosen, model, copies, where):
+            return None
+        if chosen.part is not None:
+            if not self._has_part(chosen.part, chosen.body, model, where, parts):
+                return None
+            if not self._has_known_part(chosen.part, chosen.body, where, joint):
+                return None
+        return Member(selector, chosen.body, model, chosen.count(copies), chosen.part)
+
+    def _counted(self, chosen: Selection, model: Any, copies: int, where: Path) -> bool:
+        name = chosen.body
+        if chosen.first is None or chosen.last is None:
+            return True
+        if model.repeat is None:
+            self.report(where, f"`{name}` has no repeat, and so no numbers", "no-copies", name)
+            return False
+        there = f"`{name}` has {copies} copies, `{name}[0]` to `{name}[{copies - 1}]`"
+        if chosen.last <= chosen.first:
+            self.report(
+                where,
+                f"`{name}[{chosen.first}:{chosen.last}]` is empty: its end must be later than its start",
+                "no-such-copy",
+            )
+            return False
+        if chosen.last > copies:
+            self.report(where, there, "no-such-copy")
+            return False
+        return True
+
+    def _has_part(self, part: str, name: str, model: Any, where: Path, parts: bool) -> bool:
+        if not parts:
+            self.report(where, "the whole body is meant here", "part", name)
+            return False
+        if isinstance(model, Static | Driven | Rigid):
+            self.report(where, f"`{name}` is one body without links", "unknown-link", name)
+            return False
+        if isinstance(model, Articulated) and model.links is not None and part not in model.links:
+            message = f"`{name}` has no link `{part}`" + _listed(list(model.links))
+            self.report(where, message, "unknown-link", nearest(part, model.links))
+            return False
+        return True
+
+    def _has_known_part(self, part: str, name: str, where: Path, joint: bool) -> bool:
+        """Whether a link or joint that is not written in the case is there, as far as that is known."""
+        if name not in self.parts:
+            return True
+        known = self.parts[name]
+        names = list(known.joints) if joint else list(known.links)
+        # Of chains, nets and ragdolls no joint has a name, and why none can be driven is said elsewhere.
+        if part in names or (joint and not names and part in known.links):
+            return True
+        what, other = ("joint", "link") if joint else ("link", "joint")
+        elsewhere = part in (known.links if joint else known.joints)
+        message = f"`{name}` has no {what} `{part}`{f', which is a {other}' * elsewhere}" + _listed(names)
+        self.report(where, message, f"unknown-{what}", nearest(part, names))
+        return False
+
+
+def _listed(words: list[str]) -> str:
+    return f"; there are {', '.join(words)}" if 0 < len(words) <= 12 else ""

@@ -1,0 +1,200 @@
+"""Whether what controls act on is there, and can be acted on in that way."""
+
+from typing import Any
+
+from text2sim.spec_schema.errors import SpecError, nearest
+from text2sim.spec_schema.models.bodies import Articulated, HingeMount, Ragdoll, Rigid, SliderMount
+from text2sim.spec_schema.models.controls import (
+    Attach,
+    Control,
+    Drive,
+    Force,
+    Impulse,
+    InitialVelocity,
+    Release,
+    Torque,
+)
+from text2sim.spec_schema.names.cast import Cast, Member
+from text2sim.spec_schema.names.copies import count_copies
+from text2sim.spec_schema.names.selectors import parse_selector
+from text2sim.spec_schema.text.document import Path
+
+
+def check_controls(cast: Cast) -> None:
+    """Check every control."""
+    duration = cast.loaded.case.scene.duration
+    for name, control in cast.loaded.case.actions.controls.items():
+        where: Path = ("actions", "controls", name)
+        if isinstance(control, InitialVelocity):
+            _check_initial_velocity(cast, where, control)
+        elif isinstance(control, Impulse | Force | Torque):
+            _check_push(cast, where, control)
+        elif isinstance(control, Drive):
+            _check_drive(cast, where, control)
+        elif isinstance(control, Attach):
+            _check_attach(cast, where, name, control)
+        else:
+            _check_release(cast, where, control)
+        during = getattr(control, "during", None)
+        starts = {"at": getattr(control, "at", 0.0), "during": during[0] if during else 0.0}
+        for field, start in starts.items():
+            if start >= duration:
+                message = f"comes when the run is over ({duration:g} s)"
+                cast.report((*where, field), message, "after-end", severity="warning")
+
+
+def joint_of(cast: Cast, member: Member) -> Any:
+    """The joint that a member names: that of its mount, or of one of its links; None if it names none."""
+    model = member.model
+    if member.part is not None and member.name in cast.parts:
+        return cast.parts[member.name].joints.get(member.part)
+    if isinstance(model, Rigid) and member.part is None:
+        return model.mount
+    if isinstance(model, Articulated) and model.links is not None and member.part is not None:
+        return model.links[member.part].joint
+    return None
+
+
+def check_joint(cast: Cast, where: Path, member: Member, purpose: str) -> Any:
+    """Return the hinge or slider that a member names, or report that there is none.
+
+    Args:
+        cast: The bodies of the case.
+        where: Where the selector stands.
+        member: What it means.
+        purpose: What the joint is needed for: `drive` or `measure`.
+
+    Returns:
+        The joint's model; None if there is none, or if only the compiler knows it.
+    """
+    model, name = member.model, member.name
+    if isinstance(model, Articulated):
+        if member.part is None:
+            joints = [f"{name}.{link}" for link in moving_joints(cast, name, model)]
+            listed = f": {', '.join(joints)}" if 0 < len(joints) <= 12 else ""
+            cast.report(
+                where,
+                f"`{name}` has several joints; name one{listed}",
+                "no-joint",
+                joints[0] if joints else None,
+            )
+            return None
+        if model.links is None and name not in cast.parts:
+            return None
+    joint = joint_of(cast, member)
+    if isinstance(joint, HingeMount | SliderMount):
+        return joint
+    if isinstance(model, Rigid):
+        mount = f"its mount is {joint.kind}" if joint is not None else "it has no links"
+        message = f"`{name}` has no joint to {purpose}: {mount}, not hinge or slider"
+    elif isinstance(model, Articulated):
+        what = "is the root" if joint is None else f"has a {joint.kind} joint"
+        message = f"`{member.text}` {what}; only a hinge or slider has something to {purpose}"
+    else:
+        kind = "static" if member.static else model.kind
+        message = f"`{name}` ({kind}) has no hinge or slider to {purpose}"
+    near: list[str] = []
+    if isinstance(model, Articulated):
+        near = [f"{name}.{link}" for link in moving_joints(cast, name, model)]
+    cast.report(where, message, "no-joint", nearest(member.text, near))
+    return None
+
+
+def moving_joints(cast: Cast, body: str, model: Articulated) -> list[str]:
+    """Names of the hinges and sliders of an articulated body."""
+    joints = {name: link.joint for name, link in (model.links or {}).items()}
+    if body in cast.parts:
+        joints = dict(cast.parts[body].joints)
+    return [name for name, joint in joints.items() if isinstance(joint, HingeMount | SliderMount)]
+
+
+def _check_initial_velocity(cast: Cast, where: Path, control: InitialVelocity) -> None:
+    member = cast.find(control.body, (*where, "body"), parts=False)
+    if member is None:
+        return
+    model = member.model
+    if isinstance(model, Ragdoll) or (isinstance(model, Rigid) and model.mount.kind == "free"):
+        return
+    message = f"only a free rigid body or a ragdoll can start with a velocity, and `{member.name}` is none"
+    if not member.dynamic:
+        message = f"{member.why_not_dynamic}; only a free rigid body or a ragdoll can start with a velocity"
+    cast.report((*where, "body"), message, "not-free")
+
+
+def _check_push(cast: Cast, where: Path, control: Impulse | Force | Torque) -> None:
+    member = cast.find(control.body, (*where, "body"))
+    if member is not None and not member.dynamic:
+        message = f"{member.why_not_dynamic}: a {control.kind} would change nothing"
+        cast.report((*where, "body"), message, "not-dynamic")
+
+
+def _check_drive(cast: Cast, where: Path, control: Drive) -> None:
+    member = cast.find(control.joint, (*where, "joint"), joint=True)
+    if member is None:
+        return
+    joint = check_joint(cast, (*where, "joint"), member, "drive")
+    if joint is None:
+        return
+    if joint.actuator is None:
+        there = f"in `joints` of `{member.name}`" if getattr(member.model, "file", None) else "at its joint"
+        message = f"`{member.text}` has no actuator; give it one {there}: `actuator: {{stiffness: …, damping: …}}`"
+        cast.report((*where, "joint"), message, "no-actuator")
+    elif control.position is not None and joint.actuator.stiffness == 0:
+        message = f"a position needs a stiffness, and the actuator of `{member.text}` has none"
+        cast.report((*where, "position"), message, "no-gain", key=True)
+    elif control.velocity is not None and joint.actuator.damping == 0:
+        message = f"a velocity needs a damping, and the actuator of `{member.text}` has none"
+        cast.report((*where, "velocity"), message, "no-gain", key=True)
+
+
+def _check_attach(cast: Cast, where: Path, name: str, control: Attach) -> None:
+    body = cast.find(control.body, (*where, "body"))
+    target: Member | None = None
+    for text in _targets(cast, name, control):
+        target = cast.find(text, (*where, "to"))
+        if target is None:
+            break
+    if body is None:
+        return
+    if not body.dynamic:
+        cast.report(
+            (*where, "body"),
+            f"{body.why_not_dynamic}; attach what moves, `to` what it hangs on",
+            "not-dynamic",
+        )
+    if target is None:
+        return
+    if body.text == target.text and (body.count == 1 or body.part == target.part):
+        cast.report((*where, "to"), f"`{body.text}` cannot be attached to itself", "itself")
+    elif 1 not in (body.count, target.count) and body.count != target.count:
+        counts = f"`{body.text}` means {body.count}, `{target.text}` {target.count}"
+        cast.report((*where, "to"), f"copies are attached one to one, and {counts}", "pairs")
+
+
+def _targets(cast: Cast, name: str, control: Attach) -> list[str]:
+    """What the first and the last copy is attached to."""
+    model = cast.bodies.get(parse_selector(control.body).body)
+    if not cast.loaded.varies(("actions", "controls", name, "to")) or model is None:
+        return [control.to]
+    last = count_copies(model.repeat) - 1
+    found = [control.to]
+    try:
+        copy: Control = cast.loaded.control_copy(name, {"i": last, "n": last + 1, "u": 1.0 if last else 0.0})
+    except SpecError as error:
+        cast.problems += error.problems
+        return found
+    return [control.to, copy.to] if isinstance(copy, Attach) else found
+
+
+def _check_release(cast: Cast, where: Path, control: Release) -> None:
+    controls = cast.loaded.case.actions.controls
+    attach = controls.get(control.attach)
+    if not isinstance(attach, Attach):
+        known = [name for name, other in controls.items() if isinstance(other, Attach)]
+        message = f"there is no attach `{control.attach}`"
+        if attach is not None:
+            message = f"`{control.attach}` is not an attach (it is a {attach.kind})"
+        cast.report((*where, "attach"), message, "unknown-attach", nearest(control.attach, known))
+    elif control.at <= attach.at:
+        message = f"is released before it is attached ({attach.at:g} s)"
+        cast.report((*where, "at"), message, "order")

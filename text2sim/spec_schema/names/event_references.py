@@ -1,0 +1,92 @@
+"""Whether what events look at is there, and whether physics decides about it."""
+
+from text2sim.spec_schema.errors import nearest
+from text2sim.spec_schema.models import events, measures
+from text2sim.spec_schema.models.controls import Attach, Release
+from text2sim.spec_schema.names.cast import Cast
+from text2sim.spec_schema.names.circles import find_circles
+from text2sim.spec_schema.names.control_references import check_joint
+from text2sim.spec_schema.names.measure_references import CONTACT_KINDS, check_contacts_recorded, measured
+from text2sim.spec_schema.text.document import Path
+
+
+def check_events(cast: Cast) -> None:
+    """Check every event."""
+    script = cast.loaded.case.actions
+    for name, event in script.events.items():
+        where: Path = ("actions", "events", name)
+        if event.after is not None and event.after not in script.events:
+            message = f"there is no event `{event.after}`"
+            cast.report((*where, "after"), message, "unknown-event", nearest(event.after, script.events))
+        if isinstance(event, events.ContactEvent | events.SeparationEvent):
+            _check_pair(cast, where, event)
+        elif isinstance(event, events.ThresholdEvent):
+            _check_threshold(cast, where, event)
+        elif isinstance(event, events.ReleasedEvent):
+            _check_released(cast, where, event)
+        else:
+            _check_subject(cast, where, event)
+    following = {name: event.after for name, event in script.events.items() if event.after is not None}
+    for circle in find_circles(following):
+        message = f"waits for itself: {' -> '.join([*circle, circle[0]])}"
+        cast.report(("actions", "events", circle[0], "after"), message, "circular-after")
+
+
+def _check_pair(cast: Cast, where: Path, event: events.ContactEvent | events.SeparationEvent) -> None:
+    check_contacts_recorded(cast, where)
+    found = [cast.find(selector, (*where, "between", index)) for index, selector in enumerate(event.between)]
+    first, second = found
+    if first is None or second is None:
+        return
+    if first.text == second.text and first.count == 1:
+        cast.report((*where, "between", 1), f"`{first.text}` cannot touch itself", "itself")
+    elif not first.dynamic and not second.dynamic:
+        why = f"{first.why_not_dynamic}, and {second.why_not_dynamic}"
+        cast.report((*where, "between"), f"nothing is left to physics here: {why}", "driven-subject")
+
+
+def _check_threshold(cast: Cast, where: Path, event: events.ThresholdEvent) -> None:
+    measures = cast.loaded.case.actions.measures
+    measure = measures.get(event.measure)
+    if measure is None:
+        message = f"there is no measure `{event.measure}`"
+        cast.report((*where, "measure"), message, "unknown-measure", nearest(event.measure, measures))
+    elif prescribed(cast, measure):
+        message = f"`{event.measure}` is of a body whose motion is prescribed, which shows nothing"
+        cast.report((*where, "measure"), message, "driven-subject")
+
+
+def prescribed(cast: Cast, measure: measures.Measure) -> bool:
+    """Whether a measure only repeats the motion that the case prescribes."""
+    members = measured(cast, measure)
+    moved_by_the_case = bool(members) and not any(member.dynamic for member in members)
+    return measure.kind not in CONTACT_KINDS and moved_by_the_case and any(member.driven for member in members)
+
+
+def _check_released(cast: Cast, where: Path, event: events.ReleasedEvent) -> None:
+    controls = cast.loaded.case.actions.controls
+    attaches = [name for name, control in controls.items() if isinstance(control, Attach)]
+    if event.attach not in attaches:
+        message = f"there is no attach `{event.attach}`"
+        cast.report((*where, "attach"), message, "unknown-attach", nearest(event.attach, attaches))
+    elif not any(isinstance(c, Release) and c.attach == event.attach for c in controls.values()):
+        cast.report((*where, "attach"), f"no control releases `{event.attach}`", "unknown-attach")
+
+
+def _check_subject(
+    cast: Cast,
+    where: Path,
+    event: events.RestEvent | events.LeftDomainEvent | events.RegionEvent | events.JointLimitEvent,
+) -> None:
+    if isinstance(event, events.LeftDomainEvent) and cast.loaded.case.scene.domain is None:
+        cast.report(where, "there is nothing to leave: `scene.domain` is missing", "no-domain", key=True)
+    member = cast.find(event.of, (*where, "of"), joint=isinstance(event, events.JointLimitEvent))
+    if member is None:
+        return
+    if isinstance(event, events.JointLimitEvent):
+        joint = check_joint(cast, (*where, "of"), member, "measure")
+        if joint is not None and getattr(joint, "range_deg", None) is None and getattr(joint, "range", None) is None:
+            cast.report((*where, "of"), f"the joint of `{member.text}` has no limits", "no-limit")
+    elif not member.dynamic:
+        message = f"{member.why_not_dynamic}, so this event would show nothing"
+        cast.report((*where, "of"), message, "driven-subject" if member.driven else "not-dynamic")

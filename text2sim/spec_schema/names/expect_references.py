@@ -1,0 +1,63 @@
+"""Whether expectations are about something, and whether anything could satisfy them."""
+
+from text2sim.spec_schema.errors import nearest
+from text2sim.spec_schema.models.expectations import Expect
+from text2sim.spec_schema.names.cast import Cast
+from text2sim.spec_schema.names.event_references import prescribed
+from text2sim.spec_schema.text.document import Path
+
+
+def check_expectations(cast: Cast) -> None:
+    """Check every expectation."""
+    for name, expect in cast.loaded.case.actions.expect.items():
+        where: Path = ("actions", "expect", name)
+        if expect.event is not None:
+            _check_event(cast, where, expect)
+        else:
+            _check_measure(cast, where, expect)
+
+
+def _check_event(cast: Cast, where: Path, expect: Expect) -> None:
+    events = cast.loaded.case.actions.events
+    duration = cast.loaded.case.scene.duration
+    for field in ("event", "before"):
+        name = getattr(expect, field)
+        if name is not None and name not in events:
+            cast.report((*where, field), f"there is no event `{name}`", "unknown-event", nearest(name, events))
+    if expect.before is not None and expect.before == expect.event:
+        cast.report((*where, "before"), "an event cannot come before itself", "impossible")
+    if expect.within is not None and expect.within[0] > duration:
+        cast.report((*where, "within"), f"starts when the run is over ({duration:g} s)", "after-end")
+    if isinstance(expect.count, tuple) and expect.count[1] < expect.count[0]:
+        cast.report((*where, "count"), "the second number must not be smaller than the first", "impossible")
+    least = expect.count[1] if isinstance(expect.count, tuple) else expect.count
+    if least is not None and least < 0:
+        cast.report((*where, "count"), "nothing can happen less than 0 times", "impossible")
+
+
+def _check_measure(cast: Cast, where: Path, expect: Expect) -> None:
+    measures = cast.loaded.case.actions.measures
+    duration = cast.loaded.case.scene.duration
+    measure = measures.get(expect.measure or "")
+    if measure is None:
+        message = f"there is no measure `{expect.measure}`"
+        cast.report((*where, "measure"), message, "unknown-measure", nearest(expect.measure, measures))
+    elif prescribed(cast, measure):
+        message = f"`{expect.measure}` is of a body whose motion is prescribed, which shows nothing"
+        cast.report((*where, "measure"), message, "driven-subject", severity="warning")
+    if isinstance(expect.at, float) and expect.at > duration:
+        cast.report((*where, "at"), f"the run is over by then ({duration:g} s)", "after-end")
+    if isinstance(expect.during, tuple) and expect.during[1] > duration:
+        cast.report((*where, "during"), f"the run is over by then ({duration:g} s)", "after-end")
+    low, high = _bounds(expect)
+    if low >= high:
+        cast.report(where, f"no value is above {low:g} and below {high:g}", "impossible", key=True)
+
+
+def _bounds(expect: Expect) -> tuple[float, float]:
+    """The open interval in which a value must lie."""
+    low = expect.above if expect.above is not None else float("-inf")
+    high = expect.below if expect.below is not None else float("inf")
+    if expect.equals is not None and expect.tolerance is not None:
+        low, high = max(low, expect.equals - expect.tolerance), min(high, expect.equals + expect.tolerance)
+    return low, high

@@ -1,0 +1,108 @@
+"""Whether everything that a case names is there, and fits."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from text2sim.spec_schema.errors import Problem, sort_problems
+from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.models.bodies import Articulated, Rigid
+from text2sim.spec_schema.models.place_rules import contradictions
+from text2sim.spec_schema.models.placement import Place
+from text2sim.spec_schema.models.regions import BodyPoint
+from text2sim.spec_schema.models.render import Follow
+from text2sim.spec_schema.names.cast import Cast, Member, Parts
+from text2sim.spec_schema.names.circles import find_circles
+from text2sim.spec_schema.names.control_references import check_controls
+from text2sim.spec_schema.names.copies import count_copies
+from text2sim.spec_schema.names.event_references import check_events
+from text2sim.spec_schema.names.expect_references import check_expectations
+from text2sim.spec_schema.names.measure_references import check_measures
+from text2sim.spec_schema.names.selectors import parse_selector
+from text2sim.spec_schema.names.time_references import check_time
+from text2sim.spec_schema.names.tree_references import check_mount, check_tree
+from text2sim.spec_schema.text.document import Path
+
+
+def check_references(loaded: LoadedCase, parts: Mapping[str, Parts] | None = None) -> list[Problem]:
+    """Check every name and selector of a case.
+
+    Args:
+        loaded: The case.
+        parts: Links and joints of files, chains, nets and ragdolls by name of the body, which only the
+            compiler knows; those of bodies that are not in it are taken for granted.
+
+    Returns:
+        What is wrong, in the order of the file. Whatever needs geometry is left to the compiler.
+    """
+    cast = Cast(loaded, parts or {})
+    _check_names(cast)
+    _check_places(cast)
+    check_time(cast)
+    for name, body in cast.bodies.items():
+        if isinstance(body, Articulated):
+            check_tree(cast, name, body)
+        elif isinstance(body, Rigid):
+            check_mount(cast, name, body)
+    check_controls(cast)
+    check_measures(cast)
+    check_events(cast)
+    check_expectations(cast)
+    _check_cameras(cast)
+    return sort_problems(cast.problems)
+
+
+def _check_names(cast: Cast) -> None:
+    for name in cast.bodies:
+        if name in cast.statics:
+            line = cast.loaded.line(("scene", "statics", name))
+            message = f"`{name}` is the name of a static, too (line {line}); a name stands for one thing"
+            cast.report(("bodies", name), message, "duplicate-name", key=True)
+
+
+def _check_places(cast: Cast) -> None:
+    targets: dict[str, str] = {}
+    roots: dict[str, Path] = {}
+    for section, models in ((("scene", "statics"), cast.statics), (("bodies",), cast.bodies)):
+        for name, model in models.items():
+            roots[name] = (*section, name)
+            if model.place is not None:
+                found = _check_place(cast, (*section, name, "place"), name, model)
+                if found is not None:
+                    targets[name] = found.name
+    for circle in find_circles(targets):
+        way = " -> ".join([*circle, circle[0]])
+        message = f"is placed in relation to itself: {way}; give one of them a pose, or place it by another"
+        cast.report((*roots[circle[0]], "place"), message, "circular-place", key=True)
+
+
+def _check_place(cast: Cast, where: Path, name: str, model: Any) -> Member | None:
+    """Check one place; return what it is in relation to."""
+    place: Place = model.place
+    for key, message in contradictions(place):
+        cast.report((*where, key), message, "placement")
+    if isinstance(place.facing, str):
+        facing = cast.find(place.facing, (*where, "facing"), parts=False)
+        if facing is not None and facing.name == name:
+            cast.report((*where, "facing"), "it cannot face itself", "itself")
+    found = cast.find(place.target, (*where, place.relation), parts=False)
+    if found is None:
+        return None
+    copies = count_copies(model.repeat)
+    if model.repeat is not None and parse_selector(place.target).indexed and found.count not in (1, copies):
+        message = (
+            f"copies are placed one by one where brackets name several, and `{found.text}` means {found.count}, "
+            f"`{name}` has {copies}; `{found.name}` means all of them together"
+        )
+        cast.report((*where, place.relation), message, "pairs", found.name)
+    return found
+
+
+def _check_cameras(cast: Cast) -> None:
+    for name, camera in cast.loaded.case.render.cameras.items():
+        where: Path = ("render", "cameras", name)
+        if isinstance(camera, Follow):
+            cast.find(camera.body, (*where, "body"))
+        elif isinstance(camera.look_at, BodyPoint):
+            cast.find(camera.look_at.body, (*where, "look_at", "body"))
+        elif isinstance(camera.look_at, str):
+            cast.find(camera.look_at, (*where, "look_at"))

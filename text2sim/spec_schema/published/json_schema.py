@@ -1,0 +1,224 @@
+"""The language as a JSON Schema, for editors and for language models.
+
+It is made from the models directly and keeps to draft-07, which is what language servers know. Where the
+language takes a number, a boolean, a list or one of some words, it takes an expression as well: text with
+`${…}` in it.
+"""
+
+import json
+from typing import Any, get_args, get_origin
+
+from pydantic import BaseModel
+
+from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.models.prefab_models import PrefabFile, Use
+from text2sim.spec_schema.models.scene import Static
+from text2sim.spec_schema.models.sweep_models import Sweep
+from text2sim.spec_schema.vocabulary.docstrings import field_docs, model_doc
+from text2sim.spec_schema.vocabulary.reach import ROOTS
+from text2sim.spec_schema.vocabulary.slots import ENTRY, meant
+from text2sim.spec_schema.vocabulary.words import Slot, bounds_of, fields_of, is_model, kinds_of, slot_of
+
+Schema = dict[str, Any]
+
+EXPRESSION = r"^.*\$\{.*\}.*$"
+_OVERLAYS = {(Case, "variants"), (Sweep, "points")}
+"""Fields that hold what is laid over a case."""
+_BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
+
+
+def build_schema() -> Schema:
+    """Make the JSON Schema of a case, and of a file with a prefab, which is told by its key `prefab`."""
+    definitions: dict[str, Schema] = {}
+    maker = _Maker(definitions, {})
+    case, prefab = maker.model(Case), maker.model(PrefabFile)
+    definitions |= {"Case": case, "PrefabFile": prefab}
+    return {
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "text2sim",
+        "description": case["description"],
+        "type": "object",
+        "if": {"required": ["prefab"]},
+        "then": {"$ref": "#/definitions/PrefabFile"},
+        "else": {"$ref": "#/definitions/Case"},
+        "definitions": {name: definitions[name] for name in sorted(definitions)},
+    }
+
+
+def schema_text() -> str:
+    """The JSON Schema as it is kept in `case.schema.json`."""
+    return json.dumps(build_schema(), indent=1, ensure_ascii=False) + "\n"
+
+
+class _Maker:
+    """Makes the schema of things as they are written in full, or (`loose`) of what is laid over them."""
+
+    def __init__(self, definitions: dict[str, Schema], unions: dict[Any, str], *, loose: bool = False) -> None:
+        self.definitions = definitions
+        self.unions = unions
+        """Names of those that were made, by their kinds and whether they are loose."""
+        self.loose = loose
+
+    def model(self, model: type[BaseModel]) -> Schema:
+        docs = field_docs(model)
+        properties: dict[str, Schema] = {}
+        required = []
+        for key, (attribute, slot) in fields_of(model).items():
+            if self.loose and model is Case and key not in ROOTS:
+                continue
+            field = model.model_fields[attribute]
+            inner = _Maker(self.definitions, self.unions, loose=True) if (model, key) in _OVERLAYS else self
+            schema = inner.slot(meant(model, key, slot), key)
+            if self.loose:
+                schema = {"anyOf": [schema, {"type": "null"}]}
+            if key == "kind" and field.is_required() and attribute not in docs:
+                schema = {"description": model_doc(model), "enum": list(kinds_of(model))}
+            elif attribute in docs:
+                schema = {"description": docs[attribute], **schema}
+            default = _plain(field.default)
+            if field.is_required():
+                required.append(key)
+            elif default is not None and not self.loose:
+                schema = {**schema, "default": default}
+            properties[key] = schema
+        return {
+            "description": model_doc(model),
+            "type": "object",
+            "properties": properties,
+            "required": [] if self.loose else required,
+            "additionalProperties": False,
+        }
+
+    def slot(self, slot: Slot, hint: str) -> Schema:
+        if slot.discriminator is not None:
+            union = self.union(slot, hint)
+            return self.or_use(union) if slot == ENTRY else union
+        if len(slot.members) > 1:
+            return {"anyOf": [self.slot(member, hint) for member in slot.members]}
+        bounds = bounds_of(slot)
+        origin, arguments = get_origin(slot.base), get_args(slot.base)
+        if slot.base is Static:
+            return self.or_use(self.reference(Static))
+        if is_model(slot.base):
+            return self.reference(slot.base)
+        if origin is dict:
+            return self.mapping(arguments, bounds, hint)
+        if origin in (list, tuple):
+            length = (
+                {"minItems": len(arguments), "maxItems": len(arguments)}
+                if origin is tuple
+                else _length(bounds, "Items")
+            )
+            # All items of a vector are alike.
+            return _or_expression({"type": "array", "items": self.slot(slot_of(arguments[0]), hint), **length})
+        if slot.base in (int, float):
+            limits = {word: bounds[name] for name, word in _BOUNDS.items() if name in bounds}
+            return _or_expression({"type": "integer" if slot.base is int else "number", **limits})
+        if slot.base is bool:
+            return _or_expression({"type": "boolean"})
+        if slot.base is str:
+            pattern = {"pattern": f"({bounds['pattern']})|({EXPRESSION})"} if "pattern" in bounds else {}
+            return {"type": "string", **pattern, **_length(bounds, "Length")}
+        if arguments and all(isinstance(word, str) for word in arguments):
+            return {"anyOf": [{"enum": list(arguments)}, {"type": "string", "pattern": EXPRESSION}]}
+        return {"enum": list(arguments)} if arguments else {}
+
+    def union(self, slot: Slot, hint: str) -> Schema:
+        """One of several kinds. The kind decides, so that an editor offers, and finds fault with, what is meant."""
+        kinds = slot.models
+        docs = [model_doc(model).partition(". ")[0] for model in kinds.values()]
+        name = self.name_union(tuple(kinds), hint)
+        if name not in self.definitions:
+            self.definitions[name] = {}  # a shape may hold shapes
+            schema: Schema = {
+                "type": "object",
+                "properties": {"kind": {"enum": list(kinds), "markdownEnumDescriptions": docs}},
+                "required": ["kind"],
+                "allOf": [
+                    {
+                        "if": {"properties": {"kind": {"const": kind}}, "required": ["kind"]},
+                        "then": self.reference(model),
+                    }
+                    for kind, model in kinds.items()
+                ],
+            }
+            if self.loose:
+                # Without a kind, what is laid over something may be meant for several.
+                any_kind = {"anyOf": [self.reference(model) for model in dict.fromkeys(kinds.values())]}
+                schema = {"if": {"required": ["kind"]}, "then": schema, "else": any_kind}
+            # A prefab may work out the kind; what that comes to, nobody can say here.
+            worked_out = {"properties": {"kind": {"type": "string", "pattern": EXPRESSION}}, "required": ["kind"]}
+            self.definitions[name] = {"if": worked_out, "else": schema}
+        return {"$ref": f"#/definitions/{name}"}
+
+    def name_union(self, kinds: tuple[str, ...], hint: str) -> str:
+        """Name a union after the key that it was first met at."""
+        key = (kinds, self.loose)
+        if key not in self.unions:
+            base = "Any" + hint.title().replace("_", "") + ("Changes" if self.loose else "")
+            taken = set(self.unions.values())
+            self.unions[key] = next(n for n in (base, *(f"{base}{i}" for i in range(2, 99))) if n not in taken)
+        return self.unions[key]
+
+    def or_use(self, schema: Schema) -> Schema:
+        """Something written in full, or the use of a prefab."""
+        use = self.use()
+        if self.loose:  # what is laid over a use need not say which
+            return {"anyOf": [use, schema]}
+        own = self.definitions["Use"]["properties"]
+        # Named here as well, for it is what to offer where nothing stands yet.
+        return {"properties": {"use": own["use"]}, "if": {"required": ["use"]}, "then": use, "else": schema}
+
+    def mapping(self, arguments: tuple[Any, ...], bounds: dict[str, Any], hint: str) -> Schema:
+        names = bounds_of(slot_of(arguments[0])).get("pattern")
+        rule = {"propertyNames": {"pattern": names}} if names else {}
+        values = self.slot(slot_of(arguments[1]), hint) if arguments[1] is not Any else {}
+        if self.loose:
+            values = {"anyOf": [values, {"type": "null"}]} if values else {}
+        return {"type": "object", **rule, "additionalProperties": values or True, **_length(bounds, "Properties")}
+
+    def reference(self, model: type[BaseModel]) -> Schema:
+        name = model.__name__ + ("Changes" if self.loose else "")
+        if name not in self.definitions:
+            self.definitions[name] = {}  # a shape may hold shapes
+            self.definitions[name] = self.model(model)
+        return {"$ref": f"#/definitions/{name}"}
+
+    def use(self) -> Schema:
+        """What uses a prefab: beside its own keys stand changes to the body, or to parts of it by name."""
+        name = "UseChanges" if self.loose else "Use"
+        if name not in self.definitions:
+            self.definitions[name] = {}
+            own, loose = self.model(Use), _Maker(self.definitions, self.unions, loose=True)
+            bodies = [model for model in dict.fromkeys(ENTRY.models.values())]
+            for model in bodies:
+                for key, schema in loose.model(model)["properties"].items():
+                    own["properties"].setdefault(key, schema)
+            own["additionalProperties"] = {"anyOf": [*(loose.reference(model) for model in bodies), {"type": "null"}]}
+            self.definitions[name] = own
+        return {"$ref": f"#/definitions/{name}"}
+
+
+def _is(kind: str) -> Schema:
+    return {"properties": {"kind": {"const": kind}}, "required": ["kind"]}
+
+
+def _or_expression(schema: Schema) -> Schema:
+    """Take an expression, too: `pattern` says nothing about what is not text, nor `minimum` about text."""
+    return {**schema, "type": [schema["type"], "string"], "pattern": EXPRESSION}
+
+
+def _length(bounds: dict[str, Any], what: str) -> Schema:
+    names = {"min_length": f"min{what}", "max_length": f"max{what}"}
+    return {word: bounds[name] for name, word in names.items() if name in bounds}
+
+
+def _plain(value: Any) -> Any:
+    """A default as JSON, None for those that are left out."""
+    if isinstance(value, tuple):
+        return list(value)
+    return value if isinstance(value, bool | int | float | str) else None
+
+
+if __name__ == "__main__":
+    print(schema_text(), end="")

@@ -1,0 +1,26 @@
+"""The expanded form of a case: an ordinary case that means the same, without variants, sweeps and prefabs."""
+
+from text2sim.spec_schema.arithmetic.interpolation import parse_interpolation
+from text2sim.spec_schema.arithmetic.values import ExpressionError
+from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.reuse.substitution import bind, fill
+from text2sim.spec_schema.reuse.trees import Tree, put
+from text2sim.spec_schema.text.canonical import dump_case
+
+
+def expanded_text(loaded: LoadedCase) -> str:
+    """Canonical text of a case with everything laid over it and its prefabs expanded.
+
+    Loaded from the same folder it is the same case. Expressions that became longer than a written one can be have
+    the values of parameters in them.
+    """
+    tree = Tree(loaded.raw, loaded.document.root)
+    values = loaded.data.get("params") or {}
+    for path in loaded.document.roomy:
+        text = loaded.document.sites[path]
+        try:
+            parse_interpolation(text)
+        except ExpressionError:
+            value, _ = fill(text, {name: bind(value) for name, value in values.items()})
+            tree = put(tree, path, Tree(value, loaded.document.root))
+    return dump_case(tree.data)

@@ -1,0 +1,230 @@
+"""A case with everything laid over it: variants, a point of a sweep, single values; then its prefabs expanded."""
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any
+
+from text2sim.spec_schema.arithmetic.resolution import Resolver
+from text2sim.spec_schema.errors import Problem, SpecError, nearest
+from text2sim.spec_schema.paths import parse_dotted
+from text2sim.spec_schema.reuse.overlay import SECTIONS, Overlay, uses_prefabs
+from text2sim.spec_schema.reuse.overlay_check import check_names, check_overlay
+from text2sim.spec_schema.reuse.trees import Tree, mapping, merge, moved, put
+from text2sim.spec_schema.text.document import Document, Node, Origin, Path, parse_document, parse_pointer, sites_of
+from text2sim.spec_schema.text.nodes import Derived
+from text2sim.spec_schema.text.source import Source, check_source
+from text2sim.spec_schema.vocabulary.reach import ROOTS, Astray, Face, Faces, follow
+
+if TYPE_CHECKING:
+    from text2sim.spec_schema.reuse.arguments import Argument
+    from text2sim.spec_schema.reuse.library import Library
+
+
+@dataclass
+class Layers:
+    """What is there to be checked when everything is laid over each other."""
+
+    document: Document
+    problems: list[Problem] = field(default_factory=list)
+    arguments: "list[Argument]" = field(default_factory=list)
+    """Arguments of prefabs whose value is not known yet."""
+    failed: bool = False
+    """Whether bodies are missing, because what they use could not be expanded."""
+
+    def judge(self, resolver: Resolver, problems: list[Problem]) -> tuple[list[Problem], list[Problem]]:
+        """Check the arguments that have a value only now.
+
+        Args:
+            resolver: Knows the parameters of the case.
+            problems: What was found in the expanded case.
+
+        Returns:
+            What is wrong with arguments, and what of the problems does not follow from that.
+        """
+        if self.failed:
+            problems = [p for p in problems if not (p.path == "/bodies" and p.rule == "length")]
+        if not self.arguments:
+            return [], problems
+        from text2sim.spec_schema.reuse.arguments import check_arguments
+
+        found, blamed = check_arguments(self.document, resolver, self.arguments)
+        return found, [p for p in problems if not self._follows(p, blamed)]
+
+    def _follows(self, problem: Problem, blamed: set[Path]) -> bool:
+        path = parse_pointer(problem.path)
+        return any(path[: len(root)] == root for root in blamed) and self.document.origin(path) is not None
+
+
+def build(document: Document, folder: FilePath, overlay: Overlay) -> Layers:
+    """Lay everything over a case.
+
+    Args:
+        document: The case, in the latest version of the language.
+        folder: Its folder, in which its prefabs are.
+        overlay: What is laid over it.
+
+    Raises:
+        SpecError: If the overlay cannot be laid over it.
+    """
+    faces = _Faces(document, folder)
+    problems = _check_sections(document, faces)
+    if overlay:
+        try:
+            document = lay_over(document, overlay, faces)
+        except SpecError as error:
+            raise SpecError([*problems, *error.problems]) from None
+    layers = Layers(document, problems)
+    if "prefabs" in document.data or uses_prefabs(document.data):
+        from text2sim.spec_schema.reuse.prefabs import expand
+
+        expand(layers, folder)
+    data = {key: value for key, value in layers.document.data.items() if key not in SECTIONS}
+    root = layers.document.root.copy()
+    assert isinstance(root.children, dict)
+    root.children = {key: child for key, child in root.children.items() if key in data}
+    root.keys = {key: place for key, place in root.keys.items() if key in data}
+    layers.document = replace(layers.document, data=data, root=root, sites=sites_of(data))
+    return layers
+
+
+class _Faces:
+    """Asks the library what can be changed of a prefab, if anyone asks."""
+
+    def __init__(self, document: Document, folder: FilePath) -> None:
+        self.document, self.folder = document, folder
+        self.library: Library | None = None
+
+    def __call__(self, use: Any) -> Face:
+        if self.library is None:
+            from text2sim.spec_schema.reuse.library import Library
+
+            self.library = Library(self.document, self.folder)
+        return self.library.face(use)
+
+
+# --- what is written in the case ------------------------------------------------------------------------------
+
+
+def _check_sections(document: Document, faces: Faces) -> list[Problem]:
+    """Find what is wrong with variants and sweeps, whether they are asked for or not."""
+    problems: list[Problem] = []
+    variants = check_names(document, "variants", problems)
+    for name in variants:
+        problems += check_overlay(document, ("variants", name), list(variants.values()), faces)
+    if "sweeps" in document.data:
+        from text2sim.spec_schema.reuse.sweeps import check_sweeps
+
+        problems += check_sweeps(document, faces)
+    return problems
+
+
+# --- what is asked for ----------------------------------------------------------------------------------------
+
+
+def overlaid(document: Document, folder: FilePath, overlay: Overlay) -> Document:
+    """Lay everything over a case whose prefabs stay as they are used; see `lay_over`."""
+    return lay_over(document, overlay, _Faces(document, folder))
+
+
+def lay_over(document: Document, overlay: Overlay, faces: Faces) -> Document:
+    """Lay variants, a point and single values over a case.
+
+    Raises:
+        SpecError: If one is not there, or leads nowhere.
+    """
+    tree, problems = Tree(document.data, document.root), list[Problem]()
+    for number, name in enumerate(overlay.variants):
+        over = _named(tree, ("variants",), name)
+        if over is None:
+            problems.append(_unknown(document, "--variant", number, name, "variant", tree.data.get("variants")))
+        elif isinstance(over.data, dict):
+            tree = merge(tree, _only(over))
+    if overlay.point is not None:
+        over = _named(tree, ("sweeps", overlay.point[0], "points"), overlay.point[1])
+        if over is not None and isinstance(over.data, dict):
+            tree = merge(tree, _only(over))
+    if problems:
+        raise SpecError(problems)
+    source = Source("\n".join(overlay.sets), "--set")
+    start = 0
+    for words in overlay.sets:
+        try:
+            tree = _set(tree, words, source, start, faces)
+        except SpecError as error:
+            problems += error.problems
+        start += len(words) + 1
+    if problems:
+        raise SpecError(problems)
+    return replace(document, data=tree.data, root=tree.node, sites=sites_of(tree.data))
+
+
+def _named(tree: Tree, section: tuple[str, ...], name: str) -> Tree | None:
+    for step in (*section, name):
+        if not isinstance(tree.data, dict) or step not in tree.data:
+            return None
+        tree = tree.child(step)
+    return tree
+
+
+def _only(over: Tree) -> Tree:
+    """A variant without what it must not change, which is reported elsewhere."""
+    return mapping(over.node, {key: over.child(key) for key in over.data if key in ROOTS})
+
+
+def _unknown(document: Document, option: str, number: int, name: str, what: str, known: Any) -> Problem:
+    names = list(known) if isinstance(known, dict) else []
+    there = f"; there are {', '.join(names)}" if names else f": it has no {what}s"
+    message = f"{document.source.file} has no {what} `{name}`{there}"
+    return Problem("", message, number + 1, 1, option, nearest(name, names), f"unknown-{what}")
+
+
+def _set(tree: Tree, words: str, source: Source, start: int, faces: Faces) -> Tree:
+    """Set one value, said as `path=value`."""
+
+    def wrong(offset: int, message: str, rule: str, hint: str | None = None) -> SpecError:
+        line, column = source.place(start + offset)
+        return SpecError([Problem("", message, line, column, source.file, hint, rule)])
+
+    name, equals, text = words.partition("=")
+    if not equals:
+        raise wrong(0, f"`{words[:80]}` sets nothing: write PATH=VALUE, as in bodies.ball.material.density=500", "form")
+    if not name.strip():
+        raise wrong(0, "there is no path before `=`", "form")
+    try:
+        path = parse_dotted(name.strip())
+    except ValueError as error:
+        raise wrong(0, f"`{name[:80]}`: {error}", "form") from None
+    offset = len(name) + 1
+    value = _value(text, wrong, offset)
+    try:
+        follow(tree.data, path, faces, new=isinstance(value.data, dict))
+    except Astray as error:
+        at = sum(len(f"{step}") + 1 + isinstance(step, int) for step in path[: error.step])
+        raise wrong(min(at, max(len(name) - 1, 0)), str(error), "unknown-path", error.hint) from None
+    line, column = Document(source, tree.data, tree.node, {}).place(path)
+    origin = Origin(f"from `--set {words if len(words) <= 80 else words[:77] + '…'}`")
+
+    def here(node: Node) -> Node:
+        return Derived(line, column, origin)
+
+    if value.data is not None:
+        return put(tree, path, moved(value, here))
+    if isinstance(path[-1], int):
+        raise wrong(offset, "an item of a list cannot be taken away; set the whole list", "form")
+    return put(tree, path, None)
+
+
+def _value(text: str, wrong: Any, offset: int) -> Tree:
+    """Read a value that was given on the command line."""
+    if not text.strip():
+        raise wrong(offset, "there is no value after `=` (null takes a value away)", "form")
+    if text.lstrip().startswith("#"):  # to YAML that would be a comment, to anyone else it is a colour
+        text = f'"{text.strip()}"' if '"' not in text and "\\" not in text else text
+    try:
+        found = parse_document(check_source(Source(text, "--set")))
+    except SpecError as error:
+        first = error.problems[0]
+        lines = text.split("\n")
+        before = sum(len(line) + 1 for line in lines[: first.line - 1]) + first.column - 1
+        raise wrong(min(offset + before, offset + len(text)), first.message, first.rule, first.hint) from None
+    return Tree(found.data, found.root)

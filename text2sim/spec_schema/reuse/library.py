@@ -1,0 +1,222 @@
+"""Where prefabs are found: in the case, in files of its folder, in a folder of the user's, and among our own."""
+
+import os
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path as FilePath
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from text2sim.spec_schema.errors import Problem, SpecError, nearest
+from text2sim.spec_schema.models.base import Name
+from text2sim.spec_schema.models.prefab_models import Prefab, PrefabFile
+from text2sim.spec_schema.reuse.definition_check import check_definition
+from text2sim.spec_schema.reuse.migration import migrate
+from text2sim.spec_schema.reuse.overlay_check import check_names
+from text2sim.spec_schema.reuse.trees import Tree
+from text2sim.spec_schema.text.document import Document, Path, parse_document
+from text2sim.spec_schema.text.source import MAX_BYTES, read_source
+from text2sim.spec_schema.vocabulary.diagnosis import diagnose
+from text2sim.spec_schema.vocabulary.reach import Face
+from text2sim.spec_schema.vocabulary.words import bounds_of, slot_of
+
+FOLDER = "prefabs"
+VARIABLE = "TEXT2SIM_PREFABS"
+"""Environment variable with one more folder of prefabs."""
+BUILT_IN = FilePath(__file__).resolve().parents[2] / FOLDER
+MAX_LISTED = 1000
+
+_NAME = re.compile(bounds_of(slot_of(Name))["pattern"])
+
+
+@dataclass(frozen=True, eq=False)
+class Definition:
+    """A prefab that can be used."""
+
+    name: str
+    place: str
+    """Its file, as messages name it."""
+    document: Document
+    root: Path
+    """Where it stands in the document."""
+    model: Prefab
+
+    @property
+    def bodies(self) -> dict[str | None, Tree]:
+        """Its bodies by name of the part; None is the name of an only one."""
+        tree = self._tree
+        if self.model.body is not None:
+            return {None: tree.child("body")}
+        bodies = tree.child("bodies")
+        return {name: bodies.child(name) for name in bodies.data}
+
+    def default(self, param: str) -> Tree | None:
+        """Default of a parameter, if it has one."""
+        if self.model.params[param].default is None:
+            return None
+        return self._tree.child("params").child(param).child("default")
+
+    @property
+    def _tree(self) -> Tree:
+        tree = Tree(self.document.data, self.document.root)
+        for step in self.root:
+            tree = tree.child(step)
+        return tree
+
+
+class Missing(Exception):
+    """A prefab that is not there.
+
+    Attributes:
+        hint: The nearest name of one that is.
+        problems: What is wrong with the prefab itself, if it is there but broken.
+    """
+
+    def __init__(self, message: str, hint: str | None = None, problems: tuple[Problem, ...] = ()) -> None:
+        super().__init__(message)
+        self.hint = hint
+        self.problems = problems
+
+
+class Library:
+    """The prefabs that a case can use."""
+
+    def __init__(self, document: Document, folder: FilePath) -> None:
+        self.document = document
+        self.folder = folder
+        self._found: dict[str, Definition | Missing] = {}
+        self._read_so_far = 0
+
+    def find(self, name: str) -> Definition:
+        """Return a prefab.
+
+        Raises:
+            Missing: If there is none of that name, or it is broken.
+        """
+        if name not in self._found:
+            try:
+                self._found[name] = self._look_up(name)
+            except Missing as missing:
+                self._found[name] = missing
+        found = self._found[name]
+        if isinstance(found, Missing):
+            raise found
+        return found
+
+    def face(self, use: Any, depth: int = 8) -> Face:
+        """What can be changed of a prefab; nothing is known of one that is not there."""
+        try:
+            found = self.find(use) if isinstance(use, str) else None
+        except Missing:
+            return Face()
+        if found is None:
+            return Face()
+        if found.model.bodies is not None:
+            return Face(parts=tuple(found.model.bodies))
+        body = found.model.body or {}
+        if "use" in body:
+            return self.face(body["use"], depth - 1) if depth else Face()
+        kind = body.get("kind")
+        return Face(kind if isinstance(kind, str) else None)
+
+    def names(self) -> list[str]:
+        """Names of all prefabs that can be used."""
+        names = list(check_names(self.document, "prefabs", []))
+        for folder, _ in self._folders():
+            try:
+                with os.scandir(folder) as entries:
+                    files = [entry.name for _, entry in zip(range(MAX_LISTED), entries, strict=False)]
+            except OSError:
+                continue
+            names += sorted(file.removesuffix(".yaml") for file in files if file.endswith(".yaml"))
+        return list(dict.fromkeys(name for name in names if _NAME.fullmatch(name)))
+
+    def own(self) -> list[Problem]:
+        """What is wrong with the prefabs in the case itself, used or not."""
+        problems: list[Problem] = []
+        for name in check_names(self.document, "prefabs", problems):
+            try:
+                self.find(name)
+            except Missing as missing:
+                problems += missing.problems
+        return problems
+
+    def _look_up(self, name: str) -> Definition:
+        section = self.document.data.get("prefabs")
+        if isinstance(section, dict) and name in section:
+            file = FilePath(self.document.source.file).name
+            return _define(name, file, self.document, ("prefabs", name), Prefab)
+        if _NAME.fullmatch(name):
+            for folder, label in self._folders():
+                path = folder / f"{name}.yaml"
+                if path.is_symlink() or path.exists():
+                    return self._read(name, path, label)
+        known = self.names()
+        listed = f"; there are {', '.join(known)}" if known else ""
+        raise Missing(f"there is no prefab `{name[:60]}`{listed}", nearest(name, known))
+
+    def _folders(self) -> list[tuple[FilePath, str]]:
+        """Folders with prefabs, and what messages call them."""
+        found = [(self.folder / FOLDER, FOLDER)]
+        more = os.environ.get(VARIABLE)
+        if more:
+            found.append((FilePath(more), FilePath(more).name))
+        return [*found, (BUILT_IN, f"text2sim/{FOLDER}")]
+
+    def _read(self, name: str, path: FilePath, label: str) -> Definition:
+        place = f"{label}/{path.name}"
+        home = self.folder if label == FOLDER else path.parent
+        try:
+            inside = path.resolve().is_relative_to(home.resolve())
+        except (OSError, RuntimeError):
+            inside = False
+        if not inside:
+            raise Missing(f"the prefab `{name}` is a link that leads out of its folder ({place})")
+        try:
+            source = read_source(path)
+            self._read_so_far += len(source.text)
+            if self._read_so_far > MAX_BYTES:
+                raise Missing(
+                    f"with `{name}`, the prefabs are larger than {MAX_BYTES // 1_000_000} MB in all ({place})"
+                )
+            document = parse_document(source)
+            if not isinstance(document.data, dict):
+                message = "a prefab is a mapping with the keys text2sim, prefab, doc, params, body"
+                raise SpecError([document.problem((), message, rule="type")])
+            document, problems = migrate(document)
+            if problems:
+                raise SpecError(problems)
+        except SpecError as error:
+            raise Missing(f"the prefab `{name}` is broken", problems=tuple(error.problems)) from None
+        return _define(name, place, document, (), PrefabFile)
+
+
+def _define(name: str, place: str, document: Document, root: Path, model: type[Prefab]) -> Definition:
+    """Check a prefab, and return it."""
+    data = document.data
+    for step in root:
+        data = data[step]
+    problems: list[Problem] = []
+    found: Prefab | None = None
+    if not isinstance(data, dict):
+        problems.append(document.problem(root, "a prefab is a mapping with the keys doc, params, body", rule="type"))
+    else:
+        try:
+            found = model.model_validate(data, by_alias=True, by_name=False)
+        except ValidationError as error:
+            checked: type[BaseModel] = model
+            problems += diagnose(document, error, checked, data, root)
+    if isinstance(found, PrefabFile) and found.prefab != name:
+        message = f"the file is called {name}.yaml, and this is the prefab `{found.prefab}`: both have the same name"
+        problems.append(document.problem(("prefab",), message, rule="prefab"))
+    if found is not None:
+        problems += check_definition(document, root, found)
+    if problems or found is None:
+        raise Missing(f"the prefab `{name}` is broken", problems=tuple(problems))
+    return Definition(name, place, document, root, found)
+
+
+def named(problems: tuple[Problem, ...], user: str) -> list[Problem]:
+    """The problems of a prefab in a file of its own, with what uses it."""
+    return [replace(problem, message=f"{problem.message} (used by {user})") for problem in problems]

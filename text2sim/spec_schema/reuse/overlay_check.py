@@ -1,0 +1,162 @@
+"""Variants and points of sweeps as they are written: whether each of their keys leads somewhere.
+
+What they change is checked with the case that they are laid over; but a key that nothing in the language answers to
+would never be noticed there, nor in a variant that nobody asks for.
+"""
+
+import re
+from typing import Any
+
+from text2sim.spec_schema.errors import Problem, nearest
+from text2sim.spec_schema.models.base import Name
+from text2sim.spec_schema.models.expectations import Expect
+from text2sim.spec_schema.text.document import Document, Path
+from text2sim.spec_schema.vocabulary.reach import ROOTS, Face, Faces, Opening, is_entry, opening, root_slots, slot_entry
+from text2sim.spec_schema.vocabulary.words import Slot, bounds_of, fields_of, noun_of, show, slot_of
+
+_NAME = re.compile(bounds_of(slot_of(Name))["pattern"])
+_WORD = re.compile(r"[A-Za-z_]\w*")
+
+
+def check_names(document: Document, section: str, problems: list[Problem]) -> dict[str, Any]:
+    """Return the entries of a section that is a mapping by name, and report what is not."""
+    found = document.data.get(section)
+    if not isinstance(found, dict):
+        if section in document.data:
+            message = f"needs a mapping by name (got {show(found)})"
+            problems.append(document.problem((section,), message, rule="type", key=found is None))
+        return {}
+    for name in found:
+        if not _NAME.fullmatch(name):
+            message = f"`{name}` is not a name: {noun_of(slot_of(Name)).form}"
+            problems.append(document.problem((section, name), message, key=True, rule="form"))
+    return {name: value for name, value in found.items() if _NAME.fullmatch(name)}
+
+
+def check_overlay(document: Document, at: Path, others: list[Any], faces: Faces) -> list[Problem]:
+    """Find the keys of a variant that lead nowhere.
+
+    Args:
+        document: The case.
+        at: Where the variant stands in it.
+        others: All variants of the case, this one included: what one adds, another may change.
+        faces: What can be changed of prefabs.
+    """
+    walk = _Walk(document, at, faces)
+    over = document.data
+    for step in at:
+        over = over[step]
+    if not isinstance(over, dict):
+        walk.report((), f"needs a mapping of what it changes (got {show(over)})", "type")
+        return walk.problems
+    for key in over:
+        if key not in ROOTS:
+            message = f"unknown key `{key}`; {walk.what} can change {', '.join(ROOTS)}"
+            walk.report((key,), message, "unknown-key", nearest(key, ROOTS))
+    bases = [document.data, *(other for other in others if isinstance(other, dict) and other is not over)]
+    kept = {key: value for key, value in over.items() if key in ROOTS}
+    walk.mapping(root_slots(), kept, bases, ())
+    walk.params(over, bases)
+    return walk.problems
+
+
+def check_body(document: Document, at: Path, body: dict[str, Any]) -> list[Problem]:
+    """Find the keys of a prefab's body that lead nowhere.
+
+    Args:
+        document: Where it stands.
+        at: Its path there.
+        body: The body.
+    """
+    if "use" in body:
+        return []  # which keys there may be is known where it is expanded
+    walk = _Walk(document, at, lambda use: Face())
+    walk.skipped = 2
+    walk.mapping(slot_entry(), body, [body], ("bodies", "body"))
+    return walk.problems
+
+
+class _Walk:
+    def __init__(self, document: Document, at: Path, faces: Faces) -> None:
+        self.document, self.at, self.faces = document, at, faces
+        self.problems: list[Problem] = []
+        self.skipped = 0
+        """As many steps of a path in a case are already in `at`."""
+        self.what = f"the variant `{at[-1]}`" if at[0] == "variants" else f"the point `{at[-1]}`"
+
+    def report(self, path: Path, message: str, rule: str, hint: str | None = None, *, key: bool = True) -> None:
+        where = (*self.at, *path[self.skipped :])
+        self.problems.append(self.document.problem(where, message, key=key, rule=rule, hint=hint))
+
+    def mapping(self, slots: list[Slot], over: dict[str, Any], bases: list[Any], path: Path) -> None:
+        """Look at the keys of a mapping that is laid over others."""
+        own = [over] if isinstance(over.get("kind"), str) or "use" in over else []
+        found = opening(slots, own or [over, *bases], path, self.faces)
+        if found.anything or path == ("params",) or path[-1:] == ("with",):
+            return
+        if found.names and not found.fields:
+            self.named(found, over, bases, path)
+            return
+        for key, value in over.items():
+            inner = found.inner(key)
+            if inner is None:
+                known = list(found.fields)
+                takes = f"`{path[-1]}` takes {', '.join(known)}" if path else "unknown"
+                self.report((*path, key), f"unknown key `{key}`; {takes}", "unknown-key", nearest(key, known))
+            elif isinstance(value, dict):
+                self.mapping(inner, value, _inside(bases, key), (*path, key))
+
+    def named(self, found: Opening, over: dict[str, Any], bases: list[Any], path: Path) -> None:
+        """Look at a mapping by name, in which a new name has to bring a whole entry."""
+        known = list(dict.fromkeys(name for base in bases if isinstance(base, dict) for name in base))
+        for name, value in over.items():
+            if name not in known and path[:1] != ("waive",) and not _whole(found.names, value, (*path, name)):
+                listed = f"; there are {', '.join(known)}" if 0 < len(known) <= 12 else ""
+                message = f"there is no `{name}` in {'.'.join(map(str, path))} to change{listed}"
+                self.report((*path, name), message, "unknown-name", nearest(name, known))
+            elif isinstance(value, dict):
+                self.mapping(found.names, value, _inside(bases, name), (*path, name))
+
+    def params(self, over: dict[str, Any], bases: list[Any]) -> None:
+        """Report parameters that nobody asks for: neither is there one to change, nor does the overlay use it."""
+        params = over.get("params")
+        if not isinstance(params, dict):
+            return
+        known = {name for base in _inside(bases, "params") if isinstance(base, dict) for name in base}
+        used = set(_words(over))
+        for name in params:
+            if name not in known and name not in used:
+                message = f"there is no parameter `{name}` to change, and nothing in {self.what} uses it"
+                self.report(("params", name), message, "unknown-name", nearest(name, known))
+
+
+def _inside(bases: list[Any], key: str) -> list[Any]:
+    return [base[key] for base in bases if isinstance(base, dict) and key in base]
+
+
+def _whole(slots: list[Slot], value: Any, path: Path) -> bool:
+    """Whether a value could stand under a new name: it says all that is required."""
+    if not isinstance(value, dict):
+        return False
+    if "kind" in value or (is_entry(path) and "use" in value):
+        return True
+    models = opening(slots, [value], path).models
+    if models == [Expect]:
+        return "measure" in value or "event" in value
+    return any(
+        all(
+            key in value
+            for key, (attribute, _) in fields_of(model).items()
+            if model.model_fields[attribute].is_required()
+        )
+        for model in models
+    )
+
+
+def _words(data: Any) -> list[str]:
+    """Names in the expressions of a value."""
+    if isinstance(data, dict):
+        return [word for value in data.values() for word in _words(value)]
+    if isinstance(data, list):
+        return [word for value in data for word in _words(value)]
+    return _WORD.findall(data) if isinstance(data, str) and "${" in data else []

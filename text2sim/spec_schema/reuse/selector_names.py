@@ -1,0 +1,49 @@
+"""Names of bodies inside a prefab: what is called `rod` there is called `left_rod` in the case."""
+
+import re
+from collections.abc import Mapping
+from typing import Any, get_args, get_origin
+
+from text2sim.spec_schema.models.base import Selector
+from text2sim.spec_schema.reuse.trees import Tree, mapping
+from text2sim.spec_schema.vocabulary.reach import opening, slot_entry
+from text2sim.spec_schema.vocabulary.words import Slot, noun_of, slot_of
+
+_NOUN = noun_of(slot_of(Selector))
+_FIRST = re.compile(r"[A-Za-z][A-Za-z0-9_]*(?=$|[.\[])")
+
+
+def renamed(body: Tree, names: Mapping[str, str]) -> Tree:
+    """A body of a prefab whose selectors call the other bodies of it by their names in the case.
+
+    Args:
+        body: The body.
+        names: Name in the case by name in the prefab.
+    """
+    return _renamed(body, slot_entry(), names)
+
+
+def _renamed(tree: Tree, slots: list[Slot], names: Mapping[str, str]) -> Tree:
+    data = tree.data
+    if isinstance(data, dict):
+        found = opening(slots, [data], ())
+        inner = {key: found.inner(key) or [] for key in data}
+        if not any(inner.values()):
+            return tree
+        return mapping(tree.node, {key: _renamed(tree.child(key), inner[key], names) for key in data})
+    if isinstance(data, str) and any(_takes_selector(slot) for slot in slots):
+        first = _FIRST.match(data)
+        if first is not None and first[0] in names:
+            return Tree(names[first[0]] + data[first.end() :], tree.node)
+    return tree
+
+
+def _takes_selector(slot: Slot) -> bool:
+    return any(
+        noun_of(member) == _NOUN or (get_origin(member.base) is list and _takes_selector(slot_of(_item(member))))
+        for member in slot.members
+    )
+
+
+def _item(slot: Slot) -> Any:
+    return get_args(slot.base)[0]

@@ -1,0 +1,135 @@
+"""Sweeps: their form, and the runs that they mean."""
+
+from itertools import product
+from typing import Any
+
+from pydantic import ValidationError
+
+from text2sim.spec_schema.errors import Problem, SpecError, nearest
+from text2sim.spec_schema.models.sweep_models import MAX_RUNS, Sweep
+from text2sim.spec_schema.paths import parse_dotted
+from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay_check import check_names, check_overlay
+from text2sim.spec_schema.text.document import Document, Path, parse_document
+from text2sim.spec_schema.text.source import Source, check_source
+from text2sim.spec_schema.text.writing import flow_text
+from text2sim.spec_schema.vocabulary.diagnosis import diagnose
+from text2sim.spec_schema.vocabulary.reach import Astray, Faces, follow
+
+
+def check_sweeps(document: Document, faces: Faces) -> list[Problem]:
+    """Find what is wrong with the sweeps of a case.
+
+    Args:
+        document: The case.
+        faces: What can be changed of prefabs.
+    """
+    problems: list[Problem] = []
+    variants = document.data.get("variants")
+    others = list(variants.values()) if isinstance(variants, dict) else []
+    for name, data in check_names(document, "sweeps", problems).items():
+        path = ("sweeps", name)
+        try:
+            sweep = Sweep.model_validate(data, by_alias=True, by_name=False)
+        except ValidationError as error:
+            problems += diagnose(document, error, Sweep, data, path)
+            continue
+        for dots, values in (sweep.grid or {}).items():
+            problems += _check_axis(document, (*path, "grid", dots), values, faces)
+        for point in sweep.points or ():
+            problems += check_overlay(document, (*path, "points", point), others, faces)
+        for index, variant in enumerate(sweep.variants or ()):
+            if not isinstance(variants, dict) or variant not in variants:
+                known = list(variants) if isinstance(variants, dict) else []
+                listed = f"; there are {', '.join(known)}" if known else ": the case has no variants"
+                message, hint = f"there is no variant `{variant}`{listed}", nearest(variant, known)
+                place = (*path, "variants", index)
+                problems.append(document.problem(place, message, rule="unknown-variant", hint=hint))
+    return problems
+
+
+def _check_axis(document: Document, path: Path, values: list[Any], faces: Faces) -> list[Problem]:
+    """Find what is wrong with one axis of a grid."""
+    try:
+        follow(document.data, parse_dotted(str(path[-1])), faces, new=any(isinstance(value, dict) for value in values))
+    except Astray as error:
+        return [document.problem(path, str(error), key=True, rule="unknown-path", hint=error.hint)]
+    except ValueError as error:
+        return [document.problem(path, f"`{path[-1]}`: {error}", key=True, rule="form")]
+    return []
+
+
+def runs_of(written: Document, name: str) -> list[tuple[str, Overlay]]:
+    """Runs of a sweep: a label, and what is laid over the case.
+
+    Args:
+        written: The case as it stands in its file, of whose sweeps the form is right.
+        name: Name of the sweep.
+
+    Raises:
+        SpecError: If there is no such sweep.
+    """
+    sweeps = written.data.get("sweeps")
+    if not isinstance(sweeps, dict) or name not in sweeps:
+        known = list(sweeps) if isinstance(sweeps, dict) else []
+        there = f"; there are {', '.join(known)}" if known else ": it has no sweeps"
+        message = f"{written.source.file} has no sweep `{name}`{there}"
+        raise SpecError([Problem("", message, 1, 1, "--sweep", nearest(name, known), "unknown-sweep")])
+    sweep = Sweep.model_validate(sweeps[name], by_alias=True, by_name=False)
+    if sweep.points is not None:
+        return [(point, Overlay(point=(name, point))) for point in sweep.points]
+    if sweep.variants is not None:
+        return [(variant, Overlay(variants=(variant,))) for variant in sweep.variants]
+    return grid_runs({path: [flow_text(value) for value in values] for path, values in (sweep.grid or {}).items()})
+
+
+def grid_runs(grid: dict[str, list[str]]) -> list[tuple[str, Overlay]]:
+    """Runs of a grid: values, as text, by path."""
+    short = _short_names(list(grid))
+    runs = []
+    for values in product(*grid.values()):
+        label = ", ".join(f"{name}={value[:30]}" for name, value in zip(short, values, strict=True))
+        sets = tuple(f"{path}={value}" for path, value in zip(grid, values, strict=True))
+        runs.append((label, Overlay(sets=sets)))
+    return runs
+
+
+def parse_grid(options: list[str]) -> dict[str, list[str]]:
+    """Values, as text, by path, of what was given as `path=[a, b, c]`.
+
+    Raises:
+        SpecError: If it is not that, or has too many runs.
+    """
+    source = Source("\n".join(options), "--grid")
+    grid: dict[str, list[str]] = {}
+    size, start = 1, 0
+    for words in options:
+        path, _, text = words.partition("=")
+        line, column = source.place(start)
+        start += len(words) + 1
+        try:
+            values = parse_document(check_source(Source(text, "--grid"))).data if text.strip() else None
+        except SpecError as error:
+            first = error.problems[0]
+            raise SpecError(
+                [Problem("", first.message, line, len(path) + 2, "--grid", first.hint, first.rule)]
+            ) from None
+        if not isinstance(values, list) or not values or not path.strip():
+            message = f"`{words[:80]}` is no axis: write PATH=[a, b, c], as in bodies.ball.material.density=[500, 1000]"
+            raise SpecError([Problem("", message, line, column, "--grid", rule="form")])
+        grid[path.strip()] = [flow_text(value) for value in values]
+        size *= len(values)
+    if size > MAX_RUNS:
+        raise SpecError(
+            [Problem("", f"a sweep has at most {MAX_RUNS} runs (got {size})", 1, 1, "--grid", rule="length")]
+        )
+    return grid
+
+
+def _short_names(paths: list[str]) -> list[str]:
+    """As few last steps of each path as tell them apart."""
+    for count in (1, 2, 3):
+        names = [".".join(path.split(".")[-count:]) for path in paths]
+        if len(set(names)) == len(names):
+            return names
+    return paths

@@ -1,0 +1,145 @@
+"""Values together with the positions of their parts: laid over each other without changing either."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from text2sim.spec_schema.text.document import Node, Path
+
+
+class Tree(NamedTuple):
+    """A value and its node."""
+
+    data: Any
+    node: Node
+
+    def child(self, step: str | int) -> "Tree":
+        """A part of it, which is there."""
+        children: Any = self.node.children
+        return Tree(self.data[step], children[step])
+
+
+def merge(base: Tree, over: Tree, path: Path = ()) -> Tree:
+    """Lay one value over another: mappings key by key, null takes away, anything else is replaced (RFC 7396).
+
+    Where both have a `kind` (or a `use`), and not the same, the mapping is replaced as a whole: what was said about a
+    box means nothing for a ball.
+
+    Args:
+        base: What lies below.
+        over: What is laid over it.
+        path: Where in a case they stand.
+    """
+    if not isinstance(over.data, dict):
+        return over
+    if not isinstance(base.data, dict) or _is_another(base.data, over.data, path):
+        return without_nulls(over)
+    assert isinstance(base.node.children, dict)
+    assert isinstance(over.node.children, dict)
+    node = base.node.copy()
+    data, children, keys = dict(base.data), dict(base.node.children), dict(base.node.keys)
+    for key, value in over.data.items():
+        if value is None:
+            data.pop(key, None)
+            children.pop(key, None)
+            keys.pop(key, None)
+            continue
+        upper = over.child(key)
+        if isinstance(value, dict) and isinstance(data.get(key), dict):
+            upper = merge(Tree(data[key], children[key]), upper, (*path, key))
+        else:
+            upper = without_nulls(upper)
+            keys[key] = over.node.keys[key]
+        data[key], children[key] = upper
+    node.children, node.keys = children, keys
+    return Tree(data, node)
+
+
+def without_nulls(tree: Tree) -> Tree:
+    """The value without the keys that take something away: there is nothing below it."""
+    if not isinstance(tree.data, dict) or not _has_null(tree.data):
+        return tree
+    kept = {key: without_nulls(tree.child(key)) for key, value in tree.data.items() if value is not None}
+    return mapping(tree.node, kept)
+
+
+def mapping(like: Node, parts: dict[str, Tree], keys: dict[str, tuple[int, int]] | None = None) -> Tree:
+    """A mapping of parts at the place of a node; keys stand where they stand in it, or where `keys` says."""
+    node = like.copy()
+    places = like.keys if keys is None else keys
+    node.children = {key: part.node for key, part in parts.items()}
+    node.keys = {key: places.get(key, (part.node.line, part.node.column)) for key, part in parts.items()}
+    return Tree({key: part.data for key, part in parts.items()}, node)
+
+
+def put(tree: Tree, path: Path, value: Tree | None) -> Tree:
+    """The value with one part of it set, or taken away; mappings on the way to it are made.
+
+    The lists on the way must be there, and long enough.
+    """
+    if not path:
+        assert value is not None
+        return value
+    step = path[0]
+    if isinstance(tree.data, list):
+        assert isinstance(step, int)
+        assert isinstance(tree.node.children, list)
+        inner = put(tree.child(step), path[1:], value)
+        node = tree.node.copy()
+        node.children = [*tree.node.children[:step], inner.node, *tree.node.children[step + 1 :]]
+        return Tree([*tree.data[:step], inner.data, *tree.data[step + 1 :]], node)
+    assert isinstance(step, str)
+    parts = {key: tree.child(key) for key in tree.data} if isinstance(tree.data, dict) else {}
+    keys = dict(tree.node.keys)
+    if value is None and len(path) == 1:
+        parts.pop(step, None)
+        return mapping(tree.node, parts, keys)
+    if step not in parts:
+        if value is None:
+            return tree
+        made = value.node.copy()
+        made.children, made.keys = {}, {}
+        parts[step] = Tree({}, made)
+        keys[step] = (value.node.line, value.node.column)
+    parts[step] = put(parts[step], path[1:], value)
+    return mapping(tree.node, parts, keys)
+
+
+def moved(tree: Tree, place: Callable[[Node], Node]) -> Tree:
+    """The same value, with each of its nodes replaced by what `place` makes of it."""
+    node = place(tree.node)
+    if isinstance(tree.data, dict):
+        inner = {key: moved(tree.child(key), place) for key in tree.data}
+        node.children = {key: part.node for key, part in inner.items()}
+        node.keys = {key: (part.node.line, part.node.column) for key, part in inner.items()}
+    elif isinstance(tree.data, list):
+        node.children = [moved(tree.child(index), place).node for index in range(len(tree.data))]
+    return Tree(tree.data, node)
+
+
+def count(data: Any) -> int:
+    """How many values there are in a value, itself included."""
+    total, stack = 0, [data]
+    while stack:
+        value = stack.pop()
+        total += 1
+        if isinstance(value, dict):
+            stack += value.values()
+        elif isinstance(value, list):
+            stack += value
+    return total
+
+
+def _is_another(base: dict[str, Any], over: dict[str, Any], path: Path) -> bool:
+    """Whether two mappings describe things of different kinds."""
+    if path[:1] in (("params",), ("waive",)) or path[-1:] == ("with",):
+        return False
+    first, second = ((found.get("use"), found.get("kind")) for found in (base, over))
+    for was, now in zip(first, second, strict=True):
+        if isinstance(was, str) and isinstance(now, str):
+            return was != now
+    crossed = (first[0], second[1]), (first[1], second[0])
+    return any(isinstance(was, str) and isinstance(now, str) for was, now in crossed)
+
+
+def _has_null(data: Any) -> bool:
+    return any(value is None or (isinstance(value, dict) and _has_null(value)) for value in data.values())

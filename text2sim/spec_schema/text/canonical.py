@@ -1,0 +1,245 @@
+"""The one canonical form of a case: order, indentation, quotes. Comments stay.
+
+Keys stand in the order of the language, names in the order of their author. Sections and bodies are written
+line by line; anything smaller goes on one line if it fits.
+"""
+
+from collections.abc import Mapping
+from typing import Any, get_args, get_origin
+
+from pydantic import BaseModel
+
+from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.models.prefab_models import PrefabFile
+from text2sim.spec_schema.text.document import Path, parse_document
+from text2sim.spec_schema.text.layout import Entry, plain_layout, written_layout
+from text2sim.spec_schema.text.source import Source, check_source
+from text2sim.spec_schema.text.writing import block_lines, key, scalar
+from text2sim.spec_schema.vocabulary.slots import slots_by_key
+from text2sim.spec_schema.vocabulary.words import Slot, slot_of
+
+WIDTH = 110
+INDENT = 2
+SECTIONS = ("prefabs", "scene", "bodies", "actions", "render", "variants", "sweeps", "waive")
+ANY = "*"
+
+_SPREAD: tuple[Path, ...] = (
+    (),
+    ("scene",),
+    ("scene", "statics"),
+    ("bodies",),
+    ("bodies", ANY),
+    ("bodies", ANY, "links"),
+    ("actions",),
+    ("actions", ANY),
+    ("render",),
+    ("render", "cameras"),
+    ("render", "lights"),
+    ("prefabs",),
+    ("prefabs", ANY),
+    ("prefabs", ANY, "params"),
+    ("prefabs", ANY, "body"),
+    ("prefabs", ANY, "bodies"),
+    ("prefabs", ANY, "bodies", ANY),
+    ("variants",),
+    ("sweeps",),
+    ("sweeps", ANY, "points"),
+    ("waive",),
+)
+"""Mappings that are written line by line even if they would fit on one."""
+
+
+def format_text(text: str, file: str = "case.yaml") -> str:
+    """Bring the text of a case into canonical form; the data stays the same.
+
+    Raises:
+        SpecError: If the text is not YAML that the language accepts. The case need not be valid otherwise.
+    """
+    return format_source(check_source(Source(text, file)))
+
+
+def format_source(source: Source) -> str:
+    """Bring a file that was read into canonical form; see `format_text`."""
+    document = parse_document(source)
+    text = dump_layout(*written_layout(document))
+    again = parse_document(Source(text, source.file))
+    if again.data != document.data:
+        raise AssertionError("the canonical form says something else than the original")
+    return text
+
+
+def dump_case(case: Case | Mapping[str, Any]) -> str:
+    """Write a case, or its plain data (in which `${…}` may stand), in canonical form."""
+    if isinstance(case, Case):
+        case = case.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
+    return "\n".join(_trimmed(_Writer().document(plain_layout(dict(case))))) + "\n"
+
+
+def dump_layout(root: Entry, head: list[str], foot: list[str]) -> str:
+    """Write a document with the comments above and below everything in canonical form."""
+    lines = [*head, *_Writer().document(root)]
+    if foot:
+        lines += ["", *foot]
+    return "\n".join(_trimmed(lines)) + "\n"
+
+
+def entry_lines(entry: Entry, indent: int) -> list[str]:
+    """Lines of one entry of a document, as its canonical form has them, without the comments above and below it."""
+    slot, path = _context(entry)
+    return _Writer()._entry(entry, slot, path, indent)
+
+
+def flow_text(entry: Entry) -> str:
+    """The value of an entry on one line, as it stands inside brackets."""
+    return _flow(entry, _context(entry)[0])
+
+
+def rank(parent: Entry, key: str) -> int:
+    """Where a key belongs among the entries of a mapping: after as many of them."""
+    order = list(slots_by_key(_chosen(_context(parent)[0], parent)))
+    if key not in order:
+        return len(parent.value)
+    ahead = order[: order.index(key)]
+    return max((i + 1 for i, child in enumerate(parent.value) if child.key in ahead), default=0)
+
+
+def _context(entry: Entry) -> tuple[Slot | None, Path]:
+    """What the language takes in the place of an entry, and the path to it."""
+    if entry.parent is None:
+        return _root(entry)
+    slot, path = _context(entry.parent)
+    return _inside(_chosen(slot, entry.parent), entry), (*path, entry.key if entry.key is not None else ANY)
+
+
+def _trimmed(lines: list[str]) -> list[str]:
+    """Without blank lines at the start and the end, and with one for several."""
+    rows: list[str] = []
+    for line in lines:
+        if line or (rows and rows[-1]):
+            rows.append(line)
+    while rows and not rows[-1]:
+        rows.pop()
+    return rows
+
+
+class _Writer:
+    def document(self, root: Entry) -> list[str]:
+        """Lines of a whole document."""
+        if not isinstance(root.value, list) or not root.value:
+            return [_flow(root)]
+        return self._block(root, *_root(root), 0)
+
+    def _block(self, entry: Entry, slot: Slot | None, path: Path, indent: int) -> list[str]:
+        """Lines of a collection, one or more for each of its entries."""
+        margin = " " * indent
+        lines: list[str] = []
+        slot = _chosen(slot, entry)
+        for child in _in_order(entry, slot):
+            inner = (*path, child.key if child.key is not None else ANY)
+            before = child.before
+            if path == () and child.key in SECTIONS:
+                before = ["", *before]
+            lines += [margin + row if row else "" for row in before]
+            lines += self._entry(child, _inside(slot, child), inner, indent)
+            lines += [margin + row for row in child.after]
+        # A blank line above the first entry would part it from its key.
+        return lines[1:] if lines[:1] == [""] else lines
+
+    def _entry(self, entry: Entry, slot: Slot | None, path: Path, indent: int) -> list[str]:
+        margin = " " * indent
+        lead = margin + ("-" if entry.key is None else key(entry.key) + ":")
+        trail = f"  {entry.trail}" if entry.trail else ""
+        if isinstance(entry.value, str):
+            rows = (
+                block_lines(entry.value, WIDTH - indent - INDENT)
+                if len(lead) + len(entry.value) >= WIDTH or "\n" in entry.value
+                else None
+            )
+            if rows is not None:
+                body = [f"{margin}{' ' * INDENT}{row}" if row else "" for row in rows[1:]]
+                return [f"{lead} {rows[0]}{trail}", *body]
+        if not isinstance(entry.value, list):
+            return [f"{lead} {scalar(entry.value, flow=False)}{trail}"]
+        text = f"{lead} {_flow(entry, slot)}"
+        spread = entry.value and (entry.has_comments or _spread(path, entry))
+        if not spread and (len(text) <= WIDTH or not entry.value):
+            return [text + trail]
+        if not spread and not entry.mapping and all(not isinstance(item.value, list) for item in entry.value):
+            return self._filled(entry, lead, indent, trail)
+        return [lead + trail, *self._block(entry, slot, path, indent + INDENT)]
+
+    def _filled(self, entry: Entry, lead: str, indent: int, trail: str) -> list[str]:
+        """A long list of scalars, as many on each line as fit."""
+        rows = [lead + " ["]
+        words = [scalar(item.value, flow=True) for item in entry.value]
+        for number, word in enumerate(words):
+            word += "," if number < len(words) - 1 else "]"
+            gap = "" if rows[-1].endswith("[") else " "
+            if len(rows[-1]) + len(gap) + len(word) > WIDTH and rows[-1].strip():
+                rows.append(" " * (indent + INDENT) + word)
+            else:
+                rows[-1] += gap + word
+        rows[-1] += trail
+        return rows
+
+
+def _flow(entry: Entry, slot: Slot | None = None) -> str:
+    """A value on one line."""
+    if not isinstance(entry.value, list):
+        return scalar(entry.value, flow=True)
+    slot = _chosen(slot, entry)
+    inner = [(child, _flow(child, _inside(slot, child))) for child in _in_order(entry, slot)]
+    if not entry.mapping:
+        return "[" + ", ".join(text for _, text in inner) + "]"
+    return "{" + ", ".join(f"{key(child.key or '')}: {text}" for child, text in inner) + "}"
+
+
+def _in_order(entry: Entry, slot: Slot | None) -> list[Entry]:
+    """Entries in canonical order: that of the language for the fields of a model, the author's otherwise."""
+    if not entry.mapping:
+        return entry.value
+    ranks = {key: rank for rank, key in enumerate(slots_by_key(slot))}
+    return sorted(entry.value, key=lambda child: ranks.get(child.key or "", len(ranks)))
+
+
+def _root(entry: Entry) -> tuple[Slot, Path]:
+    """What a document is: a case, or a prefab in a file of its own."""
+    if entry.mapping and any(child.key == "prefab" for child in entry.value):
+        return slot_of(PrefabFile), ("prefabs", ANY)
+    return slot_of(Case), ()
+
+
+def _chosen(slot: Slot | None, entry: Entry) -> Slot | None:
+    """The alternative of a union that a collection is written for, None if that cannot be told.
+
+    A union itself if the entry says no kind: what is laid over something need not, nor what uses a prefab.
+    """
+    if slot is None or not isinstance(entry.value, list):
+        return None
+    if slot.discriminator is not None:
+        kinds = [child.value for child in entry.value if child.key == "kind"]
+        if not kinds:
+            return slot if entry.mapping else None
+        model: type[BaseModel] | None = slot.models.get(kinds[0]) if isinstance(kinds[0], str) else None
+        return slot_of(model) if model is not None else None
+    if len(slot.members) > 1:
+        given = "mapping" if entry.mapping else "list"
+        fitting = [member for member in slot.members if member.structure == given]
+        return _chosen(fitting[0], entry) if len(fitting) == 1 else None
+    return slot
+
+
+def _inside(slot: Slot | None, child: Entry) -> Slot | None:
+    """What the language takes for an entry of a collection."""
+    if slot is None:
+        return None
+    if get_origin(slot.base) is dict:
+        return slot_of(get_args(slot.base)[1])
+    return slots_by_key(slot).get(child.key or "")
+
+
+def _spread(path: Path, entry: Entry) -> bool:
+    return entry.mapping and any(
+        len(path) == len(form) and all(want in (ANY, step) for want, step in zip(form, path, strict=True))
+        for form in _SPREAD
+    )

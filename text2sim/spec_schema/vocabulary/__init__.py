@@ -1,0 +1,1 @@
+"""What the language takes where, in words: for messages, schemas and reference pages."""

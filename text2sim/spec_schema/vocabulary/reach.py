@@ -1,0 +1,212 @@
+"""Where paths and keys lead in the language: what a change to a case could be about."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, get_args, get_origin
+
+from pydantic import BaseModel
+
+from text2sim.spec_schema.errors import nearest
+from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.paths import dotted
+from text2sim.spec_schema.text.document import Path
+from text2sim.spec_schema.vocabulary.words import Slot, fields_of, is_model, show, slot_of
+
+ROOTS = ("prompt", "params", "prefabs", "scene", "bodies", "actions", "render", "waive")
+"""What can be changed of a case."""
+
+
+class Face(NamedTuple):
+    """What of a prefab can be changed where it is used."""
+
+    kind: str | None = None
+    """Kind of its only body, if it is known."""
+    parts: tuple[str, ...] = ()
+    """Names of its bodies, if there are several."""
+
+
+Faces = Callable[[Any], Face]
+"""Says what can be changed of a prefab, by name."""
+
+
+class Astray(Exception):
+    """A path that leads nowhere.
+
+    Attributes:
+        step: Which of its steps.
+        hint: The nearest word that leads on.
+    """
+
+    def __init__(self, step: int, message: str, hint: str | None = None) -> None:
+        super().__init__(message)
+        self.step = step
+        self.hint = hint
+
+
+@dataclass
+class Opening:
+    """What can stand in a mapping."""
+
+    fields: dict[str, list[Slot]] = field(default_factory=dict)
+    """By key, if the language gives the keys."""
+    names: list[Slot] = field(default_factory=list)
+    """What stands under any name."""
+    anything: bool = False
+    """Nothing is known of it."""
+    models: list[type[BaseModel]] = field(default_factory=list)
+
+    def inner(self, key: str) -> list[Slot] | None:
+        """What can stand under a key; None if it leads nowhere."""
+        if key in self.fields:
+            return self.fields[key]
+        return self.names or ([] if self.anything else None)
+
+
+def opening(slots: list[Slot], values: list[Any], path: Path, faces: Faces = lambda use: Face()) -> Opening:
+    """What can stand in a mapping that the language has at a place.
+
+    Args:
+        slots: What the language takes there.
+        values: What stands there, in the case and in changes to it.
+        path: The place.
+        faces: What can be changed of prefabs.
+    """
+    found = Opening(anything=not slots)
+    uses = [value["use"] for value in values if isinstance(value, dict) and "use" in value] if is_entry(path) else []
+    used = [faces(use) for use in uses]
+    if not any(face.parts for face in used):
+        kinds = [{"kind": face.kind} for face in used]
+        for slot in slots:
+            _open(slot, [*values, *kinds], found)
+    if uses:
+        found.fields = {"use": [], "with": [], **found.fields}
+    for face in used:
+        found.fields |= {part: slot_entry() for part in face.parts}
+    return found
+
+
+def is_entry(path: Path) -> bool:
+    """Whether a body or static stands at a path, which may use a prefab."""
+    return (len(path) == 2 and path[0] == "bodies") or (len(path) == 3 and path[:2] == ("scene", "statics"))
+
+
+def slot_entry() -> list[Slot]:
+    """What the language takes for a body."""
+    return [slot_of(get_args(slot_of(Case.model_fields["bodies"].annotation).base)[1])]
+
+
+def root_slots() -> list[Slot]:
+    """What the language takes for a case."""
+    return [slot_of(Case)]
+
+
+def _open(slot: Slot, values: list[Any], found: Opening) -> None:
+    if slot.discriminator is not None:
+        kinds = [v.get("kind") for v in values if isinstance(v, dict)]
+        models = [slot.models[kind] for kind in kinds if isinstance(kind, str) and kind in slot.models]
+        for model in dict.fromkeys(models or slot.models.values()):
+            _open_model(model, found)
+        if not models:
+            found.fields.setdefault("kind", [])
+    elif len(slot.members) > 1:
+        for member in slot.members:
+            if member.structure == "mapping":
+                _open(member, values, found)
+    elif is_model(slot.base):
+        _open_model(slot.base, found)
+    elif get_origin(slot.base) is dict:
+        found.names.append(slot_of(get_args(slot.base)[1]))
+    elif slot.base is Any:
+        found.anything = True
+
+
+def _open_model(model: type[BaseModel], found: Opening) -> None:
+    found.models.append(model)
+    for key, (_, slot) in fields_of(model).items():
+        found.fields.setdefault(key, []).append(slot)
+
+
+def items_of(slots: list[Slot]) -> list[Slot]:
+    """What the language takes for an item of a list."""
+    found = []
+    for slot in slots:
+        for member in slot.members:
+            if get_origin(member.base) in (list, tuple):
+                found.append(slot_of(get_args(member.base)[0]))
+    return found
+
+
+def follow(data: Any, path: Path, faces: Faces, *, new: bool = False) -> None:
+    """Check that a path leads to something that can be set.
+
+    Args:
+        data: The case.
+        path: The path.
+        faces: What can be changed of prefabs.
+        new: Whether what is to be set is a mapping, which may stand under a new name.
+
+    Raises:
+        Astray: If it leads nowhere.
+    """
+    slots, value, missing = root_slots(), data, False
+    for index, step in enumerate(path):
+        here = f"`{dotted(path[:index])}`" if index else "a case"
+        if isinstance(value, str) and "${" in value:
+            raise Astray(index, f"{here} is the expression `{value[:60]}`: set it as a whole, or what it is made of")
+        if isinstance(step, int):
+            _check_item(value, step, index, here, missing)
+            assert isinstance(value, list)
+            slots, value = items_of(slots), value[step]
+            continue
+        if isinstance(value, list):
+            most = f" to {here.strip('`')}[{len(value) - 1}]" if len(value) > 1 else ""
+            raise Astray(index, f"{here} is a list; its items are {here.strip('`')}[0]{most}")
+        if value is not None and not isinstance(value, dict):
+            raise Astray(index, f"{here} is {show(value)}, and nothing is in it")
+        found = opening(slots, [value], path[:index], faces)
+        inner = found.inner(step)
+        known: list[str] = list(value or ()) if found.names and not found.fields else list(found.fields)
+        if index == 0:
+            known = [*ROOTS]
+            inner = inner if step in ROOTS else None
+        if inner is None or (found.names and step not in (value or {}) and not _may_be_new(path, index, new)):
+            named = bool(found.names) and index > 0
+            message = _made(step, value, path[:index], faces) or _nothing(step, here, known, named)
+            raise Astray(index, message, nearest(step, known))
+        missing = not isinstance(value, dict) or step not in value
+        slots, value = inner, value[step] if isinstance(value, dict) and not missing else None
+
+
+def _may_be_new(path: Path, index: int, new: bool) -> bool:
+    if path[0] == "params":
+        return False
+    return index == len(path) - 1 and (new or path[0] == "waive")
+
+
+def _made(step: str, value: Any, path: Path, faces: Faces) -> str | None:
+    """What to say of the name of a body that only comes to be when prefabs are expanded."""
+    for name, entry in value.items() if path == ("bodies",) and isinstance(value, dict) else ():
+        if isinstance(entry, dict) and step.startswith(f"{name}_"):
+            part = step.removeprefix(f"{name}_")
+            if part in faces(entry.get("use")).parts:
+                return f"`{step}` is made by `{name}`: say `bodies.{name}.{part}`"
+    return None
+
+
+def _nothing(step: str, here: str, known: list[str], named: bool) -> str:
+    if here == "a case":
+        return f"`{step}` cannot be changed; what can is {', '.join(known)}"
+    listed = f"; there are {', '.join(known)}" if 0 < len(known) <= 40 else ""
+    return (
+        f"there is no `{step}` in {here}{listed}" if named else f"unknown key `{step}`; {here} takes {', '.join(known)}"
+    )
+
+
+def _check_item(value: Any, step: int, index: int, here: str, missing: bool) -> None:
+    if missing or value is None:
+        raise Astray(index, f"{here} is left out in the case: set it as a whole")
+    if not isinstance(value, list):
+        raise Astray(index, f"{here} is {show(value)}, not a list")
+    if step >= len(value):
+        last = f"{here.strip('`')}[{len(value) - 1}]"
+        raise Astray(index, f"{here} has {len(value)} items, the last is {last}" if value else f"{here} is empty")

@@ -1,0 +1,60 @@
+"""What the language takes under each key, in canonical order; of what is laid over something, too."""
+
+from functools import cache
+from typing import get_args
+
+from pydantic import BaseModel
+
+from text2sim.spec_schema.models.base import Name
+from text2sim.spec_schema.models.bodies import Body
+from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.models.prefab_models import Prefab, PrefabFile, Use
+from text2sim.spec_schema.models.scene import Static
+from text2sim.spec_schema.models.sweep_models import Sweep
+from text2sim.spec_schema.vocabulary.words import Slot, fields_of, is_model, slot_of
+
+ENTRY = slot_of(Body)
+"""What stands under a name in `bodies`."""
+
+_MEANT: dict[tuple[type[BaseModel], str], Slot] = {
+    (Case, "prefabs"): slot_of(dict[Name, Prefab]),
+    (Case, "variants"): slot_of(dict[Name, Case]),
+    (Case, "sweeps"): slot_of(dict[Name, Sweep]),
+    (Prefab, "body"): ENTRY,
+    (Prefab, "bodies"): slot_of(dict[Name, Body]),
+    (PrefabFile, "body"): ENTRY,
+    (PrefabFile, "bodies"): slot_of(dict[Name, Body]),
+    (Sweep, "points"): slot_of(dict[Name, Case]),
+}
+"""Fields that take anything as far as their model goes, because they are checked elsewhere, and what they hold."""
+
+
+def meant(model: type[BaseModel], key: str, slot: Slot) -> Slot:
+    """What a field of a model really holds, where its type says less."""
+    return _MEANT.get((model, key), slot)
+
+
+def slots_by_key(slot: Slot | None) -> dict[str, Slot]:
+    """What stands under each key of a mapping, in canonical order; nothing if the keys are names.
+
+    Args:
+        slot: A model, or a union of models of which it is not known which is meant.
+    """
+    if slot is None:
+        return {}
+    if slot.discriminator is not None:
+        models = tuple(dict.fromkeys(slot.models.values()))
+        bodies = set(get_args(slot.base)) == set(get_args(ENTRY.base))
+        return _merged((Use, *models) if bodies else models)
+    if slot.base is Static:
+        return _merged((Use, Static))
+    return _merged((slot.base,)) if is_model(slot.base) else {}
+
+
+@cache
+def _merged(models: tuple[type[BaseModel], ...]) -> dict[str, Slot]:
+    found: dict[str, Slot] = {}
+    for model in models:
+        for key, (_, slot) in fields_of(model).items():
+            found.setdefault(key, meant(model, key, slot))
+    return found

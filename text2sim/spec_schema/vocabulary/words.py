@@ -1,0 +1,215 @@
+"""Types of the models in words: what a field takes, said to someone who writes a case."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache, cached_property
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from text2sim.spec_schema.models.base import Noun
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A place of the language: the type that it takes, with its bounds."""
+
+    base: Any
+    """The type without `Annotated` and without None."""
+    metadata: tuple[Any, ...] = ()
+    discriminator: str | None = None
+
+    @cached_property
+    def members(self) -> list["Slot"]:
+        """The alternatives of a union; the slot itself otherwise."""
+        if get_origin(self.base) in (Union, UnionType):
+            return [slot_of(member) for member in get_args(self.base) if member is not NoneType]
+        return [self]
+
+    @cached_property
+    def models(self) -> dict[str, type[BaseModel]]:
+        """The models of a union on `kind`, by kind."""
+        if self.discriminator is None:
+            return {}
+        return {kind: member.base for member in self.members for kind in kinds_of(member.base)}
+
+    @cached_property
+    def structure(self) -> str:
+        """What YAML writes here: number, text, boolean, list or mapping."""
+        if self.discriminator is not None or is_model(self.base):
+            return "mapping"
+        origin = get_origin(self.base)
+        if origin is Literal:
+            return "text"
+        return _STRUCTURES.get(origin or self.base, "anything")
+
+
+def is_model(base: Any) -> bool:
+    """Whether a type is a model of the language."""
+    return isinstance(base, type) and issubclass(base, BaseModel)
+
+
+_STRUCTURES: dict[Any, str] = {
+    bool: "boolean",
+    int: "number",
+    float: "number",
+    str: "text",
+    list: "list",
+    tuple: "list",
+    dict: "mapping",
+}
+
+
+def fits(slot: Slot, value: object) -> bool:
+    """Whether a value is written like what a slot takes: a list of numbers for a vector, text for a word."""
+    if slot.structure != structure_of(value):
+        return False
+    if isinstance(value, list) and value:
+        return slot_of(get_args(slot.base)[0]).structure == structure_of(value[0])
+    return True
+
+
+def structure_of(value: object) -> str:
+    """What YAML wrote: number, text, boolean, list, mapping or nothing."""
+    return "nothing" if value is None else _STRUCTURES.get(type(value), "anything")
+
+
+def slot_of(annotation: Any, metadata: Iterable[Any] = (), discriminator: str | None = None) -> Slot:
+    """Take a type hint apart."""
+    notes = list(metadata)
+    while True:
+        if get_origin(annotation) is Annotated:
+            annotation, *inner = get_args(annotation)
+            for note in inner:
+                if isinstance(note, FieldInfo):
+                    notes.extend(note.metadata)
+                    found = note.discriminator
+                    discriminator = discriminator or (found if isinstance(found, str) else None)
+                else:
+                    notes.append(note)
+        elif get_origin(annotation) in (Union, UnionType) and discriminator is None:
+            rest = [member for member in get_args(annotation) if member is not NoneType]
+            if len(rest) > 1:
+                break
+            annotation = rest[0]
+        else:
+            break
+    return Slot(annotation, tuple(notes), discriminator)
+
+
+@cache
+def fields_of(model: type[BaseModel]) -> dict[str, tuple[str, Slot]]:
+    """Fields of a model as they are written in YAML, in canonical order: attribute and slot by key."""
+    fields = {}
+    for attribute in _ordered(model):
+        field = model.model_fields[attribute]
+        key = field.alias or attribute
+        discriminator = field.discriminator if isinstance(field.discriminator, str) else None
+        fields[key] = (attribute, slot_of(field.annotation, field.metadata, discriminator))
+    return fields
+
+
+def _ordered(model: type[BaseModel]) -> list[str]:
+    """Attributes in the order in which they are written: what it is, then its own, then the common ones."""
+    own = [name for layer in model.__mro__ for name in layer.__dict__.get("__annotations__", {})]
+    names = dict.fromkeys([*_FIRST, *own])
+    return [name for name in names if name in model.model_fields]
+
+
+_FIRST = ("kind", "of", "event", "measure")
+
+
+@cache
+def kinds_of(model: type[BaseModel]) -> tuple[str, ...]:
+    """The kinds that a model stands for."""
+    field = model.model_fields.get("kind")
+    return get_args(field.annotation) if field is not None and get_origin(field.annotation) is Literal else ()
+
+
+def bounds_of(slot: Slot) -> dict[str, Any]:
+    """Bounds of a slot: gt, ge, lt, le, pattern, min_length, max_length."""
+    bounds: dict[str, Any] = {}
+    for note in slot.metadata:
+        for name in ("gt", "ge", "lt", "le", "pattern", "min_length", "max_length"):
+            value = getattr(note, name, None)
+            if value is not None:
+                bounds[name] = value
+    return bounds
+
+
+def describe(slot: Slot) -> str:
+    """Say what a slot takes: `a number greater than 0`, `3 numbers, or one of x, y, z`."""
+    if slot.discriminator is not None:
+        return f"a mapping with a kind ({', '.join(slot.models)})"
+    members = slot.members
+    if len(members) > 1:
+        said = list(dict.fromkeys(describe(member) for member in members))
+        return ", or ".join([", ".join(said[:-1]), said[-1]] if len(said) > 1 else said)
+    origin, arguments = get_origin(slot.base), get_args(slot.base)
+    if origin is Literal:
+        words = [str(argument) for argument in arguments]
+        return words[0] if len(words) == 1 else f"one of {', '.join(words)}"
+    if origin is tuple:
+        return f"{len(arguments)} {_plural(slot_of(arguments[0]))}"
+    if origin is list:
+        return f"a list of {_plural(slot_of(arguments[0]))}"
+    if slot.base is bool:
+        return "true or false"
+    if slot.base in (int, float):
+        return ("a whole number" if slot.base is int else "a number") + range_of(slot)
+    if slot.base is str:
+        return noun_of(slot).one
+    return "a mapping"
+
+
+def range_of(slot: Slot) -> str:
+    """The bounds of a number: ` greater than 0`, ` from 0 to 1`; nothing if there are none."""
+    bounds = bounds_of(slot)
+    low, high = bounds.get("ge"), bounds.get("le")
+    if "gt" in bounds and (low is None or bounds["gt"] >= low):
+        text = f" greater than {bounds['gt']:g}"
+        return text + (f", and at most {high:g}" if high is not None else "")
+    if low is not None and high is not None:
+        return f" from {low:g} to {high:.12g}"
+    if low is not None:
+        return f" of at least {low:g}"
+    return f" of at most {high:.12g}" if high is not None else ""
+
+
+def _plural(slot: Slot) -> str:
+    if len(slot.members) > 1 or slot.discriminator is not None:
+        return "values"
+    if slot.base in (int, float):
+        return ("whole numbers" if slot.base is int else "numbers") + range_of(slot)
+    if slot.base is str:
+        return noun_of(slot).many
+    if get_origin(slot.base) in (tuple, list):
+        inner = describe(slot).removeprefix("a list of ")
+        return f"lists of {inner}"
+    if get_origin(slot.base) is Literal:
+        return f"words from {', '.join(str(word) for word in get_args(slot.base))}"
+    return "values"
+
+
+def noun_of(slot: Slot) -> Noun:
+    """What a text is called."""
+    return next((note for note in slot.metadata if isinstance(note, Noun)), Noun("text", "texts"))
+
+
+def show(value: object) -> str:
+    """Say what was given instead."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        short = value if len(value) <= 40 else value[:37] + "…"
+        printable = "".join(c if c.isprintable() else " " for c in short)
+        return f"the text '{printable}'"
+    if isinstance(value, dict):
+        return "a mapping"
+    if isinstance(value, list | tuple):
+        return f"a list of {len(value)} items" if len(value) > 1 else "a list of 1 item" if value else "an empty list"
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
