@@ -67,8 +67,8 @@ def main() -> None:
     options = parser.parse_args()
     cradle = (ROOT / "cases/newton_cradle/case.yaml").read_text()
     scenes = {
-        "one ball, 2 s": (BALL, r"(value: )[\d.]+", lambda i: f"{1 + i / 50:.2f}"),
-        "wall of 30 bricks, 2 s": (WALL, r"(value: )[\d.]+", lambda i: f"{1 + i / 50:.2f}"),
+        "one ball, 2 s": (BALL, r"(value: )[\d.]+", lambda i: f"{1 + (i + 1) / 100:.2f}"),
+        "wall of 30 bricks, 2 s": (WALL, r"(value: )[\d.]+", lambda i: f"{1 + (i + 1) / 100:.2f}"),
         "newton_cradle, 6 s in 30,000 steps": (cradle, r"(angle: )[\d.]+", lambda i: f"{35 - (i + 1) / 10:.1f}"),
     }
     table = Table("scene", "problems told [s]", "built [s]", "simulated [s]", "film [s]", "all [s]", "memory [MB]")

@@ -51,7 +51,8 @@ def tree_standing(model: Any, folder: Path) -> list[tuple[Piece, Vec, Quaternion
 def known_parts(loaded: LoadedCase, mechanisms: Mechanisms) -> tuple[dict[str, Parts], list[Problem]]:
     """Return what selectors can name of bodies whose links are not written in the case, and what is wrong there.
 
-    Files that are read for it are put into `mechanisms`. A file that differs from copy to copy counts as the first copy has it.
+    Files that are read for it are put into `mechanisms`. A file that differs from copy to copy counts as the first
+    copy has it.
     """
     parts: dict[str, Parts] = {}
     problems: list[Problem] = []

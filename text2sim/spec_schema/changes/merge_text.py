@@ -85,15 +85,22 @@ def _amend(ours: Source, steps: list[Operation], wanted: Any, theirs: dict[Steps
         other, old = theirs.get(path), known.get(path)
         if other is None or old is None or entry not in written:
             continue
-        above = _chosen(attached(old.before), attached(entry.before), attached(other.before))
+        above = _both(attached(old.before), attached(entry.before), attached(other.before))
         rest = entry.before[: len(entry.before) - len(attached(entry.before))]
-        trail = _chosen(old.trail, entry.trail, other.trail)
-        amendment.comment(entry, [*rest, *above], trail, _chosen(old.after, entry.after, other.after))
+        trail = "  ".join(_both(_listed(old.trail), _listed(entry.trail), _listed(other.trail)))
+        amendment.comment(entry, [*rest, *above], trail or None, _both(old.after, entry.after, other.after))
     return write_amended(ours, amendment, wanted)
 
 
-def _chosen(base: Any, ours: Any, theirs: Any) -> Any:
-    return theirs if ours == base else ours
+def _both(base: list[str], ours: list[str], theirs: list[str]) -> list[str]:
+    """Comments of a place after both could have changed them: what they wrote comes after what we wrote."""
+    if ours == base:
+        return theirs
+    return ours if theirs == base else [*ours, *(row for row in theirs if row not in ours and row not in base)]
+
+
+def _listed(trail: str | None) -> list[str]:
+    return [trail] if trail else []
 
 
 def _entries(entry: Entry, path: Steps = ()) -> Iterator[tuple[Steps, Entry]]:

@@ -87,8 +87,12 @@ class _Follower:
                 self.by_name[space, rename.old] = rename
         self.laid = False
         """Whether this is inside an overlay."""
+        self.cast: dict[str, bool] = {}
+        """Bodies and statics, and whether each comes from a prefab."""
 
     def case(self, data: Any, root: Path = ()) -> Any:
+        if not self.laid:
+            self.cast = _cast(data)
         return self.value(data, slot_of(Case), root, "")
 
     def value(self, value: Any, slot: Slot | None, path: Path, body: str) -> Any:
@@ -165,7 +169,23 @@ class _Follower:
             return text
         name, index, part = found.groups()
         dot = f".{self.name(f'parts of {name}', part)}" if part else ""
-        return self.name(CAST, name) + index + dot
+        owner = self.owner(name)
+        return self.name(CAST, owner) + name[len(owner) :] + index + dot
+
+    def owner(self, name: str) -> str:
+        """The entry that a body comes from: those of a prefab with several bodies are called `NAME_PART`."""
+        if name in self.cast:
+            return name
+        users = [user for user, uses in self.cast.items() if uses and name.startswith(f"{user}_")]
+        return max(users, key=len, default=name)
+
+
+def _cast(data: Any) -> dict[str, bool]:
+    scene = data.get("scene") if isinstance(data, dict) else None
+    statics = scene.get("statics") if isinstance(scene, dict) else None
+    bodies = data.get("bodies") if isinstance(data, dict) else None
+    entries = [entry for part in (statics, bodies) if isinstance(part, dict) for entry in part.items()]
+    return {name: isinstance(entry, dict) and "use" in entry for name, entry in entries}
 
 
 def _reaches(data: Any, path: Path) -> bool:
