@@ -86,14 +86,15 @@ def test_the_page_tells_the_whole_story_and_needs_no_other_file(fall, make_case)
     add_film(folder)
     (folder / "case.yaml").write_text("text2sim: 1\n# the case\n")
     notes = ["solver = newton: few enough bodies"]
-    RunRecord("case", "finished", {"sim_digest": "abc123"}, versions={"python": "3.11"}, notes=notes, wall=3.0).write(
-        folder
-    )
+    lint = [{"rule": "overlap", "path": "/bodies/ball", "message": "`ball` is in it", "reason": "a press fit"}]
+    RunRecord(
+        "case", "finished", {"sim_digest": "abc123"}, versions={"python": "3.11"}, notes=notes, lint=lint, wall=3.0
+    ).write(folder)
     page = show(folder, make_case(**ACTIONS))
     for words in (
         "failed", "A ball falls.", "height below 0.5 m from 0.4 s to 1 s", "at worst",
         "first happened at 0.26 s", "solver = newton: few enough bodies", "# the case", "abc123", "3.11",
-        "0.003 m", "landing", "10 %",
+        "0.003 m", "landing", "10 %", "overlap", "a press fit",
     ):  # fmt: skip
         assert words in page.words, words
     addresses = [value for name, value in page.attributes if name in ("src", "href", "srcset", "action", "poster")]

@@ -26,7 +26,7 @@ def attempt(row: Examined, *, quiet: bool = False, **options: Any) -> RunResult 
         if row.plan is None:
             row.work_out()
         with watch(row.name, quiet=quiet) as on_progress:
-            result = run_case(row.loaded, on_progress=on_progress, **options)
+            result = run_case(row.loaded, on_progress=on_progress, lint=row.findings(), **options)
     except Text2SimError as error:
         row.blame(error)
         return None

@@ -93,6 +93,12 @@ class Examined:
         self.plan, self.problems = resolution.plan, report.problems
         self.collect_sources()
 
+    def findings(self) -> list[dict[str, Any]]:
+        """What the lint found, as a run keeps it."""
+        found: list[tuple[Problem, str | None]] = [(problem, None) for problem in self.problems]
+        found += [(waived.problem, waived.reason) for waived in self.waived]
+        return [{"rule": p.rule, "path": p.path, "message": p.message, "reason": reason} for p, reason in found]
+
     def blame(self, error: Exception) -> None:
         """Take note of an error that its author, or the owner of the machine, can put right."""
         self.exit = exits.MACHINE if isinstance(error, MachineError) else exits.INPUT

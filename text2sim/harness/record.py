@@ -59,6 +59,8 @@ class RunRecord:
     """Of the program; negative is a signal."""
     peak_memory: int = 0
     """Largest resident memory of the program [bytes]."""
+    lint: list[dict[str, Any]] = field(default_factory=list)
+    """What the lint found: `rule`, `path`, `message`, and the author's `reason` where it is waived."""
     notes: list[str] = field(default_factory=list)
     """Derived settings and their reasons, and what else is worth knowing."""
 

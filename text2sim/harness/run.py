@@ -1,7 +1,7 @@
 """From a case to a run folder with evidence, doing only what is not yet done."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -48,6 +48,7 @@ def run_case(
     device: Device = "cpu",
     stop: Stop | None = None,
     compile_to: Compile | None = None,
+    lint: Sequence[dict[str, Any]] = (),
 ) -> RunResult:
     """Bring the run folder of a case up to date: simulate, film, judge and report what is not yet.
 
@@ -62,6 +63,7 @@ def run_case(
         device: What the engine computes on.
         stop: Requests to stop; Ctrl-C and SIGTERM if left out.
         compile_to: The compiler.
+        lint: Findings to keep with the run, as in `RunRecord`.
 
     Raises:
         SpecError: if the case cannot be compiled.
@@ -83,6 +85,7 @@ def run_case(
         folder = runs / "-".join(filter(None, (loaded.case.name, loaded.overlay.label, plan.sim_digest[:10])))
         with RunLock(runs, folder.name) as lock:
             run = _Run(loaded, plan, folder, engine, limits, clock, stop, lock, film)
+            run.record.lint = list(lint)
             work = run.work(force=force)
             run.do(work, staged)
             return run.result(work)
@@ -222,7 +225,7 @@ class _Run:
         self._write_inputs(self.folder)
         self.record.case_digest, self.record.text2sim = fresh.case_digest, fresh.text2sim
         self.record.variants, self.record.sets = fresh.variants, fresh.sets
-        self.record.notes = fresh.notes
+        self.record.notes, self.record.lint = fresh.notes, fresh.lint
         self.record.write(self.folder)
 
     def _simulate(self) -> None:

@@ -105,8 +105,9 @@ class _Flights:
     def _rests(self, copy: Copy, near: list[tuple[Copy, Bounds]], g: Vec) -> bool:
         """Whether a copy has something just below it at the start."""
         parts = self.facts.parts(copy)
-        if any(ground.depth(part) > -RESTING for ground in self.facts.planes for part in parts):
-            return True
+        for ground in self.facts.planes:
+            if any(ground.depth(part) > -RESTING and ground.beside(part.solid.center) < 0.0 for part in parts):
+                return True
         size = math.hypot(*g)
         down: Vec = (g[0] / size, g[1] / size, g[2] / size)
         low, high = self.facts.box(copy) or ((0, 0, 0), (0, 0, 0))

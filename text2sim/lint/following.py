@@ -25,13 +25,16 @@ SHORT = 0.1
 
 def _slow(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
-        if motor.limit == inf or not motor.alone:
+        if motor.limit == inf or motor.swing.closed:
             continue
-        inertia = motor.swing.inertia + facts.substep * motor.damping
+        # Of a tree that moves freely, what hangs on the other side of the joint gives way, and what it carries turns
+        # with it: only what the motor's own damping takes is known to be needed.
+        own = 0.0 if motor.swing.floating else motor.swing.inertia
+        inertia = own + facts.substep * motor.damping
         found = []
         for span in motor.spans:
             for demand in demands(span) if span.mode != "force" else ():
-                load = _load(motor, demand, span.mode)
+                load = 0.0 if motor.swing.floating else _load(motor, demand, span.mode)
                 needed = inertia * demand.acceleration + load
                 ratio = inertia * demand.acceleration / max(motor.limit - load, 1e-3 * needed, 1e-12)
                 longer = sqrt(ratio) if span.mode == "position" else ratio
@@ -43,14 +46,14 @@ def _slow(facts: Facts) -> Iterator[Problem]:
         unit, force = motor.swing.units
         speed = span.mode == "velocity"
         rotor = facts.substep * motor.damping * demand.acceleration
-        parts = [f"{amount(motor.swing.inertia * demand.acceleration, force)} for its inertia"]
-        parts += [f"{amount(rotor, force)} for damping x substep, which counts as inertia"] * (rotor > 0.05 * needed)
+        parts = [f"{amount(own * demand.acceleration, force)} for its inertia"] * (own > 0.0)
+        parts += [f"{amount(rotor, force)} for its motor's damping, of which the engine makes inertia (damping x substep)"] * (rotor > 0.05 * needed)
         parts += [f"{amount(load, force)} for its load"] * (load > 0.01 * needed)
-        later = f"or it {at_least(longer)} times as long" if load < motor.limit else "or it less to carry"
+        later = f"or {at_least(longer)} times as long" if load < motor.limit else "or less to carry"
         text = (
             f"`{motor.label}` cannot keep up: {demand.first:.3g} to {demand.last:.3g} {unit}{'/s' * speed} within "
             f"{demand.end - demand.start:.3g} s takes {amount(needed, force)} ({', '.join(parts)}), and its motor "
-            f"gives {amount(motor.limit, force)}; give it a max_force of {at_least(1.2 * needed)}, {later}"
+            f"gives {amount(motor.limit, force)}; give the motor a max_force of {at_least(1.2 * needed)}, {later}"
         )
         yield facts.problem("slow-motor", span.where, text)
 

@@ -17,6 +17,8 @@ SHORTEST = 0.002
 """Timeconst [s] that needs no further study; see `compiler.settings`."""
 SUNK, DROWNED = 0.05, 0.25
 """Part of its thickness by which a body may sink without a word, and from which on it is no simulation of it."""
+WALL = 0.1
+"""The same as `SUNK` for the contacts' softness: the wall of a glass may give way by a tenth of a millimetre."""
 UNBUILT = 2e-5
 """Sizes [m] with which the engine failed: at 1 um it does not build, at 10 um bodies fall through the floor."""
 LARGE, VAST = 1e3, 1e6
@@ -28,6 +30,8 @@ ROUNDING = 1.2e-7
 """Relative spacing of numbers in single precision."""
 DENSITIES = (0.05, 30_000.0)
 """Densities [kg/m3] of matter: from the lightest foams to osmium (22,600), with some room."""
+PACKED = 1e5
+"""Density [kg/m3] above which a `mass` is no longer that of a small body that stands for a heavy one."""
 UNITS = ((0.001, "millimetres"), (0.01, "centimetres"), (0.0254, "inches"))
 
 
@@ -52,8 +56,8 @@ def _too_small(facts: Facts) -> Iterator[Problem]:
             )
             text += "metres?"
             yield facts.problem("too-small", facts.said(name, "shape"), text, key=True, severity="error")
-        elif sag > SUNK * thin and scene.contact.timeconst is None:
-            longest = math.sqrt(SUNK * thin / (SAG * math.hypot(*scene.gravity)))
+        elif sag > WALL * thin and scene.contact.timeconst is None:
+            longest = math.sqrt(WALL * thin / (SAG * math.hypot(*scene.gravity)))
             text = (
                 f"`{name}` has a piece of {length(thin)}, and will sink by {length(sag)} ({sag / thin:.0%} of it) into "
                 f"what it rests on at a contact timeconst of {settings.timeconst:g} s"
@@ -91,12 +95,53 @@ def _unit(copy: Copy, size: float) -> str:
 
 
 def _density(facts: Facts) -> Iterator[Problem]:
+    yield from _mass(facts)
     low, high = DENSITIES
     for where, density in _densities(facts.raw(("bodies",)), ("bodies",)):
         if not low <= density <= high:
             known = "the lightest foams have 1" if density < low else "osmium, the densest, has 22,600"
             text = f"a density of {density:g} kg/m3 is that of no material ({known}); water has 1000, steel 7800"
             yield facts.problem("implausible-density", where, text)
+
+
+def _mass(facts: Facts) -> Iterator[Problem]:
+    """What a `mass` comes to, over the volume of the shape: a body in grams is a thousand times too dense."""
+    low, high = DENSITIES[0], PACKED
+    for name, body in facts.case.bodies.items():
+        mass = getattr(getattr(body, "material", None), "mass", None)
+        if mass is None or body.kind != "rigid":
+            continue
+        for copy in _kinds(facts, name):
+            volume = sum(part.piece.volume() for part in facts.parts(copy))
+            if volume <= 0.0 or low <= mass / volume <= high:
+                continue
+            density = mass / volume
+            text = (
+                f"{mass:g} kg in the {_litres(volume)} of `{copy.name}` are {_round(density)} kg/m3, a density of no "
+                "material (steel has 7800); masses are in kilograms, lengths in metres"
+            )
+            if density > high and low <= density / 1000 <= DENSITIES[1]:
+                text += f": {mass:g} g are {mass / 1000:g} kg"
+            yield facts.problem("implausible-density", _mass_of(facts, name), text)
+            break
+
+
+def _mass_of(facts: Facts, name: str) -> Path:
+    """Path of the mass of a body, or of the body where a prefab says it."""
+    where = facts.where(name, "material", "mass")
+    return where if facts.raw(where) is not None else facts.where(name)
+
+
+def _round(value: float) -> str:
+    """A number with three digits, and never with an exponent below a million million."""
+    return f"{float(f'{value:.3g}'):,.0f}" if 1e3 <= value < 1e12 else f"{value:.3g}"
+
+
+def _litres(volume: float) -> str:
+    """A volume [m3] in words."""
+    if volume >= 1.0:
+        return f"{volume:.3g} m3"
+    return f"{volume * 1e3:.3g} l" if volume >= 1e-4 else f"{volume * 1e6:.3g} cm3"
 
 
 def _densities(value: object, where: Path) -> Iterator[tuple[Path, float]]:
@@ -158,19 +203,19 @@ RULES = (
         title="A body is too thin for the contacts of the scene.",
         reason=f"""\
 Contacts are soft. What rests on something sinks into it by about {SAG:g} g T^2 (measured), where T is the contact's
-timeconst: 0.1 mm at the usual 10 ms, whatever the size. For a free body, more than {SUNK:.0%} of its thinnest piece is
+timeconst: 0.1 mm at the usual 10 ms, whatever the size. For a free body, more than {WALL:.0%} of its thinnest piece is
 a warning, more than {DROWNED:.0%} an error: stacks collapse into each other. A timeconst that the case gives is judged
 elsewhere. Sizes of 10 um and less do not simulate at all.""",
         way_out="""\
 Shorten `scene.contact.timeconst` (it must be two substeps or more), or check the unit: all lengths are metres.""",
         example="""\
 bodies:
-  coin: {kind: rigid, shape: {kind: cylinder, radius: 0.01, height: 0.002}, place: {on: floor}}
+  coin: {kind: rigid, shape: {kind: cylinder, radius: 0.01, height: 0.001}, place: {on: floor}}
 """,
         mended="""\
 scene: {contact: {timeconst: 0.005}, substeps: 4}
 bodies:
-  coin: {kind: rigid, shape: {kind: cylinder, radius: 0.01, height: 0.002}, place: {on: floor}}
+  coin: {kind: rigid, shape: {kind: cylinder, radius: 0.01, height: 0.001}, place: {on: floor}}
 """,
         run=_too_small,
     ),
@@ -198,7 +243,8 @@ bodies:
         title="A density is that of no material.",
         reason=f"""\
 Densities are in kg/m3: water has 1000. Below {DENSITIES[0]:g} and above {DENSITIES[1]:g} there is no matter; 7.8 for
-steel is a value in g/cm3, which no check can tell from foam.""",
+steel is a value in g/cm3, which no check can tell from foam. A `mass` is divided by the volume of the shape, and may be
+that of {PACKED:g} kg/m3: a small body often stands for a heavy one.""",
         way_out="Multiply a density in g/cm3 by 1000; give a `mass` where that is what counts.",
         example="""\
 bodies:
@@ -225,7 +271,7 @@ bodies:
 """,
         mended="""\
 bodies:
-  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {mass: 1000}, place: {on: floor}}
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {mass: 100}, place: {on: floor}}
 """,
         run=_too_heavy,
     ),

@@ -117,8 +117,9 @@ def one_each(problems: Iterable[Problem]) -> Iterator[Problem]:
 
 
 def amount(value: float, unit: str) -> str:
-    """A value with three digits and its unit."""
-    return f"{value:.3g} {unit}".rstrip()
+    """A value with three digits and its unit; no exponent where a person would write none."""
+    text = f"{float(f'{value:.3g}'):.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"
+    return f"{text} {unit}".rstrip()
 
 
 def at_least(value: float) -> str:

@@ -113,6 +113,8 @@ class Desk:
         self._cancelled: set[int] = set()
         self._running: tuple[int, list[int]] | None = None
         self._lock = threading.Lock()
+        self.started = False
+        """Whether the engine has been imported."""
         self.orders: queue.Queue[dict[str, Any] | None] = queue.Queue()
         """What is to be done; None at the end."""
         threading.Thread(target=self._listen, name="orders", daemon=True).start()
@@ -141,12 +143,15 @@ class Desk:
                 self._cancel(order["cancel"])
             else:
                 self.orders.put(order)
+        # Whoever gave the orders is gone.
+        if not self.started:
+            os._exit(0)
         self.orders.put(None)
         with self._lock:
-            if self._running is not None:
-                self._running[1].append(0)
-        # Whoever gave the orders is gone; a step that never ends must not keep this process.
-        timer = threading.Timer(GRACE, os._exit, (1,))
+            if self._running is None:
+                return  # the end of the process writes down the kernels that it compiled: let it take its time
+            self._running[1].append(0)
+        timer = threading.Timer(GRACE, os._exit, (1,))  # for a step that never ends
         timer.daemon = True
         timer.start()
 
@@ -195,6 +200,7 @@ def main() -> None:
     sys.dont_write_bytecode = True
     desk = Desk()
     warm = Warm(Path(sys.argv[1]))
+    desk.started = True
     desk.tell(ready=True, memory=_memory())
     first = True
     while (order := desk.orders.get()) is not None:

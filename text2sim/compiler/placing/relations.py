@@ -140,7 +140,9 @@ def _falls_past(place: Place, subject: Group, target: Group, x: float, y: float)
     beside = next((k for k, s in enumerate((x, y)) if high[k] + s <= bottom[k] or low[k] + s >= top[k]), None)
     there = f"`{place.target}` is nowhere under it, and it would fall past"
     if beside is None:
-        return f"{there}: it passes through"
+        several = "[*]" in (place.target or "")
+        hint = "; for one on each, give it a `repeat` with as many copies" if several else ""
+        return f"{there}: it passes through{hint}"
     s = (x, y)[beside]
     mine = f"{low[beside] + s:.4g} to {high[beside] + s:.4g}"
     its = f"{bottom[beside]:.4g} to {top[beside]:.4g}"

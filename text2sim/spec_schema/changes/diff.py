@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import dist
 from typing import Any, Literal
 
-from text2sim.spec_schema.changes.naming import Rename, follow
+from text2sim.spec_schema.changes.naming import Rename, follow, follow_expanded
 from text2sim.spec_schema.changes.operation import Operation
 from text2sim.spec_schema.changes.patch import apply_operations, same
 from text2sim.spec_schema.changes.renames import find_renames
@@ -58,12 +58,12 @@ def difference(a: Any, b: Any, values: tuple[Any, Any] = (NOTHING, NOTHING)) -> 
         values: Their data with every expression evaluated, where it is known.
     """
     renames = find_renames(a, b)
+    was = follow_expanded(values[0], renames, a) if values[0] is not NOTHING else NOTHING
     a, counts = follow(a, renames)
     changes = [
         Change("renamed", (*rename.path, rename.new), rename.old, rename.new, references=counts[rename])
         for rename in renames
     ]
-    was = follow(values[0], renames)[0] if values[0] is not NOTHING else NOTHING
     return [*changes, *_compare(a, b, was, values[1], ())]
 
 

@@ -58,6 +58,27 @@ def follow(data: Any, renames: Iterable[Rename]) -> tuple[Any, Counter[Rename]]:
     return data, counts
 
 
+def follow_expanded(data: Any, renames: Iterable[Rename], written: Any) -> Any:
+    """Return a case whose prefabs are expanded with the names of another version of it.
+
+    Args:
+        data: The case.
+        renames: Entries that are called otherwise, in the order in which `follow` takes them.
+        written: The same case with its prefabs as they are used, before the renames.
+    """
+    cast, bodies = _cast(written), data.get("bodies") if isinstance(data, dict) else None
+    made = [name for name in bodies if name not in cast] if isinstance(bodies, dict) else []
+    follower = _Follower([])
+    follower.cast = cast
+    parts = []
+    for rename in renames:
+        parts.append(rename)
+        if rename.path == ("bodies",):
+            names = [name for name in made if follower.owner(name) == rename.old]
+            parts += [Rename(rename.path, name, rename.new + name[len(rename.old) :]) for name in names]
+    return follow(data, parts)[0]
+
+
 def _batches(renames: Iterable[Rename]) -> list[list[Rename]]:
     """Renames that can be done at once: none lies inside what another of the same batch renames."""
     batches: list[list[Rename]] = [[]]

@@ -88,7 +88,9 @@ def check_joint(cast: Cast, where: Path, member: Member, purpose: str) -> Any:
         mount = f"its mount is {joint.kind}" if joint is not None else "it has no links"
         message = f"`{name}` has no joint to {purpose}: {mount}, not hinge or slider"
     elif isinstance(model, Articulated):
-        what = "is the root" if joint is None else f"has a {joint.kind} joint"
+        link = (model.links or {}).get(member.part or "")
+        none = "has no joint" if link is not None and link.parent is not None else "is the root"
+        what = none if joint is None else f"has a {joint.kind} joint"
         message = f"`{member.text}` {what}; only a hinge or slider has something to {purpose}"
     else:
         kind = "static" if member.static else model.kind

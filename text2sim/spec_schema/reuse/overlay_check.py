@@ -108,7 +108,11 @@ class _Walk:
 
     def named(self, found: Opening, over: dict[str, Any], bases: list[Any], path: Path) -> None:
         """Look at a mapping by name, in which a new name has to bring a whole entry."""
-        known = list(dict.fromkeys(name for base in bases if isinstance(base, dict) for name in base))
+        known = [name for base in bases[:1] if isinstance(base, dict) for name in base]
+        # What another variant adds may be changed; what it only changes is no more there for that.
+        for base in bases[1:]:
+            rows = base.items() if isinstance(base, dict) else ()
+            known += [name for name, value in rows if name not in known and _whole(found.names, value, (*path, name))]
         for name, value in over.items():
             if name not in known and path[:1] != ("waive",) and not _whole(found.names, value, (*path, name)):
                 listed = f"; there are {', '.join(known)}" if 0 < len(known) <= 12 else ""
