@@ -7,7 +7,6 @@ import argparse
 import json
 import os
 import re
-import signal
 import statistics
 import subprocess
 import sys
@@ -129,7 +128,7 @@ def measure(folder: Path, text: str, pattern: str, value, saves: int) -> tuple[l
             if engine.is_running():
                 memory.append(engine.memory_info().rss / 1e6)
     finally:
-        process.send_signal(signal.SIGINT)
+        process.terminate()
         process.wait()
     return rows, memory
 

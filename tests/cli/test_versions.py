@@ -387,6 +387,17 @@ def test_changes_that_only_together_are_wrong_are_left_to_the_lines(
     assert "merged line by line" in said
 
 
+def test_drivers_that_do_not_start_leave_a_difference_of_the_lines(git: Git, cli: Cli, monkeypatch: pytest.MonkeyPatch):
+    commit(git, "theirs", NEW.replace("radius: 0.1", "radius: 0.3"))
+    monkeypatch.chdir("repo")
+    cli("git", "install")
+    for key in ("diff.text2sim.command", "diff.text2sim.textconv"):
+        git("config", key, git("config", key).strip().replace("text2sim git ", "nothing_of_this_name git "))
+    for words in (("diff", "main"), ("log", "-p", "-1")):
+        rows = [row for row in git(*words).splitlines() if "radius" in row]
+        assert [row[0] for row in rows] == ["-", "+"]
+
+
 def test_a_driver_that_does_not_start_leaves_a_merge_of_the_lines(git: Git, cli: Cli, monkeypatch: pytest.MonkeyPatch):
     commit(git, "theirs", NEW.replace("radius: 0.1", "radius: 0.3").replace("duration: 1.0", "duration: 2.0"))
     commit(git, "ours", NEW.replace("radius: 0.1", "radius: 0.2"))

@@ -22,7 +22,7 @@ from text2sim.drawing.naming import draw_labels
 from text2sim.drawing.panel import fitted, nice_step, ticks
 from text2sim.drawing.picture import Style, paint
 from text2sim.drawing.stage import stage
-from text2sim.spec_schema.load import load_case
+from text2sim.spec_schema.load import load_case, load_text
 
 
 @pytest.mark.parametrize("name", ["brick_wall", "crank_slider"])
@@ -60,6 +60,26 @@ def test_ground_and_huge_statics_do_not_decide_the_frame() -> None:
     ball = "ball: {kind: rigid, shape: {kind: sphere, radius: 0.5}, pose: {pos: [0, 0, 1]}}"
     low, high = subject_bounds(stage(resolved(ball)))
     assert (low, high) == (pytest.approx((-0.5, -0.5, 0.5), abs=0.02), pytest.approx((0.5, 0.5, 1.5), abs=0.02))
+
+
+def test_what_a_marble_rolls_on_is_shown_whole_and_a_floor_is_not() -> None:
+    text = """\
+text2sim: 2
+name: run
+scene:
+  duration: 1
+  statics:
+    ramp: {shape: {kind: box, size: [1, 0.1, 0.02]}, pose: {pos: [0, 0, 0.9], euler_deg: [0, 20, 0]}}
+    bin: {shape: {kind: cup, radius: 0.15, height: 0.2, thickness: 0.01}, pose: {pos: [1.8, 0, 0.3]}}
+    slab: {shape: {kind: box, size: [30, 30, 0.1]}, pose: {pos: [0, 0, 0]}}
+bodies:
+  marble: {kind: rigid, shape: {kind: sphere, radius: 0.02}, pose: {pos: [-0.4, 0, 1.1]}}
+"""
+    low, high = subject_bounds(stage(resolve_case(load_text(text))))
+    assert -1 < low[0] < -0.46, "all of the ramp"
+    assert 1.95 < high[0] < 2.5, "and the bin, and little of the slab"
+    assert low[2] < 0.06
+    assert high[2] == pytest.approx(1.12, abs=0.01)
 
 
 def test_statics_near_what_moves_are_shown_and_large_ones_in_part(zoo: Resolution) -> None:

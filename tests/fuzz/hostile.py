@@ -66,7 +66,12 @@ def _mjcf(body: str, before: str = "", head: str = "") -> bytes:
 
 
 _ARM = '<body name="a"><joint name="j" axis="0 1 0"/><geom size="0.1"/>{}</body>'
-_LAUGHS = "<!DOCTYPE x [" + '<!ENTITY a0 "ha">' + "".join(f'<!ENTITY a{i} "{f"&a{i - 1};" * 10}">' for i in range(1, 10)) + "]>"
+_LAUGHS = (
+    "<!DOCTYPE x ["
+    + '<!ENTITY a0 "ha">'
+    + "".join(f'<!ENTITY a{i} "{f"&a{i - 1};" * 10}">' for i in range(1, 10))
+    + "]>"
+)
 MJCF: tuple[Content, ...] = (
     b"", b"<", b"<mujoco/>", b"<robot/>", _mjcf(_ARM.format("")), _mjcf(_ARM.format("&a9;"), head=_LAUGHS), "\ufeff".encode() * 9,
     _mjcf(_ARM.format("&x;"), head='<!DOCTYPE x [<!ENTITY x SYSTEM "file:///etc/passwd">]>'), _mjcf("<body>" * 5000 + "</body>" * 5000),
@@ -114,10 +119,22 @@ def hostile_files(chance: random.Random) -> tuple[dict[str, Content], dict[str, 
     content = chance.choice(KINDS[name])
     if isinstance(content, bytes) and chance.random() < 0.3 and content:
         at = chance.randrange(len(content))
-        content = content[:at] + chance.choice((b"", b"\0", b"9", b"-", b"<", b'"', b"\xff\xff")) + content[at + chance.randrange(9) :]
-    files: dict[str, Content] = {"mesh.obj": TETRAHEDRON, "m.mtl": b"newmtl a\nmap_Kd ../../../etc/passwd\nmap_Kd /dev/zero\n"}
+        content = (
+            content[:at]
+            + chance.choice((b"", b"\0", b"9", b"-", b"<", b'"', b"\xff\xff"))
+            + content[at + chance.randrange(9) :]
+        )
+    files: dict[str, Content] = {
+        "mesh.obj": TETRAHEDRON,
+        "m.mtl": b"newmtl a\nmap_Kd ../../../etc/passwd\nmap_Kd /dev/zero\n",
+    }
     files[name] = content
     if name.startswith("model"):
         return files, {"kind": "articulated", "file": name, "base": chance.choice(("fixed", "free"))}
-    shape = {"kind": "mesh", "file": name, "scale": chance.choice((1, 0.001, 1e6)), "collision": chance.choice(("hull", "decompose"))}
+    shape = {
+        "kind": "mesh",
+        "file": name,
+        "scale": chance.choice((1, 0.001, 1e6)),
+        "collision": chance.choice(("hull", "decompose")),
+    }
     return files, {"kind": "rigid", "shape": shape, "pose": {"pos": [9, 0, 2]}}

@@ -81,7 +81,10 @@ def mutations(cases: Path, count: int, seed: int) -> list[Draft]:
         if chance.random() < 0.2:
             _lay_over(draft, chance)
         if chance.random() < 0.3:
-            draft.operations = [_operation(draft.data, chance) for _ in range(chance.choice((1, 1, 2, 5)))]
+            # A copy each: a patch that comes as JSON has no value in two places.
+            draft.operations = [
+                copy.deepcopy(_operation(draft.data, chance)) for _ in range(chance.choice((1, 1, 2, 5)))
+            ]
         try:
             draft.text = draft.text or dump_case(draft.data).encode("utf-8", "surrogatepass")
         except (ValueError, RecursionError):
@@ -262,13 +265,32 @@ def _use(draft: Draft, chance: random.Random) -> None:
     if not (things := _things(draft)):
         return
     section, name = chance.choice(things)
-    kept = {key: section[name][key] for key in ("place", "pose", "repeat") if key in section[name] and chance.random() < 0.8}
+    kept = {
+        key: section[name][key] for key in ("place", "pose", "repeat") if key in section[name] and chance.random() < 0.8
+    }
     section[name] = {"use": chance.choice(PREFABS), **kept}
     if chance.random() < 0.5:
-        values = (0.1, 0.05, 3, "${0.05 + i * 0.01}", "${u}", "red", "${'a' * 3}", 0, -1, None, "${nowhere}", [1], "up", 1e9)
+        values = (
+            0.1,
+            0.05,
+            3,
+            "${0.05 + i * 0.01}",
+            "${u}",
+            "red",
+            "${'a' * 3}",
+            0,
+            -1,
+            None,
+            "${nowhere}",
+            [1],
+            "up",
+            1e9,
+        )
         section[name]["with"] = {chance.choice(ARGUMENTS): chance.choice(values) for _ in range(chance.choice((1, 2)))}
     if chance.random() < 0.3:
-        section[name] |= copy.deepcopy(chance.choice(({"look": {"color": "red"}}, {"shape": {"radius": 1}}, {"material": {"density": "${i}"}})))
+        section[name] |= copy.deepcopy(
+            chance.choice(({"look": {"color": "red"}}, {"shape": {"radius": 1}}, {"material": {"density": "${i}"}}))
+        )
 
 
 def _prefab(draft: Draft, chance: random.Random) -> None:
@@ -279,7 +301,12 @@ def _prefab(draft: Draft, chance: random.Random) -> None:
     body = copy.deepcopy(section[name])
     for key in ("place", "pose", "repeat"):
         body.pop(key, None)
-    params = {"a": {"kind": chance.choice(("length", "number", "count", "color", "choice", "text")), "default": chance.choice((0.1, 2, "red", None))}}
+    params = {
+        "a": {
+            "kind": chance.choice(("length", "number", "count", "color", "choice", "text")),
+            "default": chance.choice((0.1, 2, "red", None)),
+        }
+    }
     numbers = [(c, k) for c, k in _places(body) if isinstance(c[k], int | float) and not isinstance(c[k], bool)]
     if numbers:
         container, key = chance.choice(numbers)
@@ -292,7 +319,11 @@ def _prefab(draft: Draft, chance: random.Random) -> None:
     else:
         draft.files["prefabs/file.yaml"] = json.dumps({"text2sim": 2, "prefab": "file", **definition}).encode()
     kept = {key: section[name][key] for key in ("place", "pose", "repeat") if key in section[name]}
-    section[name] = {"use": chance.choice(("local", "file")), "with": {"a": chance.choice((0.1, "${0.1 + 0.01 * i}", 7))}, **kept}
+    section[name] = {
+        "use": chance.choice(("local", "file")),
+        "with": {"a": chance.choice((0.1, "${0.1 + 0.01 * i}", 7))},
+        **kept,
+    }
 
 
 def _file(draft: Draft, chance: random.Random) -> None:
@@ -337,8 +368,9 @@ def _sweep(draft: Draft, chance: random.Random) -> None:
     steps, found = _path(draft.data, chance)
     dots = ".".join(map(str, steps))
     values = [_value(found, chance) for _ in range(chance.choice((1, 3, 3, 200)))]
+    twice = copy.deepcopy(values)
     draft.data["sweeps"] = {"s": chance.choice((
-        {"grid": {dots: values}}, {"grid": {dots: values, "scene.dt": values}}, {"points": {"a": _nested(steps, found), "b": {}}},
+        {"grid": {dots: values}}, {"grid": {dots: values, "scene.dt": twice}}, {"points": {"a": _nested(steps, found), "b": {}}},
         {"variants": ["soft", "nope"]}, {"grid": {}, "points": {}}, {"grid": {"params.speed": list(range(3000))}},
     ))}  # fmt: skip
 
@@ -367,7 +399,18 @@ def _operation(data: Any, chance: random.Random) -> dict[str, Any]:
     ))  # fmt: skip
 
 
-_WORDS: tuple[Callable[[Draft, random.Random], None], ...] = (_place, _place, _place, _use, _use, _prefab, _prefab, _file, _variant, _sweep)
+_WORDS: tuple[Callable[[Draft, random.Random], None], ...] = (
+    _place,
+    _place,
+    _place,
+    _use,
+    _use,
+    _prefab,
+    _prefab,
+    _file,
+    _variant,
+    _sweep,
+)
 _GENTLE = (_scale, _scale, _scale, _sibling)
 _DATA: tuple[Callable[[Any, random.Random], None], ...] = (
     _replace, _replace, _replace, _delete, _scale, _scale, _rename, _transplant, _word, _word, _section,

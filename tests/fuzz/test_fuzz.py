@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 TRIAL = Path(__file__).with_name("trial.py")
-COUNT = 400
+COUNT = 120
 
 
 def test_no_document_gets_through_the_guards(cases):

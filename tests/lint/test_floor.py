@@ -105,3 +105,21 @@ def test_outside_the_domain_counts_the_origin(tmp_path: Path) -> None:
     (found,) = findings(tmp_path, "outside-domain", domain, BALL.format("[0, 0, 1.2]", ""))
     assert "z from 0 to 1" in found.message
     assert report_on(tmp_path, domain, BALL.format("[0, 0, 1.2]", "")).ok
+
+
+def test_what_stands_beside_the_end_of_the_floor(tmp_path: Path) -> None:
+    """It rests on nothing: the plane is only as large as it is drawn (in Genesis it fell 4.8 m in 1 s)."""
+    pin = "bodies: {{pin: {{kind: rigid, shape: {{kind: cylinder, radius: 0.05, height: 0.3}}, place: {{on: floor, at: [{0}, 0]}}}}}}"
+    small = "scene: {statics: {floor: {shape: {kind: plane, size: 10}}}}"
+    (found,) = findings(tmp_path, "floor-ends", small, pin.format(6))
+    assert "comes down at x 6, y 0, beside `floor`, which ends 5 m from its middle" in found.message
+    assert not findings(tmp_path, "floor-ends", small, pin.format(4))
+
+
+@pytest.mark.parametrize(
+    ("gravity", "wanted"), [("[0, 0, 9.81]", True), ("[0, 0, -9.81]", False), ("[0, 0, 0]", False)]
+)
+def test_gravity_that_lifts(tmp_path: Path, gravity: str, wanted: bool) -> None:
+    found = findings(tmp_path, "upward-gravity", f"scene: {{gravity: {gravity}}}", BALL.format("[0, 0, 1]", ""))
+    assert bool(found) == wanted
+    assert all("bodies fall at [0, 0, -9.81]" in problem.message for problem in found)

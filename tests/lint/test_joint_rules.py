@@ -233,3 +233,70 @@ def test_chains_without_damping(assets: Path) -> None:
     none = ", joint: {damping: 0, armature: 0}"
     (found,) = findings(assets, "undamped-joints", chain % none, "scene: {substeps: 1}")
     assert found.path == "/bodies/rope/joint"
+
+
+@pytest.mark.parametrize(
+    ("angle", "wanted"),
+    [("1.57", True), ("1.5708", True), ("-0.785", True), ("0.7854", True), ("${pi / 3}", True), ("6.28", True)]
+    + [("90", False), ("0.17", False), ("1.5", False), ("0", False), ("0.79", False), ("2", False)],
+)
+def test_angles_that_look_like_radians(tmp_path: Path, angle: str, wanted: bool) -> None:
+    plank = "bodies: {plank: {kind: rigid, shape: {kind: box, size: [1, 1, 1]}, pose: {pos: [0, 0, 2], euler_deg: [0, '%s', 0]}}}"
+    data = plank % angle if "$" in angle else plank.replace("'%s'", angle)
+    found = findings(tmp_path, "looks-like-radians", data)
+    assert bool(found) == wanted
+    assert all(problem.path == "/bodies/plank/pose/euler_deg" for problem in found)
+
+
+@pytest.mark.parametrize(
+    ("target", "wanted"), [("-10", True), ("10", False), ("{kind: steps, times: [0, 0.5], values: [-1, 1]}", False)]
+)
+def test_a_velocity_against_the_end_of_the_range(tmp_path: Path, target: str, wanted: bool) -> None:
+    """In Genesis the arm stayed where it was."""
+    arm = """\
+bodies:
+  arm:
+    kind: rigid
+    shape: {kind: box, size: [1, 0.08, 0.03]}
+    pose: {pos: [0, 0, 0.5]}
+    mount: {kind: hinge, axis: y, range_deg: [0, 60], actuator: {damping: 50}}
+actions: {controls: {fling: {kind: drive, joint: arm, velocity: %s}}}
+"""
+    found = findings(tmp_path, "target-out-of-range", arm % target)
+    assert bool(found) == wanted
+    assert all("pushes against that end and does not move" in problem.message for problem in found)
+
+
+@pytest.mark.parametrize(
+    ("anchor", "bound", "path"),
+    [("[0, 0, 0.5]", -30, "/actions/expect/far/below"), ("[0, 0, 0.5]", -0.5, ""), ("[0, 0, 0]", -30, "")],
+)
+def test_degrees_in_what_a_pendulum_is_to_reach(tmp_path: Path, anchor: str, bound: float, path: str) -> None:
+    """A wheel may turn so far."""
+    case = f"""\
+bodies:
+  bob:
+    kind: rigid
+    shape: {{kind: sphere, radius: 0.05}}
+    pose: {{pos: [0, 0, 1], euler_deg: [0, 30, 0]}}
+    mount: {{kind: hinge, axis: y, anchor: {anchor}}}
+actions:
+  measures: {{angle: {{kind: joint_position, of: bob}}}}
+  events: {{passes: {{kind: threshold, measure: angle, below: {bound}}}}}
+  expect: {{far: {{measure: angle, at: end, below: {bound}}}}}
+"""
+    found = [problem.path for problem in findings(tmp_path, "looks-like-degrees", case)]
+    assert found == (["/actions/events/passes/below", path] if path else [])
+
+
+@pytest.mark.parametrize(("anchor", "wanted"), [(2, False), (6, True)])
+def test_an_anchor_far_away(tmp_path: Path, anchor: float, wanted: bool) -> None:
+    bob = f"""\
+bodies:
+  bob:
+    kind: rigid
+    shape: {{kind: sphere, radius: 0.05}}
+    pose: {{pos: [0, 0, 1]}}
+    mount: {{kind: ball, anchor: [0, 0, {anchor}]}}
+"""
+    assert bool(findings(tmp_path, "far-anchor", bob)) == wanted

@@ -140,7 +140,7 @@ def test_how_far_a_servo_droops(assets: Path, motor: str, target: str, says: str
         ("stiffness: 9000, damping: 100, max_force: 40", "position: {kind: ramp, to: 0.5, end: 0.5}", ""),
         # 2 kg m/s within 0.1 s: 20 N; damping x substep = 2000 x 0.01 counts as 20 kg more.
         ("damping: 100, max_force: 5", "velocity: {kind: ramp, to: 0.5, end: 0.1}", "takes 25 N (20 N for its inertia"),
-        ("damping: 2000, max_force: 60", "velocity: {kind: ramp, to: 0.5, end: 0.1}", "which counts as inertia"),
+        ("damping: 2000, max_force: 60", "velocity: {kind: ramp, to: 0.5, end: 0.1}", "adds to it (damping x substep)"),
         ("damping: 100, max_force: 60", "velocity: {kind: ramp, to: 0.5, end: 0.1}", ""),
         # A w2 = 0.1 (2 pi 2)2 = 15.8 m/s2
         (
@@ -234,3 +234,25 @@ def test_a_joint_spring_counts_as_well(assets: Path) -> None:
     (found,) = findings(assets, "stiff-joint", case)
     assert found.severity == "error"
     assert found.path == "/bodies/a/mount/spring"
+
+
+@pytest.mark.parametrize(("force", "wanted"), [(0.02, True), (3, False)])
+def test_wheels_of_a_car_that_moves_freely(tmp_path: Path, force: float, wanted: bool) -> None:
+    """The motor's own damping takes 2 x 0.005 x 10 = 0.1 N m at least (in Genesis 0.02 N m made 0.2 rad/s of 10)."""
+    car = f"""\
+scene: {{dt: 0.005}}
+bodies:
+  car:
+    kind: articulated
+    base: free
+    pose: {{pos: [0, 0, 0.5]}}
+    links:
+      chassis: {{shape: {{kind: box, size: [0.6, 0.24, 0.08]}}}}
+      wheel:
+        parent: chassis
+        shape: {{kind: cylinder, radius: 0.1, height: 0.05}}
+        pose: {{pos: [0.2, 0.16, 0], euler_deg: [90, 0, 0]}}
+        joint: {{kind: hinge, axis: z, actuator: {{damping: 2, max_force: {force}}}}}
+actions: {{controls: {{go: {{kind: drive, joint: car.wheel, velocity: {{kind: ramp, from: 0, to: -10, end: 1}}}}}}}}
+"""
+    assert bool(findings(tmp_path, "slow-motor", car)) == wanted

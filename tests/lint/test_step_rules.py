@@ -126,3 +126,36 @@ def test_bounces_against_the_time_step(assets: Path, more: str, rules: list[str]
     bouncy = "bodies: {ball: {material: {restitution: 0.8}}}"
     every = ("restitution-step", "rough-bounce", "soft-bounce")
     assert [rule for rule in every if findings(assets, rule, BALL, bouncy, more)] == rules
+
+
+@pytest.mark.parametrize(
+    ("point", "off"), [("[0, 0, 0.25]", "230 mm off `domino`"), ("[0, 0, 0.02]", ""), ("{face: top}", "")]
+)
+def test_a_point_beside_its_body(tmp_path: Path, point: str, off: str) -> None:
+    case = f"""\
+bodies:
+  domino: {{kind: rigid, shape: {{kind: box, size: [0.01, 0.02, 0.04]}}, pose: {{pos: [1, 2, 0.5], euler_deg: [0, 90, 0]}}}}
+actions: {{controls: {{hit: {{kind: impulse, body: domino, impulse: [0.001, 0, 0], at: 0.1, point: {point}}}}}}}
+"""
+    found = findings(tmp_path, "point-off-body", case)
+    assert [off in problem.message for problem in found] == [True] * bool(off)
+
+
+def test_a_point_beside_a_link(tmp_path: Path) -> None:
+    case = """\
+bodies:
+  arm:
+    kind: articulated
+    pose: {pos: [0, 0, 1]}
+    links:
+      base: {shape: {kind: box, size: [0.1, 0.1, 0.1]}}
+      rod:
+        parent: base
+        shape: {kind: box, size: [0.4, 0.04, 0.04]}
+        pose: {pos: [0.3, 0, 0]}
+        joint: {kind: hinge, axis: y, anchor: [-0.2, 0, 0]}
+actions: {controls: {hit: {kind: impulse, body: arm.rod, impulse: [0, 0, 1], at: 0.1, point: [%s, 0, 0]}}}
+"""
+    assert not findings(tmp_path, "point-off-body", case % 0.2)
+    (found,) = findings(tmp_path, "point-off-body", case % 0.5)
+    assert "300 mm off `arm.rod`" in found.message

@@ -16,7 +16,7 @@ from text2sim.spec_schema.changes.effects import effects
 from text2sim.spec_schema.changes.naming import Rename, follow
 from text2sim.spec_schema.changes.patch import apply_operations, same
 from text2sim.spec_schema.changes.renames import find_renames
-from text2sim.spec_schema.load import load_case
+from text2sim.spec_schema.load import load_case, load_text
 from text2sim.spec_schema.text.document import parse_document, parse_pointer
 from text2sim.spec_schema.text.source import read_source
 
@@ -149,6 +149,34 @@ def test_names_in_variants_and_sweeps_follow():
     assert after["variants"]["light"]["actions"]["measures"]["m"]["of"] == "shot"
     assert after["sweeps"]["grids"]["grid"] == {"bodies.shot.material.density": [1, 2]}
     assert after["sweeps"]["list"] == {"variants": ["light"]}
+
+
+RAIL = """\
+text2sim: 2
+name: rail
+scene: {duration: 1, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  c: {use: curtain_rod, with: {at: [0, 0, 2]}, hook: {look: {color: gold}}}
+  c_x: {kind: rigid, shape: {kind: sphere, radius: 0.1}, place: {below: "c_hook[0]", clearance: 0.1}}
+actions: {measures: {a: {kind: speed, of: "c_hook[1]"}, b: {kind: speed, of: c_x}}}
+variants: {still: {actions: {measures: {a: {of: c_rod}}}}}
+"""
+
+
+def test_the_bodies_of_a_prefab_follow_the_name_of_its_use():
+    a, b = (
+        load_text(text)
+        for text in (
+            RAIL,
+            RAIL.replace("  c: {", "  rail: {").replace("c_hook", "rail_hook").replace("c_rod", "rail_rod"),
+        )
+    )
+    (change,) = difference(a.written.data, b.written.data, (a.data, b.data))
+    assert change_line(change) == "> bodies.c renamed to bodies.rail  (3 mentions of it follow)"
+    assert list(effects(a.written.data, b.written.data, (a.data, b.data), {})) == []
+    c = load_text(b.source.text.replace("at: [0, 0, 2]", "at: [0, 0, 3]"))
+    paths = {effect.path[:2] for effect in effects(a.written.data, c.written.data, (a.data, c.data), {})}
+    assert paths == {("bodies", "rail_rod"), ("bodies", "rail_hook")}
 
 
 def test_another_body_is_no_rename():

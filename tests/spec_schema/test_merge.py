@@ -200,6 +200,17 @@ def test_comments_of_both_stay():
     assert "    # theirs, above\n    material: {density: 500}  # theirs\n" in found.text
 
 
+def test_comments_that_both_changed_stay_both():
+    base = replaced(TEXT, ("  ball:\n", "  # a ball\n  ball:  # round\n"))
+    ours = replaced(base, ("# a ball", "# our ball"), ("# round", "# quite round"))
+    theirs = replaced(base, ("# a ball", "# their ball"), ("# round", "# iron"), ("7800", "500"))
+    found = texts(ours, theirs, base)
+    assert (found.conflicts, found.lost) == ([], [])
+    assert "  # our ball\n  # their ball\n  ball:  # quite round  # iron\n" in found.text
+    gone = texts(replaced(base, ("  # a ball\n", "")), theirs, base)
+    assert "  # their ball\n  ball:  # iron\n" in gone.text
+
+
 def test_a_style_of_ones_own_stays():
     found = texts(replaced(STYLE, ("12.0 ", "6 ")), replaced(STYLE, ("rows:    8", "rows:    9  # more")), STYLE)
     assert found.text.splitlines()[10:12] == ["    speed:   6     # m/s", "    rows: 9  # more"]

@@ -10,6 +10,8 @@ from text2sim.spec_schema.changes.patch import apply_operations
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.reuse.migration import LATEST, STEPS, steps_for
+from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.sweeps import runs_of
 
 FIRST = """\
 text2sim: 1
@@ -53,6 +55,26 @@ def test_a_document_is_migrated_in_memory_as_the_operations_say():
     assert loaded.written.data["render"]["cameras"]["near"]["fov"] == 35
     assert [camera.fov for camera in loaded.case.render.cameras.values()] == [35, 50, 40]
     assert loaded.case.text2sim == LATEST
+
+
+LAYERS = """\
+variants:
+  wide: {render: {cameras: {near: {fov: 60}}}}
+sweeps:
+  angles: {grid: {render.cameras.near.fov: [30, 40], params.wide: [40, 50]}}
+  places: {points: {a: {render: {cameras: {near: {fov: 20}}}}, b: {render: {cameras: {far: {fov: 25}}}}}}
+"""
+
+
+def test_from_1_variants_and_sweeps_come_along():
+    loaded = load_text(FIRST + LAYERS, overlay=Overlay(point=("places", "b")))
+    assert [camera.fov for camera in loaded.case.render.cameras.values()] == [35, 25, 40]
+    assert load_text(FIRST + LAYERS, overlay=Overlay(("wide",))).case.render.cameras["near"].fov == 60
+    label, overlay = runs_of(loaded.written, "angles")[1]
+    assert label == "fov_deg=30, wide=50"
+    assert load_text(FIRST + LAYERS, overlay=overlay).case.render.cameras["far"].fov == 50
+    after = apply_operations(loaded.written.data, steps_for(loaded.written.data))
+    assert set(after["sweeps"]["angles"]["grid"]) == {"render.cameras.near.fov_deg", "params.wide"}
 
 
 def test_positions_and_order_are_kept():

@@ -130,6 +130,29 @@ def test_a_key_that_leads_nowhere_is_reported_whether_it_is_asked_for_or_not(var
     assert problem.line == len(CASE.splitlines()) + 1
 
 
+def test_a_name_is_no_more_there_because_another_variant_has_the_same_slip():
+    slip = "{params: {sped: 1}, bodies: {bal: {look: {color: red}}, tooth: null}}"
+    found = problems(text=CASE + f"  bad: {slip}\n  worse: {slip}\n")
+    paths = ["/params/sped", "/bodies/bal", "/bodies/tooth"]
+    assert sorted(p.path for p in found) == sorted(
+        f"/variants/{name}{path}" for name in ("bad", "worse") for path in paths
+    )
+    assert {p.hint for p in found} == {"speed", "ball", None}
+
+
+@pytest.mark.parametrize(
+    "variant",
+    [
+        "{prefabs: {pin: {body: {kind: rigid, shape: {kind: sphere, radius: 0.1}}}}, bodies: {p: {use: pin}}}",
+        "{prefabs: {pin: {bodies: {a: {kind: ragdoll, height: 1}}}}, bodies: {p: {use: pin}}}",
+        "{bodies: {arm: {kind: articulated, file: arm.urdf, initial: {elbow: 0.5}}}}",
+        "{bodies: {arm: {use: robot_arm, pose: {pos: [0, 9, 0]}, initial: {panda_joint1: 0.5}}}}",
+    ],
+)
+def test_what_brings_its_own_names_leads_somewhere(variant):
+    assert load(text=CASE + f"  new: {variant}\n").case.name == load().case.name
+
+
 @pytest.mark.parametrize("variant", ["3", "[1]", "x", "", "null"])
 def test_a_variant_is_a_mapping(variant):
     (problem,) = problems(text=CASE + f"  bad: {variant}\n")

@@ -163,6 +163,12 @@ def test_several_bodies_go_by_the_names_of_their_parts(load):
     assert check_references(loaded) == []
 
 
+def test_null_takes_a_part_away(load):
+    loaded = load("  left: {use: gate, with: {width: 2}, bar: null}\n")
+    assert list(loaded.raw["bodies"]) == ["other", "left_post"]
+    assert check_references(loaded) == []
+
+
 def test_a_static_takes_the_body_without_its_mass(tmp_path: Path, write):
     text = HEAD.replace("floor: {", "pole: {use: stick, with: {length: 2}, look: {color: blue}}, floor: {")
     text += "bodies: {b: {kind: ragdoll, height: 1, place: {on: pole}}}\n"
@@ -323,6 +329,8 @@ def test_a_static_is_one_rigid_body(tmp_path: Path, write, bodies):
     (problem,) = caught.value.problems
     assert problem.path == "/scene/statics/pole"
     assert "static" in problem.message
+    assert "got" not in problem.message
+    assert ("`kind: ragdoll`" in problem.message) == ("doll" in bodies)
 
 
 # --- what is wrong with a prefab --------------------------------------------------------------------------------
@@ -391,6 +399,24 @@ def test_no_prefab_is_read_from_outside(problems, tmp_path):
     for name in ("out", "loop", "null", "dir", "../secret", "/etc/passwd", "..", ""):
         (problem,) = problems(f"  s: {{use: '{name}'}}\n")
         assert problem.severity == "error", name
+
+
+def test_a_folder_elsewhere_is_not_even_listed(tmp_path):
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "secret.yaml").write_text(STICK)
+    (tmp_path / "case").mkdir()
+    (tmp_path / "case" / "prefabs").symlink_to(tmp_path / "there")
+    with pytest.raises(SpecError) as caught:
+        load_text(f"{HEAD}bodies: {{s: {{use: secrets}}}}\n", tmp_path / "case" / "case.yaml")
+    assert "secret," not in caught.value.problems[0].message
+    assert caught.value.problems[0].hint != "secret"
+
+
+def test_an_unknown_argument_says_that_it_was_set(problems):
+    sets = ("bodies.s.with.lenght=2",)
+    (problem,) = problems("  s: {use: stick, with: {length: 1}}\n", overlay=Overlay(sets=sets))
+    assert problem.rule == "unknown-param"
+    assert "from `--set bodies.s.with.lenght=2`" in problem.message
 
 
 def test_defaults_that_double_are_refused_at_once(problems, write):

@@ -108,6 +108,11 @@ def test_an_axis_is_a_path_and_a_list(words):
     assert (problem.file, problem.line) == ("--grid", 2)
 
 
+def test_an_axis_is_given_once():
+    with pytest.raises(SpecError, match="twice"):
+        parse_grid(["params.speed=[1, 2]", "params.speed=[3]"])
+
+
 def test_a_grid_has_its_limit_before_it_is_made():
     axis = f"[{', '.join(['1'] * 100)}]"
     with pytest.raises(SpecError, match="at most 200 runs"):

@@ -161,3 +161,42 @@ def test_any_text_loads_or_is_refused_with_places_inside_it(text):
         assert 1 <= problem.line <= len(lines) + 1
         assert problem.column >= 1
         assert problem.message
+
+
+@pytest.mark.parametrize(
+    ("line", "at", "words"),
+    [
+        ("prompt:what falls", 0, "a key needs a colon and a space after it"),
+        ("prompt what falls", 0, "a key needs a colon and a space after it"),
+        ("params: {color: #ff8800}", 16, "`#` begins a comment; put the colour in quotes"),
+        ('params: {a: "${pi}, b: {c: 1}}', 12, "the quote that starts here is never closed"),
+        ('params: {a: {h: "${pi"}}', 17, "`${` has no closing brace where its text ends"),
+    ],
+)
+def test_slips_are_blamed_where_they_are(line, at, words):
+    text = f"text2sim: 2\n{line}\nname: x\n"
+    with pytest.raises(SpecError) as caught:
+        load_text(text)
+    (problem,) = caught.value.problems
+    assert words in problem.message
+    assert (problem.line, problem.column) == (2, at + 1)
+
+
+def test_a_brace_that_is_not_closed_says_where_it_was_opened():
+    with pytest.raises(SpecError) as caught:
+        load_text("text2sim: 2\nname: x\nparams: {a: 1\nscene: {}\n")
+    assert "a comma or a closing `}` is missing (opened in line 3, column 9)" in caught.value.problems[0].message
+
+
+@pytest.mark.parametrize(
+    ("radius", "words"),
+    [
+        ("10cm", "leave out the unit"),
+        ("'0.1'", "leave out the quotes"),
+        ("$r", "an expression is written ${…}"),
+        ("0 1", "put commas between numbers"),
+        ("large", "needs a number greater than 0 (got the text 'large')"),
+    ],
+)
+def test_text_where_a_number_is_needed(radius, words):
+    assert words in only_problem(small(radius=radius)).message

@@ -40,7 +40,12 @@ def run_sweep(
     if bad:
         if as_json:
             say_json({"ok": False, "runs": [row.as_dict() for row in bad]})
+        told: set[tuple[str, ...]] = set()
         for row in () if as_json else bad:
+            words = tuple(str(problem) for problem in row.problems)
+            if words and words in told:
+                continue  # a path that leads nowhere is wrong with each of its values
+            told.add(words)
             say(f"{row.title}:", to=sys.stderr)
             row.say()
         return max(row.exit for row in bad)

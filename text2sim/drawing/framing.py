@@ -6,8 +6,8 @@ import numpy as np
 
 from text2sim.drawing.prop import Prop
 
-AROUND = 0.6
-"""How far from what is shown a static may stand to be shown as well, as a part of the size of the larger one."""
+AROUND = 3.0
+"""How far from what is shown a static may stand to be shown as well, as a multiple of the size of the larger one."""
 LARGE, LEVEL = 40.0, 2.0
 """A static that is larger than this many times all that is shown, or that lies flat and is larger than this many,"""
 FLAT = 0.15

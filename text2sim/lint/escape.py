@@ -11,7 +11,7 @@ from text2sim.compiler.shapes.gjk import distance
 from text2sim.compiler.shapes.rotation import Vec, quat_multiply, quat_to_rows
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint import concave
-from text2sim.lint.parts import Part, apart
+from text2sim.lint.parts import Part, apart, union
 
 AXES: dict[Vec, str] = {
     (1.0, 0.0, 0.0): "+x",
@@ -32,6 +32,8 @@ EXIT = 5
 ROUND_EXIT = 20
 """The same where a piece is round: planes close in on it slowly."""
 ROUND = ("cylinder", "ellipsoid")
+GLANCES = 100
+"""Pairs of boxes that are looked at in the time of a step."""
 SHARE = 1200
 """Steps that one overlap may take."""
 SKIN = 1e-6
@@ -141,7 +143,15 @@ def _way_out(
 ) -> float | None:
     """Return the way [m], from `way` on, after which no mover is in one of the others; None if it takes too long."""
     for _ in range(ROUNDS):
-        pairs = [(a, b) for a in movers for b in others if _still_inside(a, b, direction, way, effort)]
+        step = _times(direction, way + SKIN)
+        moved = [(a, (_plus(a.box[0], step), _plus(a.box[1], step))) for a in movers]
+        around = union([box for _, box in moved])
+        assert around is not None
+        near = [b for b in others if not apart(around, b.box, SKIN)]
+        if not effort.take(len(moved) * len(near) // GLANCES):
+            return None
+        boxes = ((a, b) for a, box in moved for b in near if not apart(box, b.box, SKIN))
+        pairs = [(a, b) for a, b in boxes if _still_inside(a, b, step, effort)]
         if effort.left < 0:
             return None
         if not pairs:
@@ -170,11 +180,7 @@ def moved_part(part: Part, way: Way) -> Part:
     )
 
 
-def _still_inside(a: Part, b: Part, direction: Vec, way: float, effort: Effort) -> bool:
-    step = _times(direction, way + SKIN)
-    low, high = a.box
-    if apart((_plus(low, step), _plus(high, step)), b.box, SKIN):
-        return False
+def _still_inside(a: Part, b: Part, step: Vec, effort: Effort) -> bool:
     if not effort.take():
         return False
     if a.mesh is not None or b.mesh is not None:

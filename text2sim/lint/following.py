@@ -47,7 +47,9 @@ def _slow(facts: Facts) -> Iterator[Problem]:
         speed = span.mode == "velocity"
         rotor = facts.substep * motor.damping * demand.acceleration
         parts = [f"{amount(own * demand.acceleration, force)} for its inertia"] * (own > 0.0)
-        parts += [f"{amount(rotor, force)} for its motor's damping, of which the engine makes inertia (damping x substep)"] * (rotor > 0.05 * needed)
+        parts += [f"{amount(rotor, force)} for what the motor's damping adds to it (damping x substep)"] * (
+            rotor > 0.05 * needed
+        )
         parts += [f"{amount(load, force)} for its load"] * (load > 0.01 * needed)
         later = f"or {at_least(longer)} times as long" if load < motor.limit else "or less to carry"
         text = (

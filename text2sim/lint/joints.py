@@ -7,10 +7,10 @@ of the joint: a pendulum with as much armature as inertia of its own swings sqrt
 """
 
 from collections.abc import Iterator
-from math import degrees, inf, radians, sqrt
+from math import degrees, dist, inf, radians, sqrt
 
 from text2sim.compiler.shapes.rotation import Vec
-from text2sim.lint.drives import spans_of
+from text2sim.lint.drives import Span, spans_of
 from text2sim.lint.facts import Facts
 from text2sim.lint.mechanics import mechanics_of
 from text2sim.lint.motors import amount, one_each, powered
@@ -20,6 +20,8 @@ from text2sim.spec_schema.errors import Problem
 
 BEYOND = 0.02
 """Part of the range by which a target may lie beyond its end, and a clamp be pressed shut."""
+FAR = 50.0
+"""Lengths of a body by which the anchor of its mount may be away: a bob of 4 cm may hang on 2 m."""
 
 
 def _range(facts: Facts) -> Iterator[Problem]:
@@ -30,6 +32,15 @@ def _range(facts: Facts) -> Iterator[Problem]:
             continue
         low, high = swing.joint.range
         slack = BEYOND * (high - low)
+        if (stuck := _against_end(spans, low - swing.start, high - swing.start)) is not None:
+            end, way = (high, "up") if stuck.extremes()[1] > 0.0 else (low, "down")
+            unit = swing.units[0]
+            text = (
+                f"drives `{mechanics.label(swing)}` {way}, but it starts at {end:.4g} {unit}, where its range ends: it "
+                "pushes against that end and does not move; turn the sign, or widen the range"
+            )
+            yield facts.problem("target-out-of-range", stuck.where, text)
+            continue
         for span in spans:
             if span.mode != "position":
                 continue
@@ -50,6 +61,35 @@ def _range(facts: Facts) -> Iterator[Problem]:
             )
             yield facts.problem("target-out-of-range", span.where, text)
             break
+
+
+def _against_end(spans: list[Span], low: float, high: float) -> Span | None:
+    """Return the only drive of a joint, if it is a velocity towards the end at which the joint starts.
+
+    The ends count from there.
+    """
+    if len(spans) != 1 or spans[0].mode != "velocity":
+        return None
+    least, most = spans[0].extremes()
+    near = 1e-3 * (high - low)
+    stuck = most <= 0.0 > least and low >= -near or least >= 0.0 < most and high <= near
+    return spans[0] if stuck else None
+
+
+def _far_anchor(facts: Facts) -> Iterator[Problem]:
+    for name, body in facts.case.bodies.items():
+        anchor = getattr(getattr(body, "mount", None), "anchor", None)
+        box = facts.box(facts.placed[name][0])
+        if anchor is None or box is None:
+            continue
+        size = max(high - low for low, high in zip(*box, strict=True))
+        if (away := dist(anchor, (0.0, 0.0, 0.0))) > FAR * size:
+            text = (
+                f"`{name}` turns about a point {amount(away, 'm')} away from its origin, and is {amount(size, 'm')} "
+                "long; anchors are in metres, in the body's own frame"
+            )
+            where = facts.where(name, "mount", "anchor")
+            yield facts.problem("far-anchor", where if facts.raw(where) is not None else facts.where(name), text)
 
 
 def _falls(facts: Facts) -> Iterator[Problem]:
@@ -153,11 +193,38 @@ RULES = (
         title="A drive asks for a position that its joint cannot reach.",
         reason="""\
 The joint stops at the end of its range, and its servo goes on pushing against it with the stiffness times the rest of
-the way. Ranges of hinges are given in degrees (`range_deg`), targets in radians.""",
+the way. A velocity towards the end at which the joint starts moves nothing. Ranges of hinges are given in degrees
+(`range_deg`), targets in radians.""",
         way_out="Widen the range, or change the target; `${radians(45)}` turns degrees into radians.",
         example=_DOOR % ("range_deg: [0, 90],", "90"),
         mended=_DOOR % ("range_deg: [0, 90],", "1.57"),
         run=lambda facts: one_each(_range(facts)),
+    ),
+    Rule(
+        id="far-anchor",
+        severity="warning",
+        title="A body turns about a point that is very far away.",
+        reason=f"""\
+The `anchor` of a mount is a point of the axis in the body's own frame, in metres, and the body is held there as if by
+a rod without mass. Reported where it is more than {FAR:g} times as far from the origin as the body is long.""",
+        way_out="Give the anchor in metres: half of the width of a door, `[-0.4, 0, 0]`, not `[-400, 0, 0]`.",
+        example="""\
+bodies:
+  door:
+    kind: rigid
+    shape: {kind: box, size: [0.8, 0.04, 2]}
+    pose: {pos: [0, 0, 1.1]}
+    mount: {kind: hinge, axis: z, anchor: [-400, 0, 0]}
+""",
+        mended="""\
+bodies:
+  door:
+    kind: rigid
+    shape: {kind: box, size: [0.8, 0.04, 2]}
+    pose: {pos: [0, 0, 1.1]}
+    mount: {kind: hinge, axis: z, anchor: [-0.4, 0, 0]}
+""",
+        run=_far_anchor,
     ),
     Rule(
         id="falls-along-slider",

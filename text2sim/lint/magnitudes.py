@@ -8,6 +8,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.bodies import Articulated
 from text2sim.spec_schema.text.document import Path
 
 SAG = 0.11
@@ -57,18 +58,24 @@ def _too_small(facts: Facts) -> Iterator[Problem]:
             text += "metres?"
             yield facts.problem("too-small", facts.said(name, "shape"), text, key=True, severity="error")
         elif sag > WALL * thin and scene.contact.timeconst is None:
-            longest = math.sqrt(WALL * thin / (SAG * math.hypot(*scene.gravity)))
+            longest = _rounded_down(math.sqrt(WALL * thin / (SAG * math.hypot(*scene.gravity))))
             text = (
                 f"`{name}` has a piece of {length(thin)}, and will sink by {length(sag)} ({sag / thin:.0%} of it) into "
                 f"what it rests on at a contact timeconst of {settings.timeconst:g} s"
             )
             if longest >= SHORTEST and not settings.bounce_time:
-                text += f"; it needs scene.contact.timeconst of {longest:.1g} s, with scene.substeps of "
-                text += f"{math.ceil(2 * scene.dt / float(f'{longest:.1g}'))} or more"
+                text += f"; it needs scene.contact.timeconst of {longest:g} s, with scene.substeps of "
+                text += f"{math.ceil(2 * scene.dt / longest - 1e-9)} or more"
             else:
                 text += "; such small things want a scene of their own, made larger"
             severity = "error" if sag > DROWNED * thin else None
             yield facts.problem("too-small", facts.said(name, "shape"), text, key=True, severity=severity)
+
+
+def _rounded_down(value: float) -> float:
+    """A number of at most two digits that is no larger."""
+    digit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return float(f"{math.floor(value / digit + 1e-9) * digit:.2g}")
 
 
 def _too_large(facts: Facts) -> Iterator[Problem]:
@@ -96,6 +103,7 @@ def _unit(copy: Copy, size: float) -> str:
 
 def _density(facts: Facts) -> Iterator[Problem]:
     yield from _mass(facts)
+    yield from _link_masses(facts)
     low, high = DENSITIES
     for where, density in _densities(facts.raw(("bodies",)), ("bodies",)):
         if not low <= density <= high:
@@ -124,6 +132,28 @@ def _mass(facts: Facts) -> Iterator[Problem]:
                 text += f": {mass:g} g are {mass / 1000:g} kg"
             yield facts.problem("implausible-density", _mass_of(facts, name), text)
             break
+
+
+def _link_masses(facts: Facts) -> Iterator[Problem]:
+    low, high = DENSITIES[0], PACKED
+    for name, body in facts.case.bodies.items():
+        links = body.links if isinstance(body, Articulated) else None
+        tree = facts.tree(facts.placed[name][0])
+        if links is None or tree is None:
+            continue
+        for link in tree.links():
+            material = links[link.name].material
+            volume = sum(geom.piece.volume() for geom in link.geoms)
+            where = facts.where(name, "links", link.name, "material", "mass")
+            if material is None or material.mass is None or volume <= 0.0 or facts.raw(where) is None:
+                continue
+            if not low <= material.mass / volume <= high:
+                text = (
+                    f"{material.mass:g} kg in the {_litres(volume)} of `{name}.{link.name}` are "
+                    f"{_round(material.mass / volume)} kg/m3, a density of no material (steel has 7800); masses are in "
+                    "kilograms, lengths in metres"
+                )
+                yield facts.problem("implausible-density", where, text)
 
 
 def _mass_of(facts: Facts, name: str) -> Path:
@@ -210,12 +240,12 @@ elsewhere. Sizes of 10 um and less do not simulate at all.""",
 Shorten `scene.contact.timeconst` (it must be two substeps or more), or check the unit: all lengths are metres.""",
         example="""\
 bodies:
-  coin: {kind: rigid, shape: {kind: cylinder, radius: 0.01, height: 0.001}, place: {on: floor}}
+  coin: {kind: rigid, shape: {kind: cylinder, radius: 0.01, height: 0.002}, place: {on: floor}}
 """,
         mended="""\
 scene: {contact: {timeconst: 0.005}, substeps: 4}
 bodies:
-  coin: {kind: rigid, shape: {kind: cylinder, radius: 0.01, height: 0.001}, place: {on: floor}}
+  coin: {kind: rigid, shape: {kind: cylinder, radius: 0.01, height: 0.002}, place: {on: floor}}
 """,
         run=_too_small,
     ),

@@ -66,6 +66,15 @@ def _falls_for_ever(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("falls-for-ever", facts.where(name), text, key=True)
 
 
+def _upward(facts: Facts) -> Iterator[Problem]:
+    gravity = facts.case.scene.gravity
+    if gravity[2] > 0.0 and any(ground.up[2] > 0.5 for ground in facts.planes):
+        down = vector((gravity[0], gravity[1], -gravity[2]))
+        ground = facts.planes[0].copy.name
+        text = f"gravity points up, away from `{ground}`; z points up here, so that bodies fall at {down}"
+        yield facts.problem("upward-gravity", ("scene", "gravity"), text)
+
+
 def _leaving(facts: Facts) -> set[str]:
     """Bodies that the case expects to get away."""
     events = [e for e in facts.case.actions.events.values() if isinstance(e, LeftDomainEvent | RegionEvent)]
@@ -116,6 +125,26 @@ def _dot(a: Vec, b: Vec) -> float:
 
 
 RULES = (
+    Rule(
+        id="upward-gravity",
+        severity="warning",
+        title="Gravity lifts bodies from the ground.",
+        reason="""\
+The z axis points up, so that gravity has a negative z: it is [0, 0, -9.81] if left out. With a positive one everything
+that is free leaves the ground and never comes back.""",
+        way_out="Turn the sign, or leave `scene.gravity` out.",
+        example="""\
+scene: {gravity: [0, 0, 9.81]}
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, place: {on: floor}}
+""",
+        mended="""\
+scene: {gravity: [0, 0, -1.62]}
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, place: {on: floor}}
+""",
+        run=_upward,
+    ),
     Rule(
         id="falls-for-ever",
         severity="warning",

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.lint.concave import roughness
-from text2sim.lint.escape import Effort, Overlap, Way, inside, moved_part, overlap_of, plain
+from text2sim.lint.escape import GLANCES, Effort, Overlap, Way, inside, moved_part, overlap_of, plain
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Part, apart
 from text2sim.lint.rule import Rule
@@ -85,6 +85,7 @@ def _pieces_inside(facts: Facts, a: Copy, b: Copy, welded: set[frozenset], tests
     assert around_b is not None
     others = [part for part in facts.parts(b) if not apart(part.box, around_a, LEAST)]
     pairs: list[tuple[Part, Part]] = []
+    tests.take(len(facts.parts(a)) * len(others) // GLANCES)
     for one in facts.parts(a):
         if not others or apart(one.box, around_b, LEAST):
             continue

@@ -5,18 +5,26 @@ body that moves by more than its own length within a substep passes through what
 diverged as soon as anything is faster than `scene.max_speed`.
 
 The program applies a force in every step that begins within its span: a span between two steps contains none.
+A `point` far outside of its body acts as if a rod were fixed to it.
 """
 
 from collections.abc import Iterator
-from math import ceil, inf
+from math import ceil, dist, inf
 
 from text2sim.compiler.controls import FOREVER
 from text2sim.compiler.plan import Wrench
+from text2sim.compiler.shapes.rotation import frame_apply
+from text2sim.compiler.trees.tree import tree_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.motors import amount, at_least, one_each
+from text2sim.lint.parts import union
 from text2sim.lint.rule import Rule
+from text2sim.lint.words import length, vector
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.controls import Force, Impulse, Torque
+
+OFF = 0.1
+"""A point is off its body if it is farther from it than this part of its length."""
 
 
 def _norm(vector: tuple[float, ...]) -> float:
@@ -112,6 +120,32 @@ def _unfelt(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("unfelt-push", where, text)
 
 
+def _off_body(facts: Facts) -> Iterator[Problem]:
+    done = set()
+    for row in facts.rows.wrenches:
+        control = facts.case.actions.controls[row.control]
+        if row.control in done or row.point is None or not isinstance(getattr(control, "point", None), tuple):
+            continue
+        copy = facts.copies[row.entity]
+        pos, quat = copy.pos, copy.quat
+        if row.link is not None and (tree := facts.tree(copy)) is not None:
+            frames = {one.link.name: (one.pos, one.quat) for one in tree_links(tree, copy.pos, copy.quat)}
+            pos, quat = frames.get(row.link, (pos, quat))
+        box = union(part.box for part in facts.parts(copy) if row.link is None or part.link == row.link)
+        if box is None:
+            continue
+        point = frame_apply(pos, quat, row.point)
+        off = dist(point, [min(max(c, low), high) for c, low, high in zip(point, *box, strict=True)])
+        if off > OFF * max(high - low for low, high in zip(*box, strict=True)):
+            done.add(row.control)
+            name = row.entity if row.link is None else f"{row.entity}.{row.link}"
+            text = (
+                f"{vector(row.point)} is {length(off)} off `{name}`: the {control.kind} acts there as if at the end "
+                "of a rod; points are in metres, from the body's own origin (a region like `{face: left}` is on it)"
+            )
+            yield facts.problem("point-off-body", ("actions", "controls", row.control, "point"), text)
+
+
 def _violent(facts: Facts) -> Iterator[Problem]:
     yield from one_each(_launched(facts))
     yield from one_each(_pushed(facts))
@@ -154,5 +188,17 @@ length is taken for a blow.""",
         example=_PUCK % ("force", "force: [1, 0, 0], during: [0.103, 0.107]"),
         mended=_PUCK % ("force", "force: [1, 0, 0], during: [0.1, 0.15]"),
         run=_unfelt,
+    ),
+    Rule(
+        id="point-off-body",
+        severity="warning",
+        title="A force or blow acts at a point beside its body.",
+        reason=f"""\
+A `point` counts from the body's own origin, in metres. One that is farther from the body than {OFF:.0%} of its length
+makes it spin as no push of its surface can.""",
+        way_out="Say the point in the body's frame, or a region of it: `point: {edge: [left, top]}`.",
+        example=_PUCK % ("impulse", "impulse: [0.1, 0, 0], at: 0.1, point: [0, 0.5, 0]"),
+        mended=_PUCK % ("impulse", "impulse: [0.1, 0, 0], at: 0.1, point: [0, 0.04, 0]"),
+        run=_off_body,
     ),
 )

@@ -19,8 +19,10 @@ _SECTIONS = ("diff.text2sim", "merge.text2sim")
 def settings(command: str) -> dict[str, str]:
     """Keys and values of git's configuration."""
     return {
-        "diff.text2sim.command": f"{command} git diff",
-        "diff.text2sim.textconv": f"{command} git textconv",
+        # If it does not even start, say because its environment is gone, git shows what it would without it.
+        "diff.text2sim.command": f'show() {{ {command} git diff "$@" || test $# -lt 7 || '
+        'git --no-pager diff --no-index --no-ext-diff --no-textconv "$2" "$5"; true; }; show',
+        "diff.text2sim.textconv": f'show() {{ {command} git textconv "$1" || cat "$1"; }}; show',
         "merge.text2sim.name": "text2sim: a merge of meaning",
         # If it does not even start, git must not take our version for the merge of both.
         "merge.text2sim.driver": f"{command} git merge %O %A %B %P %L; code=$?; "

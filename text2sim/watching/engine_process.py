@@ -41,6 +41,7 @@ class Warm:
         importlib.import_module("engine")
         sys.path.remove(str(templates))
         _skip_tracebacks()
+        _keep_shapes()
         # What is written here is looked at in the next second, not after a power cut.
         os.fsync = lambda fd: None
 
@@ -90,6 +91,14 @@ def _skip_tracebacks() -> None:
     for name, module in list(sys.modules.items()):
         if name.startswith("quadrants") and hasattr(module, "get_traceback"):
             module.get_traceback = lambda stacklevel=1: ""  # type: ignore[attr-defined]
+
+
+def _keep_shapes() -> None:
+    """Keep what was computed for the shapes of the last scene, and of none before it, for the next is much like it."""
+    from genesis.utils import cache
+
+    cache.enable_owned_cache_release()  # lets go of what no scene uses any more
+    cache.disable_owned_cache_release()
 
 
 def _empty_dispatchers() -> None:
@@ -173,6 +182,7 @@ def simulate(warm: Warm, desk: Desk, order: dict[str, Any]) -> dict[str, Any]:
         desk.begin(number, program.signals)
         warm.start(program)
         scene, bodies, _ = program.assemble(with_cameras=False)
+        _keep_shapes()
         desk.tell(order=number, phase="simulate")
         program.simulate(scene, bodies, out)
     except Exception as error:

@@ -18,7 +18,7 @@ from text2sim.compiler.placing.place_error import PlaceError
 from text2sim.compiler.placing.spread import PatternError
 from text2sim.compiler.shapes.geometry import TreeExtents
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
-from text2sim.compiler.shapes.sizes import SizeError, Sizes, Spot, TreePieces
+from text2sim.compiler.shapes.sizes import MAX_PIECES, SizeError, Sizes, Spot, TreePieces
 from text2sim.compiler.shapes.sweep import ORIGIN
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError, nearest
 from text2sim.spec_schema.load import LoadedCase
@@ -77,6 +77,8 @@ class _Placer:
         self.copies: dict[str, list[Copy]] = {}
         self.failed: set[str] = set()
         """What has no place: nothing is said of what is placed in relation to it."""
+        self.total = 0
+        """Copies that are to be placed."""
 
     def place_all(self) -> tuple[dict[str, list[Copy]], list[Problem]]:
         entries: dict[str, Entry] = {}
@@ -108,6 +110,13 @@ class _Placer:
                 f"makes {count} copies; at most {MAX_COPIES} are possible",
                 "too-many-copies",
             )
+            return Entry(name, root, model, None, [SINGLE], [model])
+        self.total += count
+        if self.total > MAX_PIECES:
+            # Each copy is a piece at least: there is no need to place them all to know it.
+            if self.total - count <= MAX_PIECES:
+                message = f"with this, the scene has more than {MAX_PIECES:,} convex pieces, too many for the engine"
+                self.problems.append(self.loaded.problem(root, message, key=True, rule="too-many"))
             return Entry(name, root, model, None, [SINGLE], [model])
         variables = copy_variables(model.repeat)
         if not self.loaded.varies(root):

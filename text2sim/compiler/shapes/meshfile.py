@@ -1,5 +1,6 @@
 """Mesh files of a case: read, checked and limited."""
 
+import logging
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -18,6 +19,8 @@ SUFFIXES = (".obj", ".stl", ".ply", ".glb", ".gltf")
 MAX_BYTES = 64 * 1024 * 1024
 MAX_FACES = 200_000
 """What MuJoCo reads of a mesh."""
+MAX_COORDINATE = 1e9
+"""In the file's unit: micrometres of a kilometre. With larger ones, areas and volumes are no longer exact."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,10 +99,13 @@ def open_mesh(path: Path, root: Path, **options: Any) -> Any:
     Raises:
         AssetError: if it cannot be read.
     """
+    import numpy as np
     import trimesh
 
+    if not trimesh.util.log.handlers:
+        trimesh.util.log.addHandler(logging.NullHandler())  # what is wrong with a file is said by errors
     try:
-        with path.open("rb") as stream:
+        with path.open("rb") as stream, np.errstate(all="ignore"):
             return trimesh.load(
                 stream, file_type=path.suffix[1:].lower(), process=False,
                 resolver=_Resolver(path.parent, root), **options,
@@ -136,6 +142,8 @@ def _read(path: Path, root: Path, _mtime: int, _size: int) -> MeshFile:
         raise AssetError("has no triangles" if len(faces) == 0 else "has vertices that are not finite")
     if len(faces) > MAX_FACES:
         raise AssetError(f"has too many triangles ({len(faces)}; at most {MAX_FACES})")
+    if (largest := float(np.abs(vertices).max())) > MAX_COORDINATE:
+        raise AssetError(f"has a coordinate of {largest:.3g}; at most {MAX_COORDINATE:g} is possible")
     mesh = trimesh.Trimesh(vertices, faces, process=True)
     try:
         hull = mesh.convex_hull

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     import numpy as np
 
 MAX_SMOOTHED = 60_000
+MAX_PATCHES = 10_000
+"""Round parts of a surface. With more it is so jagged that nothing in it is round."""
 SMOOTH = 0.6
 """Edges [rad] below this angle are drawn round, where the file has no texture."""
 MAX_PICTURE = 2048
@@ -62,16 +64,23 @@ def _read_paint(path: Path, root: Path, _mtime: int, _size: int) -> list[MeshPai
         # A material that is missing, or not in the case's folder, is no reason not to have the shape.
         scene = open_mesh(path, root, force="scene", skip_materials=True)
     parts = []
-    for mesh in scene.dump():
+    with np.errstate(all="ignore"):  # numbers that are too large are refused with the shape
+        meshes = scene.dump()
+    for mesh in meshes:
         if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
             continue
         uvs, picture, rgba = material_of(mesh)
-        if uvs is None and len(mesh.faces) <= MAX_SMOOTHED:
+        if uvs is None and len(mesh.faces) <= MAX_SMOOTHED and _least_patches(mesh) <= MAX_PATCHES:
             mesh = trimesh.graph.smooth_shade(mesh, angle=SMOOTH)
         normals = np.asarray(mesh.vertex_normals, float)
         vertices, normals = turn_upright(np.asarray(mesh.vertices, float), path), turn_upright(normals, path)
         parts.append(MeshPaint(vertices, np.asarray(mesh.faces, np.int64), normals, uvs, picture, rgba))
     return parts
+
+
+def _least_patches(mesh: Any) -> int:
+    """Return how many round parts a surface has at least: each triangle is one, but for those that edges join."""
+    return len(mesh.faces) - int((mesh.face_adjacency_angles < SMOOTH).sum())
 
 
 def material_of(

@@ -74,6 +74,8 @@ def _name(name: str, names: Mapping[str, Value]) -> Value:
     if name not in names:
         known = list(names)
         message = f"unknown name `{name}`" + (f"; there are {', '.join(known)}" if 0 < len(known) <= 12 else "")
+        if not known:
+            message += "; there are none here: give it a value in `params`"
         raise ExpressionError(message, nearest(name, [*known, *CONSTANTS]), "unknown-name")
     return names[name]
 

@@ -126,7 +126,8 @@ def _check_initial_velocity(cast: Cast, where: Path, control: InitialVelocity) -
 def _check_push(cast: Cast, where: Path, control: Impulse | Force | Torque) -> None:
     member = cast.find(control.body, (*where, "body"))
     if member is not None and not member.dynamic:
-        message = f"{member.why_not_dynamic}: a {control.kind} would change nothing"
+        article = "an" if control.kind[0] in "ai" else "a"
+        message = f"{member.why_not_dynamic}: {article} {control.kind} would change nothing"
         cast.report((*where, "body"), message, "not-dynamic")
 
 

@@ -72,7 +72,7 @@ def _check_roots(cast: Cast, root: Path, links: dict[str, Link]) -> None:
             message = f"there is no link `{link.parent}`"
             cast.report((*where, "parent"), message, "unknown-link", nearest(link.parent, links))
         if link.joint is None:
-            message = "`joint` is missing: every link but the root says how it hangs on its parent; `joint: {kind: fixed}` welds it on"
+            message = "`joint` is missing: every link but the root has one; `joint: {kind: fixed}` welds it on"
             cast.report(where, message, "tree", key=True)
     for circle in find_circles({name: link.parent for name, link in links.items() if link.parent is not None}):
         message = f"links hang on each other in a circle: {' -> '.join([*circle, circle[0]])}"

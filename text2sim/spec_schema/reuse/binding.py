@@ -118,4 +118,6 @@ def _bind_defaults(
 def _at(node: Node, key: str) -> Node:
     """A node at the place of a key."""
     line, column = node.keys[key]
-    return Node(line, column) if node.origin is None else Derived(line, column, node.origin)
+    assert isinstance(node.children, dict)
+    origin = node.children[key].origin or node.origin
+    return Node(line, column) if origin is None else Derived(line, column, origin)

@@ -202,6 +202,7 @@ def _set(tree: Tree, words: str, source: Source, start: int, faces: Faces) -> Tr
         at = sum(len(f"{step}") + 1 + isinstance(step, int) for step in path[: error.step])
         raise wrong(min(at, max(len(name) - 1, 0)), str(error), "unknown-path", error.hint) from None
     line, column = Document(source, tree.data, tree.node, {}).place(path)
+    words = " ".join(words.split())
     origin = Origin(f"from `--set {words if len(words) <= 80 else words[:77] + '…'}`")
 
     def here(node: Node) -> Node:

@@ -123,11 +123,13 @@ class Library:
     def names(self) -> list[str]:
         """Names of all prefabs that can be used."""
         names = list(check_names(self.document, "prefabs", []))
-        for folder, _ in self._folders():
+        for folder, label in self._folders():
             try:
+                if label == FOLDER and not folder.resolve().is_relative_to(self.folder.resolve()):
+                    continue
                 with os.scandir(folder) as entries:
                     files = [entry.name for _, entry in zip(range(MAX_LISTED), entries, strict=False)]
-            except OSError:
+            except (OSError, RuntimeError):
                 continue
             names += sorted(file.removesuffix(".yaml") for file in files if file.endswith(".yaml"))
         return list(dict.fromkeys(name for name in names if _NAME.fullmatch(name)))

@@ -4,6 +4,7 @@ A step is a function from the data of a document to RFC 6902 operations. In memo
 is loaded; `text2sim migrate` does the same operations on the file.
 """
 
+import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -65,10 +66,14 @@ def _version(data: Any) -> int | None:
 
 # --- the steps ------------------------------------------------------------------------------------------------
 
+_FOV = re.compile(r"render\.cameras\.\w+\.fov", re.ASCII)
+
 
 def _from_1(data: dict[str, Any]) -> Iterator[Operation]:
     """`fov` of a camera is called `fov_deg`: degrees are only in fields that end in `deg`."""
-    overlays = (("variants", name) for name in _mapping(data, "variants"))
+    sweeps = _mapping(data, "sweeps")
+    overlays: list[Path] = [("variants", name) for name in _mapping(data, "variants")]
+    overlays += [("sweeps", name, "points", point) for name in sweeps for point in _mapping(sweeps[name], "points")]
     for root in ((), *overlays):
         where: Path = (*root, "render", "cameras")
         cameras = data
@@ -78,6 +83,12 @@ def _from_1(data: dict[str, Any]) -> Iterator[Operation]:
             if isinstance(camera, dict) and "fov" in camera and "fov_deg" not in camera:
                 place = pointer((*where, name))
                 yield {"op": "move", "from": f"{place}/fov", "path": f"{place}/fov_deg"}
+    for name in sweeps:
+        grid = _mapping(sweeps[name], "grid")
+        for dots in grid:
+            if _FOV.fullmatch(dots) and f"{dots}_deg" not in grid:
+                place = ("sweeps", name, "grid")
+                yield {"op": "move", "from": pointer((*place, dots)), "path": pointer((*place, f"{dots}_deg"))}
 
 
 STEPS: dict[int, Callable[[dict[str, Any]], Iterator[Operation]]] = {1: _from_1}

@@ -108,13 +108,14 @@ class _Walk:
 
     def named(self, found: Opening, over: dict[str, Any], bases: list[Any], path: Path) -> None:
         """Look at a mapping by name, in which a new name has to bring a whole entry."""
-        known = [name for base in bases[:1] if isinstance(base, dict) for name in base]
-        # What another variant adds may be changed; what it only changes is no more there for that.
+        known = list(bases[0]) if isinstance(bases[0], dict) else []
+        # What another variant adds may be changed; a name that it only tries to change is no more there for that.
         for base in bases[1:]:
             rows = base.items() if isinstance(base, dict) else ()
             known += [name for name, value in rows if name not in known and _whole(found.names, value, (*path, name))]
+        whole = {member.structure for slot in found.names for member in slot.members} <= {"number", "text", "list"}
         for name, value in over.items():
-            if name not in known and path[:1] != ("waive",) and not _whole(found.names, value, (*path, name)):
+            if name not in known and not whole and not _whole(found.names, value, (*path, name)):
                 listed = f"; there are {', '.join(known)}" if 0 < len(known) <= 12 else ""
                 message = f"there is no `{name}` in {'.'.join(map(str, path))} to change{listed}"
                 self.report((*path, name), message, "unknown-name", nearest(name, known))
@@ -126,7 +127,10 @@ class _Walk:
         params = over.get("params")
         if not isinstance(params, dict):
             return
-        known = {name for base in _inside(bases, "params") if isinstance(base, dict) for name in base}
+        known = [*self.document.data["params"]] if isinstance(self.document.data.get("params"), dict) else []
+        for other in bases[1:]:
+            given = other.get("params")
+            known += set(given).intersection(_words(other)) if isinstance(given, dict) else ()
         used = set(_words(over))
         for name in params:
             if name not in known and name not in used:
@@ -135,7 +139,9 @@ class _Walk:
 
 
 def _inside(bases: list[Any], key: str) -> list[Any]:
-    return [base[key] for base in bases if isinstance(base, dict) and key in base]
+    """What bases have under a key, that of the case first, which may have nothing there."""
+    first, *others = (base.get(key) if isinstance(base, dict) else None for base in bases)
+    return [first, *(other for other in others if other is not None)]
 
 
 def _whole(slots: list[Slot], value: Any, path: Path) -> bool:
@@ -144,6 +150,8 @@ def _whole(slots: list[Slot], value: Any, path: Path) -> bool:
         return False
     if "kind" in value or (is_entry(path) and "use" in value):
         return True
+    if path[:-1] == ("prefabs",):
+        return "body" in value or "bodies" in value
     models = opening(slots, [value], path).models
     if models == [Expect]:
         return "measure" in value or "event" in value

@@ -215,7 +215,10 @@ class _Expansion:
                 problems.append(Problem(path, message, line, column, file, hint, "unknown-key"))
                 continue
             name = f"{site.name}_{key}"
-            made[name] = merge(made[name], over.child(key), (*site.path[:-1], name))
+            if over.data[key] is None:
+                del made[name]
+            else:
+                made[name] = merge(made[name], over.child(key), (*site.path[:-1], name))
         if problems:
             raise Refused(problems)
         return made
@@ -224,7 +227,8 @@ class _Expansion:
         """A body as a static: without what is only said of what moves."""
         kind = body.data.get("kind")
         if kind != "rigid":
-            message = f"a static can use a prefab with a rigid body (this is {show(kind)})"
+            found = f"`kind: {kind}`" if isinstance(kind, str) else show(kind)
+            message = f"a static can use a prefab whose body is `kind: rigid` (this one is {found})"
             raise Refused([self._problem(over.node, site.path, message, "static")])
         kept = {key: body.child(key) for key in body.data if key not in ("kind", "mount")}
         material = kept.get("material")

@@ -8,6 +8,7 @@ from pydantic import ValidationError
 from text2sim.spec_schema.errors import Problem, SpecError, nearest
 from text2sim.spec_schema.models.sweep_models import MAX_RUNS, Sweep
 from text2sim.spec_schema.paths import parse_dotted
+from text2sim.spec_schema.reuse.migration import migrate
 from text2sim.spec_schema.reuse.overlay import Overlay
 from text2sim.spec_schema.reuse.overlay_check import check_names, check_overlay
 from text2sim.spec_schema.text.document import Document, Path, parse_document
@@ -69,7 +70,7 @@ def runs_of(written: Document, name: str) -> list[tuple[str, Overlay]]:
     Raises:
         SpecError: If there is no such sweep.
     """
-    sweeps = written.data.get("sweeps")
+    sweeps = migrate(written)[0].data.get("sweeps")
     if not isinstance(sweeps, dict) or name not in sweeps:
         known = list(sweeps) if isinstance(sweeps, dict) else []
         there = f"; there are {', '.join(known)}" if known else ": it has no sweeps"
@@ -116,6 +117,9 @@ def parse_grid(options: list[str]) -> dict[str, list[str]]:
             ) from None
         if not isinstance(values, list) or not values or not path.strip():
             message = f"`{words[:80]}` is no axis: write PATH=[a, b, c], as in bodies.ball.material.density=[500, 1000]"
+            raise SpecError([Problem("", message, line, column, "--grid", rule="form")])
+        if path.strip() in grid:
+            message = f"`{path.strip()[:80]}` is given twice; put all its values into one list"
             raise SpecError([Problem("", message, line, column, "--grid", rule="form")])
         grid[path.strip()] = [flow_text(value) for value in values]
         size *= len(values)

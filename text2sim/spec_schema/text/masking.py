@@ -57,10 +57,13 @@ def unmask(text: str) -> str:
 
 
 def find_unclosed(text: str) -> int | None:
-    """Index of the first `${`, outside comments, whose brace is not closed on its line."""
+    """Index of the first `${`, outside comments, whose brace is not closed on its line, or only behind its quote."""
     for found in _START.finditer(text):
         line = text[text.rfind("\n", 0, found.start()) + 1 : found.start()]
-        if closing_brace(text, found.end()) is None and "#" not in line:
+        end = closing_brace(text, found.end())
+        # In `{height: "${length"}` the brace is that of the mapping.
+        quoted = line.count('"') % 2 == 1 and text.count('"', found.end(), end or 0) % 2 == 1
+        if (end is None or quoted) and "#" not in line:
             return found.start()
     return None
 

@@ -1,5 +1,7 @@
 """Errors of the YAML parser in plain words."""
 
+import re
+
 import yaml
 
 from text2sim.spec_schema.errors import Problem
@@ -21,20 +23,54 @@ _SYNTAX = (
 )
 
 
+_COLOR = re.compile(r"[:,\[]\s+(#[0-9a-fA-F]{3,8})\b")
+_KEY = re.compile(r"\s*[\w.]+\s*:(\s|$)")
+
+
+def _comment_color(source: Source, before: int) -> tuple[int, int] | None:
+    """Line and column of a last colour like `#ff8800` without quotes, which is a comment, from so many lines up."""
+    for line in range(before, max(0, before - 12), -1):
+        found = _COLOR.search(source.lines[line - 1])
+        if found is not None:
+            return line, found.start(1) + 1
+    return None
+
+
+def _bare_line(source: Source, line: int) -> int | None:
+    """The line above, if a colon or the space behind it is missing there: it has no key, and this line has one."""
+    above = next((n for n in range(line - 1, 0, -1) if source.lines[n - 1].strip()), None)
+    if above is None or not _KEY.match(source.lines[line - 1]):
+        return None
+    text = source.lines[above - 1].split(" #")[0].strip()
+    return above if re.fullmatch(r"[A-Za-z_]\w*(:|\s)\s*\S.*", text) and not _KEY.match(text) else None
+
+
 def syntax_problem(source: Source, error: yaml.YAMLError) -> Problem:
     """Say what the parser stumbled over, at the place where an author would look for it."""
     mark = getattr(error, "problem_mark", None)
     unclosed = find_unclosed(source.text)
     if unclosed is not None and (mark is None or unclosed < mark.index):
         line, column = source.place(unclosed)
-        return Problem("", "`${` has no closing brace on its line", line, column, source.file, rule="expression")
+        rest = source.lines[line - 1][column - 1 :]
+        where = "on its line" if "}" not in rest else "where its text ends"
+        return Problem("", f"`${{` has no closing brace {where}", line, column, source.file, rule="expression")
     text = unmask(str(getattr(error, "problem", None) or error))
-    if "quoted scalar" in str(getattr(error, "context", "")):
+    if any(words in str(getattr(error, "context", "")) for words in ("quoted scalar", "simple key")):
         mark = getattr(error, "context_mark", None) or mark
     line, column = (mark.line + 1, mark.column + 1) if mark is not None else (1, 1)
     line = min(line, len(source.lines))
     message = next((plain for words, plain in _SYNTAX if words in text), None)
     rest = source.lines[line - 1][column - 1 :]
+    opened = getattr(error, "context_mark", None)
+    if "flow" in str(getattr(error, "context", "")) or "expected node content" in text:
+        if (color := _comment_color(source, line)) is not None:
+            line, column = color
+            message = "`#` begins a comment; put the colour in quotes"
+        elif opened is not None and opened.line + 1 < line and message is not None:
+            message += f" (opened in line {opened.line + 1}, column {opened.column + 1})"
+    elif "mapping values are not allowed" in text and (bare := _bare_line(source, line)) is not None:
+        line, column = bare, 1 + len(source.lines[bare - 1]) - len(source.lines[bare - 1].lstrip())
+        message = "a key needs a colon and a space after it"
     if rest.startswith("\t"):
         message = "tabs cannot indent; use spaces"
     elif message is None:

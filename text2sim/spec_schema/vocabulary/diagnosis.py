@@ -186,7 +186,8 @@ def _say(place: _Place, details: ErrorDetails) -> _Finding:
         return _Finding(place.path, f"must be{range_of(slot).removeprefix(' of')} (got {show(data)})", "range")
     if isinstance(data, bool) and slot.structure == "number":
         return _Finding(place.path, f"needs {describe(slot)}; {show(data)} is not a number", "type")
-    return _Finding(place.path, f"needs {describe(slot)} (got {_given(data, slot)})", "type", key=data is None)
+    message = f"needs {describe(slot)} (got {_given(data, slot)}){_meant(data, slot)}"
+    return _Finding(place.path, message, "type", key=data is None)
 
 
 def _unknown_key(place: _Place) -> _Finding:
@@ -194,6 +195,10 @@ def _unknown_key(place: _Place) -> _Finding:
     known = [word for word in fields_of(model) if word != "kind" or kinds_of(model)]
     free = [word for word in known if word not in place.data]
     message = f"unknown key `{key}`; {_name_of(place)} takes {', '.join(known)}"
+    if _NUMBER.fullmatch(key):
+        message += "; decimals have a point, and numbers that belong together stand in brackets: [0, 0.5, 1]"
+    elif ":" in key and key.split(":")[0] in known:
+        message += "; a space is missing behind the colon"
     return _Finding((*place.path, key), message, "unknown-key", nearest(key, free) or nearest(key, known), key=True)
 
 
@@ -247,6 +252,25 @@ def _given(data: Any, slot: Slot) -> str:
     """What was given instead: `needs 3 numbers (got 3)` would puzzle."""
     number = structure_of(data) == "number" and slot.structure != "number"
     return f"the number {show(data)}" if number else show(data)
+
+
+_WITH_UNIT = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?\s*[a-zA-Z°%/]+[23]?")
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?")
+
+
+def _meant(data: Any, slot: Slot) -> str:
+    """How a number is written, to someone who wrote text instead."""
+    if not isinstance(data, str) or slot.structure != "number":
+        return ""
+    text = data.strip()
+    if _NUMBER.fullmatch(text):
+        return "; leave out the quotes"
+    if _WITH_UNIT.fullmatch(text):
+        return "; leave out the unit: all numbers are in SI units, m, kg, s, N and rad, but for `…_deg`"
+    if text.startswith("$"):
+        return "; an expression is written ${…}"
+    words = text.split()
+    return "; put commas between numbers" if len(words) > 1 and all(map(_NUMBER.fullmatch, words)) else ""
 
 
 def _bad_text(place: _Place) -> _Finding:

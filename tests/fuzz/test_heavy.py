@@ -1,0 +1,51 @@
+"""Documents that are no trouble to write and would be much work: each is answered in little time."""
+
+import time
+
+import pytest
+
+from text2sim.compiler.build import resolve_case
+from text2sim.lint import lint_case
+from text2sim.spec_schema.errors import SpecError
+from text2sim.spec_schema.load import load_case
+
+SECONDS = 2.0
+HEAD = """\
+text2sim: 2
+name: heavy
+scene: {duration: 1, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+"""
+HEAVY = {
+    "copies": ("  post: {kind: rigid, shape: {kind: sphere, radius: 0.1}, place: {left_of: floor, facing: [0, 0, 0]}, "
+               "repeat: {kind: line, count: 100000, step: [0, 0, 0]}}\n", "more than 20,000 convex pieces"),
+    "cups": ("  cup: {use: cup, with: {height: '${0.05 + 0.0001 * i}'}, repeat: {kind: grid, counts: [20, 40], spacing: 0.3}}\n",
+             "more than 250 different surfaces"),
+    "nets": ("  net: {kind: net, cells: [20, 20], size: [1, 1], radius: 0.004, pose: {pos: [0, 0, 1]}, "
+             "repeat: {kind: line, count: 5, step: [0.01, 0.01, 0.001]}}\n", ""),
+    "a heap": ("  cup: {use: cup, repeat: {kind: line, count: 120, step: [0.001, 0, 0]}}\n", ""),
+    "round": ("  barrel: {kind: rigid, shape: {kind: tube, outer_radius: 0.5, inner_radius: 0.3, height: 1}, pose: {pos: [0, 0, 2]}}\n"
+              "  roll: {kind: rigid, shape: {kind: cylinder, radius: 0.4, height: 200}, pose: {pos: [0, 0, 2]}, "
+              "repeat: {kind: line, count: 30, step: [0.01, 0.02, 0.003]}}\n", ""),
+    "jagged": ("  lump: {kind: rigid, shape: {kind: mesh, file: mesh.obj, scale: 0.001}, pose: {pos: [0, 0, 1]}}\n", ""),
+    "far": ("  lump: {kind: rigid, shape: {kind: mesh, file: far.obj}, pose: {pos: [0, 0, 1]}}\n", "a coordinate of 1e+30"),
+}  # fmt: skip
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", list(HEAVY))
+def test_is_answered_in_time(tmp_path, name):
+    body, complaint = HEAVY[name]
+    (tmp_path / "case.yaml").write_text(HEAD + body)
+    corners = "".join(f"v {i % 97} {i % 89} {i % 83}\n" for i in range(40_000))
+    (tmp_path / "mesh.obj").write_text(corners + "".join(f"f {i} {i + 1} {i + 2}\n" for i in range(1, 39_000)))
+    (tmp_path / "far.obj").write_text("v 0 0 0\nv 1e30 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
+    import trimesh  # noqa: F401  loaded before the clock runs
+
+    start = time.process_time()
+    try:
+        said = " ".join(problem.message for problem in lint_case(resolve_case(load_case(tmp_path))).problems)
+    except SpecError as error:
+        said = str(error)
+    assert time.process_time() - start < SECONDS
+    assert complaint in said
