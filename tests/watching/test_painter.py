@@ -251,7 +251,8 @@ def test_a_long_simulation_is_shown_before_its_end(studio, text, written, monkey
 
     studio.film(order(text, written.folder), lambda: True, done)
     assert [whole for whole, _ in seen] == [False] * (len(seen) - 1) + [True]
-    assert [len(shots) for _, shots in seen[:3]] == [1, 2, 3]
+    early = [len(shots) for _, shots in seen[:3]]  # how many at a time depends on the machine
+    assert 0 < early[0] < early[1] < early[2] < len(seen[-1][1])
     assert len(seen[-1][1]) == 10
     for _, shots in seen:
         assert (shots[0] == seen[-1][1][0]).all(), "the same pictures"
