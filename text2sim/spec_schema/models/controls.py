@@ -79,7 +79,8 @@ class Drive(Model):
     joint: Selector
     """A mounted body (`drum`), its copies (`hook[*]`), or a joint of an articulated body (`arm.elbow`)."""
     position: Schedule | None = None
-    """Target [rad or m], counted from the pose that the case describes; needs `stiffness`."""
+    """Target [rad or m], counted from the pose that the case describes, in a body from a file from the file's
+    zero; needs `stiffness`."""
     velocity: Schedule | None = None
     """Target [rad/s or m/s]; needs `damping`."""
     force: Schedule | None = None

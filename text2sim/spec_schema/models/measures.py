@@ -74,7 +74,8 @@ class Tilt(_Of):
 
 
 class JointPosition(_Of):
-    """Position of a hinge [rad] or slider [m], counted from the pose that the case describes."""
+    """Position of a hinge [rad] or slider [m], counted from the pose that the case describes; in a body from a file, from
+    the file's zero."""
 
     kind: Literal["joint_position"]
 
