@@ -74,8 +74,10 @@ class Tilt(_Of):
 
 
 class JointPosition(_Of):
-    """Position of a hinge [rad] or slider [m], counted from the pose that the case describes; in a body from a file, from
-    the file's zero."""
+    """Position of a hinge [rad] or slider [m], counted from the pose that the case describes.
+
+    In a body from a file it is counted from the file's zero.
+    """
 
     kind: Literal["joint_position"]
 
