@@ -247,11 +247,12 @@ def test_a_painter_that_crashes_is_given_up(watch):
 
 
 def test_nothing_is_left_when_it_ends(watch):
+    others = set(psutil.Process().children(recursive=True))  # of other tests
     watched = watch()
     watched.wait("done")
-    children = psutil.Process().children(recursive=True)
+    children = set(psutil.Process().children(recursive=True)) - others
     assert len(children) >= 2
     watched.stop()
-    _, alive = psutil.wait_procs(children, timeout=5)
+    _, alive = psutil.wait_procs(list(children), timeout=5)
     assert not alive
     assert not [thread for thread in threading.enumerate() if thread.name in ("engine", "painter")]
