@@ -18,6 +18,10 @@ from text2sim.spec_schema.load import LoadedCase
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Net, Ragdoll
 from text2sim.spec_schema.names.cast import Parts
 
+KEPT = 16
+_RECENT: list[tuple[Any, Path, Tree]] = []
+"""Placing asks for the same tree again and again. Each load of a case makes models of its own, so none goes stale."""
+
 
 def tree_of(model: Any, folder: Path) -> Tree:
     """Return the tree of a chain, net, ragdoll or articulated body, in its own frame.
@@ -25,8 +29,13 @@ def tree_of(model: Any, folder: Path) -> Tree:
     Raises:
         AssetError: if one of its files cannot be used.
     """
+    for known, place, tree in _RECENT:
+        if known is model and place == folder:
+            return tree
     lowering = Lowering(folder)
     lowering.entity(model, Copy("body", "body", None, SINGLE, model, (0.0, 0.0, 0.0), IDENTITY, None, 1))
+    _RECENT.append((model, folder, lowering.trees["body"]))
+    del _RECENT[:-KEPT]
     return lowering.trees["body"]
 
 
