@@ -163,3 +163,7 @@ def test_splicing_knows_every_usual_way_of_writing(data: st.DataObject):
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(Amendment, "dump", lambda _: "")
         edit_text(text, patch)
+
+
+def test_a_number_of_another_type_is_written():
+    assert edit_text("a: [0, 1]\n", [{"op": "replace", "path": "/a", "value": [0.0, 1]}]) == "a: [0.0, 1]\n"

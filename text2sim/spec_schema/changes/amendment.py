@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from text2sim.spec_schema.changes.operation import Operation, split_pointer
-from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.text.canonical import dump_layout, rank
 from text2sim.spec_schema.text.document import Document
 from text2sim.spec_schema.text.layout import Entry, plain_data, plain_layout, written_layout
@@ -78,7 +77,7 @@ class Amendment:
     def fresh(self, path: tuple[str, ...], value: Any) -> Entry:
         """A new entry for a value, with the comments of its origin if that says the same."""
         entry = self.origin(path) if self.origin is not None else None
-        if entry is None or not same(plain_data(entry), value):
+        if entry is None or not identical(plain_data(entry), value):
             return plain_layout(value)
         entry = copy.copy(entry)
         entry.before = [row for row in entry.before if row]
@@ -138,7 +137,7 @@ class Amendment:
                     self.put_in(entry, rank(entry, key), fresh)
         elif isinstance(value, list) and isinstance(entry.value, list) and not entry.mapping:
             self._set_items(entry, value, path)
-        elif isinstance(entry.value, list) or isinstance(value, dict | list) or not _identical(entry.value, value):
+        elif isinstance(entry.value, list) or isinstance(value, dict | list) or not identical(entry.value, value):
             fresh = self.fresh(path, value)
             entry.value, entry.mapping = fresh.value, fresh.mapping
             for child in entry.value if isinstance(entry.value, list) else ():
@@ -163,8 +162,8 @@ class Amendment:
         """Items at both ends that are equal stay; between them each takes the next value."""
         now = [plain_data(child) for child in entry.value]
         least = min(len(now), len(value))
-        first = next((i for i in range(least) if not same(now[i], value[i])), least)
-        last = next((i for i in range(least - first) if not same(now[-1 - i], value[-1 - i])), least - first)
+        first = next((i for i in range(least) if not identical(now[i], value[i])), least)
+        last = next((i for i in range(least - first) if not identical(now[-1 - i], value[-1 - i])), least - first)
         old, new = entry.value[first : len(now) - last], value[first : len(value) - last]
         for index, (child, inner) in enumerate(zip(old, new, strict=False), first):
             self.set(child, inner, (*path, str(index)))
@@ -187,8 +186,15 @@ def _child(entry: Entry, step: str) -> Entry | None:
     return entry.value[int(step)]
 
 
-def _identical(a: Any, b: Any) -> bool:
-    return type(a) is type(b) and a == b
+def identical(a: Any, b: Any) -> bool:
+    """Whether two values are equal and of the same types; the order of keys means nothing."""
+    if type(a) is not type(b):
+        return False
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(identical(a[key], b[key]) for key in a)
+    if isinstance(a, list):
+        return len(a) == len(b) and all(map(identical, a, b))
+    return a == b
 
 
 def _loose(entry: Entry) -> Entry:

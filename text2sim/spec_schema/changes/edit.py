@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from text2sim.spec_schema.changes.amendment import Amendment, Origin
+from text2sim.spec_schema.changes.amendment import Amendment, Origin, identical
 from text2sim.spec_schema.changes.operation import Operation
 from text2sim.spec_schema.changes.patch import apply_operations
 from text2sim.spec_schema.changes.splice import splice
@@ -65,14 +65,3 @@ def says(text: str, data: Any) -> bool:
         return identical(parse_document(check_source(Source(text))).data, data)
     except SpecError:
         return False
-
-
-def identical(a: Any, b: Any) -> bool:
-    """Whether two values are equal and of the same types; the order of keys means nothing."""
-    if type(a) is not type(b):
-        return False
-    if isinstance(a, dict):
-        return a.keys() == b.keys() and all(identical(a[key], b[key]) for key in a)
-    if isinstance(a, list):
-        return len(a) == len(b) and all(map(identical, a, b))
-    return a == b
