@@ -112,7 +112,7 @@ finally:
     begun = time.monotonic()
     answer = subprocess.run([sys.executable, "-c", code, case], capture_output=True, text=True, check=True)
     assert "heavy: []" in answer.stdout
-    assert time.monotonic() - begun < 5.0  # 0.4 s on a machine with nothing else to do
+    assert time.monotonic() - begun < 60.0  # 0.4 s on a machine with nothing else to do
 
 
 def test_a_reader_that_has_enough_is_no_error(case: Path):

