@@ -72,6 +72,7 @@ def test_what_is_wrong_is_wrong(validator, stage, edit):
 
 PARENTS = {
     "shapes": "/bodies/ball",
+    "cloth_shapes": "/bodies/curtain",
     "mounts": "/bodies/ball",
     "places": "/bodies/ball",
     "surfaces": "/bodies/ball",

@@ -67,7 +67,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     moving = [copy for name in case.bodies for copy in placed[name]]
     bounce = {c.name: e for group in placed.values() for c in group if (e := _restitution(c)) is not None}
     settings = derive(scene, _traits(lowering, moving, rows, bounce))
-    every = max(1, round(1.0 / (scene.record.rate * scene.dt)))
+    every = max(1, round(1.0 / (case.record_rate * scene.dt)))
     plan = Plan(
         case=case.name,
         dt=scene.dt,

@@ -7,6 +7,7 @@ may be imported here, and nothing else of ours. Genesis, torch and the rest are 
 import ctypes
 import glob
 import importlib.metadata
+import importlib.util
 import json
 import os
 import platform
@@ -26,6 +27,7 @@ __all__ = [
     "ask_child",
     "device_kind",
     "inspect_machine",
+    "ipc_obstacle",
     "missing_libraries",
     "versions",
 ]
@@ -58,6 +60,7 @@ MIN_MEMORY = 4 * 2**30
 """Least memory [bytes] for comfort: a small rigid scene takes 1 GB, compiling its kernels up to 3 GB."""
 
 _REINSTALL = "scripts/bootstrap (or: pip install -c constraints.txt .)"
+_IPC_INSTALL = "pip install 'text2sim[ipc]'"
 _DRIVERS = "sudo apt-get install -y libegl-mesa0 libgl1-mesa-dri; NVIDIA containers: NVIDIA_DRIVER_CAPABILITIES=all"
 _CHILD_LIMIT = 120.0
 """Wall time [s] after which a child is given up; `import genesis` from a cold disk takes half a minute."""
@@ -117,6 +120,15 @@ def device_kind() -> Literal["cpu", "cuda"]:
         return "cpu"
     # The device files answer at once. Where there are none (WSL, Windows), the driver's own tool does.
     return "cuda" if glob.glob("/dev/nvidia[0-9]*") or _nvidia_names() else "cpu"
+
+
+def ipc_obstacle() -> str:
+    """Return why contact model ipc cannot run here, without importing what it needs; empty if it can."""
+    if device_kind() != "cuda":
+        return "there is no CUDA device here that torch could use"
+    if importlib.util.find_spec("uipc") is None:
+        return f"the package pyuipc is not installed here: {_IPC_INSTALL}"
+    return ""
 
 
 def versions() -> dict[str, str]:
@@ -286,17 +298,27 @@ def _torch() -> list[Finding]:
     return [torch, Finding("cuda", False, "optional", f"{', '.join(hardware)}, but {value}", fix)]
 
 
+# That it imports says little: libuipc opens the device as it makes its engine.
+_ASK_IPC = """
+import json, tempfile, uipc
+print(json.dumps({"uipc": True}), flush=True)
+uipc.Logger.set_level(uipc.Logger.Level.Error)
+uipc.core.Engine("cuda", tempfile.mkdtemp())
+print(json.dumps({"engine": True}))
+"""
+
+
 def _ipc() -> list[Finding]:
-    learned, failure = ask_child('import json, uipc; print(json.dumps({"uipc": True}))')
-    cuda = device_kind() == "cuda"
-    if learned and cuda:
+    """Whether cases with contact model ipc run here; all others do without."""
+    need = "only cases with contact model ipc need it"
+    if obstacle := ipc_obstacle():
+        fix = _IPC_INSTALL if device_kind() == "cuda" else "a machine with an NVIDIA device and torch for CUDA"
+        return [Finding("ipc", False, "optional", f"{obstacle.split(':')[0]}; {need}", fix)]
+    learned, failure = ask_child(_ASK_IPC)
+    if "engine" in learned:
         return [Finding("ipc", True, "optional", f"pyuipc {_version('pyuipc')}", "")]
-    need = "only cloth and soft bodies will need it, and this version has none"
-    if not cuda:
-        value, fix = f"no CUDA; {need}", "a machine with an NVIDIA device"
-    else:
-        value, fix = f"{failure}; {need}", "pip install pyuipc"
-    return [Finding("ipc", False, "optional", value, fix)]
+    fix = "update the NVIDIA driver: pyuipc is built for CUDA 12.8" if learned else _IPC_INSTALL
+    return [Finding("ipc", False, "optional", f"pyuipc {_version('pyuipc')} does not start: {failure}; {need}", fix)]
 
 
 def _encoder() -> list[Finding]:

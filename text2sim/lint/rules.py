@@ -1,38 +1,12 @@
 """All rules, in the order in which they are listed."""
 
-from text2sim.lint import (
-    angles,
-    at_rest,
-    bounce,
-    cameras,
-    contradictions,
-    energy,
-    floor,
-    following,
-    holding,
-    idle,
-    joints,
-    leaving,
-    limits,
-    magnitudes,
-    masses,
-    meshes,
-    names,
-    nets,
-    nowhere,
-    outcomes,
-    overlap,
-    pushes,
-    script,
-    selfcontact,
-    sliding,
-    soon,
-    steps,
-    stiffness,
-    tunnelling,
-    viewpoints,
-)
+from text2sim.lint.contact import bounce, nets, sliding, tunnelling
+from text2sim.lint.film import cameras, leaving, viewpoints
+from text2sim.lint.joints import angles, following, holding, idle, joints
+from text2sim.lint.numbers import limits, magnitudes, masses, meshes, steps, stiffness
 from text2sim.lint.rule import EXAMPLE_BASE, Rule
+from text2sim.lint.script import at_rest, contradictions, energy, names, outcomes, pushes, script, soon
+from text2sim.lint.start import floor, nowhere, overlap, selfcontact
 
 __all__ = ["EARLIER", "EXAMPLE_BASE", "RULES", "Rule", "find_rule"]
 

@@ -21,9 +21,9 @@ from text2sim.spec_schema.models.base import (
 )
 from text2sim.spec_schema.models.materials import Actuator, JointDynamics, Look, Material
 from text2sim.spec_schema.models.motion import Motion
-from text2sim.spec_schema.models.placement import Place
-from text2sim.spec_schema.models.repeat import Repeat
+from text2sim.spec_schema.models.placed import Placed
 from text2sim.spec_schema.models.shapes import Shape, SolidShape
+from text2sim.spec_schema.models.soft_bodies import Cloth, Granular, Liquid, Rope, Snow, Soft
 
 
 class FreeMount(Model):
@@ -75,26 +75,7 @@ class BallMount(JointDynamics):
 Mount = Annotated[FreeMount | FixedMount | HingeMount | SliderMount | BallMount, Field(discriminator="kind")]
 
 
-class _Placed(Model):
-    """What every body has: where it starts, how many there are, and its look."""
-
-    pose: Pose | None = None
-    """Where it starts; the origin if left out."""
-    place: Place | None = None
-    """Where it starts, said in relation to something else."""
-    repeat: Repeat | None = None
-    """Make several copies."""
-    look: Look = Look()
-    """Colour and surface."""
-
-    @model_validator(mode="after")
-    def _one_position(self) -> "_Placed":
-        if self.pose is not None and self.place is not None:
-            raise ValueError("give either pose or place, not both")
-        return self
-
-
-class Rigid(_Placed):
+class Rigid(Placed):
     """One rigid body."""
 
     kind: Literal["rigid"]
@@ -106,7 +87,7 @@ class Rigid(_Placed):
     """How it hangs in the world."""
 
 
-class Driven(_Placed):
+class Driven(Placed):
     """A body with prescribed motion: infinitely strong, named in the evidence, never subject of an event."""
 
     kind: Literal["driven"]
@@ -183,7 +164,7 @@ class JointOverride(Model):
     (`effort`, `forcerange`) holds."""
 
 
-class Articulated(_Placed):
+class Articulated(Placed):
     """Links and joints: written here, or read from an MJCF or URDF file.
 
     A file decides about its masses, its inner contacts, its start pose and its motors, and about its colours
@@ -232,7 +213,7 @@ class Payload(Model):
     """Colour and surface, if they differ from the chain's."""
 
 
-class Chain(_Placed):
+class Chain(Placed):
     """Capsule links on ball joints, hung from a point of the world; pose is that of the point."""
 
     kind: Literal["chain"]
@@ -261,7 +242,7 @@ class Chain(_Placed):
         return self
 
 
-class Net(_Placed):
+class Net(Placed):
     """A rectangular net of capsule links and ball joints in the x-y plane, its edges held by the world."""
 
     kind: Literal["net"]
@@ -286,7 +267,7 @@ class Net(_Placed):
         return self
 
 
-class Ragdoll(_Placed):
+class Ragdoll(Placed):
     """A doll of eleven capsules on ball joints. Its frame is at the pelvis, z along the spine, x forward."""
 
     kind: Literal["ragdoll"]
@@ -300,4 +281,9 @@ class Ragdoll(_Placed):
     """0: arms and legs straight down; 1: spread wide."""
 
 
-Body = Annotated[Rigid | Driven | Articulated | Chain | Net | Ragdoll, Field(discriminator="kind")]
+Body = Annotated[
+    Rigid | Driven | Articulated | Chain | Net | Ragdoll | Soft | Cloth | Rope | Granular | Liquid | Snow,
+    Field(discriminator="kind"),
+]
+DEFORMABLE = ("soft", "cloth", "granular", "liquid", "snow")
+"""Kinds of bodies that are points, not links."""

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from text2sim.spec_schema.models.actions import Actions
 from text2sim.spec_schema.models.base import Model, Name
-from text2sim.spec_schema.models.bodies import Body
+from text2sim.spec_schema.models.bodies import DEFORMABLE, Body
 from text2sim.spec_schema.models.render import Render
 from text2sim.spec_schema.models.scene import Scene
 
@@ -38,3 +38,10 @@ class Case(Model):
     """Lists and grids of changes, by name: `text2sim run CASE --sweep NAME` runs them all."""
     waive: dict[str, Annotated[str, Field(min_length=10, max_length=500)]] = Field(default_factory=dict)
     """What the lint finds and is meant: for the id of a rule, why (10 characters or more)."""
+
+    @property
+    def record_rate(self) -> float:
+        """Frames that are recorded in a simulated second; those of deformable bodies are large."""
+        if self.scene.record.rate is not None:
+            return self.scene.record.rate
+        return 50.0 if any(body.kind in DEFORMABLE for body in self.bodies.values()) else 100.0

@@ -4,7 +4,18 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.models.base import Model, Name, Seconds, Selector, Vec3, Window
+from text2sim.spec_schema.models.base import (
+    Integer,
+    Model,
+    Name,
+    NonNegative,
+    Positive,
+    Seconds,
+    Selector,
+    Vec3,
+    Window,
+)
+from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
 from text2sim.spec_schema.models.motion import Schedule
 from text2sim.spec_schema.models.regions import BodyRegion
 
@@ -14,7 +25,7 @@ class InitialVelocity(Model):
 
     kind: Literal["initial_velocity"]
     body: Selector
-    """A free rigid body or a ragdoll, or its copies."""
+    """A free rigid body, a ragdoll, or a body that deforms; or its copies."""
     linear: Vec3 = (0.0, 0.0, 0.0)
     """Of the centre of mass [m/s], in the world."""
     angular: Vec3 = (0.0, 0.0, 0.0)
@@ -40,9 +51,9 @@ class Force(Model):
 
     kind: Literal["force"]
     body: Selector
-    """A body, or one link of it."""
+    """A body, or one link of it; or a body that deforms."""
     force: Vec3
-    """Direction and size [N]; multiplied by `scale`."""
+    """Direction and size [N]; multiplied by `scale`. On a body that deforms it is shared out by mass."""
     scale: Schedule = 1.0
     """Factor that may change with time."""
     during: Window | None = None
@@ -50,7 +61,14 @@ class Force(Model):
     frame: Literal["world", "body"] = "world"
     """The frame in which `force` is given."""
     point: Vec3 | BodyRegion | None = None
-    """Where it acts: a point [m] or region in the body's frame, moving with it; the centre of mass if left out."""
+    """Where it acts: a point [m] or region in the body's frame, moving with it; the centre of mass if left out. For
+    rigid bodies."""
+    region: BodyRegion | None = None
+    """For bodies that deform: which part of it is pushed, chosen at the start and moving with it; the whole body if
+    left out."""
+    drag: NonNegative = 0.0
+    """For bodies that deform: resistance [N s/m] to the mean velocity of that part while the force acts, so that it
+    goes on at `force / drag`."""
 
 
 class Torque(Model):
@@ -94,25 +112,59 @@ class Drive(Model):
 
 
 class Attach(Model):
-    """A weld between two bodies, from a time on; they keep the relative pose that they have then."""
+    """A hold between two bodies, from a time on; they keep the relative pose that they have then.
+
+    Between rigid bodies it is a weld. Of a body that deforms it holds points: pins, hooks, clamps.
+    """
 
     kind: Literal["attach"]
     body: Selector
     """What is attached: a body, or one link of it."""
+    region: BodyRegion | None = None
+    """For bodies that deform: which part of it is held; the whole body if left out."""
+    points: Annotated[Integer, Field(ge=1, le=10_000)] | None = None
+    """How many points of the region, evenly spread; all of them if left out. With several copies in `to` each of
+    them holds those that are nearest to it."""
     to: Selector
-    """What it is attached to: a body or static, or one link. Copies pair one to one, or all with the one."""
+    """What it is attached to: a body or static, or one link, or `world`, which holds it where it is then. Copies pair
+    one to one, or all with the one."""
+    stiffness: Positive | None = None
+    """For mpm and fem bodies: hold by springs of this stiffness [N/m] in all, instead of firmly."""
     at: Seconds = 0.0
     """Time [s]."""
 
 
 class Release(Model):
-    """The end of an `attach`."""
+    """The end of an `attach`, at a time or when something happens."""
 
     kind: Literal["release"]
     attach: Name
     """The name of the control that attached it."""
-    at: Seconds
+    at: Seconds | None = None
     """Time [s]."""
+    on: Name | None = None
+    """Name of an event: at its first time. The program itself has to see it come: contact of rigid bodies, a region
+    entered or left, a threshold of a position, speed, distance or joint."""
+
+    @model_validator(mode="after")
+    def _one_moment(self) -> "Release":
+        if (self.at is None) == (self.on is None):
+            raise ValueError("give exactly one of at, on")
+        return self
 
 
-Control = Annotated[InitialVelocity | Impulse | Force | Torque | Drive | Attach | Release, Field(discriminator="kind")]
+Control = Annotated[
+    InitialVelocity
+    | Impulse
+    | Force
+    | Torque
+    | Drive
+    | Attach
+    | Release
+    | Wind
+    | Drag
+    | Attraction
+    | Vortex
+    | Turbulence,
+    Field(discriminator="kind"),
+]

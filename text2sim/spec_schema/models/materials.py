@@ -20,6 +20,8 @@ class Material(Model):
     restitution: Real | None = Field(default=None, ge=0.0, le=0.995)
     """Bounce: speed after over speed before, between two bodies of this material. The engine has no such
     coefficient; it is made from the damping of the contact, which needs a short time step."""
+    touch_soft: Bool = True
+    """Whether soft bodies, cloth, grains and liquids feel it; false for a hook or rod that only holds."""
 
     @model_validator(mode="after")
     def _one_mass(self) -> "Material":

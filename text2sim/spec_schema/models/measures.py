@@ -5,6 +5,16 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from text2sim.spec_schema.models.base import AxisName, Model, Real, Selector
+from text2sim.spec_schema.models.regions import BodyRegion
+from text2sim.spec_schema.models.soft_measures import (
+    FoldedArea,
+    Gap,
+    SelfPenetration,
+    ShareIn,
+    Strain,
+    Stretch,
+    Volume,
+)
 from text2sim.spec_schema.models.space import Region
 
 Stat = Literal["max", "min", "mean", "sum", "range", "count"]
@@ -29,15 +39,20 @@ class _Of(Model):
         return self
 
 
-class Position(_Of):
-    """A coordinate of the body's origin [m]."""
+class _OfRegion(_Of):
+    region: BodyRegion | None = None
+    """Of a body that deforms: the mean over this part of it, chosen at the start, instead of its centre of mass."""
+
+
+class Position(_OfRegion):
+    """A coordinate of the body's origin [m]; of a body that deforms, of its centre of mass."""
 
     kind: Literal["position"]
     axis: AxisName
     """Which coordinate."""
 
 
-class Velocity(_Of):
+class Velocity(_OfRegion):
     """A component of the velocity of the centre of mass [m/s]."""
 
     kind: Literal["velocity"]
@@ -45,7 +60,7 @@ class Velocity(_Of):
     """Which component."""
 
 
-class Speed(_Of):
+class Speed(_OfRegion):
     """Speed of the centre of mass [m/s]."""
 
     kind: Literal["speed"]
@@ -57,8 +72,8 @@ class AngularSpeed(_Of):
     kind: Literal["angular_speed"]
 
 
-class Displacement(_Of):
-    """Distance [m] of the body's origin from where it started."""
+class Displacement(_OfRegion):
+    """Distance [m] of the body's origin from where it started; of a body that deforms, of its centre of mass."""
 
     kind: Literal["displacement"]
     axis: AxisName | None = None
@@ -191,6 +206,13 @@ Measure = Annotated[
     | Penetration
     | Energy
     | Momentum
-    | CountIn,
+    | CountIn
+    | Volume
+    | Stretch
+    | Strain
+    | FoldedArea
+    | Gap
+    | SelfPenetration
+    | ShareIn,
     Field(discriminator="kind"),
 ]

@@ -107,4 +107,10 @@ class Packing(Model):
     """Orientation: anyhow, about the vertical only, or as the body's pose says."""
 
 
-Repeat = Annotated[Line | Grid | Ring | Spiral | Stack | RunningBond | Packing, Field(discriminator="kind")]
+class Glyphs(Model):
+    """One copy for each letter of a text or piece of a sketch, where it stands in the line or the picture."""
+
+    kind: Literal["glyphs"]
+
+
+Repeat = Annotated[Line | Grid | Ring | Spiral | Stack | RunningBond | Packing | Glyphs, Field(discriminator="kind")]

@@ -9,13 +9,16 @@ from text2sim.spec_schema.models.materials import Look, Material
 from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.repeat import Repeat
 from text2sim.spec_schema.models.shapes import StaticShape
+from text2sim.spec_schema.models.solvers import Fem, Ipc, Mpm, Pbd
 
 
 class Contact(Model):
     """How bodies touch. What is left out is derived from the scene, and `check --settings` says why."""
 
-    model: Literal["rigid"] = "rigid"
-    """Contact solver of the engine."""
+    model: Literal["rigid", "particle", "sap", "ipc"] | None = None
+    """Contact between the families of bodies. `rigid`: of rigid bodies alone. `particle`: rigid bodies with mpm and
+    pbd bodies, both ways. `sap`: rigid bodies with fem bodies, in double precision. `ipc`: rigid bodies with cloth and
+    fem bodies, with friction; needs CUDA. If left out, what the bodies of the case need."""
     friction_cone: Literal["pyramidal", "elliptic"] | None = None
     """`elliptic` is exact on slopes but can break on hard impacts with the newton solver."""
     timeconst: Positive | None = None
@@ -42,8 +45,9 @@ class Solver(Model):
 class Record(Model):
     """What a run keeps."""
 
-    rate: Positive = 100.0
-    """Recorded frames per simulated second; rounded to a whole number of time steps."""
+    rate: Positive | None = None
+    """Recorded frames per simulated second, rounded to a whole number of time steps; 100 if left out, 50 in a scene
+    with deformable bodies, whose frames are large."""
     contacts: Bool = True
     """Keep every contact of every time step."""
 
@@ -88,6 +92,14 @@ class Scene(Model):
     """How bodies touch."""
     solver: Solver = Solver()
     """The constraint solver."""
+    mpm: Mpm = Mpm()
+    """Solver of soft bodies, grains, liquids and snow."""
+    pbd: Pbd = Pbd()
+    """Solver of cloth."""
+    fem: Fem = Fem()
+    """Solver of soft bodies made of tetrahedra."""
+    ipc: Ipc = Ipc()
+    """Solver of cloth and soft bodies under contact model ipc."""
     record: Record = Record()
     """What a run keeps."""
     domain: Domain | None = None

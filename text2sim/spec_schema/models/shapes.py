@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.models.base import Integer, Model, Name, Pose, Positive, Size3
+from text2sim.spec_schema.models.base import Integer, Model, Name, Pose, Positive, Size2, Size3
 from text2sim.spec_schema.models.materials import Look
 
 Segments = Annotated[Integer, Field(ge=6, le=64)]
@@ -187,16 +187,79 @@ class Compound(Model):
     """The pieces by name."""
 
 
+class Text(Model):
+    """Letters as a solid, upright: width along x, height along z, depth along y; centred.
+
+    The font is DejaVu Sans Bold.
+    """
+
+    kind: Literal["text"]
+    text: str = Field(min_length=1, max_length=200)
+    """What it says; a line break begins a new line."""
+    height: Positive
+    """Height [m] of a capital letter."""
+    depth: Positive
+    """Thickness [m] along y."""
+    font: str | None = Field(default=None, max_length=200)
+    """A .ttf or .otf file inside the case's folder instead of the built-in font."""
+    part: Annotated[Integer, Field(ge=0, le=1000)] | None = None
+    """Only this letter, counted from 0 without blanks; all if left out."""
+
+
+class Sketch(Model):
+    """What is drawn in a picture, as a solid, upright: width along x, height along z, depth along y; centred.
+
+    Strokes and filled forms count where they are darker than the paper.
+    """
+
+    kind: Literal["sketch"]
+    file: str = Field(max_length=200)
+    """Path inside the case's folder: .png or .jpg."""
+    height: Positive
+    """Height [m] of the whole drawing."""
+    depth: Positive
+    """Thickness [m] along y."""
+    part: Annotated[Integer, Field(ge=0, le=1000)] | None = None
+    """Only this connected piece, counted from 0 by rows from left to right; all if left out."""
+
+
+class Sheet(Model):
+    """A rectangle in the x-y plane, without thickness. For cloth only."""
+
+    kind: Literal["sheet"]
+    size: Size2
+    """Lengths [m] along x and y."""
+    texture: str | None = Field(default=None, max_length=200)
+    """A picture inside the case's folder, .png or .jpg, laid over it once."""
+
+
 SolidShape = Annotated[
-    Box | Sphere | Cylinder | Capsule | Cone | Ellipsoid | Torus | Tube | Cup | Funnel | Mesh,
+    Box | Sphere | Cylinder | Capsule | Cone | Ellipsoid | Torus | Tube | Cup | Funnel | Mesh | Text | Sketch,
     Field(discriminator="kind"),
 ]
 Shape = Annotated[
-    Box | Sphere | Cylinder | Capsule | Cone | Ellipsoid | Torus | Tube | Cup | Funnel | Mesh | Compound,
+    Box
+    | Sphere
+    | Cylinder
+    | Capsule
+    | Cone
+    | Ellipsoid
+    | Torus
+    | Tube
+    | Cup
+    | Funnel
+    | Mesh
+    | Text
+    | Sketch
+    | Compound,
     Field(discriminator="kind"),
 ]
 StaticShape = Annotated[
-    Plane | Box | Sphere | Cylinder | Capsule | Cone | Ellipsoid | Torus | Tube | Cup | Funnel | Mesh | Compound,
+    Plane | Box | Sphere | Cylinder | Capsule | Cone | Ellipsoid | Torus | Tube | Cup | Funnel | Mesh | Text | Sketch | Compound,
     Field(discriminator="kind"),
 ]
+SoftShape = SolidShape
+"""What deforms as a volume: any solid."""
+ClothShape = Annotated[Sheet | Mesh, Field(discriminator="kind")]
+"""A sheet, or a mesh that is an open surface."""
 Part.model_rebuild()

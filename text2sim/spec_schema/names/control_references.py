@@ -36,7 +36,7 @@ def check_controls(cast: Cast) -> None:
         else:
             _check_release(cast, where, control)
         during = getattr(control, "during", None)
-        starts = {"at": getattr(control, "at", 0.0), "during": during[0] if during else 0.0}
+        starts = {"at": getattr(control, "at", 0.0) or 0.0, "during": during[0] if during else 0.0}
         for field, start in starts.items():
             if start >= duration:
                 message = f"comes when the run is over ({duration:g} s)"

@@ -14,7 +14,7 @@ MAX_FILMED = 100_000
 def check_time(cast: Cast) -> None:
     """Check the time step, the rate of recording, and the film."""
     scene, render = cast.loaded.case.scene, cast.loaded.case.render
-    duration, rate = scene.duration, scene.record.rate
+    duration, rate = scene.duration, cast.loaded.case.record_rate
     if scene.dt > duration:
         message = f"the time step is longer than the whole run ({duration:g} s)"
         cast.report(("scene", "dt"), message, "time-step")

@@ -18,6 +18,8 @@ from text2sim.spec_schema.models import (
     repeat,
     scene,
     shapes,
+    soft_materials,
+    solvers,
     space,
 )
 from text2sim.spec_schema.models.base import Pose
@@ -234,6 +236,13 @@ SECTIONS = (
         (scene.Contact, scene.Solver, scene.Record, scene.Domain),
         "In `contact`, `solver`, `record`, `domain`.",
     ),
+    Section(
+        "Solvers of deformable bodies",
+        "solver",
+        3,
+        (solvers.Mpm, solvers.Pbd, solvers.Fem, solvers.Ipc, solvers.SolverBounds),
+        "In `mpm`, `pbd`, `fem`, `ipc` and `bounds`.",
+    ),
     Section("`bodies`: the actors", "body", 2, bodies.Body, "By name in `bodies`.", "bodies"),
     Section(
         "Mounts",
@@ -252,6 +261,7 @@ SECTIONS = (
     ),
     Section("Motions", "motion", 3, motion.Motion, "In `motion` of a driven body.", "motions"),
     Section("Shapes", "shape", 2, shapes.StaticShape, "In `shape`.", "shapes"),
+    Section("Shapes of cloth", "shape of cloth", 3, shapes.ClothShape, "In `shape` of a cloth.", "cloth_shapes"),
     Section("Parts of a compound", "part", 3, (shapes.Part,), "In `parts`."),
     Section(
         "Poses and places",
@@ -285,6 +295,19 @@ SECTIONS = (
         (materials.Material, materials.JointDynamics, materials.Actuator, materials.Look, materials.Vary),
         "In `material`, `joint`, `actuator`, `look`, `vary`. Mounts have the fields of a joint as well.",
         "surfaces",
+    ),
+    Section(
+        "Materials of deformable bodies",
+        "material",
+        3,
+        (
+            soft_materials.SoftMaterial,
+            soft_materials.ClothMaterial,
+            soft_materials.GranularMaterial,
+            soft_materials.LiquidMaterial,
+            soft_materials.SnowMaterial,
+        ),
+        "In `material` of a soft body, a cloth, grains, a liquid, snow.",
     ),
     Section("`actions`: the script", "script", 2, (actions.Actions,)),
     Section("Controls", "control", 3, controls.Control, "What acts on the bodies.", "controls"),

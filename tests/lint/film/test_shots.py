@@ -1,0 +1,139 @@
+"""What the cameras would not show; the lint's cameras are those of the drawing."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from lint_support import data_of, findings
+
+from text2sim.compiler.build import resolve_case
+from text2sim.drawing.views import cameras, film_view
+from text2sim.lint.facts import Facts
+from text2sim.lint.film.shots import shots
+from text2sim.spec_schema.load import load_case, load_text
+
+BALL = "bodies: {{ball: {{kind: rigid, shape: {{kind: sphere, radius: 0.1}}, pose: {{pos: {0}}}{1}}}}}"
+SCRIPT = "actions: {measures: {height: {kind: position, of: ball, axis: z}}, expect: {falls: {measure: height, at: end, below: 0.2}}}"
+STILL = "render: {{cameras: {{main: {{kind: still, from: {0}, look_at: {1}}}}}}}"
+
+
+@pytest.mark.parametrize("t", [0.0, 0.7, 5.0])
+def test_they_see_what_the_drawing_sees(cases: Path, t: float) -> None:
+    points = np.array([[0, 0, 0], [1, 2, 0.5], [-0.3, 0.2, 0.1]], float)
+    compared = 0
+    for path in sorted(cases.iterdir()):
+        if not (path / "case.yaml").is_file():
+            continue
+        resolution = resolve_case(load_case(path))
+        for shot in shots(Facts(resolution), t):
+            view = film_view(resolution, shot.name, (160, 90), t)
+            for point, (column, row) in zip(points, view.pixels(points), strict=True):
+                x, y, depth = shot.place(tuple(point))
+                if depth > 0:
+                    assert ((x + 1) / 2 * view.width, (1 - y) / 2 * view.height) == pytest.approx(
+                        (column, row), abs=0.5
+                    )
+                    compared += 1
+        assert {shot.name for shot in shots(Facts(resolution), t)} == set(cameras(resolution))
+    assert compared > 10
+
+
+class TestUnseen:
+    def test_behind_the_camera(self, tmp_path: Path) -> None:
+        parts = BALL.format("[0, -6, 0.5]", ""), SCRIPT, STILL.format("[0, -4, 1]", "[0, 0, 0.5]")
+        (found,) = findings(tmp_path, "unseen-subject", *parts)
+        assert found.path == "/render/cameras/main"
+        assert "it is behind the camera; let it look at [0, -6, 0.5]" in found.message
+
+    def test_beside_the_picture_with_the_angle_that_holds_it(self, tmp_path: Path) -> None:
+        parts = BALL.format("[0, 0, 3]", ""), SCRIPT, STILL.format("[0, -4, 0.5]", "[0, 0, 0.5]")
+        (found,) = findings(tmp_path, "unseen-subject", *parts)
+        # 2.5 m up at a distance of 4 m: 2 atan(2.5 / 4) = 64 deg, and a tenth more.
+        assert "from 40 to 70.4 deg" in found.message
+
+    def test_one_camera_of_two_is_enough(self, tmp_path: Path) -> None:
+        second = "render: {cameras: {second: {kind: still, from: [0, -4, 3], look_at: ball}}}"
+        parts = BALL.format("[0, 0, 3]", ""), SCRIPT, STILL.format("[0, -4, 0.5]", "[0, 0, 0.5]")
+        assert findings(tmp_path, "unseen-subject", *parts, second) == []
+
+    def test_only_what_the_script_is_about_counts(self, tmp_path: Path) -> None:
+        parts = BALL.format("[0, -6, 0.5]", ""), STILL.format("[0, -4, 1]", "[0, 0, 0.5]")
+        assert findings(tmp_path, "unseen-subject", *parts) == []
+        throw = "actions: {controls: {go: {kind: initial_velocity, body: ball, linear: [1, 0, 0]}}}"
+        assert len(findings(tmp_path, "unseen-subject", *parts, throw)) == 1
+
+    def test_what_is_drawn_invisible_is_meant_to_be(self, tmp_path: Path) -> None:
+        ball = BALL.format("[0, -6, 0.5]", ", look: {visible: false}")
+        assert findings(tmp_path, "unseen-subject", ball, SCRIPT, STILL.format("[0, -4, 1]", "[0, 0, 0.5]")) == []
+
+    @pytest.mark.parametrize(("width", "count"), [(2, 1), (0.15, 0)])
+    def test_behind_a_wall(self, tmp_path: Path, width: float, count: int) -> None:
+        wall = f"scene: {{statics: {{wall: {{shape: {{kind: box, size: [{width}, 0.1, 1]}}, place: {{on: floor, at: [0, -1]}}}}}}}}"
+        parts = BALL.format("[0, 0, 0.5]", ""), SCRIPT, STILL.format("[0, -4, 0.5]", "[0, 0, 0.5]"), wall
+        found = findings(tmp_path, "unseen-subject", *parts)
+        assert len(found) == count
+        assert all("hidden behind `wall`" in problem.message for problem in found)
+
+    def test_glass_hides_nothing(self, tmp_path: Path) -> None:
+        wall = "scene: {statics: {wall: {shape: {kind: box, size: [2, 0.1, 1]}, place: {on: floor, at: [0, -1]}, look: {opacity: 0.3}}}}"
+        parts = BALL.format("[0, 0, 0.5]", ""), SCRIPT, STILL.format("[0, -4, 0.5]", "[0, 0, 0.5]"), wall
+        assert findings(tmp_path, "unseen-subject", *parts) == []
+
+
+def test_a_tiny_subject_and_the_distance_that_shows_it(tmp_path: Path) -> None:
+    far = BALL.format("[0, 0, 0.5]", ""), SCRIPT, STILL.format("[0, -12, 0.5]", "[0, 0, 0.5]")
+    assert len(findings(tmp_path, "small-subject", *far)) == 1
+    near = STILL.format("[0, -5, 0.5]", "[0, 0, 0.5]")
+    assert findings(tmp_path, "small-subject", *far, near) == []
+
+
+class TestLeaves:
+    THROW = "actions: {controls: {go: {kind: initial_velocity, body: ball, linear: %s}}}"
+    VIEW = STILL.format("[0, -4, 0.5]", "[0, 0, 0.5]")
+
+    def test_where_it_comes_down(self, tmp_path: Path) -> None:
+        ball = BALL.format("[0, 0, 1]", "")
+        assert findings(tmp_path, "leaves-picture", ball, self.VIEW, self.THROW % "[2, 0, 0]") == []
+        (found,) = findings(tmp_path, "leaves-picture", ball, self.VIEW, self.THROW % "[8, 0, 0]")
+        assert "flies out of every camera's picture after" in found.message
+
+    def test_a_camera_that_follows_it(self, tmp_path: Path) -> None:
+        follow = "render: {cameras: {main: {kind: follow, body: ball, from: [0, -4, 0.5], look_at: null}}}"
+        ball = BALL.format("[0, 0, 1]", "")
+        assert findings(tmp_path, "leaves-picture", ball, self.VIEW, follow, self.THROW % "[8, 0, 0]") == []
+
+    def test_what_is_expected_to_get_away(self, tmp_path: Path) -> None:
+        gone = "scene: {domain: {min: [-1, -1, 0], max: [1, 1, 2]}}\nactions: {events: {gone: {kind: left_domain, of: ball}}}"
+        ball = BALL.format("[0, 0, 1]", "")
+        assert findings(tmp_path, "leaves-picture", ball, self.VIEW, gone, self.THROW % "[8, 0, 0]") == []
+
+    @pytest.mark.parametrize(("amplitude", "count"), [(1, 0), (6, 1)])
+    def test_a_driven_body(self, tmp_path: Path, amplitude: float, count: int) -> None:
+        cart = f"bodies: {{cart: {{kind: driven, shape: {{kind: box, size: [0.3, 0.3, 0.3]}}, pose: {{pos: [0, 0, 0.5]}}, motion: {{kind: oscillate, amplitude: {amplitude}, frequency: 1}}}}}}"
+        about = "actions: {measures: {x: {kind: position, of: cart, axis: x}}, expect: {goes: {measure: x, at: 0.25, above: 0.5}}}"
+        assert len(findings(tmp_path, "leaves-picture", cart, about, self.VIEW)) == count
+
+
+def test_below_the_ground(tmp_path: Path) -> None:
+    (found,) = findings(
+        tmp_path, "camera-inside", BALL.format("[0, 0, 0.5]", ""), STILL.format("[0, -4, -1]", "[0, 0, 0.5]")
+    )
+    assert "1 m below `floor`" in found.message
+
+
+def test_in_the_hollow_of_a_tube_is_not_inside(tmp_path: Path) -> None:
+    tube = "scene: {statics: {tube: {shape: {kind: tube, outer_radius: 1, inner_radius: 0.8, height: 2}, pose: {pos: [0, 0, 1]}}}}"
+    ball = BALL.format("[3, 0, 0.5]", "")
+    assert findings(tmp_path, "camera-inside", tube, ball, STILL.format("[0, 0, 1]", "[3, 0, 0.5]")) == []
+    assert len(findings(tmp_path, "camera-inside", tube, ball, STILL.format("[0.9, 0, 1]", "[3, 0, 0.5]"))) == 1
+
+
+def test_a_camera_at_its_target_is_an_error(tmp_path: Path) -> None:
+    (found,) = findings(tmp_path, "camera-path", BALL.format("[0, 0, 0.5]", ""), STILL.format("[0, 0, 0.5]", "ball"))
+    assert (found.path, found.severity) == ("/render/cameras/main/look_at", "error")
+
+
+def test_no_camera_no_finding() -> None:
+    text = '{"text2sim": 1, "name": "a", "scene": {"duration": 1}, "bodies": {"b": {"kind": "rigid", "shape": {"kind": "sphere", "radius": 1}}}}'
+    assert data_of()["name"] == "example"
+    assert shots(Facts(resolve_case(load_text(text))), 0.0)[0].shows((0.0, 0.0, 0.0))

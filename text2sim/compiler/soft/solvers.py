@@ -1,0 +1,51 @@
+"""Who solves a deformable body, and what contact there is between the families of bodies."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from text2sim.spec_schema.models.bodies import DEFORMABLE, Body
+from text2sim.spec_schema.models.scene import Scene
+
+GRID = ("granular", "liquid", "snow")
+"""Kinds that only mpm solves."""
+FAMILIES = {"mpm": "mpm", "pbd": "pbd", "fem": "fem", "ipc": "fem"}
+"""Solver of the engine that holds a body, by the word of the language: cloth under ipc is a shell of its fem solver."""
+
+
+def is_soft(body: Any) -> bool:
+    """Whether a body is points, not links."""
+    return getattr(body, "kind", None) in DEFORMABLE
+
+
+def solver_of(body: Any, scene: Scene) -> str | None:
+    """Return `mpm`, `pbd`, `fem` or `ipc`; None for a body of links, and for a static.
+
+    Args:
+        body: The validated model.
+        scene: Its scene, whose contact model decides where the body does not.
+    """
+    kind = getattr(body, "kind", None)
+    if kind in GRID:
+        return "mpm"
+    if kind == "soft":
+        return body.solver or ("fem" if scene.contact.model in ("sap", "ipc") else "mpm")
+    if kind == "cloth":
+        return body.solver or ("ipc" if scene.contact.model == "ipc" else "pbd")
+    return None
+
+
+def solvers_of(bodies: Iterable[Body], scene: Scene) -> set[str]:
+    """Return the solvers of all deformable bodies."""
+    return {solver for body in bodies if (solver := solver_of(body, scene)) is not None}
+
+
+def contact_model(bodies: Iterable[Body], scene: Scene) -> str:
+    """Return the contact model of a scene, as it says it or as its bodies need it."""
+    if scene.contact.model is not None:
+        return scene.contact.model
+    solvers = solvers_of(bodies, scene)
+    if "ipc" in solvers:
+        return "ipc"
+    if "fem" in solvers:
+        return "sap"
+    return "particle" if solvers else "rigid"

@@ -1,0 +1,107 @@
+"""Driven bodies that sweep over free ones faster than a contact can hold."""
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_unit
+from text2sim.lint.contact.passing import Pass, grip, hardest
+from text2sim.lint.facts import Facts
+from text2sim.lint.parts import Part, apart
+from text2sim.spec_schema.models.bodies import Driven
+from text2sim.spec_schema.models.motion import (
+    Constant,
+    Oscillate,
+    Piecewise,
+    Ramp,
+    Schedule,
+    Sine,
+    Spin,
+    Steps,
+    Waypoints,
+)
+
+LOOKED_AT = 24
+"""Copies of a driven body that are looked at."""
+WAYS = ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0))
+"""Where the ends of what turns are looked for."""
+
+
+def sweeping(facts: Facts) -> Iterator[Pass]:
+    """Driven bodies, which nothing stops, through free ones that are in their way at the start."""
+    free = [copy for name in facts.case.bodies for copy in facts.placed[name] if facts.free(copy)]
+    for name, body in facts.case.bodies.items():
+        if not isinstance(body, Driven) or not free:
+            continue
+        for copy in facts.placed[name][:LOOKED_AT]:
+            yield from _sweeping(facts, copy, free)
+
+
+def _sweeping(facts: Facts, copy: Copy, free: list[Copy]) -> Iterator[Pass]:
+    """What a driven body sweeps over too fast to hold it."""
+    for part in facts.parts(copy):
+        for velocity, swept in _motions(copy, part):
+            quick = math.hypot(*velocity)
+            if quick * grip(facts) <= part.thickness / 2:
+                continue
+            for other in free:
+                box = facts.box(other)
+                if box is None or apart(swept, box):
+                    continue
+                for piece in facts.parts(other):
+                    speed, room, thickness = hardest([part], piece, velocity)
+                    if speed * grip(facts) > room:
+                        yield Pass(copy, other, speed, room, thickness, facts.where(copy.body, "motion"))
+                        break
+
+
+def _motions(copy: Copy, part: Part) -> Iterator[tuple[Vec, tuple[Vec, Vec]]]:
+    """Highest velocities [m/s] of a piece of a driven body, each with the box that is swept meanwhile."""
+    motion = copy.model.motion
+    low, high = part.box
+    if isinstance(motion, Oscillate):
+        axis = vector_unit(motion.axis)
+        speed = 2 * math.pi * motion.frequency * motion.amplitude
+        ends = [tuple(s * motion.amplitude * c for c in axis) for s in (-1, 1)]
+        yield _times(axis, speed), _swept(low, high, *ends)
+    elif isinstance(motion, Waypoints):
+        peak = 1.5 if motion.ease == "smooth" else 1.0
+        rows = list(zip(motion.times, motion.positions, strict=True))
+        for (t, a), (end, b) in pairwise(rows):
+            step = tuple((q - p) * peak / (end - t) for p, q in zip(a, b, strict=True))
+            if any(step):
+                yield step, _swept(low, high, a, b)  # type: ignore[misc]
+    elif isinstance(motion, Spin):
+        axis, rate = vector_unit(motion.axis), max(map(abs, _values(motion.speed)))
+        x, y, z = copy.pos
+        for way in WAYS:
+            a, b, c = part.solid.support(way)
+            arm = (a - x, b - y, c - z)
+            reach = math.hypot(*arm) + part.solid.rounding
+            velocity = _times(vector_cross(axis, arm), rate)
+            if any(velocity):
+                yield velocity, _swept(copy.pos, copy.pos, (-reach,) * 3, (reach,) * 3)
+
+
+def _values(schedule: Schedule) -> list[float]:
+    """Extreme values of a schedule."""
+    if isinstance(schedule, Sine):
+        return [schedule.offset - schedule.amplitude, schedule.offset + schedule.amplitude]
+    if isinstance(schedule, Ramp):
+        return [schedule.from_ or 0.0, schedule.to]
+    if isinstance(schedule, Steps | Piecewise):
+        return list(schedule.values)
+    return [schedule.value if isinstance(schedule, Constant) else schedule]
+
+
+def _swept(low: Vec, high: Vec, *offsets: tuple[float, ...]) -> tuple[Vec, Vec]:
+    """The box around a box that is moved by these offsets."""
+    return (
+        tuple(a + min(offset[k] for offset in offsets) for k, a in enumerate(low)),
+        tuple(b + max(offset[k] for offset in offsets) for k, b in enumerate(high)),
+    )  # type: ignore[return-value]
+
+
+def _times(a: Vec, f: float) -> Vec:
+    return (a[0] * f, a[1] * f, a[2] * f)

@@ -1,0 +1,1 @@
+"""What the film would show: cameras, and what stands before them."""

@@ -1,0 +1,106 @@
+"""Subjects that leave every picture on the way that they will probably take."""
+
+from collections.abc import Iterator
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.rotation import Vec
+from text2sim.lint.facts import Facts
+from text2sim.lint.film.cameras import blamed
+from text2sim.lint.film.shots import shots
+from text2sim.lint.film.subjects import drawn, end_of, middle_of, offset_of, subjects
+from text2sim.lint.rule import Rule
+from text2sim.lint.words import vector
+from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.bodies import Driven
+from text2sim.spec_schema.models.events import LeftDomainEvent, RegionEvent
+
+MOMENTS = 16
+"""Moments of a way at which is asked whether a camera sees it."""
+GONE = 0.25
+"""Part of a way that may be out of the picture."""
+
+
+def _leaves(facts: Facts) -> Iterator[Problem]:
+    meant = {
+        event.of.split("[")[0].split(".")[0]
+        for event in facts.case.actions.events.values()
+        if isinstance(event, LeftDomainEvent | RegionEvent) and event.kind != "enters"
+    }
+    for name in subjects(facts) if facts.case.render.cameras else ():
+        if name in meant or not drawn(facts, name):
+            continue
+        for copy in facts.placed[name][:1]:
+            if (found := _lost(facts, copy)) is not None:
+                yield _leaving(facts, copy, *found)
+
+
+def _lost(facts: Facts, copy: Copy) -> tuple[float, Vec] | None:
+    """When [s] and where a copy leaves every camera's picture, if that is for a good part of its way."""
+    render = facts.plan.render
+    start, end = render["start"], min(end_of(facts, copy), render["end"])
+    if end <= start or not facts.balls(copy):
+        return None
+    middle, radius = middle_of(facts.balls(copy)), min(radius for _, radius in facts.balls(copy))
+    times = [start + (end - start) * k / (MOMENTS - 1) for k in range(MOMENTS)]
+
+    def offset(name: str, t: float) -> Vec:
+        return offset_of(facts, name, t)
+
+    lost = []
+    for t in times:
+        step = offset(copy.name, t)
+        there = (middle[0] + step[0], middle[1] + step[1], middle[2] + step[2])
+        if not any(shot.shows(there, radius) for shot in shots(facts, t, offset)):
+            lost.append((t, there))
+    if not lost or len(lost) == MOMENTS:
+        return None  # never out of the picture, or always, which is said elsewhere
+    # Where it comes down it probably stays.
+    stays = lost[-1][0] == times[-1] and not isinstance(copy.model, Driven)
+    if not stays and len(lost) <= GONE * MOMENTS:
+        return None
+    return lost[0]
+
+
+def _leaving(facts: Facts, copy: Copy, t: float, there: Vec) -> Problem:
+    driven = isinstance(copy.model, Driven)
+    word = "is driven" if driven else "flies" if any(facts.velocities.get(copy.name, ())) else "falls"
+    views = shots(facts, t, lambda name, t: offset_of(facts, name, t))
+    needed = [angle for shot in views if (angle := shot.needed(there)) is not None]
+    text = (
+        f"`{copy.name}`, which the script is about, {word} out of every camera's picture after {t:.2g} s, at "
+        f"{vector(tuple(round(c, 2) for c in there))}; let a camera of kind `follow` look at it"
+    )
+    if needed and min(needed) < 90:
+        text += f", or widen the field of view to {min(needed) * 1.1:.3g} deg or more"
+    return facts.problem("leaves-picture", blamed(facts, views), text, key=True)
+
+
+RULES = (
+    Rule(
+        id="leaves-picture",
+        severity="warning",
+        title="A body that the script is about will probably leave every picture.",
+        reason=f"""\
+Its way is known up to what it meets first: a throw or a fall under gravity, or the motion of a driven body. Where it
+comes down, or for more than {GONE:.0%} of that way, it is in no camera's picture. What happens afterwards is not known
+here; the report of a run says what its cameras saw. A camera that nobody placed is not judged.""",
+        way_out="A camera of kind `follow`, a wider field of view, or one that looks at where it comes down.",
+        example="""\
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 0.5]}}
+actions:
+  controls: {throw: {kind: initial_velocity, body: ball, linear: [8, 0, 4]}}
+render:
+  cameras: {main: {kind: still, from: [0, -4, 1], look_at: [0, 0, 0.5]}}
+""",
+        mended="""\
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 0.5]}}
+actions:
+  controls: {throw: {kind: initial_velocity, body: ball, linear: [8, 0, 4]}}
+render:
+  cameras: {main: {kind: follow, body: ball, offset: [0, -4, 1]}}
+""",
+        run=_leaves,
+    ),
+)

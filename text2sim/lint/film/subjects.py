@@ -1,0 +1,99 @@
+"""What a case is about: the bodies that its script names, and where they are likely to go."""
+
+import math
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.rotation import Vec, vector_unit
+from text2sim.lint.contact.flight import flight_of
+from text2sim.lint.facts import Facts
+from text2sim.spec_schema.models.bodies import Driven
+from text2sim.spec_schema.models.motion import Oscillate, Waypoints
+
+Balls = list[tuple[Vec, float]]
+"""Middles and radii [m]."""
+
+_NAME = re.compile(r"[A-Za-z]\w*")
+WANTED = ("body", "joint", "of", "by", "between", "from", "to", "measure", "event", "before", "after", "attach")
+"""Keys under which the script names bodies, or what names bodies in turn."""
+
+
+def subjects(facts: Facts) -> list[str]:
+    """Return the bodies that expectations are about, or that a control acts on, in the order of the case."""
+    return facts.own(_subjects)
+
+
+def _subjects(facts: Facts) -> list[str]:
+    actions = facts.raw(("actions",)) or {}
+    expect = actions.get("expect") or {}
+    waiting: list[Any] = [*expect.values(), *(actions.get("controls") or {}).values()]
+    named: set[str] = set()
+    known = {**(actions.get("measures") or {}), **(actions.get("events") or {})}
+    while waiting:
+        for name in _names(waiting.pop()):
+            if name in known:
+                waiting.append(known.pop(name))
+            named.add(name)
+    return [name for name in facts.case.bodies if name in named]
+
+
+def _names(value: Any, key: str = "") -> Iterator[str]:
+    if isinstance(value, dict):
+        for inner, item in value.items():
+            yield from _names(item, inner)
+    elif isinstance(value, list):
+        for item in value:
+            yield from _names(item, key)
+    elif isinstance(value, str) and key in WANTED and (found := _NAME.match(value)):
+        yield found[0]
+
+
+def drawn(facts: Facts, name: str) -> Balls:
+    """Return balls around what is drawn of a body."""
+    found: Balls = []
+    for copy in facts.placed[name]:
+        look = getattr(copy.model, "look", None)
+        if look is None or (look.visible and look.opacity > 0):
+            found += facts.balls(copy)
+    return found
+
+
+def middle_of(balls: Balls) -> Vec:
+    """Return the mean of the middles of balls."""
+    x, y, z = (sum(axis) / len(balls) for axis in zip(*(center for center, _ in balls), strict=True))
+    return x, y, z
+
+
+def offset_of(facts: Facts, name: str, t: float) -> Vec:
+    """Return how far [m] a copy has probably come at a time [s], if that is simple to say; else nothing."""
+    copy = facts.copies[name]
+    if isinstance(copy.model, Driven):
+        return _driven(copy.model, t)
+    flight = flight_of(facts, copy)
+    return flight.offset(min(t, flight.end)) if flight is not None else (0.0, 0.0, 0.0)
+
+
+def end_of(facts: Facts, copy: Copy) -> float:
+    """Return the time [s] up to which it is known where a copy is."""
+    if isinstance(copy.model, Driven):
+        return facts.case.scene.duration
+    flight = flight_of(facts, copy)
+    return flight.end if flight is not None and flight.moves else 0.0
+
+
+def _driven(model: Driven, t: float) -> Vec:
+    motion = model.motion
+    if isinstance(motion, Oscillate):
+        way = motion.amplitude * math.sin(2 * math.pi * motion.frequency * t)
+        x, y, z = vector_unit(motion.axis)
+        return (way * x, way * y, way * z)
+    if isinstance(motion, Waypoints):
+        rows = list(zip(motion.times, motion.positions, strict=True))
+        for (start, a), (end, b) in zip(rows, rows[1:], strict=False):
+            if t < end:
+                u = max((t - start) / (end - start), 0.0)
+                return (a[0] + u * (b[0] - a[0]), a[1] + u * (b[1] - a[1]), a[2] + u * (b[2] - a[2]))
+        return rows[-1][1]
+    return (0.0, 0.0, 0.0)

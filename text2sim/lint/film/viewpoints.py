@@ -1,0 +1,120 @@
+"""Cameras that stand in a body or under the ground, or run into what they look at."""
+
+import math
+from collections.abc import Iterator
+
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.rotation import IDENTITY, Vec
+from text2sim.lint.facts import Facts
+from text2sim.lint.film.cameras import EARLY
+from text2sim.lint.film.shots import shots
+from text2sim.lint.parts import Part, apart
+from text2sim.lint.rule import Rule
+from text2sim.lint.start.escape import inside
+from text2sim.lint.words import length
+from text2sim.spec_schema.errors import Problem
+
+
+def _inside(facts: Facts) -> Iterator[Problem]:
+    for shot in shots(facts, facts.plan.render["start"]) if facts.case.render.cameras else ():
+        where = ("render", "cameras", shot.name)
+        eye = Part(Piece("sphere", size=(1e-4,)), shot.pos, IDENTITY, False, None)
+        for ground in facts.planes:
+            below = ground.level - sum(u * p for u, p in zip(ground.up, shot.pos, strict=True))
+            if below > 0 and ground.beside(shot.pos) < 0:
+                text = (
+                    f"`{shot.name}` stands {length(below)} below `{ground.copy.name}` and sees its underside; raise it"
+                )
+                yield facts.problem("camera-inside", where, text, key=True)
+        for copy in facts.copies.values():
+            box = facts.box(copy)
+            look = copy.model.look
+            if box is None or not look.visible or look.opacity < 0.5 or apart(box, eye.box):
+                continue
+            if facts.moves(copy) and facts.plan.render["start"] > EARLY:
+                continue
+            if any(inside(eye, part) for part in facts.parts(copy) if _solid(part)):
+                text = f"`{shot.name}` starts inside of `{copy.name}` and sees nothing else; move it out"
+                yield facts.problem("camera-inside", where, text, key=True)
+
+
+def _solid(part: Part) -> bool:
+    """Whether a piece is what is drawn: a mesh touches by its hull, and a camera may be in its hollow."""
+    return part.piece.kind != "mesh" or part.mesh is not None
+
+
+def _path(facts: Facts) -> Iterator[Problem]:
+    for camera in facts.plan.render["cameras"]:
+        where = ("render", "cameras", camera["name"])
+        if not facts.case.render.cameras:
+            return
+        if camera["kind"] == "dolly":
+            near = _distance(camera["pos"], camera["to"], camera["look_at"])
+            far = max(math.dist(camera["pos"], camera["look_at"]), math.dist(camera["to"], camera["look_at"]))
+            if near < far / 50:
+                text = (
+                    f"`{camera['name']}` passes what it looks at in a distance of {length(near)}: the picture turns "
+                    "round there; lead its way past it, or let it look at something else"
+                )
+                yield facts.problem("camera-path", (*where, "to"), text)
+        elif camera["kind"] == "still" and math.dist(camera["pos"], camera["look_at"]) < 1e-6:
+            text = f"`{camera['name']}` stands where it looks at, so that it looks nowhere; move it away"
+            yield facts.problem("camera-path", (*where, "look_at"), text, severity="error")
+
+
+def _distance(a: Vec, b: Vec, point: Vec) -> float:
+    """Distance [m] of a point from a line from a to b."""
+    way = tuple(q - p for p, q in zip(a, b, strict=True))
+    square = sum(c * c for c in way)
+    u = sum((p - q) * c for p, q, c in zip(point, a, way, strict=True)) / square if square else 0.0
+    return math.dist(point, tuple(p + min(max(u, 0.0), 1.0) * c for p, c in zip(a, way, strict=True)))
+
+
+RULES = (
+    Rule(
+        id="camera-inside",
+        severity="warning",
+        title="A camera starts inside of a body, or below the ground.",
+        reason="""\
+From inside a body, the picture shows its inner side and nothing else; from below a plane, its underside. The hull of a
+mesh does not count, for a camera may stand in its hollow.""",
+        way_out="Move the camera out, or make what it stands in invisible (`look: {visible: false}`).",
+        example="""\
+scene: {statics: {room: {shape: {kind: box, size: [6, 6, 3]}, place: {on: floor}}}}
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [4, 0, 0.5]}}
+render:
+  cameras: {main: {kind: still, from: [2, -2, 2], look_at: [4, 0, 0.5]}}
+""",
+        mended="""\
+scene: {statics: {room: {shape: {kind: box, size: [6, 6, 3]}, place: {on: floor}}}}
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [4, 0, 0.5]}}
+render:
+  cameras: {main: {kind: still, from: [6, -4, 2], look_at: [4, 0, 0.5]}}
+""",
+        run=_inside,
+    ),
+    Rule(
+        id="camera-path",
+        severity="warning",
+        title="A camera passes, or stands at, what it looks at.",
+        reason="""\
+A camera that comes to the point that it looks at (nearer than a fiftieth of its largest distance) turns its picture
+round within a frame or two. One that stands there has no direction; that is an error.""",
+        way_out="Lead the way of the camera past the point, or let it look at something else.",
+        example="""\
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 0.5]}}
+render:
+  cameras: {main: {kind: dolly, from: [0, -4, 0.5], to: [0, 4, 0.5], look_at: ball}}
+""",
+        mended="""\
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 0.5]}}
+render:
+  cameras: {main: {kind: dolly, from: [-2, -4, 1], to: [2, -4, 1], look_at: ball}}
+""",
+        run=_path,
+    ),
+)

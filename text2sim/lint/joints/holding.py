@@ -1,0 +1,198 @@
+"""Whether motors hold what hangs on them: see `motors` for what the engine does.
+
+At rest, gravity's torque about a hinge is `axis . (r x m g)`, which changes with the angle as `a cos q + b sin q`;
+along a slider it is `axis . m g`. Where the motor gives less, the joint sinks. A position servo has no integral part:
+it stands `load / kp` away from its target (measured: 2 kg on kp 1000 N/m stays 19.62 mm low). A velocity motor that
+stands still gives `kv` times the speed that is asked for.
+"""
+
+from collections.abc import Iterator
+from math import inf, pi
+
+from text2sim.lint.facts import Facts
+from text2sim.lint.joints.drives import Span
+from text2sim.lint.joints.motors import Powered, amount, at_least, one_each, powered
+from text2sim.lint.rule import Rule
+from text2sim.spec_schema.errors import Problem
+
+SURE = 1.05
+"""A motor is weak if it lacks more than this part of what it needs: masses of hollow shapes are a little off."""
+DROOP = 0.05
+"""Static error of a servo that is worth a word, as a part of the travel."""
+DROOP_HELD = {"hinge": 0.1, "slider": 0.01}
+"""The same for a joint that is only held [rad, m]."""
+
+
+def _worst(motor: Powered, span: Span) -> tuple[float, float]:
+    """Position within the targets of a span at which the motor has most to hold, and the load there."""
+    low, high = span.extremes()
+    if span.mode == "velocity":
+        low, high = _turned(motor, low, high, span.end - span.start)
+    middle, _ = motor.swing.heaviest(low, high)
+    return max(((q, motor.load(q)) for q in (low, high, middle)), key=lambda pair: abs(pair[1]))
+
+
+def _turned(motor: Powered, slowest: float, fastest: float, time: float) -> tuple[float, float]:
+    """Where a velocity motor gets within a time, at most a turn."""
+    swing = motor.swing
+    if not swing.hinge:
+        return swing.start, swing.start
+    least, most = swing.joint.range or (-inf, inf)
+    low = swing.start + max(-2 * pi, min(0.0, slowest) * time)
+    return max(low, least), min(swing.start + min(2 * pi, max(0.0, fastest) * time), most)
+
+
+def _weak(facts: Facts) -> Iterator[Problem]:
+    for motor in powered(facts):
+        if not motor.alone:
+            continue
+        for span in motor.spans:
+            problem = _stuck(facts, motor, span) if span.mode == "force" else _sinks(facts, motor, span)
+            if problem is not None:
+                yield problem
+                break
+
+
+def _sinks(facts: Facts, motor: Powered, span: Span) -> Problem | None:
+    swing = motor.swing
+    fastest = max(map(abs, span.extremes()))
+    most, key = motor.limit, "max_force"
+    if span.mode == "velocity":
+        if fastest == 0.0 or swing.joint.spring:
+            return None
+        if motor.damping * fastest < motor.limit:
+            most, key = motor.damping * fastest, "damping"
+    q, load = _worst(motor, span)
+    needed = abs(load) - swing.joint.friction
+    if needed <= most * SURE:
+        return None
+    unit, force = swing.units
+    at = f" at {q:.3g} {unit}" if swing.hinge and any(swing.pull) else ""
+    way = f"max_force of {at_least(1.2 * needed)}"
+    says = f"its motor gives at most {amount(most, force)}"
+    if key == "damping":
+        way = f"damping of {at_least(1.2 * needed / fastest)}"
+        says = f"with damping {motor.damping:g} its motor stalls at {amount(most, force)}"
+    text = (
+        f"to hold what `{motor.label}` carries ({swing.mass:.3g} kg) takes {amount(needed, force)}{at}, and {says}: it "
+        f"will sink; give the motor a {way} or more, or it a lighter load"
+    )
+    return facts.problem("weak-motor", motor.where(key), text)
+
+
+def _stuck(facts: Facts, motor: Powered, span: Span) -> Problem | None:
+    swing, force = motor.swing, motor.swing.units[1]
+    most = min(max(map(abs, span.extremes())), motor.limit)
+    _, pull = swing.heaviest(swing.start, swing.start)
+    if not 0.0 < most < swing.joint.friction - abs(pull):
+        return None
+    text = (
+        f"the dry friction of `{motor.label}` ({amount(swing.joint.friction, force)}) is larger than this force (at "
+        f"most {amount(most, force)}): it will not move; make the friction smaller, or the force larger"
+    )
+    return facts.problem("weak-motor", span.where, text)
+
+
+def _droops(facts: Facts) -> Iterator[Problem]:
+    for motor in powered(facts):
+        swing = motor.swing
+        positions = [span for span in motor.spans if span.mode == "position"]
+        if not motor.alone or motor.stiffness <= 0.0 or not positions:
+            continue
+        extremes = [span.extremes() for span in positions]
+        travel = max(high for _, high in extremes) - min(low for low, _ in extremes)
+        allowed = max(DROOP * travel, 0.1 * DROOP_HELD[swing.joint.kind])
+        if travel == 0.0:
+            allowed = DROOP_HELD[swing.joint.kind]
+        allowed = min([allowed, *motor.tolerances("joint_position")])
+        q, load = max((_worst(motor, span) for span in positions), key=lambda pair: abs(pair[1]))
+        carried = max(0.0, abs(load) - swing.joint.friction)
+        droop = carried / (motor.stiffness + swing.joint.spring)
+        if droop <= allowed or carried > motor.limit * SURE:  # that is a weak motor
+            continue
+        unit, force = swing.units
+        of = f", {droop / travel:.0%} of its travel," if travel > 0.0 else ""
+        better = carried / (0.2 * allowed)
+        text = (
+            f"`{motor.label}` stays {amount(droop, unit)}{of} away from its target at {q:.3g} {unit}: a servo carries "
+            f"its load ({amount(carried, force)}) by stiffness times error alone; stiffness {at_least(better)} with "
+            f"damping {at_least(motor.critical(better))} leaves {amount(0.2 * allowed, unit)}"
+        )
+        yield facts.problem("servo-droop", motor.where("stiffness"), text)
+
+
+RULES = (
+    Rule(
+        id="weak-motor",
+        severity="warning",
+        title="A motor is too weak to hold what its joint carries.",
+        reason="""\
+A motor gives no more than `max_force`, and a velocity motor that stands still no more than its damping times the speed
+that is asked for. Gravity's torque about a hinge is `axis . (r x m g)` of everything beyond the joint, what is welded
+to it included, at its worst within the driven range; along a slider it is `axis . m g`. Where that is more than the
+motor gives, less the dry friction of the joint, the joint sinks instead of following. A force that is smaller than the
+dry friction moves nothing, either.""",
+        way_out="Raise `max_force` (or the `damping` of a velocity motor) to the value in the message, or carry less.",
+        example="""\
+bodies:
+  arm:
+    kind: rigid
+    shape: {kind: box, size: [0.6, 0.05, 0.05]}
+    material: {mass: 2.0}
+    pose: {pos: [0, 0, 1]}
+    mount: {kind: hinge, axis: y, anchor: [-0.3, 0, 0], actuator: {stiffness: 500, damping: 50, max_force: 4}}
+actions:
+  controls:
+    hold: {kind: drive, joint: arm, position: 0}
+""",
+        mended="""\
+bodies:
+  arm:
+    kind: rigid
+    shape: {kind: box, size: [0.6, 0.05, 0.05]}
+    material: {mass: 2.0}
+    pose: {pos: [0, 0, 1]}
+    mount: {kind: hinge, axis: y, anchor: [-0.3, 0, 0], actuator: {stiffness: 500, damping: 50, max_force: 8}}
+actions:
+  controls:
+    hold: {kind: drive, joint: arm, position: 0}
+""",
+        run=lambda facts: one_each(_weak(facts)),
+    ),
+    Rule(
+        id="servo-droop",
+        severity="warning",
+        title="A position servo stays visibly away from its target under its load.",
+        reason="""\
+A position motor is a spring and a damper to its target; the engine does not compensate gravity, and there is no
+integral part. At rest it stands `load / stiffness` off: 2 kg on 1000 N/m hang 2 cm low. Reported if that is more than
+5 % of the travel (of a joint that is only held: 0.1 rad or 1 cm), or than the tolerance of an expectation of the
+joint's position.""",
+        way_out="Raise the stiffness, and the damping with it (critical: `2 sqrt(stiffness x inertia)`), or aim off.",
+        example="""\
+bodies:
+  lift:
+    kind: rigid
+    shape: {kind: box, size: [0.2, 0.2, 0.02]}
+    material: {mass: 2.0}
+    pose: {pos: [0, 0, 0.5]}
+    mount: {kind: slider, axis: z, actuator: {stiffness: 400, damping: 40}}
+actions:
+  controls:
+    up: {kind: drive, joint: lift, position: {kind: ramp, to: 0.3, end: 1}}
+""",
+        mended="""\
+bodies:
+  lift:
+    kind: rigid
+    shape: {kind: box, size: [0.2, 0.2, 0.02]}
+    material: {mass: 2.0}
+    pose: {pos: [0, 0, 0.5]}
+    mount: {kind: slider, axis: z, actuator: {stiffness: 8000, damping: 250}}
+actions:
+  controls:
+    up: {kind: drive, joint: lift, position: {kind: ramp, to: 0.3, end: 1}}
+""",
+        run=lambda facts: one_each(_droops(facts)),
+    ),
+)

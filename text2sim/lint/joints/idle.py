@@ -1,0 +1,71 @@
+"""Motors that nobody drives: the engine's motors give no force until they are given a target (see `motors`)."""
+
+from collections.abc import Iterator
+
+from text2sim.lint.facts import Facts
+from text2sim.lint.joints.drives import spans_of
+from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.swing import Swing
+from text2sim.lint.rule import Rule
+from text2sim.spec_schema.errors import Problem
+
+
+def _idle(facts: Facts) -> Iterator[Problem]:
+    mechanics = mechanics_of(facts)
+    driven = {(facts.copies[entity].body, joint) for entity, joint in spans_of(facts)}
+    bodies: dict[str, list[Swing]] = {}
+    for swing in mechanics.swings():
+        where = mechanics.where(swing, "actuator")
+        if swing.motor is None or (swing.copy.body, swing.name) in driven or facts.raw(where) is None:
+            continue
+        # What a prefab brings need not be used, as long as nothing falls by that.
+        if facts.loaded.document.origin(where) is None or _sags(swing):
+            bodies.setdefault(swing.copy.body, []).append(swing)
+    for swings in bodies.values():
+        names = list(dict.fromkeys(f"`{mechanics.label(swing)}`" for swing in swings))
+        listed = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+        joints = "their joints move" if len(names) > 1 else "its joint moves"
+        text = (
+            f"no control drives {listed}: a motor that nobody drives gives no force, and {joints} freely; add a "
+            "control of kind `drive` (a constant `position` holds it), or leave the actuator out"
+        )
+        yield facts.problem("idle-motor", mechanics.where(swings[0], "actuator"), text, key=True)
+
+
+def _sags(swing: Swing) -> bool:
+    """Whether gravity moves a joint that nothing holds."""
+    scale = swing.mass * 9.81 * (swing.size if swing.hinge else 1.0)
+    return max(map(abs, swing.pull)) > max(swing.joint.friction, 0.01 * scale) or swing.mass <= 0.0
+
+
+RULES = (
+    Rule(
+        id="idle-motor",
+        severity="warning",
+        title="A joint has a motor that no control drives.",
+        reason="""\
+An actuator does nothing until a control of kind `drive` gives it a target: it does not hold the start pose. The joint
+moves as freely as without it.""",
+        way_out="Drive it (`position: 0` holds the pose of the case), or leave the actuator out.",
+        example="""\
+bodies:
+  gate:
+    kind: rigid
+    shape: {kind: box, size: [0.5, 0.05, 0.3]}
+    pose: {pos: [0, 0, 0.5]}
+    mount: {kind: hinge, axis: y, anchor: [-0.25, 0, 0], actuator: {stiffness: 500, damping: 50}}
+""",
+        mended="""\
+bodies:
+  gate:
+    kind: rigid
+    shape: {kind: box, size: [0.5, 0.05, 0.3]}
+    pose: {pos: [0, 0, 0.5]}
+    mount: {kind: hinge, axis: y, anchor: [-0.25, 0, 0], actuator: {stiffness: 5000, damping: 500}}
+actions:
+  controls:
+    hold: {kind: drive, joint: gate, position: 0}
+""",
+        run=_idle,
+    ),
+)

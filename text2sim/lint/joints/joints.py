@@ -1,0 +1,255 @@
+"""Joints that cannot do what they are told, or do what nobody meant.
+
+A drive's target is in radians or metres from the start pose, and a joint with limits stops there: its servo then
+pushes against the end with `stiffness x (target - limit)` for as long as it is asked to. A slider without range,
+spring or motor falls along its axis as far as nothing is in its way. The rotor's inertia (armature) is added to that
+of the joint: a pendulum with as much armature as inertia of its own swings sqrt(2) times too slowly.
+"""
+
+from collections.abc import Iterator
+from math import degrees, dist, inf, radians, sqrt
+
+from text2sim.compiler.shapes.rotation import Vec
+from text2sim.lint.facts import Facts
+from text2sim.lint.joints.drives import Span, spans_of
+from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.motors import amount, one_each, powered
+from text2sim.lint.joints.swing import Swing
+from text2sim.lint.rule import Rule
+from text2sim.spec_schema.errors import Problem
+
+BEYOND = 0.02
+"""Part of the range by which a target may lie beyond its end, and a clamp be pressed shut."""
+FAR = 50.0
+"""Lengths of a body by which the anchor of its mount may be away: a bob of 4 cm may hang on 2 m."""
+
+
+def _range(facts: Facts) -> Iterator[Problem]:
+    mechanics = mechanics_of(facts)
+    for (entity, name), spans in spans_of(facts).items():
+        swing = mechanics.swing(facts.copies[entity], name)
+        if swing is None or swing.joint.range is None:
+            continue
+        low, high = swing.joint.range
+        slack = BEYOND * (high - low)
+        if (stuck := _against_end(spans, low - swing.start, high - swing.start)) is not None:
+            end, way = (high, "up") if stuck.extremes()[1] > 0.0 else (low, "down")
+            unit = swing.units[0]
+            text = (
+                f"drives `{mechanics.label(swing)}` {way}, but it starts at {end:.4g} {unit}, where its range ends: it "
+                "pushes against that end and does not move; turn the sign, or widen the range"
+            )
+            yield facts.problem("target-out-of-range", stuck.where, text)
+            continue
+        for span in spans:
+            if span.mode != "position":
+                continue
+            least, most = span.extremes()
+            if least >= low - slack and most <= high + slack:
+                continue
+            target, end = (most, high) if most - high > low - least else (least, low)
+            unit = swing.units[0]
+            limits = f"from {low:.4g} to {high:.4g} {unit}"
+            hint = ""
+            if swing.hinge:
+                limits += f" ({degrees(low):.4g} to {degrees(high):.4g} deg)"
+                if low - slack <= radians(target) <= high + slack and abs(target) >= 1.0:
+                    hint = f"; targets are in radians: {target:g} deg is ${{radians({target:g})}}"
+            text = (
+                f"asks for {target:.4g} {unit}, and `{mechanics.label(swing)}` goes {limits}: it will stop at "
+                f"{end:.4g} {unit} and push against its end{hint}"
+            )
+            yield facts.problem("target-out-of-range", span.where, text)
+            break
+
+
+def _against_end(spans: list[Span], low: float, high: float) -> Span | None:
+    """Return the only drive of a joint, if it is a velocity towards the end at which the joint starts.
+
+    The ends count from there.
+    """
+    if len(spans) != 1 or spans[0].mode != "velocity":
+        return None
+    least, most = spans[0].extremes()
+    near = 1e-3 * (high - low)
+    stuck = most <= 0.0 > least and low >= -near or least >= 0.0 < most and high <= near
+    return spans[0] if stuck else None
+
+
+def _far_anchor(facts: Facts) -> Iterator[Problem]:
+    for name, body in facts.case.bodies.items():
+        anchor = getattr(getattr(body, "mount", None), "anchor", None)
+        box = facts.box(facts.placed[name][0])
+        if anchor is None or box is None:
+            continue
+        size = max(high - low for low, high in zip(*box, strict=True))
+        if (away := dist(anchor, (0.0, 0.0, 0.0))) > FAR * size:
+            text = (
+                f"`{name}` turns about a point {amount(away, 'm')} away from its origin, and is {amount(size, 'm')} "
+                "long; anchors are in metres, in the body's own frame"
+            )
+            where = facts.where(name, "mount", "anchor")
+            yield facts.problem("far-anchor", where if facts.raw(where) is not None else facts.where(name), text)
+
+
+def _falls(facts: Facts) -> Iterator[Problem]:
+    mechanics = mechanics_of(facts)
+    driven = {(facts.copies[entity].body, joint) for entity, joint in spans_of(facts)}
+    welded = {name for weld in facts.rows.welds for name in (weld.a, weld.b)}
+    for swing in mechanics.swings():
+        joint = swing.joint
+        if swing.hinge or swing.closed or swing.floating or swing.mass <= 0.0 or joint.spring > 0.0:
+            continue
+        if (swing.copy.body, swing.name) in driven or swing.copy.name in welded:
+            continue
+        pull = swing.pull[0]
+        low, high = joint.range or (-inf, inf)
+        if abs(pull) <= max(joint.friction, 1e-6 * swing.mass) or (high if pull > 0 else low) not in (inf, -inf):
+            continue
+        way = tuple(a if pull > 0 else -a for a in swing.axis)
+        if abs(way[2]) < 0.1 or _catches(facts, swing, (way[0], way[1], way[2])):
+            continue
+        text = (
+            f"nothing holds `{mechanics.label(swing)}` along its axis: gravity pulls it with {amount(abs(pull), 'N')}, "
+            "and it falls out of the picture; give it a `range`, a `spring`, or a motor and a drive that holds it"
+        )
+        yield facts.problem("falls-along-slider", mechanics.where(swing), text, key=True)
+
+
+def _catches(facts: Facts, swing: Swing, way: Vec) -> bool:
+    """Whether something may stop a fall: a plane below, or anything whose box the falling box may meet."""
+    if facts.planes:
+        return True
+    box = facts.box(swing.copy)
+    if box is None:
+        return True
+    (lx, ly, lz), (hx, hy, hz) = box
+    low = [v - (1e9 if w < -1e-6 else 0.0) for v, w in zip((lx, ly, lz), way, strict=True)]
+    high = [v + (1e9 if w > 1e-6 else 0.0) for v, w in zip((hx, hy, hz), way, strict=True)]
+    for other in facts.copies.values():
+        found = facts.box(other)
+        if other.name == swing.copy.name or found is None:
+            continue
+        if all(a < high[k] and b > low[k] for k, (a, b) in enumerate(zip(*found, strict=True))):
+            return True
+    return False
+
+
+def _armature(facts: Facts) -> Iterator[Problem]:
+    mechanics = mechanics_of(facts)
+    driven = {id(motor.swing) for motor in powered(facts)}
+    for swing in mechanics.swings():
+        own = swing.inertia - swing.joint.armature
+        factor = 1.0 if swing.motor is None else 30.0
+        if swing.inertia <= 0.0 or swing.joint.armature <= factor * own:
+            continue
+        if swing.motor is not None and id(swing) in driven and swing.motor.max_force is None:
+            continue
+        where = mechanics.where(swing, "armature")
+        if facts.raw(where) is None:
+            continue
+        unit = "kg m2" if swing.hinge else "kg"
+        slower = sqrt(swing.inertia / own) if own > 0.0 else inf
+        text = (
+            f"with this, `{mechanics.label(swing)}` is as hard to move as {amount(swing.inertia, unit)}, and its own "
+            f"inertia is {amount(own, unit)}: it swings and falls {slower:.2g} times too slowly; a rotor of up to "
+            f"{0.1 * own:.1g} hardly shows"
+        )
+        yield facts.problem("heavy-armature", where, text)
+
+
+_DOOR = """\
+bodies:
+  door:
+    kind: rigid
+    shape: {kind: box, size: [0.8, 0.04, 1.0]}
+    pose: {pos: [0, 0, 0.6]}
+    mount: {kind: hinge, axis: z, anchor: [-0.4, 0, 0], %s actuator: {stiffness: 800, damping: 160}}
+actions:
+  controls:
+    open: {kind: drive, joint: door, position: {kind: ramp, to: %s, end: 0.9}}
+"""
+_SLIDE = """\
+scene: {statics: null}
+bodies:
+  weight:
+    kind: rigid
+    shape: {kind: box, size: [0.1, 0.1, 0.1]}
+    mount: {kind: slider, axis: z%s}
+"""
+_PENDULUM = """\
+bodies:
+  bob:
+    kind: rigid
+    shape: {kind: sphere, radius: 0.03}
+    pose: {pos: [0, 0, 0.5]}
+    mount: {kind: hinge, axis: y, anchor: [0.3, 0, 0], armature: %s}
+"""
+
+RULES = (
+    Rule(
+        id="target-out-of-range",
+        severity="warning",
+        title="A drive asks for a position that its joint cannot reach.",
+        reason="""\
+The joint stops at the end of its range, and its servo goes on pushing against it with the stiffness times the rest of
+the way. A velocity towards the end at which the joint starts moves nothing. Ranges of hinges are given in degrees
+(`range_deg`), targets in radians.""",
+        way_out="Widen the range, or change the target; `${radians(45)}` turns degrees into radians.",
+        example=_DOOR % ("range_deg: [0, 90],", "90"),
+        mended=_DOOR % ("range_deg: [0, 90],", "1.57"),
+        run=lambda facts: one_each(_range(facts)),
+    ),
+    Rule(
+        id="far-anchor",
+        severity="warning",
+        title="A body turns about a point that is very far away.",
+        reason=f"""\
+The `anchor` of a mount is a point of the axis in the body's own frame, in metres, and the body is held there as if by
+a rod without mass. Reported where it is more than {FAR:g} times as far from the origin as the body is long.""",
+        way_out="Give the anchor in metres: half of the width of a door, `[-0.4, 0, 0]`, not `[-400, 0, 0]`.",
+        example="""\
+bodies:
+  door:
+    kind: rigid
+    shape: {kind: box, size: [0.8, 0.04, 2]}
+    pose: {pos: [0, 0, 1.1]}
+    mount: {kind: hinge, axis: z, anchor: [-400, 0, 0]}
+""",
+        mended="""\
+bodies:
+  door:
+    kind: rigid
+    shape: {kind: box, size: [0.8, 0.04, 2]}
+    pose: {pos: [0, 0, 1.1]}
+    mount: {kind: hinge, axis: z, anchor: [-0.4, 0, 0]}
+""",
+        run=_far_anchor,
+    ),
+    Rule(
+        id="falls-along-slider",
+        severity="warning",
+        title="A body on a slider falls along its axis for ever.",
+        reason="""\
+A slider leaves its body free to move along the axis. Without a range, a spring, a motor that is driven, enough dry
+friction or anything below, gravity takes it away.""",
+        way_out="Give the slider a `range`, a `spring`, or an actuator and a drive.",
+        example=_SLIDE % "",
+        mended=_SLIDE % ", range: [-0.2, 0]",
+        run=_falls,
+    ),
+    Rule(
+        id="heavy-armature",
+        severity="warning",
+        title="The rotor of a joint outweighs what it moves.",
+        reason="""\
+`armature` is the inertia of a motor's rotor, felt at the joint, and is added to that of the body. Gravity does not
+pull on it: a passive joint with as much armature as inertia swings 1.4 times too slowly, and a small part on a large
+rotor hardly falls at all. Reported for passive joints from once, for motors with a limited force from 30 times the
+inertia.""",
+        way_out="Leave `armature` out, or make it a small part of the inertia in the message.",
+        example=_PENDULUM % "0.1",
+        mended=_PENDULUM % "0.001",
+        run=lambda facts: one_each(_armature(facts)),
+    ),
+)

@@ -1,0 +1,227 @@
+"""Joints with all that hangs on them: what they weigh, how hard they are to turn, and who drives them.
+
+All of it is at the start pose, with the other joints of a tree where they start. For a joint of its own (a mount) that
+is exact; in a tree the inertia is that of everything beyond the joint taken as one rigid body, which is the entry
+M[j][j] of the mass matrix: no motion of the other joints makes it larger.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
+from text2sim.compiler.trees.tree import StandingLink, Tree, tree_links
+from text2sim.lint.facts import Facts
+from text2sim.lint.joints.lumps import NOTHING, Lump, lump_of, piece_lump, together
+from text2sim.lint.joints.swing import Swing, far_from, pull_of
+from text2sim.spec_schema.text.document import Path
+
+ONE_DOF = ("hinge", "slider")
+_FIELDS = ("shape", "material", "mount", "links", "loops", "initial", "file", "joints", "base")
+"""What decides how the joints of a body move."""
+
+
+class Mechanics:
+    """Everything about joints, worked out from the facts of a case; see `mechanics_of`."""
+
+    def __init__(self, facts: Facts) -> None:
+        self.facts = facts
+        self._links: dict[str, _Links] = {}
+        self._twins: dict[str, Copy] = {}
+        self._firsts: dict[str, Copy] = {}
+        self._uniform: dict[str, bool] = {}
+        self._swings: dict[tuple[str, str], Swing | None] = {}
+        self.motors = {(motor.entity, motor.joint): motor for motor in facts.lowering.motors}
+
+    def swings(self) -> Iterator[Swing]:
+        """Yield every hinge and slider that physics moves; of copies that are alike, the first one only."""
+        for body, group in self.facts.placed.items():
+            if body not in self.facts.case.bodies or self.facts.case.bodies[body].kind == "driven":
+                continue
+            for copy in group:
+                if self.facts.mount(copy) in ("free", "fixed", "ball") or self._twin(copy) is not copy:
+                    continue
+                tree = self.facts.tree(copy)
+                for link in tree.links() if tree is not None else ():
+                    for name, joint in link.all_joints():
+                        if joint.kind in ONE_DOF and (swing := self.swing(copy, name)) is not None:
+                            yield swing
+
+    def swing(self, copy: Copy, name: str) -> Swing | None:
+        """Return the hinge or slider of a copy that goes by that name; None if there is none, or it is not known."""
+        key = (copy.name, name)
+        if key not in self._swings:
+            twin = self._twin(copy)
+            self._swings[key] = self._make(copy, name) if twin is copy else self.swing(twin, name)
+        return self._swings[key]
+
+    def where(self, swing: Swing, *keys: str) -> Path:
+        """Path of a joint in the case, or of a value inside it."""
+        model, body = swing.copy.model, swing.copy.body
+        if model.kind == "rigid":
+            return ("bodies", body, "mount", *keys)
+        if getattr(model, "links", None) is not None and not isinstance(model.links, int):
+            return ("bodies", body, "links", swing.name, "joint", *keys)
+        if getattr(model, "file", None) is not None:
+            return ("bodies", body, "joints", swing.name, *keys) if swing.name in model.joints else ("bodies", body)
+        return ("bodies", body)
+
+    def label(self, swing: Swing) -> str:
+        """How the case would name a joint."""
+        return swing.copy.name if swing.copy.model.kind == "rigid" else f"{swing.copy.name}.{swing.name}"
+
+    def lump(self, copy: Copy) -> Lump:
+        """Return the mass of a whole copy, in the world at the start."""
+        if copy.name not in self._links:
+            self._links[copy.name] = _Links(self.facts, copy, self._rho.get(copy.name))
+        return self._links[copy.name].whole
+
+    def totals(self, copy: Copy) -> dict[str, Lump]:
+        """Return the mass of every link of a copy with all beyond it, in the world at the start, by link."""
+        self.lump(copy)
+        return self._links[copy.name].totals
+
+    @cached_property
+    def _rho(self) -> dict[str, float | None]:
+        return {entity.name: entity.rho for group in self.facts.plan.bodies for entity in group.entities}
+
+    @cached_property
+    def _carried(self) -> tuple[dict[tuple[str, str], list[Lump]], set[str]]:
+        """What is welded to links from the start, and the copies whose joints something else holds, too."""
+        groups: dict[tuple[str, str], set[tuple[str, str]]] = {}
+        closed: set[str] = set()
+        for weld in self.facts.rows.welds:
+            ends = [(name, link or "") for name, link in ((weld.a, weld.a_link), (weld.b, weld.b_link))]
+            held = [self._held(name) for name, _ in ends]
+            if not weld.on:
+                continue
+            if weld.at > 0.0:
+                closed |= {name for name, _ in ends} if all(held) else set()
+                continue
+            group = set().union(*(groups.get(end, {end}) for end in ends))
+            groups |= {end: group for end in group}
+        carried: dict[tuple[str, str], list[Lump]] = {}
+        for group in {id(group): group for group in groups.values()}.values():
+            held_ends = sorted(end for end in group if self._held(end[0]))
+            if len(held_ends) == 1:
+                loads = [self.lump(self.facts.copies[name]) for name, _ in sorted(group) if (name, _) != held_ends[0]]
+                carried[held_ends[0]] = loads
+            elif held_ends:
+                closed |= {name for name, _ in held_ends}
+        return carried, closed
+
+    def _held(self, name: str) -> bool:
+        return not self.facts.free(self.facts.copies[name])
+
+    def _twin(self, copy: Copy) -> Copy:
+        """A copy that hangs in the same way, with the same things on it; the copy itself if there is none."""
+        if copy.name not in self._twins:
+            carried, closed = self._carried
+            alone = copy.name not in closed and not any(name == copy.name for name, _ in carried)
+            first = self._firsts.setdefault(copy.body, copy) if alone else copy
+            same = first is copy or (first.quat == copy.quat and self._alike(first, copy))
+            if not same:
+                self._firsts[copy.body] = copy
+            self._twins[copy.name] = first if same else copy
+        return self._twins[copy.name]
+
+    def _alike(self, a: Copy, b: Copy) -> bool:
+        """Whether two copies of a body differ in no more than where they are and how they look."""
+        if a.body not in self._uniform:
+            varies = self.facts.loaded.varies
+            self._uniform[a.body] = not any(varies(("bodies", a.body, field)) for field in _FIELDS)
+        if self._uniform[a.body]:
+            return getattr(a.model.repeat, "kind", None) != "running_bond" or a.shape == b.shape  # half boxes differ
+        fields = [(getattr(a.model, field, None), getattr(b.model, field, None)) for field in _FIELDS]
+        return a.shape == b.shape and all(x == y for x, y in fields)
+
+    def _make(self, copy: Copy, name: str) -> Swing | None:
+        tree = self.facts.tree(copy)
+        if tree is None:
+            return None
+        if copy.name not in self._links:
+            self._links[copy.name] = _Links(self.facts, copy, self._rho.get(copy.name))
+        links = self._links[copy.name]
+        standing = links.of_joint.get(name)
+        joint = dict(standing.link.all_joints()).get(name) if standing is not None else None
+        if standing is None or joint is None or joint.kind not in ONE_DOF:
+            return None
+        carried, closed = self._carried
+        beyond = links.beyond(standing.link.name)
+        main = tree.roots[0].name
+        loads = [
+            lump
+            for (other, link), lumps in carried.items()
+            if other == copy.name and (link or main) in beyond
+            for lump in lumps
+        ]
+        lump = together([links.totals[standing.link.name], *loads])
+        axis = quat_rotate(standing.quat, joint.axis)
+        anchor = frame_apply(standing.pos, standing.quat, joint.anchor)
+        known = lump.mass > 0.0
+        inertia = (lump.mass if joint.kind == "slider" else lump.about(anchor, axis)) + joint.armature if known else 0.0
+        reaches = [far_from(anchor, ball) for ball in self.facts.balls(copy)] or [0.0]
+        return Swing(
+            copy=copy,
+            name=name,
+            joint=joint,
+            motor=self.motors.get((copy.name, name)),
+            axis=axis,
+            start=tree.initial.get(name, 0.0),
+            mass=lump.mass,
+            inertia=inertia,
+            pull=pull_of(joint.kind, axis, anchor, lump, self.facts.plan.gravity),
+            closed=bool(tree.loops) or copy.name in closed or len(tree.roots) > 1,
+            floating=self.facts.free(copy),
+            size=max(reaches),
+        )
+
+
+@dataclass
+class _Links:
+    """The links of a copy, with the mass of each and of all beyond it, in the world."""
+
+    facts: Facts
+    copy: Copy
+    rho: float | None
+    """Density [kg/m3] of a primitive of the engine."""
+    standing: dict[str, StandingLink] = field(init=False)
+    of_joint: dict[str, StandingLink] = field(init=False)
+    totals: dict[str, Lump] = field(init=False)
+    whole: Lump = field(init=False)
+
+    def __post_init__(self) -> None:
+        copy, tree = self.copy, self.facts.tree(self.copy)
+        if tree is None:
+            self.standing, self.of_joint, self.totals = {}, {}, {}
+            rho = self.rho or 0.0
+            parts = self.facts.parts(copy) if rho else []
+            self.whole = together(piece_lump(p.piece, rho).at(p.pos, p.quat) for p in parts)
+            return
+        found = tree_links(tree, copy.pos, copy.quat)
+        self.standing = {one.link.name: one for one in found}
+        self.of_joint = {name: one for one in found for name, _ in one.link.all_joints()}
+        self.totals = {}
+        for link, pos, quat, _ in _children_first(tree, self.standing):
+            own = lump_of(link.geoms).at(pos, quat)
+            self.totals[link.name] = together([own, *(self.totals[child.name] for child in link.children)])
+        self.whole = together(self.totals[root.name] for root in tree.roots) if tree.roots else NOTHING
+
+    def beyond(self, name: str) -> set[str]:
+        """Names of a link and of all that hang on it."""
+        found, waiting = set(), [self.standing[name].link]
+        while waiting:
+            link = waiting.pop()
+            found.add(link.name)
+            waiting += link.children
+        return found
+
+
+def mechanics_of(facts: Facts) -> Mechanics:
+    """Return the joints of a case, worked out once."""
+    return facts.own(Mechanics)
+
+
+def _children_first(tree: Tree, standing: dict[str, StandingLink]) -> list[StandingLink]:
+    return [standing[link.name] for link in reversed(tree.links())]

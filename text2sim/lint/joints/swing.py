@@ -1,0 +1,86 @@
+"""A joint with everything beyond it, as a rigid body that gravity pulls: see `mechanics`."""
+
+from dataclasses import dataclass
+from math import atan2, ceil, cos, floor, pi, sin
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.plan import Motor
+from text2sim.compiler.shapes.rotation import Vec, vector_cross
+from text2sim.compiler.trees.tree import TreeJoint
+from text2sim.lint.joints.lumps import Lump
+
+
+@dataclass(frozen=True)
+class Swing:
+    """A hinge or slider and everything beyond it."""
+
+    copy: Copy
+    name: str
+    """Of the joint."""
+    joint: TreeJoint
+    motor: Motor | None
+    axis: Vec
+    """In the world, at the start."""
+    start: float
+    """Position at the start [rad or m]."""
+    mass: float
+    """Of all that it carries [kg]."""
+    inertia: float
+    """About its axis, or mass, with the rotor's [kg m2 or kg]; 0 if it is not known."""
+    pull: tuple[float, float]
+    """Gravity's torque [N m] at the angle q from the start is `pull[0] cos q + pull[1] sin q`; of a slider, the force
+    [N] along its axis comes first, and stays."""
+    closed: bool
+    """Loops or welds tie it to something else, which helps to carry or to hold."""
+    floating: bool
+    """The root of its tree moves freely."""
+    size: float
+    """Largest distance [m] of a piece from the joint."""
+
+    @property
+    def hinge(self) -> bool:
+        """Whether it turns."""
+        return self.joint.kind == "hinge"
+
+    @property
+    def units(self) -> tuple[str, str]:
+        """Units of position and force."""
+        return ("rad", "N m") if self.hinge else ("m", "N")
+
+    def gravity(self, q: float) -> float:
+        """Torque [N m] or force [N] of gravity along the axis at position q."""
+        if not self.hinge:
+            return self.pull[0]
+        turn = q - self.start
+        return self.pull[0] * cos(turn) + self.pull[1] * sin(turn)
+
+    def heaviest(self, low: float, high: float) -> tuple[float, float]:
+        """Return the position between `low` and `high` at which gravity pulls hardest, and how it pulls there."""
+        candidates = [low, high]
+        if self.hinge and any(self.pull):
+            top = atan2(self.pull[1], self.pull[0]) + self.start
+            first, last = ceil((low - top) / pi), floor((high - top) / pi)
+            candidates += [top + k * pi for k in range(first, min(last, first + 2) + 1)]
+        return max(((q, self.gravity(q)) for q in candidates), key=lambda pair: abs(pair[1]))
+
+
+def pull_of(kind: str, axis: Vec, anchor: Vec, lump: Lump, gravity: Vec) -> tuple[float, float]:
+    """Return gravity's pull on a joint, as `Swing.pull` has it."""
+    weight = tuple(lump.mass * g for g in gravity)
+    if kind == "slider":
+        return (_dot(axis, weight), 0.0)
+    arm = tuple(c - a for c, a in zip(lump.center, anchor, strict=True))
+    along = _dot(arm, axis)
+    across = tuple(r - along * a for r, a in zip(arm, axis, strict=True))
+    turned = vector_cross(axis, across)
+    return (_dot(axis, vector_cross(across, weight)), _dot(axis, vector_cross(turned, weight)))
+
+
+def far_from(anchor: Vec, ball: tuple[Vec, float]) -> float:
+    """Return the largest distance [m] of a ball's points from an anchor."""
+    (x, y, z), radius = ball
+    return ((x - anchor[0]) ** 2 + (y - anchor[1]) ** 2 + (z - anchor[2]) ** 2) ** 0.5 + radius
+
+
+def _dot(a: object, b: object) -> float:
+    return sum(p * q for p, q in zip(a, b, strict=True))  # type: ignore[call-overload]

@@ -1,0 +1,196 @@
+"""Masses that the constraint solver cannot get right together.
+
+Links that are too light: the engine's solver stops when the residual is below its tolerance times the mass of all
+that moves. A link lighter than `tolerance x total` (or 0.2 tolerance) is left unsolved; the engine says so itself when
+it builds the scene (`rigid_solver.py`: "too small for the constraint solver to be numerically stable").
+
+Heavy on light: contacts and welds are springs whose softness goes with the inverse mass of what they act on. A body
+of mass m that carries M gives way by about `c g tc^2 M / m`, tc being the contact's time constant. Measured with 1 to
+60 kg on a tray of 0.1 kg, c is 0.002 to 0.004 where flat sides meet; with rings that hang in each other 0.014 to
+0.035; with 1 to 40 kg welded to a hook of 0.05 kg 0.014 to 0.04.
+"""
+
+from collections.abc import Iterator
+from math import ceil, sqrt
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.lint.facts import Facts
+from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.motors import amount, at_least, one_each
+from text2sim.lint.rule import Rule
+from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.controls import Attach
+
+ENGINE_TOLERANCE = 1e-5
+"""What the engine takes with numbers of 32 bits, if nothing is said."""
+FLAT, EDGED, WELD = 0.003, 0.02, 0.02
+"""How much contacts of flat sides, those of round ones, and welds give way, in units of `g tc^2 M / m`."""
+ROUND = ("sphere", "capsule", "ellipsoid", "torus", "cone")
+VISIBLE = 0.1
+"""Part of its own thickness by which a body may give way."""
+SAG = 0.005
+"""How far [m] a weld may give way."""
+
+
+def _light(facts: Facts) -> Iterator[Problem]:
+    tolerance = facts.settings.tolerance or ENGINE_TOLERANCE
+    links = list(_links(facts))
+    total = sum(facts.masses.get(copy.name, 0.0) for copy in facts.moving)
+    floor = tolerance * max(total, 0.2)
+    for name, link, mass in links:
+        if 0.0 < mass < floor:
+            what = f"`{name}`" if link is None else f"`{link}` of `{name}` and what hangs on it"
+            solver = facts.settings.solver
+            text = (
+                f"{what}: {mass:.2g} kg, which the {solver} solver leaves out of account among {total:.3g} kg that "
+                f"move: it stops at {tolerance:g} of the whole, and this would shake or pass through things; give it "
+                f"{at_least(floor)} kg or more, or set scene.solver.tolerance to {0.3 * mass / max(total, 0.2):.0e}"
+            )
+            yield facts.problem("light-link", facts.where(name), text, key=True)
+
+
+def _links(facts: Facts) -> Iterator[tuple[str, str | None, float]]:
+    """Name, link and mass [kg] with all beyond it, of everything that moves on its own; of copies, the lightest."""
+    for name in facts.case.bodies:
+        group = [copy for copy in facts.placed[name] if facts.masses.get(copy.name) and facts.moves(copy)]
+        if not group:
+            continue
+        copy = min(group, key=lambda one: facts.masses[one.name])
+        tree = facts.tree(copy)
+        if tree is None or sum(1 for _ in tree.links()) == 1:
+            yield name, None, facts.masses[copy.name]
+            continue
+        totals = mechanics_of(facts).totals(copy)
+        movable = [link.name for link in tree.links() if link.all_joints()]
+        link = min(movable, key=lambda one: totals[one].mass, default=None)
+        if link is not None:
+            yield name, link, totals[link].mass
+
+
+def _ratio(facts: Facts) -> Iterator[Problem]:
+    yield from one_each(_stacked(facts))
+    yield from one_each(_welded(facts))
+
+
+def _gives(facts: Facts, factor: float, heavy: float, light: float) -> float:
+    gravity = sum(g * g for g in facts.plan.gravity) ** 0.5
+    return factor * gravity * facts.settings.timeconst**2 * heavy / light
+
+
+def _cure(facts: Facts, gives: float, allowed: float) -> str:
+    """Substeps and time constant that make it give way by no more than is allowed."""
+    time = facts.settings.timeconst * sqrt(allowed / gives)
+    substeps = ceil(2 * facts.case.scene.dt / time)
+    given = facts.case.scene.contact.timeconst is not None
+    return f"scene.substeps of {substeps}" + (f" with contact.timeconst {time:.1g} s" if given else "")
+
+
+def _stacked(facts: Facts) -> Iterator[Problem]:
+    """Free bodies that stand on others much lighter than they are."""
+    masses = sorted(m for copy in facts.moving if (m := facts.masses.get(copy.name)) and facts.free(copy))
+    if not masses or _gives(facts, EDGED, masses[-1], masses[0]) < VISIBLE * 1e-3:
+        return
+    for pair in facts.near(-1e-3):
+        light, heavy = sorted(pair, key=lambda copy: facts.masses.get(copy.name, 0.0))
+        low, high = facts.masses.get(light.name, 0.0), facts.masses.get(heavy.name, 0.0)
+        if low <= 0.0 or high <= low or not (facts.free(light) and facts.free(heavy)):
+            continue
+        under, over = facts.box(light), facts.box(heavy)
+        if under is None or over is None or over[0][2] < under[1][2] - 2e-3:
+            continue
+        size = min(b - a for a, b in zip(*under, strict=True))
+        round_ = any(getattr(copy.shape, "kind", "") in ROUND for copy in pair)
+        gives = _gives(facts, EDGED if round_ else FLAT, high, low)
+        if gives > VISIBLE * size:
+            text = (
+                f"`{heavy.name}` ({high:.3g} kg) stands on `{light.name}` ({low:.3g} kg), which gives way by about "
+                f"{amount(min(gives, size) * 1e3, 'mm')} of its {amount(size * 1e3, 'mm')} at contacts as soft as "
+                f"these; it needs {_cure(facts, gives, VISIBLE * size)}, or masses in a ratio below "
+                f"{high / low * VISIBLE * size / gives:.2g}"
+            )
+            yield facts.problem("mass-ratio", facts.where(light.name), text, key=True)
+
+
+def _welded(facts: Facts) -> Iterator[Problem]:
+    """Free bodies that are attached to links much lighter than they are."""
+    for weld in facts.rows.welds:
+        if not weld.on:
+            continue
+        for (name, link), (other, _) in ((a, b) for a, b in _both(weld.a, weld.a_link, weld.b, weld.b_link)):
+            holder, load = facts.copies[name], facts.copies[other]
+            carried = facts.masses.get(other, 0.0)
+            if carried <= 0.0 or not facts.free(load) or facts.free(holder) or not facts.moves(holder):
+                continue
+            own = _own(facts, holder, link)
+            gives = _gives(facts, WELD, carried, own) if own > 0.0 else 0.0
+            control = facts.case.actions.controls[weld.control]
+            if gives > SAG and isinstance(control, Attach):
+                what = f"`{name}.{link}`" if link else f"`{name}`"
+                text = (
+                    f"`{other}` ({carried:.3g} kg) hangs on {what} ({own:.3g} kg): a weld is as soft as the lighter "
+                    f"one is light, and sags by about {amount(gives * 1e3, 'mm')}; it needs "
+                    f"{_cure(facts, gives, SAG)}, or a link of {at_least(own * gives / SAG)} kg"
+                )
+                yield facts.problem("mass-ratio", ("actions", "controls", weld.control), text, key=True)
+
+
+def _both(a: str, a_link: str | None, b: str, b_link: str | None) -> Iterator[tuple]:
+    yield (a, a_link), (b, b_link)
+    yield (b, b_link), (a, a_link)
+
+
+def _own(facts: Facts, copy: Copy, link: str | None) -> float:
+    """Mass [kg] of a link with what hangs on it."""
+    if copy.model.kind in ("rigid", "driven"):
+        return facts.masses.get(copy.name, 0.0) if copy.model.kind == "rigid" else 0.0
+    totals = mechanics_of(facts).totals(copy)
+    tree = facts.tree(copy)
+    name = link or (tree.roots[0].name if tree is not None and tree.roots else "")
+    return totals[name].mass if name in totals else 0.0
+
+
+_TWO = """\
+scene: {substeps: 1}
+bodies:
+  shell: {kind: rigid, shape: {kind: box, size: [0.2, 0.2, 0.02]}, material: {mass: %s}, place: {on: floor}}
+  block: {kind: rigid, shape: {kind: box, size: [0.2, 0.2, 0.2]}, material: {mass: 60}, place: {on: shell}}
+"""
+
+RULES = (
+    Rule(
+        id="light-link",
+        severity="warning",
+        title="A body or link is too light for the solver among all that moves.",
+        reason="""\
+The constraint solver stops when what is left is small compared with the mass of everything that moves. A link that is
+lighter than the solver's tolerance times that mass may be left wholly unsolved: it shakes, sinks or flies off. The
+tolerance is 1e-8 with newton and 1e-5 with cg unless `scene.solver.tolerance` says otherwise.""",
+        way_out="Make it heavier, take the newton solver, or set `scene.solver.tolerance`.",
+        example="""\
+scene: {solver: {kind: cg}}
+bodies:
+  block: {kind: rigid, shape: {kind: box, size: [1, 1, 1]}, material: {mass: 2000}, place: {on: floor}}
+  bead: {kind: rigid, shape: {kind: sphere, radius: 0.01}, pose: {pos: [1, 0, 0.5]}}
+""",
+        mended="""\
+scene: {solver: {kind: newton}}
+bodies:
+  block: {kind: rigid, shape: {kind: box, size: [1, 1, 1]}, material: {mass: 2000}, place: {on: floor}}
+  bead: {kind: rigid, shape: {kind: sphere, radius: 0.01}, pose: {pos: [1, 0, 0.5]}}
+""",
+        run=_light,
+    ),
+    Rule(
+        id="mass-ratio",
+        severity="warning",
+        title="Something heavy stands on, or hangs on, something light.",
+        reason="""\
+Contacts and welds of the engine are springs whose softness goes with the inverse mass of what they act on: a body of
+mass m that carries M gives way by about `0.003 g timeconst^2 M / m` (round ones, and welds, by seven times that). 60 kg
+on 0.1 kg sank by 5 mm at substeps of 10 ms. Links of one tree (chains, arms) do not give way.""",
+        way_out="More substeps (they shorten the contact's time constant), or masses that are nearer to each other.",
+        example=_TWO % "0.1",
+        mended=_TWO % "5",
+        run=_ratio,
+    ),
+)

@@ -1,0 +1,233 @@
+"""The time step against what goes on within it: contacts, spinning, schedules.
+
+Contacts. A contact undoes a penetration with the time constant tc, which the engine raises to two substeps. A body of
+weight m g rests where its contact carries it, which is (MuJoCo's "solver parameters", with the engine's impedance 0.95)
+at a depth of about `0.05 g tc^2`: 0.02 mm at 2 ms, 5 mm at 0.1 s; one that comes with the speed v sinks in by about
+`v tc / e`.
+
+Spinning. What turns by more than half a radian within a substep is tested for contact at every twelfth of a turn only.
+
+Schedules. Targets and forces are set once in each time step (not substep). A sine with fewer than two steps in a cycle
+shows another, slower one (Nyquist); with fewer than eight it is coarse.
+"""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from math import ceil
+from typing import Any
+
+from text2sim.lint.facts import Facts
+from text2sim.lint.joints.drives import spans_of
+from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.motors import amount, one_each
+from text2sim.lint.rule import Rule
+from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.bodies import Driven
+from text2sim.spec_schema.models.controls import Drive, Force, InitialVelocity, Torque
+from text2sim.spec_schema.models.motion import Oscillate, Piecewise, Ramp, Sine, Spin, Steps, Waypoints
+from text2sim.spec_schema.text.document import Path
+
+SPIN = 0.5
+"""Turn [rad] within a substep that is worth a word."""
+COARSE = 8
+"""Time steps in a cycle below which a sine is coarse."""
+SOFT = 0.1
+"""Depth of a body at rest that is worth a word, as a part of the thinnest piece of the scene."""
+
+
+def _contact_time(facts: Facts) -> Iterator[Problem]:
+    asked, h, dt = facts.case.scene.contact.timeconst, facts.substep, facts.case.scene.dt
+    if asked is None or facts.settings.bounce_time:  # bounces have rules of their own
+        return
+    where = ("scene", "contact", "timeconst")
+    if asked < 2 * h * (1 - 1e-6):
+        text = (
+            f"the engine raises this to two substeps, {amount(2 * h, 's')}; scene.substeps of "
+            f"{ceil(2 * dt / asked - 1e-9)} or more would make contacts as stiff as this"
+        )
+        yield facts.problem("contact-timeconst", where, text)
+
+
+def _soft(facts: Facts) -> Iterator[Problem]:
+    asked = facts.case.scene.contact.timeconst
+    if asked is None or facts.settings.bounce_time:
+        return
+    gravity = sum(g * g for g in facts.plan.gravity) ** 0.5
+    depth, thinnest = 0.05 * gravity * asked**2, facts.lowering.thinnest
+    if depth > SOFT * thinnest:
+        better = (SOFT * thinnest / (0.1 * gravity)) ** 0.5
+        text = (
+            f"with this, bodies at rest lie about {amount(depth * 1e3, 'mm')} deep in what carries them, and the "
+            f"thinnest piece here is {amount(thinnest * 1e3, 'mm')}; leave it out, or take {better:.1g} s or less"
+        )
+        yield facts.problem("soft-contact", ("scene", "contact", "timeconst"), text)
+
+
+# --- spinning ------------------------------------------------------------------------------------------------------
+
+
+def _spin(facts: Facts) -> Iterator[Problem]:
+    h, dt = facts.substep, facts.case.scene.dt
+    for where, speed in _spins(facts):
+        if speed * h > SPIN:
+            text = (
+                f"at {speed:.3g} rad/s it turns by {speed * h:.2g} rad within a substep, and misses what it passes "
+                f"meanwhile; scene.substeps of {ceil(dt * speed / SPIN)} would be needed, or {SPIN / h:.3g} rad/s"
+            )
+            yield facts.problem("fast-spin", where, text)
+
+
+def _spins(facts: Facts) -> Iterator[tuple[Path, float]]:
+    """Places of the case that make something turn, and how fast [rad/s]."""
+    for row in facts.rows.velocities:
+        control = facts.case.actions.controls[row.control]
+        if isinstance(control, InitialVelocity) and any(row.angular):
+            speed = sum(w * w for w in row.angular) ** 0.5
+            yield ("actions", "controls", row.control, "angular"), speed
+    for name in facts.case.bodies:
+        for copy in facts.placed[name]:
+            if isinstance(copy.model, Driven) and isinstance(copy.model.motion, Spin):
+                schedule = copy.model.motion.speed
+                yield ("bodies", name, "motion", "speed"), _largest(schedule)
+    mechanics = mechanics_of(facts)
+    for (entity, joint), spans in spans_of(facts).items():
+        for span in spans:
+            if span.mode == "velocity":
+                swing = mechanics.swing(facts.copies[entity], joint)
+                if swing is not None and swing.hinge:
+                    yield span.where, max(map(abs, span.extremes()))
+
+
+def _largest(schedule: Any) -> float:
+    if isinstance(schedule, Ramp):
+        return max(abs(schedule.from_ or 0.0), abs(schedule.to))
+    if isinstance(schedule, Sine):
+        return abs(schedule.offset) + abs(schedule.amplitude)
+    if isinstance(schedule, Steps | Piecewise):
+        return max(map(abs, schedule.values))
+    return abs(getattr(schedule, "value", schedule))
+
+
+# --- schedules -----------------------------------------------------------------------------------------------------
+
+
+def _schedules(facts: Facts) -> Iterator[tuple[Path, Any]]:
+    """Everything that changes with time, and where it stands."""
+    for name, control in facts.case.actions.controls.items():
+        where = ("actions", "controls", name)
+        if isinstance(control, Drive):
+            for mode in ("position", "velocity", "force"):
+                if getattr(control, mode) is not None:
+                    yield (*where, mode), getattr(control, mode)
+        elif isinstance(control, Force | Torque):
+            yield (*where, "scale"), control.scale
+    for name, body in facts.case.bodies.items():
+        if isinstance(body, Driven):
+            where = ("bodies", name, "motion")
+            yield ((*where, "speed"), body.motion.speed) if isinstance(body.motion, Spin) else (where, body.motion)
+
+
+def _fast(facts: Facts) -> Iterator[Problem]:
+    dt = facts.case.scene.dt
+    for where, schedule in _schedules(facts):
+        if isinstance(schedule, Sine | Oscillate):
+            steps = 1 / (schedule.frequency * dt)
+            if steps >= COARSE:
+                continue
+            then = "is coarse" if steps >= 2 else "shows as another, slower one"
+            text = (
+                f"{schedule.frequency:g} Hz {then}: a cycle has {steps:.2g} time steps; it needs scene.dt of "
+                f"{1 / (2.5 * COARSE * schedule.frequency):.1g} or less, or {1 / (COARSE * dt):.3g} Hz at most"
+            )
+            yield facts.problem("fast-schedule", (*where, "frequency"), text)
+        elif isinstance(schedule, Ramp) and schedule.end - schedule.start < dt * (1 - 1e-6):
+            text = (
+                f"this ramp of {amount((schedule.end - schedule.start) * 1e3, 'ms')} is over within one time step "
+                f"({amount(dt * 1e3, 'ms')}), and is a jump; make it longer, or say `steps`"
+            )
+            yield facts.problem("fast-schedule", where, text)
+        elif isinstance(schedule, Steps | Piecewise | Waypoints):
+            for index, (a, b) in enumerate(pairwise(schedule.times)):
+                if b - a < dt * (1 - 1e-6):
+                    text = (
+                        f"{a:g} s and {b:g} s lie within one time step ({amount(dt * 1e3, 'ms')}), in which nothing "
+                        f"can change; leave one out, or take scene.dt of {(b - a):.2g}"
+                    )
+                    yield facts.problem("fast-schedule", (*where, "times", index + 1), text)
+                    break
+
+
+_BALL = """\
+scene: {dt: 0.01, %s}
+bodies:
+  plate: {kind: rigid, shape: {kind: box, size: [0.2, 0.2, 0.01]}, pose: {pos: [0, 0, 0.1]}}
+"""
+_TURNED = """\
+scene: {substeps: 1}
+bodies:
+  blade: {kind: rigid, shape: {kind: box, size: [0.5, 0.05, 0.02]}, pose: {pos: [0, 0, 0.5]}}
+actions:
+  controls:
+    spin: {kind: initial_velocity, body: blade, angular: [0, 0, %s]}
+"""
+_SHAKEN = """\
+bodies:
+  sieve:
+    kind: driven
+    shape: {kind: box, size: [0.3, 0.3, 0.02]}
+    motion: {kind: oscillate, axis: x, amplitude: 0.005, frequency: %s}
+    pose: {pos: [0, 0, 0.3]}
+"""
+
+RULES = (
+    Rule(
+        id="contact-timeconst",
+        severity="warning",
+        title="Contacts cannot be as stiff as asked at this time step.",
+        reason="""\
+The engine raises `scene.contact.timeconst` to two substeps: a shorter one would be unstable. More substeps alone make
+contacts no stiffer, a shorter time constant alone does not either: both are needed.""",
+        way_out="More substeps, or leave the time constant out: it then is two substeps.",
+        example=_BALL % "substeps: 2, contact: {timeconst: 0.002}",
+        mended=_BALL % "substeps: 10, contact: {timeconst: 0.002}",
+        run=_contact_time,
+    ),
+    Rule(
+        id="soft-contact",
+        severity="warning",
+        title="Contacts are so soft that bodies sink into each other.",
+        reason="""\
+At rest a body lies about `0.05 g timeconst^2` deep in what carries it, and more under a load: 0.5 mm at 30 ms, 5 mm at
+0.1 s. One that lands with the speed v sinks in by about `v timeconst / e`. Reported if the first is more than a tenth
+of the thinnest piece of the scene.""",
+        way_out="Leave the time constant to the compiler.",
+        example=_BALL % "contact: {timeconst: 0.1}",
+        mended=_BALL % "contact: {timeconst: 0.02}",
+        run=_soft,
+    ),
+    Rule(
+        id="fast-spin",
+        severity="warning",
+        title="Something turns too far within a substep.",
+        reason="""\
+Contacts are looked for once in each substep. What turns by more than half a radian meanwhile reaches into others, or
+jumps past them, before it is seen.""",
+        way_out="More substeps, or a slower turn.",
+        example=_TURNED % "120",
+        mended=_TURNED % "12",
+        run=lambda facts: one_each(_spin(facts)),
+    ),
+    Rule(
+        id="fast-schedule",
+        severity="warning",
+        title="A schedule changes faster than the time step.",
+        reason="""\
+Targets, forces and prescribed motions are set once in each time step. A sine with fewer than two steps in a cycle shows
+as another, slower one, with fewer than eight it is coarse; a ramp that is over within a step is a jump, and of two
+values within one step only one is seen.""",
+        way_out="A shorter `scene.dt`, or a slower schedule.",
+        example=_SHAKEN % "30",
+        mended=_SHAKEN % "10",
+        run=lambda facts: one_each(_fast(facts)),
+    ),
+)

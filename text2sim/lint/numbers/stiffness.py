@@ -1,0 +1,174 @@
+"""Springs and servos that are too stiff for the time step, and joints that nothing damps.
+
+The engine (integrator `approximate_implicitfast`) takes damping implicitly and stiffness explicitly. With the substep
+h, the spring or servo stiffness k, all damping d and the inertia I of a joint it steps
+
+    (I + h d) v' = I v - h k x,    x' = x + h v'
+
+which is stable for  h^2 k < 4 I + 2 h d  and only then; measured at h = 10 ms with 1 kg: 3e4 N/m swings on, 4.5e4 N/m
+diverges, 1e6 N/m with a damping of 6e4 is still. In a tree, I is the joint's entry of the mass matrix: if the bound is
+broken with it, it is broken whatever the other joints do. The frequency of a swing comes out wrong by (h w)^2 / 24.
+
+Trees of ball joints without damping and armature diverge by themselves: measured with a chain of 10 links at 10 ms, and
+with a net (closed loops) at 5 ms.
+"""
+
+from collections.abc import Iterator
+from math import ceil, inf, sqrt
+
+from text2sim.lint.facts import Facts
+from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.motors import amount, at_least, one_each, powered
+from text2sim.lint.joints.swing import Swing
+from text2sim.lint.rule import Rule
+from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.text.document import Path
+
+ROUGH = 1.0
+"""Substep times angular frequency of a swing that is worth a word: its frequency is 4 % wrong."""
+LIVELY = 0.3
+"""Damping ratio below which a swing is seen at all."""
+DEEP = 3
+"""Ball joints, one on the other, that make a chain."""
+CHAIN_STEP, LOOP_STEP = 0.005, 0.0025
+"""Longest substeps [s] at which an undamped chain, and an undamped net, were seen to hold."""
+
+
+def _stiff(facts: Facts) -> Iterator[Problem]:
+    mechanics = mechanics_of(facts)
+    for motor in powered(facts):
+        swing = motor.swing
+        if motor.stiffness > 0.0 and not swing.closed and any(span.mode == "position" for span in motor.spans):
+            stiffness, damping = motor.stiffness + swing.joint.spring, motor.damping + swing.joint.damping
+            where, name = motor.where("stiffness"), f"stiffness {motor.stiffness:g}"
+            yield from _judge(facts, motor.label, swing, stiffness, damping, where, name, motor.limit)
+    for swing in mechanics.swings():
+        if swing.joint.spring > 0.0 and swing.inertia > 0.0 and not swing.closed:
+            where = mechanics.where(swing, "spring")
+            if facts.raw(where) is not None:
+                name, label = f"spring {swing.joint.spring:g}", mechanics.label(swing)
+                yield from _judge(facts, label, swing, swing.joint.spring, swing.joint.damping, where, name, inf)
+
+
+def _judge(
+    facts: Facts, label: str, swing: Swing, stiffness: float, damping: float, where: Path, name: str, limit: float
+) -> Iterator[Problem]:
+    h, dt, inertia = facts.substep, facts.case.scene.dt, swing.inertia
+    unit = "kg m2" if swing.hinge else "kg"
+    rate = sqrt(stiffness / inertia)
+    if h * h * stiffness >= 4 * inertia + 2 * h * damping:
+        longest = (damping + sqrt(damping**2 + 4 * stiffness * inertia)) / stiffness
+        most = 0.8 * (4 * inertia + 2 * h * damping) / (h * h)
+        wanted = 1.2 * (h * stiffness / 2 - 2 * inertia / h)
+        then = "diverges" if limit == inf else "chatters at its limit"
+        key = "joint damping" if name.startswith("spring") else "damping"
+        text = (
+            f"`{label}` {then}: {name} on an inertia of {amount(inertia, unit)} is too stiff for substeps of "
+            f"{amount(h * 1e3, 'ms')}; it needs scene.substeps of {ceil(dt / (0.8 * longest))} or more, or a value "
+            f"below {most:.2g}, or a {key} of {at_least(wanted)}"
+        )
+        yield facts.problem("stiff-joint", where, text, severity="error" if limit == inf else "warning")
+    elif h * rate > ROUGH and damping / (2 * sqrt(stiffness * inertia)) < LIVELY:
+        text = (
+            f"`{label}` swings {amount(rate / 6.2832, 'Hz')} with {name} on {amount(inertia, unit)}, which substeps of "
+            f"{amount(h * 1e3, 'ms')} get wrong by {(h * rate) ** 2 / 24:.0%}; scene.substeps of "
+            f"{ceil(dt * rate / 0.5)} bring that to 1 %, and below {inertia * (0.5 / h) ** 2:.2g} it is no matter"
+        )
+        yield facts.problem("stiff-joint", where, text, severity="warning")
+
+
+def _undamped(facts: Facts) -> Iterator[Problem]:
+    for name, body in facts.case.bodies.items():
+        tree = facts.tree(facts.placed[name][0]) if facts.placed[name] else None
+        if tree is None or body.kind in ("rigid", "driven") or getattr(body, "file", None) is not None:
+            continue
+        longest = LOOP_STEP if tree.loops else CHAIN_STEP
+        if facts.substep <= longest * (1 + 1e-9):
+            continue
+        queue = [(link, 0) for link in tree.roots]
+        while queue:
+            link, depth = queue.pop()
+            joint = link.joint
+            if joint is not None:
+                loose = joint.kind == "ball" and joint.damping == joint.armature == 0.0
+                depth = depth + 1 if loose else 0
+            if depth >= DEEP:
+                where = ("bodies", name, "links", link.name, "joint")
+                if facts.raw(where) is None:
+                    where = ("bodies", name, "joint") if facts.raw(("bodies", name, "joint")) else ("bodies", name)
+                needed = ceil(facts.case.scene.dt / longest - 1e-9)
+                text = (
+                    f"`{name}` has {depth} ball joints in a row with neither damping nor armature, and will fly apart "
+                    f"at substeps of {amount(facts.substep * 1e3, 'ms')}; give its joints a damping (0.02 is enough "
+                    f"for links of some 0.1 kg) or an armature, or set scene.substeps to {needed} or more"
+                )
+                yield facts.problem("undamped-joints", where, text, key=True)
+                break
+            queue += [(child, depth) for child in link.children]
+
+
+_CART = """\
+scene: {substeps: 1}
+bodies:
+  cart:
+    kind: rigid
+    shape: {kind: box, size: [0.1, 0.1, 0.1]}
+    material: {mass: 0.5}
+    pose: {pos: [0, 0, 0.5]}
+    mount: {kind: slider, axis: x, actuator: {stiffness: %s, damping: 20}}
+actions:
+  controls:
+    push: {kind: drive, joint: cart, position: {kind: ramp, to: 0.2, end: 0.5}}
+"""
+
+_LINK = """\
+      %s:
+        parent: %s
+        shape: {kind: capsule, radius: 0.02, length: 0.1}
+        pose: {pos: [0, 0, -0.2]}
+        joint: {kind: ball, anchor: [0, 0, 0.1], damping: %s}
+"""
+
+
+def _chain(damping: str) -> str:
+    links = "".join(_LINK % (name, parent, damping) for parent, name in zip("abcd", "bcde", strict=True))
+    return f"""\
+scene: {{substeps: 1}}
+bodies:
+  rope:
+    kind: articulated
+    pose: {{pos: [0, 0, 2]}}
+    links:
+      a: {{shape: {{kind: sphere, radius: 0.03}}}}
+{links}"""
+
+
+RULES = (
+    Rule(
+        id="stiff-joint",
+        severity="error",
+        title="A spring or a servo is too stiff for the time step.",
+        reason="""\
+The engine takes stiffness explicitly: a joint of inertia I with a spring or servo of stiffness k and damping d is
+stable only for `h^2 k < 4 I + 2 h d`, where h is the substep. Beyond, it swings wider with every step until the run
+diverges; a limited motor chatters between its limits (a warning). A swing that is fast for the substep (`h w > 1`) and
+hardly damped has a wrong frequency (a warning). Damping is taken implicitly, and is never too large.""",
+        way_out="More substeps, a lower stiffness, more damping, or a heavier load: the message has the numbers.",
+        example=_CART % "1.0e+5",
+        mended=_CART % "4000",
+        run=lambda facts: one_each(_stiff(facts)),
+    ),
+    Rule(
+        id="undamped-joints",
+        severity="warning",
+        title="A chain of ball joints has neither damping nor armature.",
+        reason="""\
+An undamped tree of ball joints gains energy from the integrator: a chain of ten links flew apart at substeps of 10 ms
+after 1.3 s, a net (with closed loops) at 5 ms after 0.3 s, both without any contact. A little damping or armature cures
+it at no visible cost; chains, nets and ragdolls of the language have both unless the case says otherwise.""",
+        way_out="Give the joints a `damping` or an `armature`, or take more substeps.",
+        example=_chain("0"),
+        mended=_chain("0.01"),
+        run=_undamped,
+    ),
+)

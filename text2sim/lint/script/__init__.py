@@ -1,0 +1,1 @@
+"""What a case asks for: names, pushes, measures, events and expectations."""

@@ -1,0 +1,155 @@
+"""Which events can never happen, and how early others can, by their definitions (`harness/events.py`).
+
+A contact needs two bodies that can get to each other: links of one tree do not touch unless `self_collision` is true,
+and bodies that the world holds get only so far. A threshold has to be passed: what is beyond it from the start has not
+passed it. A rest and a separation last for their `for`, within the run. A release happens when the case says.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from text2sim.lint.facts import Facts
+from text2sim.lint.script.reach import never_meet, reach_of
+from text2sim.lint.script.starts import depth_inside
+from text2sim.lint.script.targets import Target, targets_of
+from text2sim.lint.script.values import values_of
+from text2sim.spec_schema.models.bodies import Articulated
+from text2sim.spec_schema.models.controls import Release
+
+MANY = 2_000
+"""Pairs of bodies that are looked at, at most."""
+
+
+@dataclass(frozen=True)
+class Happening:
+    """What is known of an event before the run."""
+
+    never: str = ""
+    """Why it cannot happen; empty if it can."""
+    earliest: float = 0.0
+    """It cannot happen before [s]."""
+    at: tuple[float, ...] | None = None
+    """When it happens [s], if the case itself says so."""
+
+
+class _Known(dict[str, Happening]):
+    def __init__(self, facts: Facts) -> None:
+        self.facts = facts
+
+    def __missing__(self, name: str) -> Happening:
+        event = self.facts.case.actions.events[name]
+        found = _WHY[event.kind](self.facts, event) if event.kind in _WHY else Happening()
+        if event.after is not None and not found.never:
+            first = self[event.after]  # no circles: references are known to hold
+            if first.never:
+                found = Happening(f"it comes after `{event.after}`, which cannot happen: {first.never}")
+            else:
+                found = Happening("", max(found.earliest, first.earliest), _after(found, first))
+        self[name] = found
+        return found
+
+
+def happening_of(facts: Facts, name: str) -> Happening:
+    """Return what is known of an event of the case."""
+    return facts.own(_Known)[name]
+
+
+def _after(found: Happening, first: Happening) -> tuple[float, ...] | None:
+    if found.at is None or first.at is None:
+        return None
+    return tuple(time for time in found.at if time > first.at[0])
+
+
+def _contact(facts: Facts, event: Any) -> Happening:
+    first, second = (targets_of(facts).select(selector) for selector in event.between)
+    if event.kind == "separation" and event.for_ > facts.case.scene.duration:
+        duration = facts.case.scene.duration
+        return Happening(f"it needs {event.for_:g} s without a touch, and the run takes {duration:g} s")
+    if not first or not second or len(first) * len(second) > MANY:
+        return Happening()
+    reach, why = reach_of(facts), ""
+    for a in first:
+        here = reach.body(a.copy, a.link)
+        for b in second:
+            if a.label == b.label:
+                continue
+            why = _apart(facts, a, b)
+            if not why and never_meet(here, reach.body(b.copy, b.link)):
+                why = f"`{a.label}` and `{b.label}` never come near each other, for what holds them lets them not"
+            if not why:
+                return Happening()
+    return Happening(why)
+
+
+def _apart(facts: Facts, a: Target, b: Target) -> str:
+    """Why two links do not touch even where they meet."""
+    model = a.copy.model
+    if a.copy.name == b.copy.name and isinstance(model, Articulated) and model.links is not None:
+        if not model.self_collision:
+            return f"links of `{a.copy.body}` pass through each other; `self_collision: true` would let them touch"
+    elif not (a.moves or b.moves):
+        return f"neither `{a.label}` nor `{b.label}` can move"
+    return ""
+
+
+def _threshold(facts: Facts, event: Any) -> Happening:
+    values = values_of(facts, event.measure)
+    if values.frozen:
+        return Happening(f"`{event.measure}` never changes: {values.frozen}")
+    bound = event.above if event.above is not None else event.below
+    which, unit = "above" if event.above is not None else "below", f" {values.unit}".rstrip()
+    low, high = values.low, values.high
+    if event.above is not None and high < bound or event.below is not None and low > bound:
+        return Happening(f"`{event.measure}` is never {which} {bound:g}{unit}: {values.why}")
+    if event.above is not None and low >= bound or event.below is not None and high <= bound:
+        return Happening(f"`{event.measure}` is always {which} {bound:g}{unit}, and so never passes it: {values.why}")
+    return Happening()
+
+
+def _rest(facts: Facts, event: Any) -> Happening:
+    duration = facts.case.scene.duration
+    if event.for_ > duration:
+        return Happening(f"it needs {event.for_:g} s of rest, and the run takes {duration:g} s")
+    return Happening()
+
+
+def _region(facts: Facts, event: Any) -> Happening:
+    reach = reach_of(facts)
+    region = facts.case.scene.domain if event.kind == "left_domain" else event.region
+    if region is None:
+        return Happening()
+    for target in targets_of(facts).select(event.of):
+        ball = reach.origin(target.copy, target.link) if target.known and not target.driven else None
+        if ball is None:
+            return Happening()
+        depth = depth_inside(region, ball[0])
+        outside, inside = depth < -ball[1], depth > ball[1]
+        starts_outside = event.kind == "left_domain" and depth_inside(region, target.origin) <= 0.0
+        if starts_outside or not (inside or (outside and event.kind != "left_domain")):
+            return Happening()
+    selected = targets_of(facts).select(event.of)
+    if not selected:
+        return Happening()
+    where = "the domain" if event.kind == "left_domain" else "the region"
+    return Happening(f"what holds `{selected[0].label}` lets it get neither into nor out of {where}")
+
+
+def _released(facts: Facts, event: Any) -> Happening:
+    controls, duration = facts.case.actions.controls.values(), facts.case.scene.duration
+    times = sorted(c.at for c in controls if isinstance(c, Release) and c.attach == event.attach and c.at <= duration)
+    if not times:
+        return Happening(f"`{event.attach}` is released after the end of the run ({duration:g} s)")
+    return Happening("", times[0], tuple(times))
+
+
+_WHY: dict[str, Callable[[Facts, Any], Happening]] = {
+    "contact": _contact,
+    "separation": _contact,
+    "threshold": _threshold,
+    "rest": _rest,
+    "enters": _region,
+    "leaves": _region,
+    "left_domain": _region,
+    "released": _released,
+}

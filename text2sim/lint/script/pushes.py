@@ -1,0 +1,204 @@
+"""Blows, forces and start velocities that are out of all proportion, or that never act.
+
+A blow J gives a free body of mass m the speed J / m within one time step; a force F gives it F dt / m in each step. A
+body that moves by more than its own length within a substep passes through what it should hit. A run stops as
+diverged as soon as anything is faster than `scene.max_speed`.
+
+The program applies a force in every step that begins within its span: a span between two steps contains none.
+A `point` far outside of its body acts as if a rod were fixed to it.
+"""
+
+from collections.abc import Iterator
+from math import ceil, dist, inf
+
+from text2sim.compiler.controls import FOREVER
+from text2sim.compiler.plan import Wrench
+from text2sim.compiler.shapes.rotation import frame_apply
+from text2sim.compiler.trees.tree import tree_links
+from text2sim.lint.facts import Facts
+from text2sim.lint.joints.motors import amount, at_least, one_each
+from text2sim.lint.parts import union
+from text2sim.lint.rule import Rule
+from text2sim.lint.words import length, vector
+from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.controls import Force, Impulse, Torque
+
+OFF = 0.1
+"""A point is off its body if it is farther from it than this part of its length."""
+
+
+def _norm(vector: tuple[float, ...]) -> float:
+    return sum(x * x for x in vector) ** 0.5
+
+
+def _length(facts: Facts, entity: str) -> float:
+    box = facts.box(facts.copies[entity])
+    return max(high - low for low, high in zip(*box, strict=True)) if box is not None else inf
+
+
+def _launched(facts: Facts) -> Iterator[Problem]:
+    most = facts.case.scene.max_speed
+    for row in facts.rows.velocities:
+        if (speed := _norm(row.linear)) > most:
+            where = ("actions", "controls", row.control, "linear")
+            text = (
+                f"`{row.entity}` starts at {speed:.4g} m/s, and the run stops as diverged at scene.max_speed "
+                f"({most:g} m/s); start it slower, or raise max_speed"
+            )
+            yield facts.problem("violent-push", where, text, severity="error")
+
+
+def _pushed(facts: Facts) -> Iterator[Problem]:
+    for row in facts.rows.wrenches:
+        control = facts.case.actions.controls[row.control]
+        mass = facts.masses.get(row.entity, 0.0)
+        if mass <= 0.0 or row.link is not None or not facts.free(facts.copies[row.entity]):
+            continue
+        if isinstance(control, Impulse):
+            yield from _blow(facts, row, _norm(row.force) / mass, mass)
+        elif isinstance(control, Force) and row.end > row.start:
+            yield from _force(facts, row, _norm(row.force) / mass, mass)
+
+
+def _blow(facts: Facts, row: Wrench, speed: float, mass: float) -> Iterator[Problem]:
+    h, most, size = facts.substep, facts.case.scene.max_speed, _length(facts, row.entity)
+    where = ("actions", "controls", row.control, "impulse")
+    gives = f"gives `{row.entity}` ({mass:.3g} kg) {speed:.4g} m/s at once"
+    if speed > most:
+        text = (
+            f"{gives}, and the run stops as diverged at scene.max_speed ({most:g} m/s); {at_least(0.1 * most * mass)} "
+            "N s would be a tenth of that"
+        )
+        yield facts.problem("violent-push", where, text, severity="error")
+    elif speed * h > size:
+        text = (
+            f"{gives}: {amount(speed * h, 'm')} in a substep, more than it is long ({amount(size, 'm')}), so that it "
+            f"passes through things; {size / h * mass:.2g} N s would not, or scene.substeps of "
+            f"{ceil(facts.case.scene.dt * speed / size)}"
+        )
+        yield facts.problem("violent-push", where, text)
+
+
+def _force(facts: Facts, row: Wrench, acceleration: float, mass: float) -> Iterator[Problem]:
+    scene = facts.case.scene
+    dt, h, size = scene.dt, facts.substep, _length(facts, row.entity)
+    where = ("actions", "controls", row.control, "force")
+    time = min(row.end, scene.duration) - row.start
+    if acceleration * dt * h > size:
+        text = (
+            f"gives `{row.entity}` ({mass:.3g} kg) {acceleration * dt:.3g} m/s in each time step, so that it jumps by "
+            f"more than it is long ({amount(size, 'm')}); for a mass like this, {size / (dt * h) * mass:.2g} N is much"
+        )
+        yield facts.problem("violent-push", where, text)
+    elif row.scale is None and acceleration * time > scene.max_speed:
+        text = (
+            f"gives `{row.entity}` ({mass:.3g} kg) {acceleration * time:.3g} m/s within {time:.3g} s unless something "
+            f"holds it, and the run stops as diverged at scene.max_speed ({scene.max_speed:g} m/s); "
+            f"{scene.max_speed / time * mass:.2g} N stays below, or a shorter `during`"
+        )
+        yield facts.problem("violent-push", where, text)
+
+
+def _unfelt(facts: Facts) -> Iterator[Problem]:
+    dt, duration = facts.case.scene.dt, facts.case.scene.duration
+    for name, control in facts.case.actions.controls.items():
+        if not isinstance(control, Force | Torque) or control.during is None or control.during[0] >= duration:
+            continue
+        start, end = control.during
+        where = ("actions", "controls", name, "during")
+        if start == end:
+            unit = "N s" if isinstance(control, Force) else "N m s"
+            text = f"a span without length: it acts as one blow, in {unit}; give it an end, or say `kind: impulse`"
+            yield facts.problem("unfelt-push", where, text)
+            continue
+        first = ceil((start - 1e-9) / dt)
+        if end < FOREVER and first * dt + 1e-9 >= end:
+            text = (
+                f"no time step begins within {start:g} s to {end:g} s, so that this {control.kind} never acts; steps "
+                f"begin every {amount(dt * 1e3, 'ms')}, one at {first * dt:.6g} s: let it last until then"
+            )
+            yield facts.problem("unfelt-push", where, text)
+
+
+def _off_body(facts: Facts) -> Iterator[Problem]:
+    done = set()
+    for row in facts.rows.wrenches:
+        control = facts.case.actions.controls[row.control]
+        if row.control in done or row.point is None or not isinstance(getattr(control, "point", None), tuple):
+            continue
+        copy = facts.copies[row.entity]
+        pos, quat = copy.pos, copy.quat
+        if row.link is not None and (tree := facts.tree(copy)) is not None:
+            frames = {one.link.name: (one.pos, one.quat) for one in tree_links(tree, copy.pos, copy.quat)}
+            pos, quat = frames.get(row.link, (pos, quat))
+        box = union(part.box for part in facts.parts(copy) if row.link is None or part.link == row.link)
+        if box is None:
+            continue
+        point = frame_apply(pos, quat, row.point)
+        off = dist(point, [min(max(c, low), high) for c, low, high in zip(point, *box, strict=True)])
+        if off > OFF * max(high - low for low, high in zip(*box, strict=True)):
+            done.add(row.control)
+            name = row.entity if row.link is None else f"{row.entity}.{row.link}"
+            text = (
+                f"{vector(row.point)} is {length(off)} off `{name}`: the {control.kind} acts there as if at the end "
+                "of a rod; points are in metres, from the body's own origin (a region like `{face: left}` is on it)"
+            )
+            yield facts.problem("point-off-body", ("actions", "controls", row.control, "point"), text)
+
+
+def _violent(facts: Facts) -> Iterator[Problem]:
+    yield from one_each(_launched(facts))
+    yield from one_each(_pushed(facts))
+
+
+_PUCK = """\
+bodies:
+  puck:
+    kind: rigid
+    shape: {kind: cylinder, radius: 0.04, height: 0.02}
+    material: {mass: 0.1}
+    pose: {pos: [0, 0, 0.05]}
+actions:
+  controls:
+    hit: {kind: %s, body: puck, %s}
+"""
+
+RULES = (
+    Rule(
+        id="violent-push",
+        severity="warning",
+        title="A blow, a force or a start velocity is out of proportion.",
+        reason="""\
+A blow gives a free body `impulse / mass` at once, a force `force x dt / mass` in each time step. What then moves by
+more than its own length within a substep passes through things instead of hitting them. Anything faster than
+`scene.max_speed` ends the run as diverged: where that is certain it is an error.""",
+        way_out="Newton seconds and newtons fit the mass: to send m at v takes m v. Or take more substeps.",
+        example=_PUCK % ("impulse", "impulse: [50, 0, 0], at: 0.1"),
+        mended=_PUCK % ("impulse", "impulse: [0.3, 0, 0], at: 0.1"),
+        run=_violent,
+    ),
+    Rule(
+        id="unfelt-push",
+        severity="warning",
+        title="A force or torque acts in no time step.",
+        reason="""\
+A force acts in every time step that begins within its span. Between two steps there is none, and a span without any
+length is taken for a blow.""",
+        way_out="Make the span at least one `scene.dt` long, or give an `impulse`, which always takes one step.",
+        example=_PUCK % ("force", "force: [1, 0, 0], during: [0.103, 0.107]"),
+        mended=_PUCK % ("force", "force: [1, 0, 0], during: [0.1, 0.15]"),
+        run=_unfelt,
+    ),
+    Rule(
+        id="point-off-body",
+        severity="warning",
+        title="A force or blow acts at a point beside its body.",
+        reason=f"""\
+A `point` counts from the body's own origin, in metres. One that is farther from the body than {OFF:.0%} of its length
+makes it spin as no push of its surface can.""",
+        way_out="Say the point in the body's frame, or a region of it: `point: {edge: [left, top]}`.",
+        example=_PUCK % ("impulse", "impulse: [0.1, 0, 0], at: 0.1, point: [0, 0.5, 0]"),
+        mended=_PUCK % ("impulse", "impulse: [0.1, 0, 0], at: 0.1, point: [0, 0.04, 0]"),
+        run=_off_body,
+    ),
+)

@@ -1,0 +1,128 @@
+"""Measures and events that say nothing, and drives that come too late: see `values` and `happenings`."""
+
+from collections.abc import Iterator
+
+from text2sim.compiler.schedules import start_of
+from text2sim.lint.facts import Facts
+from text2sim.lint.rule import Rule
+from text2sim.lint.script.happenings import happening_of
+from text2sim.lint.script.values import subjects, values_of
+from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.controls import Drive
+
+STATICS_SAY = ("position", "extent")
+"""Measures of statics that the language allows: they may stand for a reference."""
+
+
+def _dead_measures(facts: Facts) -> Iterator[Problem]:
+    actions = facts.case.actions
+    for name, measure in actions.measures.items():
+        values = values_of(facts, name)
+        if not values.frozen:
+            continue
+        if measure.kind in STATICS_SAY and all(facts.mount(t.copy) == "static" for t in subjects(facts, measure)):
+            continue
+        users = [f"`{key}`" for key, expect in actions.expect.items() if expect.measure == name]
+        users += [f"`{key}`" for key, event in actions.events.items() if getattr(event, "measure", None) == name]
+        then = f", and {', '.join(users[:3])} would show nothing" if users else ""
+        always = f" (it stays {values.start:.4g}{f' {values.unit}'.rstrip()})" if values.start is not None else ""
+        text = f"`{name}` never changes{always}: {values.frozen}{then}; measure something that moves"
+        key = "between" if measure.kind == "distance" else "of"
+        yield facts.problem("dead-measure", ("actions", "measures", name, key), text)
+
+
+def _dead_events(facts: Facts) -> Iterator[Problem]:
+    actions = facts.case.actions
+    for name, event in actions.events.items():
+        why = happening_of(facts, name).never
+        measure = getattr(event, "measure", None)
+        if not why or (measure in actions.measures and values_of(facts, str(measure)).frozen):
+            continue  # that the measure is dead is said of the measure
+        waits = [
+            key
+            for key, expect in actions.expect.items()
+            if name in (expect.event, expect.before) and not expect.never and expect.count not in (0, (0, 0))
+        ]
+        quiet = [key for key, expect in actions.expect.items() if expect.event == name and key not in waits]
+        then = ""
+        if waits:
+            then = f"; `{waits[0]}` cannot come true"
+        elif quiet:
+            then = f"; `{quiet[0]}` cannot fail"
+        severity = "error" if waits else "warning"
+        text = f"`{name}` cannot happen: {why}{then}"
+        yield facts.problem("dead-event", ("actions", "events", name), text, key=True, severity=severity)
+
+
+def _late(facts: Facts) -> Iterator[Problem]:
+    duration = facts.case.scene.duration
+    for name, control in facts.case.actions.controls.items():
+        if not isinstance(control, Drive):
+            continue
+        mode = next(mode for mode in ("position", "velocity", "force") if getattr(control, mode) is not None)
+        start = start_of(getattr(control, mode))
+        if start >= duration:
+            where = ("actions", "controls", name, mode)
+            text = f"begins at {start:g} s, and the run is over at {duration:g} s: let it begin earlier, or run longer"
+            yield facts.problem("late-drive", where, text)
+
+
+_ARM = """\
+bodies:
+  arm:
+    kind: articulated
+    pose: {pos: [0, 0, 0.5]}
+    links:
+      stand: {shape: {kind: box, size: [0.1, 0.1, 0.1]}}
+      beam:
+        parent: stand
+        shape: {kind: box, size: [0.4, 0.04, 0.04]}
+        pose: {pos: [0.25, 0, 0.1]}
+        joint: {kind: hinge, axis: y, anchor: [-0.2, 0, 0], actuator: {stiffness: 2000, damping: 60}}
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.05}, pose: {pos: [%s, 0, 0.05]}}
+actions:
+  controls:
+    lift: {kind: drive, joint: arm.beam, position: {kind: ramp, to: -1, start: %s, end: %s}}
+"""
+_TIP = "  measures:\n    rise: {kind: displacement, of: %s, axis: z}\n"
+_HIT = "  events:\n    hit: {kind: contact, between: [arm.beam, post]}\n  expect:\n    hits: {event: hit}\n"
+_POST = "scene: {statics: {post: {shape: {kind: box, size: [0.1, 0.1, 1]}, pose: {pos: [%s, 0, 0.5]}}}}\n"
+
+RULES = (
+    Rule(
+        id="dead-measure",
+        severity="warning",
+        title="A measure of something that never moves.",
+        reason="""\
+Position, displacement, tilt and turning of a body are those of its root link. Of an articulated body with a fixed base
+they never change, nor does anything of a body that the world holds. A joint's force is that of its motor: without one
+that is driven it is always zero.""",
+        way_out="Measure a link that moves (`arm.hand`), or another body.",
+        example=_ARM % (2, 0, 1) + _TIP % "arm",
+        mended=_ARM % (2, 0, 1) + _TIP % "arm.beam",
+        run=_dead_measures,
+    ),
+    Rule(
+        id="dead-event",
+        severity="error",
+        title="An event that can never happen.",
+        reason="""\
+Two bodies that their joints keep apart never touch, links of one body do not touch unless `self_collision` is true,
+and a threshold that a measure cannot pass by its definition is never passed. It is an error if an expectation waits
+for such an event, and a warning if none does.""",
+        way_out="Look at the selectors, at the places of the bodies, and at the bound.",
+        example=_POST % 3 + _ARM % (2, 0, 1) + _HIT,
+        mended=_POST % 0.4 + _ARM % (2, 0, 1) + _HIT,
+        run=_dead_events,
+    ),
+    Rule(
+        id="late-drive",
+        severity="warning",
+        title="A drive begins when the run is over.",
+        reason="The schedule's first time is not before `scene.duration`, so that its joint never follows it.",
+        way_out="Let it begin earlier, or run longer.",
+        example=_ARM % (2, 5, 6),
+        mended=_ARM % (2, 0.2, 0.8),
+        run=_late,
+    ),
+)

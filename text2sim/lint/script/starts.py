@@ -1,0 +1,174 @@
+"""What measures are at the start, by their definitions (`harness/measures.py`), where the case shows it."""
+
+from collections.abc import Callable, Sequence
+from math import dist, inf, sqrt
+from typing import Any
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.plan import Velocity
+from text2sim.compiler.shapes.rotation import Vec, vector_unit
+from text2sim.lint.facts import Facts
+from text2sim.lint.script.targets import Target, targets_of
+from text2sim.spec_schema.models.space import BoxRegion, SphereRegion
+
+COLUMN = {"x": 0, "y": 1, "z": 2}
+HAIR = 1e-4
+"""Relative error of values at the start: the engine counts in 32 bits."""
+MANY = 10_000
+"""Pairs of bodies whose distances are looked at, at most."""
+
+
+def start_of(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
+    """Return the value of a measure in the first frame; None if it is not known."""
+    if not targets or any(target.driven or not target.known for target in targets):
+        return None
+    if measure.kind in _TOGETHER:
+        return _TOGETHER[measure.kind](facts, measure, targets)
+    if measure.kind not in _OF_ONE:
+        return None
+    values = [_OF_ONE[measure.kind](facts, measure, target) for target in targets]
+    numbers = [value for value in values if value is not None]
+    return _reduced(measure, numbers) if len(numbers) == len(values) else None
+
+
+def resting(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
+    """Return the value of a measure while nothing moves; None if it is not known."""
+    if not targets or any(not target.known for target in targets):
+        return None
+    if measure.kind in ("velocity", "speed", "angular_speed"):
+        return _reduced(measure, [0.0 for _ in targets])
+    if measure.kind == "momentum" or (measure.kind == "energy" and measure.part == "kinetic"):
+        return 0.0
+    if any(target.driven for target in targets) and measure.kind in ("displacement", "tilt"):
+        return _reduced(measure, [0.0 for _ in targets])
+    return start_of(facts, measure, targets)
+
+
+def _reduced(measure: Any, values: list[float]) -> float | None:
+    if measure.stat == "count":
+        above = -inf if measure.above is None else measure.above
+        below = inf if measure.below is None else measure.below
+        if any(min(abs(v - above), abs(v - below)) <= HAIR * max(1.0, abs(v)) for v in values):
+            return None
+        return float(sum(above < value < below for value in values))
+    if measure.stat == "range":
+        return max(values) - min(values)
+    if measure.stat in ("sum", "mean"):
+        return sum(values) / (len(values) if measure.stat == "mean" else 1)
+    if measure.stat is None and len(values) > 1:
+        return None
+    return min(values) if measure.stat == "min" else max(values)
+
+
+class _Rows(dict[str, list[Velocity]]):
+    """Initial velocities by copy."""
+
+    def __init__(self, facts: Facts) -> None:
+        for row in facts.rows.velocities:
+            self.setdefault(row.entity, []).append(row)
+
+
+def velocities_of(facts: Facts, copy: Copy) -> list[Velocity]:
+    """Return the start velocities that the case gives a copy; the last one counts."""
+    return facts.own(_Rows).get(copy.name, [])
+
+
+def velocity_at_start(facts: Facts, target: Target) -> Vec | None:
+    """Velocity of the centre of mass [m/s]; None if it is not known."""
+    rows = velocities_of(facts, target.copy)
+    if not rows:
+        return (0.0, 0.0, 0.0)
+    tree = facts.tree(target.copy)
+    several = tree is not None and len(tree.links()) > 1
+    return rows[0].linear if len(rows) == 1 and not (several and any(rows[0].angular)) else None
+
+
+def spin_at_start(facts: Facts, target: Target) -> float | None:
+    """Angular speed [rad/s]; None if it is not known."""
+    rows = velocities_of(facts, target.copy)
+    if not rows:
+        return 0.0
+    return norm(rows[0].angular) if len(rows) == 1 else None
+
+
+def _component(facts: Facts, measure: Any, target: Target) -> float | None:
+    velocity = velocity_at_start(facts, target)
+    return None if velocity is None else velocity[COLUMN[measure.axis]]
+
+
+def _speed(facts: Facts, measure: Any, target: Target) -> float | None:
+    velocity = velocity_at_start(facts, target)
+    return None if velocity is None else norm(velocity)
+
+
+def _extent(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
+    boxes = [facts.box(target.copy) if target.link is None else None for target in targets]
+    known = [box for box in boxes if box is not None]
+    if len(known) < len(boxes):
+        return None
+    column = COLUMN[measure.axis]
+    low, high = min(box[0][column] for box in known), max(box[1][column] for box in known)
+    return {"min": low, "max": high, "range": high - low}[measure.stat]
+
+
+def _distance(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
+    first, second = (targets_of(facts).select(selector) for selector in measure.between)
+    if len(first) * len(second) > MANY:
+        return None
+    return min((dist(a.origin, b.origin) for a in first for b in second if a.label != b.label), default=None)
+
+
+def _count_in(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
+    depths = [depth_inside(measure.region, target.origin) for target in targets]
+    return None if any(abs(depth) < 1e-5 for depth in depths) else float(sum(depth > 0 for depth in depths))
+
+
+def _momentum(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
+    total = 0.0
+    for target in targets:
+        velocity, mass = velocity_at_start(facts, target), facts.masses.get(target.copy.name)
+        if velocity is None or mass is None or target.link is not None:
+            return None
+        total += mass * velocity[COLUMN[measure.axis]]
+    return total
+
+
+def _energy(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
+    moved = any(velocity_at_start(facts, t) != (0.0, 0.0, 0.0) or spin_at_start(facts, t) != 0.0 for t in targets)
+    return None if moved or measure.part != "kinetic" else 0.0
+
+
+_OF_ONE: dict[str, Callable[[Facts, Any, Target], float | None]] = {
+    "position": lambda facts, measure, target: target.origin[COLUMN[measure.axis]],
+    "velocity": _component,
+    "speed": _speed,
+    "angular_speed": lambda facts, measure, target: spin_at_start(facts, target),
+    "displacement": lambda facts, measure, target: 0.0,
+    "tilt": lambda facts, measure, target: 0.0,
+}
+_TOGETHER: dict[str, Callable[[Facts, Any, Sequence[Target]], float | None]] = {
+    "extent": _extent,
+    "distance": _distance,
+    "count_in": _count_in,
+    "momentum": _momentum,
+    "energy": _energy,
+}
+
+
+def norm(vector: Sequence[float]) -> float:
+    """Length of a vector."""
+    return sqrt(sum(x * x for x in vector))
+
+
+def depth_inside(region: Any, point: Vec) -> float:
+    """How deep [m] a point lies inside a region, negative outside; as `harness.geometry.depth_inside`."""
+    if isinstance(region, SphereRegion):
+        return region.radius - dist(region.center, point)
+    if isinstance(region, BoxRegion) or not hasattr(region, "axis"):
+        sides = zip(region.min, point, region.max, strict=True)
+        return min(min(p - low, high - p) for low, p, high in sides)
+    axis = vector_unit(region.axis)
+    offset = [p - c for p, c in zip(point, region.center, strict=True)]
+    along = sum(o * a for o, a in zip(offset, axis, strict=True))
+    radial = sqrt(max(0.0, sum(o * o for o in offset) - along * along))
+    return min(region.radius - radial, region.height / 2 - abs(along))

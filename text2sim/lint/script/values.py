@@ -1,0 +1,205 @@
+"""What measures can ever be, by their definitions (`harness/measures.py`), and what they are at the start.
+
+Bounds come from definitions (a speed is not negative, a tilt is at most 180 degrees, of n copies at most n count),
+from limits that the engine enforces (a motor's largest force, `scene.max_speed`, at which a run stops), and from how
+far bodies can get that the world holds. Ranges of joints are soft, and count with a tenth to spare.
+"""
+
+from dataclasses import dataclass
+from math import dist, inf
+from typing import Any
+
+from text2sim.lint.facts import Facts
+from text2sim.lint.joints.drives import spans_of
+from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.swing import Swing
+from text2sim.lint.script.reach import reach_of
+from text2sim.lint.script.starts import COLUMN, HAIR, start_of
+from text2sim.lint.script.targets import Target, targets_of
+from text2sim.spec_schema.models import measures
+
+JOINTS = ("joint_position", "joint_velocity", "joint_force")
+UNITS = {
+    **{kind: "m" for kind in ("position", "displacement", "extent", "distance", "penetration")},
+    **{"velocity": "m/s", "speed": "m/s", "angular_speed": "rad/s", "tilt": "deg"},
+    **{"contact_force": "N", "energy": "J", "momentum": "kg m/s"},
+}
+OF_THE_FRAME = ("position", "displacement", "tilt", "angular_speed", "distance", "count_in")
+"""Measures of the frame of a body's root; the others are of all its links."""
+OF_CONTACTS = ("contact_force", "contact_count", "penetration")
+NOT_NEGATIVE = ("angular_speed", "distance", *OF_CONTACTS)
+ROUND = 0.02
+"""Part of its size by which the engine's mesh of a round shape may fall short of it."""
+
+Bounds = tuple[float, float, str]
+"""Lowest and highest value, and why."""
+FREE: Bounds = (-inf, inf, "")
+
+
+@dataclass(frozen=True)
+class Values:
+    """What is known of a measure before the run."""
+
+    low: float = -inf
+    high: float = inf
+    """It can never be outside."""
+    why: str = ""
+    """What keeps it there."""
+    start: float | None = None
+    """What it is at the start."""
+    error: float = 0.0
+    """By how much that may be off."""
+    frozen: str = ""
+    """Why it never changes; empty if it may."""
+    unit: str = ""
+
+
+class _Known(dict[str, Values]):
+    def __init__(self, facts: Facts) -> None:
+        self.facts = facts
+
+    def __missing__(self, name: str) -> Values:
+        self[name] = _values(self.facts, self.facts.case.actions.measures[name])
+        return self[name]
+
+
+def values_of(facts: Facts, name: str) -> Values:
+    """Return what is known of a measure of the case."""
+    return facts.own(_Known)[name]
+
+
+def subjects(facts: Facts, measure: Any) -> list[Target]:
+    """Return what a measure is about."""
+    found = targets_of(facts)
+    if isinstance(measure, measures.Distance):
+        return [target for selector in measure.between for target in found.select(selector)]
+    if measure.of is None:
+        return [target for name in facts.case.bodies for target in found.select(name) if not target.driven]
+    return found.select(measure.of)
+
+
+def _values(facts: Facts, measure: Any) -> Values:
+    targets = subjects(facts, measure)
+    if not targets:
+        return Values()
+    if measure.kind in JOINTS:
+        return _of_joints(facts, measure, targets)
+    stat = None if measure.kind == "extent" else getattr(measure, "stat", None)
+    low, high, why = _reduced(facts, measure, targets, stat)
+    start = start_of(facts, measure, targets)
+    frozen = _frozen(measure, targets)
+    if frozen and start is not None:
+        low, high, why = start, start, frozen
+    error = HAIR * max(1.0, abs(start or 0.0))
+    if measure.kind == "extent" and (box := facts.box(targets[0].copy)) is not None:
+        error += ROUND * max(b - a for a, b in zip(*box, strict=True))
+    unit = "" if stat == "count" else UNITS.get(measure.kind, "")
+    return Values(low, high, why, start, error, frozen, unit)
+
+
+def _reduced(facts: Facts, measure: Any, targets: list[Target], stat: str | None) -> Bounds:
+    low, high, why = _of_one(facts, measure, targets)
+    if stat == "count":
+        return 0.0, float(len(targets)), f"`{measure.of}` means {len(targets)}"
+    if stat == "range":
+        return 0.0, high - low, "a range is not negative"
+    if stat == "sum":
+        return low * len(targets), high * len(targets), why
+    return low, high, why
+
+
+def _of_one(facts: Facts, measure: Any, targets: list[Target]) -> Bounds:
+    kind, fastest = measure.kind, facts.case.scene.max_speed
+    if kind == "velocity":
+        return -fastest, fastest, f"the run stops at scene.max_speed ({fastest:g} m/s)"
+    if kind == "speed":
+        return 0.0, fastest, f"a speed is not negative, and the run stops at scene.max_speed ({fastest:g} m/s)"
+    if kind == "tilt":
+        return 0.0, 180.0, "a tilt is 0 to 180 deg"
+    if kind == "count_in":
+        return 0.0, float(len(targets)), f"`{measure.of}` means {len(targets)}"
+    if kind == "contact_count" and measure.by is not None:
+        pairs = len(targets) * len(targets_of(facts).select(measure.by))
+        return 0.0, float(pairs), f"there are {pairs} pairs"
+    if kind == "position" or (kind == "displacement" and measure.axis is not None):
+        return _along(facts, measure, targets)
+    if kind == "displacement":
+        return _away(facts, targets)
+    none = kind in NOT_NEGATIVE
+    none = none or (kind == "energy" and measure.part == "kinetic") or (kind == "extent" and measure.stat == "range")
+    return (0.0, inf, "it is not negative") if none else FREE
+
+
+def _along(facts: Facts, measure: Any, targets: list[Target]) -> Bounds:
+    """A coordinate, or how far it has changed, from how far the joints of a body let it get."""
+    reach, column = reach_of(facts), COLUMN[measure.axis]
+    low, high = inf, -inf
+    for target in targets:
+        ball = reach.origin(target.copy, target.link) if target.known else None
+        if ball is None:
+            return FREE
+        since = target.origin[column] if measure.kind == "displacement" else 0.0
+        low, high = min(low, ball[0][column] - ball[1] - since), max(high, ball[0][column] + ball[1] - since)
+    return low, high, "what holds it lets it get no farther"
+
+
+def _away(facts: Facts, targets: list[Target]) -> Bounds:
+    reach, high = reach_of(facts), 0.0
+    for target in targets:
+        ball = reach.origin(target.copy, target.link) if target.known else None
+        if ball is None:
+            return 0.0, inf, "it is not negative"
+        high = max(high, dist(ball[0], target.origin) + ball[1])
+    return 0.0, high, "it is not negative, and what holds it lets it get no farther"
+
+
+def _frozen(measure: Any, targets: list[Target]) -> str:
+    """Why a measure never changes."""
+    if measure.kind in OF_CONTACTS or any(target.driven for target in targets):
+        return ""
+    if any(target.turns if measure.kind in OF_THE_FRAME else target.moves for target in targets):
+        return ""
+    first = targets[0]
+    if first.moves:
+        return f"the frame of `{first.label}` is that of its root, which the world holds; name one of its links"
+    return f"`{first.label}` never moves"
+
+
+# --- joints --------------------------------------------------------------------------------------------------------
+
+
+def _of_joints(facts: Facts, measure: Any, targets: list[Target]) -> Values:
+    mechanics = mechanics_of(facts)
+    found = [mechanics.swing(target.copy, target.link or target.copy.body) for target in targets]
+    swings = [swing for swing in found if swing is not None]
+    if len(swings) < len(found) or measure.stat in ("count", "sum", "range"):
+        return Values()
+    unit, force = swings[0].units
+    ranges = [swing.joint.range for swing in swings]
+    locked = all(limits is not None and limits[0] == limits[1] for limits in ranges)
+    frozen = "its range leaves it no way to move" if locked else ""
+    if measure.kind == "joint_force":
+        return _of_motor(facts, targets, swings, force)
+    if measure.kind == "joint_velocity":
+        return Values(start=0.0, error=HAIR, frozen=frozen, unit=f"{unit}/s")
+    starts = {swing.start for swing in swings}
+    start = starts.pop() if len(starts) == 1 else None
+    low, high, why = FREE
+    if (limits := [limits for limits in ranges if limits is not None]) and len(limits) == len(ranges):
+        least, most = min(a for a, _ in limits), max(b for _, b in limits)
+        slack = 0.1 * (most - least) + 0.005
+        low, high, why = least - slack, most + slack, f"its range is {least:.4g} to {most:.4g} {unit}"
+    return Values(low, high, why, start, HAIR, frozen, unit)
+
+
+def _of_motor(facts: Facts, targets: list[Target], swings: list[Swing], unit: str) -> Values:
+    driven = spans_of(facts)
+    file = any(getattr(target.copy.model, "file", None) is not None for target in targets)
+    if not file and not any((t.copy.name, t.link or t.copy.body) in driven for t in targets):
+        why = "no control drives this joint, so that its motor gives no force"
+        return Values(0.0, 0.0, why, 0.0, HAIR, why, unit)
+    limits = [swing.motor.max_force if swing.motor is not None else None for swing in swings]
+    most = max((limit for limit in limits if limit is not None), default=inf)
+    if any(limit is None for limit in limits):
+        return Values(unit=unit)
+    return Values(-most * (1 + HAIR), most * (1 + HAIR), f"its motor gives at most {most:g} {unit}", unit=unit)

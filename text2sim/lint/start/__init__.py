@@ -1,0 +1,1 @@
+"""How things start: inside each other, under the ground, with nothing to stand on."""

@@ -1,0 +1,236 @@
+"""How deep bodies are inside each other, and which way leads out.
+
+All is a matter of moving convex pieces in straight lines: the way out along a direction is what is left of a long way
+when the piece is swept back until it touches (`compiler.sweep`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from text2sim.compiler.shapes.gjk import distance
+from text2sim.compiler.shapes.rotation import Vec, quat_multiply, quat_to_rows
+from text2sim.compiler.shapes.sweep import sweep
+from text2sim.lint.parts import Part, apart, union
+from text2sim.lint.start import concave
+
+AXES: dict[Vec, str] = {
+    (1.0, 0.0, 0.0): "+x",
+    (-1.0, 0.0, 0.0): "-x",
+    (0.0, 1.0, 0.0): "+y",
+    (0.0, -1.0, 0.0): "-y",
+    (0.0, 0.0, 1.0): "+z",
+    (0.0, 0.0, -1.0): "-z",
+}
+PLAIN = 1.5
+"""A way along an axis is told instead of the shortest, if it is no longer than this many times that."""
+ROUNDS = 30
+"""A body that is freed of one piece and is then in the next is moved on this often."""
+PAIRS = 12
+"""Pairs of pieces of which the depth is looked for in all directions."""
+EXIT = 5
+"""Steps that a sweep takes, where a test takes one."""
+ROUND_EXIT = 20
+"""The same where a piece is round: planes close in on it slowly."""
+ROUND = ("cylinder", "ellipsoid")
+GLANCES = 100
+"""Pairs of boxes that are looked at in the time of a step."""
+SHARE = 1200
+"""Steps that one overlap may take."""
+SKIN = 1e-6
+"""Overlap [m] of the bounds of pieces that is nothing but rounding."""
+
+
+class Effort:
+    """Steps that may still be taken, so that a heap of overlaps costs no more than a glance."""
+
+    def __init__(self, steps: int) -> None:
+        self.left = steps
+
+    def take(self, steps: int = 1) -> bool:
+        """Take steps; return whether there were so many."""
+        self.left -= steps
+        return self.left >= 0
+
+
+@dataclass(frozen=True)
+class Way:
+    """A way that frees a body from another."""
+
+    direction: Vec
+    """Unit vector."""
+    length: float
+    """[m]"""
+
+    @property
+    def words(self) -> str:
+        """The direction: `+z`, or a vector."""
+        return AXES.get(self.direction) or "({})".format(", ".join(f"{c + 0.0:.2g}" for c in self.direction))
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """Two bodies inside each other."""
+
+    depth: float
+    """How deep [m] the deepest pair of convex pieces is: what the engine takes for a compressed contact."""
+    thickness: float
+    """Thickness [m] of the thinner piece of that pair."""
+    pair: tuple[Part, Part]
+    """That pair: a piece of the first body, and one of the second."""
+    ways: list[Way]
+    """Ways out of the first body as a whole, the shortest first."""
+
+
+def inside(a: Part, b: Part) -> bool:
+    """Whether two pieces overlap."""
+    if apart(a.box, b.box, SKIN):
+        return False
+    if a.mesh is not None or b.mesh is not None:
+        return concave.inside(a, b)
+    if upright(a) and upright(b):
+        return True
+    return distance(a.solid, b.solid) == 0.0
+
+
+def upright(part: Part) -> bool:
+    """Whether a piece fills the box around it."""
+    if part.piece.kind != "box":
+        return False
+    rows = quat_to_rows(quat_multiply(part.quat, part.piece.quat))
+    return all(max(abs(c) for c in row) > 1 - 1e-12 for row in rows)
+
+
+def overlap_of(
+    movers: Sequence[Part], others: Sequence[Part], pairs: list[tuple[Part, Part]], effort: Effort
+) -> Overlap:
+    """Return how bodies overlap of which some pieces are inside each other.
+
+    Args:
+        movers: Pieces of the first body.
+        others: Pieces of the second.
+        pairs: Pieces (of the first, of the second) that are inside each other.
+        effort: Where it ends, no way out may be found.
+    """
+    pairs = pairs[:: len(pairs) // PAIRS + 1]
+    directions = _directions(pairs)
+    effort.take(len(directions) * _cost(pairs))
+    exits = {direction: [_exit(a, b, direction) for a, b in pairs] for direction in directions}
+    depths = [min(column) for column in zip(*exits.values(), strict=True)]
+    depth, worst = max((depth, -index) for index, depth in enumerate(depths))
+    pair = pairs[-worst]
+    own = Effort(min(max(effort.left, 0), SHARE))
+    effort.left -= own.left
+    ways = []
+    for direction, first in exits.items():
+        length = _way_out(movers, others, direction, max(first), own)
+        if length is not None:
+            ways.append(Way(direction, length))
+    effort.left += max(own.left, 0)
+    ways.sort(key=lambda way: (way.length, way.direction not in AXES))
+    return Overlap(depth, min(pair[0].thickness, pair[1].thickness), pair, ways)
+
+
+def plain(ways: Sequence[Way]) -> list[Way]:
+    """Return the ways with those along an axis first that are not much longer than the shortest."""
+    if not ways:
+        return []
+    limit = PLAIN * ways[0].length
+    return sorted(ways, key=lambda way: (way.length > limit, way.direction not in AXES, way.length))
+
+
+def _way_out(
+    movers: Sequence[Part], others: Sequence[Part], direction: Vec, way: float, effort: Effort
+) -> float | None:
+    """Return the way [m], from `way` on, after which no mover is in one of the others; None if it takes too long."""
+    for _ in range(ROUNDS):
+        step = _times(direction, way + SKIN)
+        moved = [(a, (_plus(a.box[0], step), _plus(a.box[1], step))) for a in movers]
+        around = union([box for _, box in moved])
+        assert around is not None
+        near = [b for b in others if not apart(around, b.box, SKIN)]
+        if not effort.take(len(moved) * len(near) // GLANCES):
+            return None
+        boxes = ((a, b) for a, box in moved for b in near if not apart(box, b.box, SKIN))
+        pairs = [(a, b) for a, b in boxes if _still_inside(a, b, step, effort)]
+        if effort.left < 0:
+            return None
+        if not pairs:
+            return way
+        # The farthest of a few: what is left comes in the next round.
+        pairs = pairs[:: len(pairs) // PAIRS + 1]
+        effort.take(_cost(pairs))
+        way = max([way, *(_exit(a, b, direction) for a, b in pairs)])
+    return None
+
+
+def _cost(pairs: list[tuple[Part, Part]]) -> int:
+    """Steps that it takes to find how pieces leave each other behind."""
+    return sum(ROUND_EXIT if a.piece.kind in ROUND or b.piece.kind in ROUND else EXIT for a, b in pairs)
+
+
+def moved_part(part: Part, way: Way) -> Part:
+    """Return a piece at the end of a way."""
+    return Part(
+        part.piece,
+        _plus(part.pos, _times(way.direction, way.length + SKIN)),
+        part.quat,
+        part.moves,
+        part.link,
+        part.mesh,
+    )
+
+
+def _still_inside(a: Part, b: Part, step: Vec, effort: Effort) -> bool:
+    if not effort.take():
+        return False
+    if a.mesh is not None or b.mesh is not None:
+        return concave.inside(a, b, step)
+    return distance(a.solid, b.solid, step) == 0.0
+
+
+def _exit(one: Part, other: Part, direction: Vec) -> float:
+    """Way [m] along a direction after which one piece has left another behind."""
+    if one.mesh is not None or other.mesh is not None:
+        return concave.way_out(one, other, direction)
+    a, b = one.solid, other.solid
+    far = _dot(_minus(b.center, a.center), direction) + a.ball + b.ball
+    back = sweep([a], [b], _times(direction, -1.0), start=_times(direction, far))
+    return 0.0 if back is None else far - back
+
+
+def _directions(pairs: list[tuple[Part, Part]]) -> list[Vec]:
+    """Along the axes, along the lines between the middles, and across the faces of boxes and ends of cylinders."""
+    found = dict.fromkeys(AXES)
+    for a, b in pairs[:3]:
+        line = _minus(a.solid.center, b.solid.center)
+        length = _dot(line, line) ** 0.5
+        if length > 1e-9:
+            found[_clean(_times(line, 1.0 / length))] = None
+        for part in (a, b):
+            if part.piece.kind in ("box", "cylinder"):
+                columns = zip(*quat_to_rows(quat_multiply(part.quat, part.piece.quat)), strict=True)
+                for x, y, z in columns:
+                    found |= dict.fromkeys((_clean((x, y, z)), _clean((-x, -y, -z))))
+    return list(found)
+
+
+def _clean(v: Vec) -> Vec:
+    """Return a unit vector without the rounding that makes an axis look like a direction of its own."""
+    x, y, z = (0.0 if abs(c) < 1e-9 else 1.0 if c > 1 - 1e-9 else -1.0 if c < 1e-9 - 1 else c for c in v)
+    return x, y, z
+
+
+def _dot(a: Vec, b: Vec) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _minus(a: Vec, b: Vec) -> Vec:
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def _plus(a: Vec, b: Vec) -> Vec:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+def _times(a: Vec, f: float) -> Vec:
+    return (a[0] * f, a[1] * f, a[2] * f)

@@ -1,0 +1,74 @@
+"""Fields: accelerations that fill space. They act on mpm and pbd bodies (cloth, soft bodies, grains, liquids, snow)."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from text2sim.spec_schema.models.base import Axis, Integer, Model, NonNegative, Positive, Real, Vec3, Window
+
+
+class _During(Model):
+    during: Window | None = None
+    """From and to [s]; the whole run if left out."""
+
+
+class Wind(_During):
+    """A steady push along a direction, in a round stream or everywhere."""
+
+    kind: Literal["wind"]
+    direction: Axis
+    """Where it blows to, in the world."""
+    acceleration: Positive
+    """What it gives to everything in it [m/s2]."""
+    center: Vec3 = (0.0, 0.0, 0.0)
+    """A point [m] on the axis of the stream."""
+    radius: Positive | None = None
+    """Radius [m] of the stream; everywhere if left out."""
+
+
+class Drag(_During):
+    """Resistance against motion: an acceleration `-linear v - quadratic |v| v`."""
+
+    kind: Literal["drag"]
+    linear: NonNegative = 0.0
+    """[1/s]"""
+    quadratic: NonNegative = 0.0
+    """[1/m]"""
+
+
+class Attraction(_During):
+    """A pull towards a point (or away from it, with a negative strength)."""
+
+    kind: Literal["attraction"]
+    center: Vec3
+    """The point [m]."""
+    strength: Real
+    """Acceleration [m/s2] at a distance of 1 m."""
+    falloff: NonNegative = 0.0
+    """The pull goes with the distance to the power of minus this; 0: the same everywhere."""
+
+
+class Vortex(_During):
+    """A whirl about a vertical axis."""
+
+    kind: Literal["vortex"]
+    center: Vec3 = (0.0, 0.0, 0.0)
+    """A point [m] of its axis."""
+    swirl: Real
+    """Acceleration [m/s2] around the axis, counterclockwise seen from above, at a distance of 1 m."""
+    inward: Real = 0.0
+    """Acceleration [m/s2] towards the axis at a distance of 1 m."""
+    falloff: NonNegative = 0.0
+    """Both go with the distance to the power of minus this."""
+
+
+class Turbulence(_During):
+    """Gusts: smooth noise in space."""
+
+    kind: Literal["turbulence"]
+    strength: Positive
+    """Largest acceleration [m/s2]."""
+    frequency: Positive = 3.0
+    """Gusts per metre [1/m]."""
+    seed: Integer = Field(default=0, ge=0)
+    """Same seed, same gusts."""

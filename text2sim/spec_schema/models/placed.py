@@ -1,0 +1,27 @@
+"""What every body has, whatever it is."""
+
+from pydantic import model_validator
+
+from text2sim.spec_schema.models.base import Model, Pose
+from text2sim.spec_schema.models.materials import Look
+from text2sim.spec_schema.models.placement import Place
+from text2sim.spec_schema.models.repeat import Repeat
+
+
+class Placed(Model):
+    """What every body has: where it starts, how many there are, and its look."""
+
+    pose: Pose | None = None
+    """Where it starts; the origin if left out."""
+    place: Place | None = None
+    """Where it starts, said in relation to something else."""
+    repeat: Repeat | None = None
+    """Make several copies."""
+    look: Look = Look()
+    """Colour and surface."""
+
+    @model_validator(mode="after")
+    def _one_position(self) -> "Placed":
+        if self.pose is not None and self.place is not None:
+            raise ValueError("give either pose or place, not both")
+        return self

@@ -1,0 +1,144 @@
+"""Bodies that change their shape: soft bodies, cloth, ropes, grains, liquids, snow."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from text2sim.spec_schema.models.base import Axis, Bool, Integer, NonNegative, Positive
+from text2sim.spec_schema.models.materials import Material
+from text2sim.spec_schema.models.placed import Placed
+from text2sim.spec_schema.models.shapes import ClothShape, SoftShape
+from text2sim.spec_schema.models.soft_materials import (
+    ClothMaterial,
+    GranularMaterial,
+    LiquidMaterial,
+    SnowMaterial,
+    SoftMaterial,
+)
+
+ONLY_WITH = {
+    "ipc": ("youngs_modulus", "poisson_ratio", "bending_stiffness"),
+    "pbd": ("stretch_compliance", "bending_compliance", "air_resistance"),
+}
+"""Fields of a cloth's material that one solver knows and the other does not."""
+
+
+class Soft(Placed):
+    """A volume that deforms: rubber, foam, jelly, clay."""
+
+    kind: Literal["soft"]
+    solver: Literal["fem", "mpm"] | None = None
+    """`mpm` moves particles through a grid: any contact, large strains, coarse surfaces. `fem` moves the corners
+    of tetrahedra: exact shapes, slow contact. If left out, what `scene.contact.model` goes with; else mpm."""
+    shape: SoftShape
+    """What it is shaped like before anything acts on it."""
+    cell: Positive | None = None
+    """Wanted length [m] of an element: the grid's cell in mpm (one for the scene: the smallest that is given),
+    the edge of a tetrahedron in fem. Derived if left out."""
+    material: SoftMaterial = SoftMaterial()
+    """Stiffness and mass."""
+
+    @model_validator(mode="after")
+    def _fits(self) -> "Soft":
+        if self.solver == "fem" and self.material.model == "elasto_plastic":
+            raise ValueError("model elasto_plastic goes with solver mpm (got fem)")
+        if self.material.yield_stress is not None and self.material.model != "elasto_plastic":
+            raise ValueError(f"yield_stress goes with model elasto_plastic (got {self.material.model})")
+        return self
+
+
+class Cloth(Placed):
+    """A sheet that bends and folds."""
+
+    kind: Literal["cloth"]
+    solver: Literal["pbd", "ipc"] | None = None
+    """`pbd` runs everywhere; it has no friction with rigid bodies. `ipc` has, never lets anything through, and
+    needs a CUDA device. If left out, what `scene.contact.model` goes with; else pbd."""
+    shape: ClothShape
+    """What it is shaped like before anything acts on it."""
+    cell: Positive | None = None
+    """Wanted length [m] of an element: the distance of particles in pbd (one for the scene: the smallest that is
+    given), the edge of a triangle in ipc. Derived if left out."""
+    material: ClothMaterial = ClothMaterial()
+    """Mass, stiffness, friction."""
+
+    @model_validator(mode="after")
+    def _fits(self) -> "Cloth":
+        if self.solver is not None:
+            other = "pbd" if self.solver == "ipc" else "ipc"
+            for name in ONLY_WITH[other]:
+                if getattr(self.material, name) is not None:
+                    raise ValueError(f"material.{name} goes with solver {other} (got {self.solver})")
+        return self
+
+
+class Granular(Placed):
+    """A heap of grains, as mpm particles."""
+
+    kind: Literal["granular"]
+    shape: SoftShape
+    """The space that it fills at the start."""
+    cell: Positive | None = None
+    """Cell [m] of the grid (one for the scene: the smallest that is given). Derived if left out."""
+    material: GranularMaterial = GranularMaterial()
+    """Mass and friction angle."""
+
+
+class Liquid(Placed):
+    """A liquid, as mpm particles."""
+
+    kind: Literal["liquid"]
+    shape: SoftShape
+    """The space that it fills at the start."""
+    cell: Positive | None = None
+    """Cell [m] of the grid (one for the scene: the smallest that is given). Derived if left out."""
+    material: LiquidMaterial = LiquidMaterial()
+    """Mass and stiffness."""
+
+
+class Snow(Placed):
+    """Snow, as mpm particles."""
+
+    kind: Literal["snow"]
+    shape: SoftShape
+    """The space that it fills at the start."""
+    cell: Positive | None = None
+    """Cell [m] of the grid (one for the scene: the smallest that is given). Derived if left out."""
+    material: SnowMaterial = SnowMaterial()
+    """Mass, stiffness, and when it crumbles."""
+
+
+class Rope(Placed):
+    """A rope of capsule links on ball joints, straight at the start; pose is that of its first end.
+
+    Its links are named `link_0`, `link_1`, … from the first end on.
+    """
+
+    kind: Literal["rope"]
+    length: Positive
+    """Length [m]."""
+    radius: Positive
+    """Radius [m]."""
+    segments: Annotated[Integer, Field(ge=2, le=200)] = 24
+    """How many links."""
+    direction: Axis = (0.0, 0.0, -1.0)
+    """Direction from its first end to its last."""
+    anchored: Bool = True
+    """Held by the world at its first end."""
+    youngs_modulus: NonNegative = 0.0
+    """Stiffness [Pa] against bending: each joint is a spring of `E I / segment length`. 0: a slack rope."""
+    damping: NonNegative | None = None
+    """Viscous damping [N m s/rad] of each joint; derived if left out."""
+    self_collision: Bool = False
+    """Let links that are not neighbours touch each other."""
+    material: Material = Material()
+    """Density and friction."""
+
+    @model_validator(mode="after")
+    def _slender(self) -> "Rope":
+        if self.length / self.segments < 2 * self.radius:
+            raise ValueError(
+                f"a link must be at least twice as long as the radius (got {self.length / self.segments:g} and "
+                f"{self.radius:g}); take fewer segments"
+            )
+        return self

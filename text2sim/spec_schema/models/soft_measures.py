@@ -1,0 +1,76 @@
+"""Measures of bodies that deform."""
+
+from typing import Literal
+
+from text2sim.spec_schema.models.base import AxisName, Bool, Model, Selector
+from text2sim.spec_schema.models.space import Region
+
+SpreadStat = Literal["max", "min", "mean", "p99"]
+
+
+class Volume(Model):
+    """Volume [m3] inside the surface of soft bodies, together."""
+
+    kind: Literal["volume"]
+    of: Selector
+    """A soft body or its copies."""
+    relative: Bool = False
+    """As a part of the volume at the start."""
+
+
+class Stretch(Model):
+    """Length of the edges of a body's surface over their lengths at the start; 1 is unstretched."""
+
+    kind: Literal["stretch"]
+    of: Selector
+    """A cloth or soft body, or its copies."""
+    stat: SpreadStat = "max"
+    """Of all edges; `p99` is what 99 of 100 stay below."""
+
+
+class Strain(Model):
+    """Equivalent strain (von Mises) of the inside of soft bodies; 0 is undeformed, whatever the body's turn."""
+
+    kind: Literal["strain"]
+    of: Selector
+    """A soft body or its copies."""
+    stat: SpreadStat = "max"
+    """Of all elements or particles."""
+
+
+class FoldedArea(Model):
+    """Area [m2] of cloth that lies over or under another part of it, seen along an axis."""
+
+    kind: Literal["folded_area"]
+    of: Selector
+    """A cloth or its copies."""
+    axis: AxisName = "z"
+    """Direction from which it is seen."""
+
+
+class Gap(Model):
+    """Smallest distance [m] between the surfaces of bodies; negative: how deep one is in the other."""
+
+    kind: Literal["gap"]
+    of: Selector
+    """A body that deforms, or its copies."""
+    to: Selector
+    """Another body or static, or its copies."""
+
+
+class SelfPenetration(Model):
+    """How far [m] parts of one cloth that are no neighbours come nearer to each other than its thickness."""
+
+    kind: Literal["self_penetration"]
+    of: Selector
+    """A cloth or its copies."""
+
+
+class ShareIn(Model):
+    """Part (0 to 1) of the mass of bodies that lies in a region: how much sand has run through."""
+
+    kind: Literal["share_in"]
+    of: Selector
+    """A body that deforms, or its copies."""
+    region: Region
+    """Where it is counted."""
