@@ -26,6 +26,9 @@ ALLOWED = {
     "render",
     "recorder",
     "film",
+    "files",
+    "soft",
+    "soft_film",
     "engine",
     "quadrants",  # the compiler of the engine, which comes with it
     *sys.stdlib_module_names,

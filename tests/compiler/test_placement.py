@@ -232,6 +232,11 @@ class TestProblems:
             (f"{BALL}, place: {{left_of: floor}}", "/place/left_of", "no sides"),
             (f"{BALL}, place: {{left_of: table, at: [0, 0]}}", "/place/at", "no meaning"),
             (f"{BALL}, place: {{touching: floor, direction: [0, 0, -1]}}", "/place/direction", "this side"),
+            (
+                f"{BALL}, pose: {{pos: [1, 0, 0]}}, repeat: {{kind: line, count: 2, step: [1, 0, 0], start: [0, 0, 1]}}",
+                "/pose/pos",
+                "leave out `start` or `pos`",
+            ),
             (f"{BALL}, repeat: {{kind: grid, counts: [999, 999], spacing: 1}}", "/repeat", "998001 copies"),
             (f"{BALL}, repeat: {{kind: running_bond, rows: 2, columns: 2}}", "/shape", "made of boxes"),
             ("kind: rigid, shape: {kind: mesh, file: a.obj}, place: {on: floor}", "/shape", "does not exist"),

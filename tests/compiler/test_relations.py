@@ -287,6 +287,29 @@ class TestProblems:
         assert problem.path == f"/bodies/ball/place/{key}"
         assert said in problem.message
 
+    @pytest.mark.parametrize(
+        ("parts", "inside"),
+        [
+            # Four legs and a top; a frame of two posts; a lone wall with a foot.
+            ({f"leg_{k}": ([0.05, 0.05, 0.7], [x, y, 0.35]) for k, (x, y) in enumerate([(-0.5, -0.4), (0.5, -0.4), (-0.5, 0.4), (0.5, 0.4)])} | {"top": ([1.1, 0.9, 0.03], [0, 0, 0.715])}, False),
+            ({"left": ([0.05, 0.25, 1], [-0.3, 0, 0.5]), "right": ([0.05, 0.25, 1], [0.3, 0, 0.5]), "bar": ([0.65, 0.25, 0.05], [0, 0, 1])}, False),
+            ({"foot": ([1, 1, 0.02], [0, 0, 0.01]), "wall": ([0.02, 1, 1], [0.49, 0, 0.52])}, False),
+            # A channel with open ends; a shelf that is open in front; a cage of bars.
+            ({"ground": ([0.4, 2, 0.02], [0, 0, 0.01]), "left": ([0.02, 2, 0.4], [-0.2, 0, 0.2]), "right": ([0.02, 2, 0.4], [0.2, 0, 0.2])}, True),
+            ({"ground": ([1, 0.6, 0.02], [0, 0, 0.01]), "left": ([0.02, 0.6, 1], [-0.5, 0, 0.5]), "right": ([0.02, 0.6, 1], [0.5, 0, 0.5]), "back": ([1, 0.02, 1], [0, 0.3, 0.5])}, True),
+            ({"ground": ([1, 1, 0.02], [0, 0, 0.01])} | {f"bar_{k}": ([0.02, 0.02, 1], [0.4 * math.cos(k * math.pi / 8), 0.4 * math.sin(k * math.pi / 8), 0.5]) for k in range(16)}, True),
+        ],
+    )  # fmt: skip
+    def test_what_has_an_inside(self, parts, inside):
+        listed = ", ".join(
+            f"{name}: {{shape: {{kind: box, size: {size}}}, pose: {{pos: {pos}}}}}"
+            for name, (size, pos) in parts.items()
+        )
+        thing = f"thing: {{kind: rigid, shape: {{kind: compound, parts: {{{listed}}}}}, pose: {{pos: [20, 0, 0]}}}}"
+        _, problems = start(thing, f"ball: {{{BALL}, place: {{inside: thing}}}}")
+        assert [problem.path for problem in problems] == ([] if inside else ["/bodies/ball/place/inside"])
+        assert all("`thing` has no inside there" in problem.message for problem in problems)
+
     def test_partners_must_be_as_many(self):
         posts = f"post: {{{CUBE}, repeat: {{kind: line, count: 3, step: [1, 0, 0]}}}}"
         _, (problem,) = start(posts, f"b: {{{BALL}, repeat: {{kind: stack, count: 2}}, place: {{on: 'post[*]'}}}}")

@@ -136,6 +136,18 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
         None,
         {CONTROL: {"kind": "force", "body": "ball", "force": [0, 0, 1], "during": [4, 5]}},
     ),
+    (
+        "empty-span",
+        f"{CONTROL}/during",
+        None,
+        {CONTROL: {"kind": "force", "body": "ball", "force": [0, 0, 1], "during": [1, 1]}},
+    ),
+    (
+        "empty-span",
+        f"{CONTROL}/during",
+        None,
+        {CONTROL: {"kind": "torque", "body": "ball", "torque": [0, 0, 1], "during": [0, 0]}},
+    ),
     # measures
     ("needs-stat", MEASURE, None, {MEASURE: {"kind": "speed", "of": "brick"}}),
     ("not-dynamic", f"{MEASURE}/of", None, {MEASURE: {"kind": "tilt", "of": "floor"}}),

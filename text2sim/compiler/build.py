@@ -11,11 +11,18 @@ from text2sim.assets.mechanism import Mechanisms
 from text2sim.compiler.controls import Rows, lower_controls, lower_motions
 from text2sim.compiler.film import check_targets, resolve_render
 from text2sim.compiler.lower import Lowering
+from text2sim.compiler.masses import known_speeds
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy, place_all
 from text2sim.compiler.plan import EntityPlan, Group, Plan
 from text2sim.compiler.settings import Settings, Traits, derive
+from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.shapes.sizes import MAX_PIECES
+from text2sim.compiler.soft.lowering import SoftLowering
+from text2sim.compiler.soft.meshes import MeshFiles
+from text2sim.compiler.soft.scales import scales
+from text2sim.compiler.soft.settings import derive_soft
+from text2sim.compiler.soft.solvers import contact_model, is_soft
 from text2sim.compiler.trees.anatomy import known_parts, named_parts, tree_extents, tree_standing
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.load import LoadedCase
@@ -57,6 +64,8 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     _stop_at_errors(problems)
     lowering = Lowering(loaded.folder, named_parts(loaded), mechanisms=mechanisms)
     case, scene = loaded.case, loaded.case.scene
+    if any(is_soft(body) for body in case.bodies.values()):
+        lowering.soft = _soft_lowering(loaded, placed, lowering)
     statics = _groups(loaded, placed, tuple(scene.statics), "scene", lowering, problems)
     bodies = _groups(loaded, placed, tuple(case.bodies), None, lowering, problems)
     _stop_at_errors(problems)
@@ -66,7 +75,11 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     _stop_at_errors(problems)
     moving = [copy for name in case.bodies for copy in placed[name]]
     bounce = {c.name: e for group in placed.values() for c in group if (e := _restitution(c)) is not None}
-    settings = derive(scene, _traits(lowering, moving, rows, bounce))
+    soft = None
+    if lowering.soft is not None:
+        speeds: dict[str, Vec] = {row.entity: row.linear for row in rows.velocities}
+        soft = derive_soft(scene, lowering.soft.model, lowering.soft.scales, placed, speeds, loaded.folder)
+    settings = derive(scene, _traits(lowering, bodies, moving, rows, bounce), soft)
     every = max(1, round(1.0 / (case.record_rate * scene.dt)))
     plan = Plan(
         case=case.name,
@@ -134,7 +147,8 @@ def _groups(
         entities: list[EntityPlan] = []
         for copy in placed[name]:
             try:
-                entities.append(lowering.entity(copy.model, copy))
+                entity = lowering.entity(copy.model, copy)
+                entities.append(entity if lowering.soft is None else lowering.soft.coupled(entity, copy.model))
             except AssetError as error:
                 key = next((key for key in ("shape", "file") if getattr(copy.model, key, None) is not None), None)
                 problems.append(loaded.problem((*pointer, key) if key else pointer, str(error), rule="asset"))
@@ -152,7 +166,20 @@ def _groups(
     return tuple(groups)
 
 
-def _traits(lowering: Lowering, moving: list[Copy], rows: Rows, bounce: dict[str, float]) -> Traits:
+def _soft_lowering(loaded: LoadedCase, placed: dict[str, list[Copy]], lowering: Lowering) -> SoftLowering:
+    """What lowers deformable bodies, with how fine they are cut."""
+    case = loaded.case
+    try:
+        fine = scales(case.scene, placed, loaded.folder)
+    except AssetError as error:
+        raise SpecError([loaded.problem(("bodies",), str(error), rule="asset")]) from error
+    model = contact_model(case.bodies.values(), case.scene)
+    return SoftLowering(case.scene, model, fine, MeshFiles(loaded.folder, lowering.files))
+
+
+def _traits(
+    lowering: Lowering, groups: tuple[Group, ...], moving: list[Copy], rows: Rows, bounce: dict[str, float]
+) -> Traits:
     trees = [tree for tree in lowering.trees.values()]
     joints = [joint for tree in trees for link in tree.links() for _, joint in link.all_joints()]
     loose = sum(
@@ -160,14 +187,13 @@ def _traits(lowering: Lowering, moving: list[Copy], rows: Rows, bounce: dict[str
         for copy in moving
         if copy.model.kind == "ragdoll" or getattr(getattr(copy.model, "mount", None), "kind", "") == "free"
     )
-    fastest = max((sum(x * x for x in row.linear) ** 0.5 for row in rows.velocities), default=0.0)
     return Traits(
         loose=loose,
         geoms=lowering.pieces,
         chains=sum(joint.kind == "ball" for joint in joints),
         loops=sum(len(tree.loops) for tree in trees),
         attaches=sum(weld.on for weld in rows.welds),
-        fastest=fastest,
+        fastest=max(known_speeds(lowering, groups, moving, rows).values(), default=0.0),
         thinnest=lowering.thinnest,
         bounciest=max(bounce.values(), default=0.0),
     )
@@ -175,7 +201,7 @@ def _traits(lowering: Lowering, moving: list[Copy], rows: Rows, bounce: dict[str
 
 def _restitution(copy: Copy) -> float | None:
     material = getattr(copy.model, "material", None)
-    return None if material is None else material.restitution
+    return getattr(material, "restitution", None)
 
 
 def _damping(

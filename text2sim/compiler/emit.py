@@ -13,10 +13,16 @@ from text2sim import __version__
 from text2sim.compiler.literal import Code, comment, identifier, literal
 from text2sim.compiler.plan import EntityPlan, Group, Plan
 from text2sim.compiler.shapes.rotation import IDENTITY
+from text2sim.compiler.soft.setup import SoftSettings
 
 TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
-COPIED = ("engine.py", "recorder.py", "film.py")
+COPIED = ("engine.py", "files.py", "recorder.py", "film.py")
+COPIED_SOFT = ("soft.py", "skins.py", "soft_film.py")
+"""Besides, in programs with deformable bodies."""
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
+
+FROM_FILE = ("MJCF", "URDF", "Mesh")
+"""Morphs that read a file of the program."""
 
 # Roughness and metallic of the engine's surfaces; its rasteriser shows little of the difference.
 FINISHES = {
@@ -65,7 +71,9 @@ def emit(plan: Plan) -> dict[str, bytes]:
         except (TemplateError, TypeError, ValueError) as error:
             raise TemplateBug(f"{module}.j2: {error}") from error
     files = {name: text.encode() for name, text in _format(texts).items()}
-    return files | {name: (TEMPLATES / name).read_bytes() for name in COPIED} | plan.files
+    copied = (*COPIED, *COPIED_SOFT) if plan.deformables else COPIED
+    copied = [name for name in copied if (TEMPLATES / name).exists()]
+    return files | {name: (TEMPLATES / name).read_bytes() for name in copied} | plan.files
 
 
 def _format(texts: dict[str, str]) -> dict[str, str]:
@@ -94,6 +102,7 @@ def _context(plan: Plan) -> dict[str, Any]:
     settings = plan.settings
     names = ("substeps", "solver", "iterations", "friction_cone", "timeconst", "max_pairs")
     why = {name: Code(f"  # {comment(settings.why[name])}" if name in settings.why else "") for name in names}
+    soft = settings.soft
     groups = [*plan.statics, *plan.bodies]
     return {
         "version": comment(__version__),
@@ -109,10 +118,17 @@ def _context(plan: Plan) -> dict[str, Any]:
         "solver": Code({"newton": "Newton", "cg": "CG"}[settings.solver]),
         "cone": Code(settings.cone),
         "why": why,
+        "precision": Code(soft.precision if soft is not None else "32"),
+        "soft": soft,
+        "soft_why": _reasons(soft),
+        "deformables": {
+            name: {"kind": facts.kind, "solver": facts.solver, "spacing": facts.spacing}
+            for name, facts in plan.deformables.items()
+        },
         "statics": [_group(group) for group in plan.statics],
         "bodies": [_group(group) for group in plan.bodies],
-        "uses_models": any(e.morph in ("MJCF", "URDF") for g in groups for e in g.entities),
-        "statics_use_models": any(e.morph in ("MJCF", "URDF") for g in plan.statics for e in g.entities),
+        "uses_models": any(e.morph in FROM_FILE for g in groups for e in g.entities),
+        "statics_use_models": any(e.morph in FROM_FILE for g in plan.statics for e in g.entities),
         "motors": plan.motors,
         "changes": plan.changes,
         "unpowered": list(plan.unpowered),
@@ -125,6 +141,21 @@ def _context(plan: Plan) -> dict[str, Any]:
         "prescribed": plan.prescribed,
         "render": plan.render,
         "kinds": {camera["kind"] for camera in plan.render["cameras"]},
+    }
+
+
+def _reasons(soft: SoftSettings | None) -> dict[str, Code]:
+    """Why settings of deformable bodies are what they are, as comments; nothing for what the author decided."""
+    if soft is None:
+        return {}
+    reasons = {name: comment(soft.why[name]) if name in soft.why else "" for name in soft.values()}
+    if soft.mpm is not None:
+        cell = f"cells of {soft.mpm.cell:g} m"
+        reasons["mpm_cell"] = f"{cell}: {reasons['mpm_cell']}" if reasons["mpm_cell"] else cell
+    # What is long stands in a line of its own.
+    return {
+        name: Code(reason and (f"# {reason}\n" if name.endswith("bounds") else f"  # {reason}"))
+        for name, reason in reasons.items()
     }
 
 
@@ -150,13 +181,23 @@ def _group(group: Group) -> dict[str, Any]:
         "rows": [] if single else [tuple(row[key] for key in varying) for row in rows],
         "columns": Code(", ".join(varying)),
         "target": Code("(" + ", ".join(varying) + ("," if len(varying) == 1 else "") + ")"),
+        "material": Code(first.material),
+        "material_keys": [identifier(key) for key in _material_keys(first)],
+        "mode": first.surface.mode if first.surface else None,
         "roughness": rough,
         "metallic": metallic,
     }
 
 
+def _material_keys(entity: EntityPlan) -> list[str]:
+    """Keyword arguments of an entity's material, by the names of its cells."""
+    own = [key for key in ("rho", "friction") if getattr(entity, key) is not None]
+    return own + list(entity.material_options)
+
+
 def _cells(entity: EntityPlan, *, turned: bool) -> dict[str, Any]:
-    flags = {"fixed": False, "visualization": True, "decompose": None, "keep": ()}
+    flags: dict[str, Any] = {"fixed": False, "visualization": True, "decompose": None, "keep": ()}
+    flags |= {"collision": True, "maxvolume": None}
     return {
         **flags,
         **{key: tuple(v) if isinstance(v, list) else v for key, v in entity.options.items()},
@@ -165,4 +206,6 @@ def _cells(entity: EntityPlan, *, turned: bool) -> dict[str, Any]:
         "rho": entity.rho,
         "friction": entity.friction,
         "color": entity.surface.rgba if entity.surface else None,
+        "picture": entity.surface.picture if entity.surface else None,
+        **entity.material_options,
     }

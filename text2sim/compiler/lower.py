@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import singledispatchmethod
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.mechanism import Mechanism, Mechanisms, load_mechanism
 from text2sim.compiler.looks import Rgba, rgba_of
@@ -25,6 +25,10 @@ from text2sim.spec_schema.models.materials import Look, Material
 from text2sim.spec_schema.models.motion import Oscillate, Spin
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.shapes import Compound, Mesh, Part
+from text2sim.spec_schema.models.soft_bodies import Cloth, Granular, Liquid, Snow, Soft
+
+if TYPE_CHECKING:
+    from text2sim.compiler.soft.lowering import SoftLowering
 
 NATIVE = {"box": "Box", "sphere": "Sphere", "cylinder": "Cylinder"}
 IMMOVABLE = 1e4
@@ -60,6 +64,8 @@ class Lowering:
     """Convex pieces made so far."""
     thinnest: float = 1e9
     """Smallest thickness [m] of any piece made so far."""
+    soft: "SoftLowering | None" = None
+    """Makes the deformable bodies, in a scene that has any."""
 
     def __post_init__(self) -> None:
         self.models = ModelFiles(self.folder)
@@ -78,7 +84,9 @@ class Lowering:
     def _static(self, model: Static, copy: Copy) -> EntityPlan:
         if copy.shape.kind == "plane":
             side = copy.shape.size
-            options = {"plane_size": (side, side)}
+            options: dict[str, Any] = {"plane_size": (side, side)}
+            if self.soft is not None and self.soft.model == "sap":
+                options["collision"] = False  # the coupler has a floor of its own
             return self._native(copy, "Plane", options, model.material, model.look, volume=None)
         return self._solid(copy, model.material, model.look, joint=None)
 
@@ -127,6 +135,13 @@ class Lowering:
     @entity.register
     def _ragdoll(self, model: Ragdoll, copy: Copy) -> EntityPlan:
         return self._model(copy, generators.ragdoll_tree(model, {"": rgba_of(model.look, copy)}))
+
+    @entity.register
+    def _deformable(self, model: Soft | Cloth | Granular | Liquid | Snow, copy: Copy) -> EntityPlan:
+        assert self.soft is not None
+        entity, ball = self.soft.entity(model, copy)
+        self.balls[copy.name] = [ball]
+        return entity
 
     @entity.register
     def _articulated(self, model: Articulated, copy: Copy) -> EntityPlan:

@@ -1,14 +1,36 @@
-"""What everything weighs."""
+"""What everything weighs, and the speeds that the case gives it."""
 
-from text2sim.compiler.build import Resolution
+from collections.abc import Iterable
+from math import hypot
+from typing import TYPE_CHECKING
+
+from text2sim.compiler.controls import Rows
+from text2sim.compiler.lower import Lowering
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.plan import Group
 from text2sim.compiler.shapes import geometry
+from text2sim.compiler.soft.lowering import mass
+from text2sim.compiler.soft.solvers import is_soft
+
+if TYPE_CHECKING:
+    from text2sim.compiler.build import Resolution
 
 
-def masses(resolution: Resolution) -> dict[str, float]:
+def masses(resolution: "Resolution") -> dict[str, float]:
     """Return the mass [kg] of every copy of a body, by its name; of a file's body, what the file says."""
-    lowering = resolution.lowering
-    densities = {entity.name: entity.rho for group in resolution.plan.bodies for entity in group.entities}
+    copies = (copy for name in resolution.loaded.case.bodies for copy in resolution.placed[name])
+    return masses_of(resolution.lowering, resolution.plan.bodies, copies)
+
+
+def masses_of(lowering: Lowering, groups: Iterable[Group], copies: Iterable[Copy]) -> dict[str, float]:
+    """Return the mass [kg] of copies of bodies, by their names.
+
+    Args:
+        lowering: Their trees.
+        groups: Their entities.
+        copies: Which ones.
+    """
+    densities = {entity.name: entity.rho for group in groups for entity in group.entities}
     found: dict[str, float] = {}
     volumes: dict[int, tuple[object, float]] = {}
 
@@ -19,15 +41,33 @@ def masses(resolution: Resolution) -> dict[str, float]:
             volumes[id(copy.shape)] = copy.shape, sum(piece.volume() for piece in pieces)
         return volumes[id(copy.shape)][1]
 
-    for name in resolution.loaded.case.bodies:
-        for copy in resolution.placed[name]:
-            tree = lowering.trees.get(copy.name)
-            density = densities[copy.name]
-            if getattr(copy.model, "file", None) is not None:
-                found[copy.name] = lowering.mechanisms[copy.model.file, copy.model.base].mass
-            elif tree is not None:
-                geoms = (geom for link in tree.links() for geom in link.geoms)
-                found[copy.name] = sum(geom.density * geom.piece.volume() for geom in geoms)
-            elif density is not None:
-                found[copy.name] = density * volume(copy)
+    for copy in copies:
+        tree = lowering.trees.get(copy.name)
+        density = densities[copy.name]
+        if is_soft(copy.model):
+            found[copy.name] = mass(copy, lowering.folder)
+        elif getattr(copy.model, "file", None) is not None:
+            found[copy.name] = lowering.mechanisms[copy.model.file, copy.model.base].mass
+        elif tree is not None:
+            geoms = (geom for link in tree.links() for geom in link.geoms)
+            found[copy.name] = sum(geom.density * geom.piece.volume() for geom in geoms)
+        elif density is not None:
+            found[copy.name] = density * volume(copy)
     return found
+
+
+def known_speeds(lowering: Lowering, groups: Iterable[Group], copies: Iterable[Copy], rows: Rows) -> dict[str, float]:
+    """Return the largest speed [m/s] that start velocities and blows alone give copies of bodies, by their names.
+
+    A blow J gives a body of mass m the speed J / m, wherever it strikes; blows add up, as if all went one way.
+    """
+    speeds = {row.entity: hypot(*row.linear) for row in rows.velocities}
+    blows = [row for row in rows.wrenches if row.start == row.end]
+    if not blows:
+        return speeds
+    struck = {row.entity for row in blows}
+    weights = masses_of(lowering, groups, (copy for copy in copies if copy.name in struck))
+    for row in blows:
+        if weights.get(row.entity, 0.0) > 0.0:
+            speeds[row.entity] = speeds.get(row.entity, 0.0) + hypot(*row.force) / weights[row.entity]
+    return speeds

@@ -16,6 +16,22 @@ class Surface:
 
     rgba: tuple[float, float, float, float]
     finish: str
+    picture: str | None = None
+    """Path in the program's folder of a picture that takes the place of the colour."""
+    mode: str | None = None
+    """How the engine is to draw it, where its own choice costs time; None for its own."""
+
+
+@dataclass(frozen=True)
+class SoftFacts:
+    """What whoever records a deformable body must know."""
+
+    kind: str
+    """soft, cloth, granular, liquid or snow."""
+    solver: str
+    """mpm, pbd, fem or ipc."""
+    spacing: float
+    """Distance [m] of neighbouring points at rest."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +41,7 @@ class EntityPlan:
     name: str
     """Name of the copy: `ball`, `brick[3]`."""
     morph: str
-    """Box, Sphere, Cylinder, Plane, MJCF or URDF."""
+    """Box, Sphere, Cylinder, Plane, Mesh, MJCF or URDF."""
     options: dict[str, Any]
     """Keyword arguments of the morph besides pos and quat."""
     pos: Vec
@@ -36,6 +52,14 @@ class EntityPlan:
     """Coefficient; None where the model file says it."""
     surface: Surface | None = None
     """None where the model file has its own colours."""
+    family: str = "rigid"
+    """Solver of the engine that holds it: rigid, mpm, pbd or fem."""
+    material: str = "Rigid"
+    """Class of the engine's materials, with its family before it where it is not rigid: `MPM.Elastic`."""
+    material_options: dict[str, Any] = field(default_factory=dict)
+    """Keyword arguments of the material besides rho and friction; of a deformable body, all of them."""
+    soft: SoftFacts | None = None
+    """Of a deformable body."""
 
 
 @dataclass(frozen=True)
@@ -190,6 +214,11 @@ class Plan:
     """Digest of all that the simulation depends on."""
     render_digest: str = ""
     """Digest of all that the film depends on besides."""
+
+    @property
+    def deformables(self) -> dict[str, SoftFacts]:
+        """Deformable bodies by copy, in order."""
+        return {e.name: e.soft for group in self.bodies for e in group.entities if e.soft is not None}
 
     @property
     def driven(self) -> list[str]:

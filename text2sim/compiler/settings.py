@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import acos, acosh, ceil, exp, sqrt
 
+from text2sim.compiler.soft.setup import SoftSettings
 from text2sim.spec_schema.models.scene import Scene
 
 CROWD = 100
@@ -10,6 +11,8 @@ CROWD = 100
 CRISPNESS = 0.25
 """Substep times angular frequency of a contact that bounces. Restitution then scatters by some hundredths with the
 moment of touch within a step; at 0.85, near the end of what is stable, by 0.15, and contacts can gain energy."""
+RIGID_SUBSTEPS = 50
+"""Most substeps that rigid bodies get without being asked for."""
 BOUNCE_STEP = 0.0005
 """Longest substep [s] for contacts that bounce; at this one they last 6 ms."""
 
@@ -53,6 +56,8 @@ class Settings:
     hibernation: bool
     welds: int
     why: dict[str, str]
+    soft: SoftSettings | None = None
+    """None in a scene without deformable bodies."""
 
     def contact_damping(self, restitution: float, step: float) -> tuple[float, float]:
         """Time constant [s] and damping ratio for the contacts of a body, in a scene in which something bounces.
@@ -73,7 +78,11 @@ class Settings:
             "tolerance": f"{self.tolerance:g}" if self.tolerance else "",
             "max_pairs": self.max_pairs,
         }
-        return [f"{name} = {values[name]}: {reason}" for name, reason in self.why.items()]
+        reasons = dict(self.why)
+        if self.soft is not None:
+            values |= self.soft.values()
+            reasons |= self.soft.why
+        return [f"{name} = {values[name]}: {reason}" for name, reason in reasons.items() if name in values]
 
 
 def restitution_of(ratio: float) -> float:
@@ -104,10 +113,16 @@ def damping_ratio(restitution: float) -> float:
     return high
 
 
-def derive(scene: Scene, traits: Traits) -> Settings:
-    """Choose what the author left open."""
+def derive(scene: Scene, traits: Traits, soft: SoftSettings | None = None) -> Settings:
+    """Choose what the author left open.
+
+    Args:
+        scene: The section.
+        traits: What is in it.
+        soft: Settings of the solvers of deformable bodies, if there are any.
+    """
     why: dict[str, str] = {}
-    substeps = scene.substeps or _substeps(scene, traits, why)
+    substeps = scene.substeps or _substeps(scene, traits, soft, why)
     step = scene.dt / substeps
     solver = scene.solver.kind
     if solver is None:
@@ -151,10 +166,11 @@ def derive(scene: Scene, traits: Traits) -> Settings:
         hibernation=scene.solver.hibernation,
         welds=max(8, traits.attaches),
         why=why,
+        soft=soft,
     )
 
 
-def _substeps(scene: Scene, traits: Traits, why: dict[str, str]) -> int:
+def _substeps(scene: Scene, traits: Traits, soft: SoftSettings | None, why: dict[str, str]) -> int:
     wanted = {1: "nothing in the scene needs shorter steps"}
 
     def need(step: float, reason: str) -> None:
@@ -173,9 +189,12 @@ def _substeps(scene: Scene, traits: Traits, why: dict[str, str]) -> int:
         )
     if traits.bounciest > 0:
         need(BOUNCE_STEP, "restitution is made from contact damping, which wants steps of half a millisecond")
+    wanted = {min(substeps, RIGID_SUBSTEPS): reason for substeps, reason in wanted.items()}
+    for step, reason in soft.substeps if soft is not None else ():
+        need(step, reason)
     substeps = max(wanted)
-    why["substeps"] = wanted[max(wanted)]
-    return min(substeps, 50)
+    why["substeps"] = wanted[substeps]
+    return substeps
 
 
 def _tolerance(scene: Scene, solver: str, why: dict[str, str]) -> float | None:

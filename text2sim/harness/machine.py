@@ -60,7 +60,7 @@ MIN_MEMORY = 4 * 2**30
 """Least memory [bytes] for comfort: a small rigid scene takes 1 GB, compiling its kernels up to 3 GB."""
 
 _REINSTALL = "scripts/bootstrap (or: pip install -c constraints.txt .)"
-_IPC_INSTALL = "pip install 'text2sim[ipc]'"
+_IPC_INSTALL = "pip install -c constraints.txt '.[ipc]'"
 _DRIVERS = "sudo apt-get install -y libegl-mesa0 libgl1-mesa-dri; NVIDIA containers: NVIDIA_DRIVER_CAPABILITIES=all"
 _CHILD_LIMIT = 120.0
 """Wall time [s] after which a child is given up; `import genesis` from a cold disk takes half a minute."""

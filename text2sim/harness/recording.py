@@ -1,5 +1,6 @@
 """A recording together with the case it is a recording of."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -7,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from text2sim.harness.contacts import ContactLog
+from text2sim.harness.deformables import Deformable
 from text2sim.harness.geometry import Geometry, rotate, rotate_back
 from text2sim.harness.selection import Cast, Target
 from text2sim.harness.states import Array, RunStates
@@ -42,7 +44,7 @@ class Recording:
 
     def centers(self, links: Array) -> Array:
         """Centres of mass of links [m], world, shape (F, n, 3)."""
-        local = np.array([self.states.links[i].com for i in links])
+        local = np.array([self.states.links[i].com for i in links]).reshape(-1, 3)
         return self.states.pos[:, links] + rotate(self.states.quat[:, links].astype(float), local)
 
     def kinetic(self, links: Array) -> Array:
@@ -60,8 +62,29 @@ class Recording:
         """Potential energy of links [J], shape (F, n): -m g.x, x the centre of mass; zero at the origin."""
         return -self.masses[links] * (self.centers(links) @ np.array(self.states.gravity))
 
+    def deformable(self, target: Target) -> Deformable | None:
+        """The body that a target means, if it deforms."""
+        return None if target.soft is None else self.states.deformables[target.soft]
+
+    def energies(self, targets: Sequence[Target]) -> tuple[Array, Array]:
+        """Kinetic and potential energy [J] of targets together, both (F,), each body counted once.
+
+        Of a body that deforms, the kinetic energy is that of its points, as its solver has it, and the potential
+        energy that of its weight: what deformation stores is not in it.
+        """
+        links = links_of(targets)
+        kinetic, potential = self.kinetic(links).sum(axis=1), self.potential(links).sum(axis=1)
+        gravity = np.array(self.states.gravity)
+        for number in soft_of(targets):
+            body = self.states.deformables[number]
+            kinetic = kinetic + self.states.soft_kinetic[:, number].astype(float)
+            potential = potential - body.mass * (body.center @ gravity)
+        return kinetic, potential
+
     def velocity(self, target: Target) -> Array:
         """Velocity of a target's centre of mass [m/s], world, shape (F, 3)."""
+        if target.soft is not None:
+            return self.states.soft_velocity[:, target.soft].astype(float)
         links = np.array(target.links)
         weights = self.masses[links]
         if len(links) == 1 or weights.sum() <= 0:
@@ -69,5 +92,17 @@ class Recording:
         return np.einsum("fni,n->fi", self.states.vel[:, links].astype(float), weights / weights.sum())
 
     def origin(self, target: Target) -> Array:
-        """Origin of a target's frame [m], world, shape (F, 3)."""
+        """Origin of a target's frame [m], world, shape (F, 3); of a body that deforms, its centre of mass."""
+        if target.soft is not None:
+            return self.states.deformables[target.soft].center
         return self.states.pos[:, target.root].astype(float)
+
+
+def links_of(targets: Sequence[Target]) -> Array:
+    """Links of targets, each once, growing."""
+    return np.array(sorted({link for target in targets for link in target.links}), dtype=np.int64)
+
+
+def soft_of(targets: Sequence[Target]) -> list[int]:
+    """Numbers of the bodies that deform among targets, each once, growing."""
+    return sorted({target.soft for target in targets if target.soft is not None})

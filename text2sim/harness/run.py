@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from text2sim import __version__, templates
+from text2sim.harness.ability import check_ability, needs_cuda
 from text2sim.harness.child import Limits
 from text2sim.harness.folder import Wanted, Work, install_program, install_run, remaining_work, staging
 from text2sim.harness.lock import RunLock
@@ -75,7 +76,8 @@ def run_case(
 
         compile_to = compile_case
     limits = Limits(timeout=timeout, memory=None if memory_gb is None else int(memory_gb * 1e9))
-    engine = _Engine.find(device)
+    check_ability(loaded)
+    engine = _Engine.find("gpu" if needs_cuda(loaded) else device)
     with nullcontext(stop) if stop else Stop() as stop, staging(runs) as stage:
         clock = Clock(on_progress, loaded.case.scene.duration)
         clock.enter("compile")

@@ -28,11 +28,13 @@ class Target:
     copy: str
     """Name of the copy."""
     links: tuple[int, ...]
-    """Columns of the arrays."""
+    """Columns of the arrays; none of a body that deforms."""
     root: int
-    """The link whose frame and orientation stand for it."""
+    """The link whose frame and orientation stand for it; -1 of a body that deforms."""
     link: str | None = None
     """The link's name, if only one is meant."""
+    soft: int | None = None
+    """Its number among the bodies that deform."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,8 @@ class Cast:
         for name, links in members.items():
             own = [i for i in links if self.states.links[i].name != WORLD] or links
             found[name] = Target(name, name, tuple(links), own[0])
+        for body in self.states.deformables:
+            found.setdefault(body.body, Target(body.body, body.body, (), -1, soft=body.index))
         return found
 
     @cached_property
@@ -97,6 +101,8 @@ class Cast:
             return chosen
         found = []
         for target in chosen:
+            if target.soft is not None:
+                raise SelectionError(f"{target.copy} deforms, it has no links (asked for {selector})")
             links = [i for i in target.links if self.states.links[i].name == part]
             if not links:
                 names = ", ".join(self.states.links[i].name for i in target.links)
@@ -113,6 +119,8 @@ class Cast:
         chosen, part = self._select_copies(selector)
         found = []
         for target in chosen:
+            if target.soft is not None:
+                raise SelectionError(f"{target.copy} deforms, it has no joints (asked for {selector})")
             joints = [j for j in self.states.joints if j.body == target.copy and j.kind != "fixed"]
             if part is not None:
                 joints = [j for j in joints if j.name == part]
@@ -141,7 +149,10 @@ class Cast:
         return chosen, match["part"]
 
     def groups(self, targets: Iterable[Target]) -> Array:
-        """Return for each link the number of the target that it belongs to, or -1, shape (L,)."""
+        """Return for each link the number of the target that it belongs to, or -1, shape (L,).
+
+        Bodies that deform have no links, and so no place in it.
+        """
         group = np.full(len(self.states.links), -1, dtype=np.int64)
         for number, target in enumerate(targets):
             group[list(target.links)] = number

@@ -1,18 +1,18 @@
 """The recorded states of a run: the arrays that its program's recorder wrote, chunk by chunk."""
 
 import json
-import zipfile
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from text2sim.harness.chunks import Array, Chunks, readable
+from text2sim.harness.deformables import Deformable, read_deformables
 from text2sim.spec_schema.errors import RunError
 
-Array = NDArray[Any]
+__all__ = ["Array", "JointRecord", "LinkRecord", "RunStates"]
 
 # Shape of one row of each array; L links, Q positions, D degrees of freedom.
 FRAME_FIELDS: dict[str, tuple[int | str, ...]] = {
@@ -24,6 +24,14 @@ FRAME_FIELDS: dict[str, tuple[int | str, ...]] = {
     "qpos": ("Q",),
     "dofs_velocity": ("D",),
     "dofs_control_force": ("D",),
+}
+# B deformable bodies, P points and S vertices of surfaces of all of them; only where there are any.
+SOFT_FIELDS: dict[str, tuple[int | str, ...]] = {
+    "soft_points": ("P", 3),
+    "soft_surface": ("S", 3),
+    "soft_velocity": ("B", 3),
+    "soft_kinetic": ("B",),
+    "soft_speed": ("B",),
 }
 CONTACT_FIELDS: dict[str, tuple[int | str, ...]] = {
     "contact_step": (),
@@ -83,8 +91,10 @@ class RunStates:
     """[m/s2]"""
     links: tuple[LinkRecord, ...]
     joints: tuple[JointRecord, ...]
-    chunks: tuple[Path, ...]
+    chunks: Chunks
     """Those that could be read, in order, without a gap."""
+    deformables: tuple[Deformable, ...] = ()
+    """Bodies that are points, not links, in the order of the arrays."""
     losses: tuple[str, ...] = ()
     """What could not be read, in words."""
     layout: dict[str, Any] = field(default_factory=dict, repr=False)
@@ -112,8 +122,12 @@ class RunStates:
             raise RunError(f"{folder / 'layout.json'}: not the layout of a recording (dt {dt}, every {every})")
         sizes = {"L": len(links), "Q": max((j.q[1] for j in joints), default=0)}
         sizes["D"] = max((j.dof[1] for j in joints), default=0)
-        chunks, losses = _readable(folder, sizes)
-        return cls(dt, every, (x, y, z), links, joints, chunks, losses, layout)
+        soft, soft_sizes, soft_losses = read_deformables(run_dir, layout)
+        fields = FRAME_FIELDS | {k: row for k, row in SOFT_FIELDS.items() if soft_sizes.get(str(row[0]))}
+        paths, losses = readable(folder, fields, CONTACT_FIELDS, sizes | soft_sizes)
+        chunks = Chunks(paths)
+        bodies = tuple(body.recorded_in(chunks) for body in soft)
+        return cls(dt, every, (x, y, z), links, joints, chunks, bodies, (*losses, *soft_losses), layout)
 
     @property
     def frames(self) -> int:
@@ -170,6 +184,21 @@ class RunStates:
         """What the motors give [N or N m], shape (F, D)."""
         return self._gather("dofs_control_force", (self._dofs,))
 
+    @cached_property
+    def soft_velocity(self) -> Array:
+        """Velocities of the deformable bodies' centres of mass [m/s], world, shape (F, B, 3)."""
+        return self._gather("soft_velocity", (len(self.deformables), 3))
+
+    @cached_property
+    def soft_kinetic(self) -> Array:
+        """Kinetic energies of the deformable bodies [J], shape (F, B)."""
+        return self._gather("soft_kinetic", (len(self.deformables),))
+
+    @cached_property
+    def soft_speed(self) -> Array:
+        """Largest speed of any point of each deformable body [m/s], shape (F, B)."""
+        return self._gather("soft_speed", (len(self.deformables),))
+
     def contact(self, name: str) -> Array:
         """One array of the contacts of all steps, without the prefix `contact_`, shape (n, ...)."""
         key = f"contact_{name}"
@@ -180,15 +209,7 @@ class RunStates:
         return max((j.dof[1] for j in self.joints), default=0)
 
     def _gather(self, name: str, row: tuple[int, ...]) -> Array:
-        parts = []
-        for path in self.chunks:
-            try:
-                with np.load(path, allow_pickle=False) as chunk:
-                    if name in chunk.files:  # a last chunk may hold contacts alone
-                        parts.append(chunk[name])
-            except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
-                raise RunError(f"{path}: damaged ({error})") from error
-        return np.concatenate(parts) if parts else np.zeros((0, *row))
+        return self.chunks.gather(name, row)
 
 
 def _link(index: int, row: dict[str, Any]) -> LinkRecord:
@@ -207,48 +228,3 @@ def _joint(row: dict[str, Any]) -> JointRecord:
         str(row["body"]), str(row["joint"]), str(row["kind"]), (int(q0), int(q1)), (int(d0), int(d1)),
         (None if low is None else float(low), None if high is None else float(high)),
     )  # fmt: skip
-
-
-def _readable(folder: Path, sizes: dict[str, int]) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    good: list[Path] = []
-    paths = sorted(folder.glob("chunk_*.npz"))
-    for number, path in enumerate(paths):
-        reason = "an earlier one is missing" if path.name != f"chunk_{number:05d}.npz" else _fault(path, sizes)
-        if reason:
-            # What comes after a gap does not belong to the frames before it.
-            rest = len(paths) - number
-            return tuple(good), (f"states/{path.name}: {reason}; {rest} of {len(paths)} chunks left out",)
-        good.append(path)
-    return tuple(good), ()
-
-
-def _fault(path: Path, sizes: dict[str, int]) -> str:
-    """Return what is wrong with a chunk, from its headers alone; empty if it is whole."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            rows: dict[str, int] = {}
-            framed = "time.npy" in archive.namelist()
-            for name, wanted in ((FRAME_FIELDS if framed else {}) | CONTACT_FIELDS).items():
-                shape = _shape(archive, name)
-                row = tuple(sizes[n] if isinstance(n, str) else n for n in wanted)
-                if not shape or shape[1:] != row:
-                    return f"{name} has shape {shape}, not (n, {', '.join(map(str, row))})"
-                rows[name] = shape[0]
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError) as error:
-        return f"damaged ({error})"
-    for group in (FRAME_FIELDS, CONTACT_FIELDS):
-        if len({rows[name] for name in group if name in rows}) > 1:
-            return "its arrays have different lengths"
-    return ""
-
-
-def _shape(archive: zipfile.ZipFile, name: str) -> tuple[int, ...]:
-    member = archive.getinfo(f"{name}.npy")
-    with archive.open(member) as stream:
-        version = np.lib.format.read_magic(stream)
-        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        shape, _, dtype = read(stream)
-        size = int(np.prod(shape, dtype=np.int64)) * dtype.itemsize
-        if dtype.hasobject or member.file_size != stream.tell() + size:
-            raise ValueError(f"{name} is not {size} bytes of numbers")
-    return tuple(shape)

@@ -16,6 +16,7 @@ from text2sim.compiler.shapes.geometry import Bounds
 from text2sim.compiler.shapes.meshfile import load_mesh
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_rotate
+from text2sim.compiler.soft.solvers import is_soft
 from text2sim.compiler.trees.tree import Tree, tree_links
 from text2sim.lint.parts import Ground, Part, near, union
 from text2sim.spec_schema.errors import Problem, Severity
@@ -119,9 +120,11 @@ class Facts:
         return self.lowering.trees.get(copy.name)
 
     def mount(self, copy: Copy) -> str:
-        """Return how a copy hangs in the world: `static`, `driven`, `tree`, or the kind of its mount."""
+        """Return how a copy hangs in the world: `static`, `driven`, `soft`, `tree`, or the kind of its mount."""
         if copy.body in self.case.scene.statics:
             return "static"
+        if is_soft(copy.model):
+            return "soft"
         kind = copy.model.kind
         return copy.model.mount.kind if kind == "rigid" else "driven" if kind == "driven" else "tree"
 
@@ -134,7 +137,7 @@ class Facts:
         return mount not in ("static", "fixed")
 
     def free(self, copy: Copy) -> bool:
-        """Whether nothing holds a copy: it falls if nothing is below it."""
+        """Whether nothing holds a copy of links: it falls if nothing is below it. Of deformable ones, see `lint.soft`."""
         mount = self.mount(copy)
         if mount != "tree":
             return mount == "free"
@@ -203,12 +206,13 @@ class Facts:
             self._thinnest[key] = min(thicknesses, default=math.inf)
         return self._thinnest[key]
 
-    def near(self, slack: float = 0.0) -> Iterator[tuple[Copy, Copy]]:
+    def near(self, slack: float = 0.0, *, soft: bool = False) -> Iterator[tuple[Copy, Copy]]:
         """Yield the pairs of copies of which at least one can move, and whose boxes overlap by more than `slack` [m].
 
-        Of each pair the one that comes first in the case comes first.
+        Of each pair the one that comes first in the case comes first. Deformable bodies are left out, unless asked for.
         """
         known = [(copy, box) for copy in self.copies.values() if (box := self.box(copy)) is not None]
+        known = [entry for entry in known if soft or not is_soft(entry[0].model)]
         moves = [self.moves(copy) for copy, _ in known]
         for i, j in near([box for _, box in known], slack):
             if moves[i] or moves[j]:

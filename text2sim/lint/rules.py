@@ -1,11 +1,12 @@
 """All rules, in the order in which they are listed."""
 
-from text2sim.lint.contact import bounce, nets, sliding, tunnelling
+from text2sim.lint.contact import bounce, nets, ploughing, sliding, tunnelling
 from text2sim.lint.film import cameras, leaving, viewpoints
 from text2sim.lint.joints import angles, following, holding, idle, joints
-from text2sim.lint.numbers import limits, magnitudes, masses, meshes, steps, stiffness
+from text2sim.lint.numbers import densities, limits, magnitudes, masses, meshes, steps, stiffness
 from text2sim.lint.rule import EXAMPLE_BASE, Rule
 from text2sim.lint.script import at_rest, contradictions, energy, names, outcomes, pushes, script, soon
+from text2sim.lint.soft import acting, cloths, cost, elements, families, grid, ipc, records, room
 from text2sim.lint.start import floor, nowhere, overlap, selfcontact
 
 __all__ = ["EARLIER", "EXAMPLE_BASE", "RULES", "Rule", "find_rule"]
@@ -16,9 +17,11 @@ RULES: tuple[Rule, ...] = (
     *floor.RULES,
     *nowhere.RULES,
     *tunnelling.RULES,
+    *ploughing.RULES,
     *sliding.RULES,
     *nets.RULES,
     *magnitudes.RULES,
+    *densities.RULES,
     *meshes.RULES,
     *stiffness.RULES,
     *bounce.RULES,
@@ -41,6 +44,15 @@ RULES: tuple[Rule, ...] = (
     *cameras.RULES,
     *leaving.RULES,
     *viewpoints.RULES,
+    *families.RULES,
+    *grid.RULES,
+    *room.RULES,
+    *cloths.RULES,
+    *elements.RULES,
+    *records.RULES,
+    *ipc.RULES,
+    *acting.RULES,
+    *cost.RULES,
 )
 
 EARLIER = ("after-end", "driven-subject", "no-final")

@@ -12,7 +12,8 @@ from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
-from recorder import Progress, write_json
+from files import write_json
+from recorder import Progress
 
 QUATERNION_AT = {"free": 3, "ball": 0}  # within the joint's slice of qpos
 

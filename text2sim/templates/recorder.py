@@ -1,25 +1,26 @@
-"""Records a rigid-body run of Genesis while it happens. Nothing is drawn meanwhile: see `film.py`.
+"""Records a run of Genesis while it happens. Nothing is drawn meanwhile: see `film.py`.
 
     OUT/progress.jsonl           one line per moment of progress
     OUT/states/layout.json       what the columns of the states mean
     OUT/states/chunk_00000.npz   frames and contacts; each chunk is whole on disk before the next begins
     OUT/geometry/index.json      link -> meshes, poses and colours, over geometry/<hash>.npz
 
+Bodies that deform are recorded by `soft.py`, which only programs with such bodies have.
 SI units, quaternions (w, x, y, z). Poses are of each link's authored frame in the world: where Genesis moves the frame
 of a free body to its centre of mass, that shift is taken out again.
 """
 
-import hashlib
 import json
-import os
 import time
 from pathlib import Path
 
 import genesis as gs
 import numpy as np
+from files import write_json, write_mesh, write_npz, write_paint
 from genesis.utils.misc import qd_to_numpy
 
 FRAMES_PER_CHUNK = 100
+BYTES_PER_CHUNK = 64_000_000
 SECONDS_PER_CHUNK = 5.0
 CONTACTS_IN_HAND = 200_000
 PROGRESS_PERIOD = 0.2
@@ -42,7 +43,7 @@ class Divergence(RuntimeError):
 
     Attributes:
         body: Copy name of the body it was first seen on, such as `brick[3]`.
-        quantity: `position`, `speed` or `solver`.
+        quantity: `position`, `speed`, `domain` or `solver`.
         time: Simulated time [s].
         value: Offending value, in SI units; may be nan or inf.
     """
@@ -84,7 +85,7 @@ def build(scene) -> None:
 
 
 class Recorder:
-    """Writes the states and contacts of every rigid body of a built scene.
+    """Writes the states and contacts of every body of a built scene.
 
     Args:
         scene: Built scene with one environment.
@@ -94,10 +95,17 @@ class Recorder:
         every: Steps between recorded frames. Contacts are kept for every step, as the mean over its substeps.
         duration: Simulated time the run aims at [s].
         speed_limit: Speed of a centre of mass above which the run has diverged [m/s].
+        deformables: Copy name -> kind, solver and spacing of every body that deforms, in the order of their rows.
     """
 
-    def __init__(self, scene, bodies: dict, out: Path, dt: float, every: int, duration: float, *, speed_limit=200.0):
-        self._solver, self._bodies, self._out = scene.rigid_solver, bodies, Path(out)
+    def __init__(self, scene, bodies: dict, out: Path, dt, every, duration, *, speed_limit=200.0, deformables=None):
+        self._soft = None
+        if deformables:
+            from soft import Soft
+
+            self._soft = Soft(scene, bodies, deformables, dt, speed_limit)
+            bodies = {name: entity for name, entity in bodies.items() if name not in deformables}
+        self._scene, self._solver, self._bodies, self._out = scene, scene.rigid_solver, bodies, Path(out)
         self._dt, self._every, self._duration, self._speed_limit = dt, every, duration, speed_limit
         self._progress = Progress(out)
         self._contacts = _Contacts(self._solver)
@@ -117,6 +125,8 @@ class Recorder:
             # What the last substep applied, clipped; `get_dofs_control_force` gives what the next one is going to.
             "dofs_control_force": _reader(dofs.qf_applied),
         }
+        if not self._solver.is_active:  # then every field has one row, which stands for nothing
+            self._reads = {name: lambda read=read: read()[:0] for name, read in self._reads.items()}
 
     def start(self) -> None:
         """Writes layout and geometry and records frame 0; call when initial conditions are set."""
@@ -128,8 +138,11 @@ class Recorder:
         self._shifted = np.flatnonzero((self._offsets != IDENTITY).any(axis=1))
         expected = round(self._duration / self._dt) // self._every + 1
         run = {"dt": self._dt, "every": self._every, "duration": self._duration, "n_frames": expected}
-        write_json(states / "layout.json", run | _layout(self._solver, self._bodies, self._link_bodies, self._offsets))
+        layout = run | _layout(self._scene, self._bodies, self._link_bodies, self._offsets)
         _write_geometry(self._solver, self._offsets, self._out / "geometry")
+        if self._soft is not None:
+            layout["deformables"] = self._soft.describe(self._out / "geometry")
+        write_json(states / "layout.json", layout)
         self._progress("simulate", 0.0, self._duration, force=True)
         self._watch_substeps()
         self._record(0.0)
@@ -145,24 +158,32 @@ class Recorder:
         """
         self._step = step
         self._contacts.end_step(step)
+        if self._soft is not None:
+            self._stop_at(self._soft.end_step(step * self._dt))
         if step % self._every == 0:
             self._record(step * self._dt)
             self._progress("simulate", step * self._dt, self._duration)
-        if len(self._frames) >= FRAMES_PER_CHUNK or time.monotonic() - self._flushed > SECONDS_PER_CHUNK:
+        if self._is_chunk_full() or time.monotonic() - self._flushed > SECONDS_PER_CHUNK:
             self._flush()
 
     def diverged(self, error: gs.GenesisException) -> Divergence | None:
         """Turns the solver's complaint about nan into a `Divergence`; None if `error` is about something else."""
-        if "'nan'" not in str(error) and "not finite" not in str(error):
+        if not any(word in str(error) for word in ("'nan'", "NaN detected", "not finite")):
             return None
         self._flush()
         t, frame = self._step * self._dt, {name: read() for name, read in self._reads.items()}
+        if self._soft is not None and (divergence := self._soft.check(t)) is not None:
+            return divergence
+        if not self._link_bodies:
+            return Divergence(self._soft.names[0], "solver", t, float("nan"))
         fastest = int(np.linalg.norm(_velocity_of_com(frame), axis=-1).argmax())
         return self._check(t, frame) or Divergence(self._link_bodies[fastest], "solver", t, float("nan"))
 
     def close(self, state: str) -> None:
         """Writes what is in hand; `state` says how the run ended, such as `finished` or `diverged`."""
         vars(self._solver).pop("substep", None)
+        if self._soft is not None:
+            self._soft.close()
         self._flush()
         self._progress("simulate", self._step * self._dt, self._duration, force=True, state=state)
 
@@ -175,17 +196,31 @@ class Recorder:
             self._contacts.gather(self._step + 1)
 
         self._solver.substep = watched
+        if self._soft is not None:
+            self._soft.watch_substeps()
 
     def _record(self, t: float) -> None:
         frame = {name: read() for name, read in self._reads.items()}
         # One reduction clears nearly every frame: neither nan nor a fast body passes it.
         if not np.dot(frame["dofs_velocity"], frame["dofs_velocity"]) <= self._speed_limit**2:
-            divergence = self._check(t, frame)
-            if divergence is not None:
-                self._flush()
-                raise divergence
+            self._stop_at(self._check(t, frame))
+        if self._soft is not None:
+            self._stop_at(self._soft.check(t))
+            frame |= self._soft.read()
         frame["time"] = t
         self._frames.append(frame)
+
+    def _stop_at(self, divergence: Divergence | None) -> None:
+        if divergence is not None:
+            self._flush()
+            raise divergence
+
+    def _is_chunk_full(self) -> bool:
+        frames = self._frames
+        if len(frames) < 2 or self._soft is None:
+            return len(frames) >= FRAMES_PER_CHUNK
+        bytes_per_frame = sum(array.nbytes for name, array in frames[0].items() if name != "time")
+        return len(frames) >= FRAMES_PER_CHUNK or len(frames) * bytes_per_frame > BYTES_PER_CHUNK
 
     def _check(self, t: float, frame: dict[str, np.ndarray]) -> Divergence | None:
         poses = np.concatenate([frame["links_pos"], frame["links_quat"]], axis=1)
@@ -213,7 +248,7 @@ class Recorder:
             chunk = {name: array if name == "time" else array.astype(np.float32) for name, array in chunk.items()}
         elif not len(contacts["contact_step"]):
             return
-        _write_npz(self._out / "states" / f"chunk_{self._chunk:05d}.npz", chunk | contacts)
+        write_npz(self._out / "states" / f"chunk_{self._chunk:05d}.npz", chunk | contacts)
         self._frames, self._chunk = [], self._chunk + 1
 
 
@@ -225,9 +260,9 @@ class _Contacts:
     """
 
     def __init__(self, solver):
-        self._n_links, self._collider, self._views = solver.n_links, solver.collider, None
+        self._n_links, self._collider, self._views = solver.n_links, solver.collider if solver.is_active else None, None
         self._steps, self._rows, self._sums, self._in_hand = [], [NO_CONTACTS], [], 0
-        if self._collider is not None and _in_place():
+        if self._collider is not None and in_place():
             state = self._collider.collider_state
             data = state.contact_data
             self._count = qd_to_numpy(state.n_contacts, copy=False)
@@ -300,13 +335,14 @@ class _Contacts:
         self._steps, self._rows, self._in_hand = [], [NO_CONTACTS], 0
 
 
-def _in_place() -> bool:
+def in_place() -> bool:
+    """Whether fields of the engine can be looked at where they are."""
     return gs.use_zerocopy and gs.backend == gs.cpu
 
 
 def _reader(field):
     """Returns a function that copies a field of the solver's only environment, in under a microsecond on the CPU."""
-    if _in_place():
+    if in_place():
         return qd_to_numpy(field, transpose=True, copy=False)[0].copy
     return lambda: qd_to_numpy(field, transpose=True, copy=True)[0]
 
@@ -321,6 +357,8 @@ def _velocity_of_com(frame: dict[str, np.ndarray]) -> np.ndarray:
 
 def _link_offsets(solver) -> np.ndarray:
     """Pose of the solver's frame of each link within the authored frame, shape (L, 7): position and quaternion."""
+    if not solver.is_active:
+        return np.zeros((0, 7))
     own_pos, own_quat, pos, quat = (
         get(relative=relative).cpu().numpy().astype(float)
         for relative in (False, True)
@@ -331,8 +369,13 @@ def _link_offsets(solver) -> np.ndarray:
     return offsets
 
 
-def _layout(solver, bodies: dict, link_bodies: list[str], offsets: np.ndarray) -> dict:
+def _layout(scene, bodies: dict, link_bodies: list[str], offsets: np.ndarray) -> dict:
     """Describes the columns of the states: links in order with their inertia, joints with their slices."""
+    solver = scene.rigid_solver
+    engine = {"name": "genesis", "version": gs.__version__, "dtype": np.dtype(gs.np_float).name}
+    if not solver.is_active:
+        gravity = [float(x) for x in scene.sim.options.gravity]
+        return {"engine": engine, "gravity": gravity, "links": [], "joints": []}
     mass, com, inertia = (
         tensor.cpu().numpy().astype(float)
         for tensor in (solver.get_links_mass(), solver.get_links_COM(), solver.get_links_inertia())
@@ -368,7 +411,6 @@ def _layout(solver, bodies: dict, link_bodies: list[str], offsets: np.ndarray) -
         for joint in entity.joints
     ]
     gravity = solver.get_gravity().cpu().numpy().astype(float).reshape(3).tolist()
-    engine = {"name": "genesis", "version": gs.__version__, "dtype": np.dtype(gs.np_float).name}
     return {"engine": engine, "gravity": gravity, "links": links, "joints": joints}
 
 
@@ -380,37 +422,14 @@ def _write_geometry(solver, offsets: np.ndarray, folder: Path) -> None:
         pos, quat = offsets[link.idx, :3], offsets[link.idx, 3:]
         index[link.idx] = [
             {
-                "mesh": _write_mesh(folder, vgeom.vmesh),
+                "mesh": write_mesh(folder, vgeom.vmesh),
                 "pos": (pos + _rotate(quat, np.asarray(vgeom.init_pos, float))).tolist(),
                 "quat": _multiply(quat, np.asarray(vgeom.init_quat, float)).tolist(),
-                **_write_paint(folder, vgeom.surface.get_rgba()),
+                **write_paint(folder, vgeom.surface.get_rgba()),
             }
             for vgeom in link.vgeoms
         ]
     write_json(folder / "index.json", index)
-
-
-def _write_mesh(folder: Path, mesh) -> str:
-    arrays = {"vertices": mesh.verts, "faces": mesh.faces, "normals": mesh.normals, "uvs": mesh.uvs}
-    arrays = {
-        name: np.asarray(array, np.int32 if name == "faces" else np.float32)
-        for name, array in arrays.items()
-        if array is not None
-    }
-    name = _digest(*(array for pair in arrays.items() for array in (pair[0].encode(), pair[1].tobytes()))) + ".npz"
-    if not (folder / name).exists():
-        _write_npz(folder / name, arrays)
-    return name
-
-
-def _write_paint(folder: Path, paint) -> dict:
-    if not isinstance(paint, gs.textures.ImageTexture):
-        return {"color": [float(x) for x in (*paint.color, 1.0)[:4]]}
-    from PIL import Image
-
-    name = _digest(paint.image_array.tobytes()) + ".png"
-    Image.fromarray(paint.image_array).save(folder / name)
-    return {"color": [1.0, 1.0, 1.0, 1.0], "texture": name}
 
 
 def _multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -424,27 +443,3 @@ def _rotate(quat: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """Turns vectors, shape (..., 3), by unit quaternions, shape (..., 4)."""
     twist = 2.0 * np.cross(quat[..., 1:], vector)
     return vector + quat[..., :1] * twist + np.cross(quat[..., 1:], twist)
-
-
-def _digest(*parts: bytes) -> str:
-    return hashlib.sha256(b"".join(parts)).hexdigest()[:16]
-
-
-def write_json(path: Path, value) -> None:
-    """Writes a value as strict JSON, in one motion."""
-    _replace(path, lambda file: file.write((json.dumps(value, indent=1, allow_nan=False) + "\n").encode()))
-
-
-def _write_npz(path: Path, arrays: dict[str, np.ndarray]) -> None:
-    """Writes arrays uncompressed; numpy dates every member 1980, so equal arrays make equal bytes."""
-    _replace(path, lambda file: np.savez(file, **arrays))
-
-
-def _replace(path: Path, write) -> None:
-    """Puts a file in place in one motion: a reader or a crash sees the old one or the new one, never a part."""
-    part = path.with_name(path.name + ".part")
-    with part.open("wb") as file:
-        write(file)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(part, path)

@@ -89,6 +89,100 @@ def test_what_a_motor_has_to_hold(assets: Path, case: str, says: str) -> None:
     assert all(says in problem.message for problem in found)
 
 
+CRANE = """
+scene: {{duration: 4}}
+bodies:
+  hook:
+    kind: rigid
+    shape: {{kind: box, size: [0.1, 0.1, 0.1]}}
+    material: {{mass: 1}}
+    pose: {{pos: [0, 0, 1]}}
+    mount: {{kind: slider, axis: z, actuator: {{{motor}}}}}
+  crate: {{kind: rigid, shape: {{kind: box, size: [0.3, 0.3, 0.3]}}, material: {{mass: 20}}, pose: {{pos: [0, 0, {height}]}}}}
+  lid: {{kind: rigid, shape: {{kind: box, size: [0.3, 0.3, 0.1]}}, material: {{mass: 5}}, pose: {{pos: [0, 0, 0.35]}}}}
+actions:
+  controls:
+    hoist: {{kind: drive, joint: hook, {target}}}
+    grab: {{kind: attach, body: {body}, to: hook, at: {at}}}
+    {more}
+"""
+SERVO, RAMP = (
+    "stiffness: 50000, damping: 2000, max_force: {}",
+    "position: {{kind: ramp, from: 0, to: {}, start: 1, end: 3}}",
+)
+
+
+def crane(
+    force: float, *, to: float = 0.5, at: float = 0.5, more: str = "", body: str = "crate", height: float = 0.15
+) -> str:
+    return CRANE.format(motor=SERVO.format(force), target=RAMP.format(to), at=at, more=more, body=body, height=height)
+
+
+@pytest.mark.parametrize(
+    ("case", "says"),
+    [
+        # 9.81 x 21 kg = 206 N; the hook alone takes 9.81 N.
+        (crane(150), "with `crate`, which `grab` attaches at 0.5 s, (21 kg) takes 206 N"),
+        (crane(230), ""),
+        (crane(150, body="hook").replace("to: hook", "to: crate"), "takes 206 N"),
+        # What is welded to the crate is lifted with it.
+        (crane(230, more="join: {kind: attach, body: lid, to: crate}"), "(26 kg) takes 255 N"),
+        (crane(230, more="join: {kind: attach, body: lid, to: crate, at: 0.2}"), "(26 kg) takes 255 N"),
+        (crane(230, more="join: {kind: attach, body: lid, to: crate, at: 2}"), ""),
+        # The ground carries what is not lifted, and what is let go before.
+        (crane(150, to=-0.2), ""),
+        (crane(150, to=0), ""),
+        (crane(150, more="drop: {kind: release, attach: grab, at: 0.9}"), ""),
+        (crane(150, more="drop: {kind: release, attach: grab, at: 2}"), "takes 206 N"),
+        (crane(150, at=3.5), ""),
+        # A velocity motor gives its damping times the speed: 0.2 m/s x 500.
+        (
+            CRANE.format(motor="damping: 500", target="velocity: 0.2", at=1, more="", body="crate", height=0.15),
+            "stalls at 100 N",
+        ),
+        (CRANE.format(motor="damping: 2000", target="velocity: 0.2", at=1, more="", body="crate", height=0.15), ""),
+        (CRANE.format(motor="damping: 500", target="velocity: -0.2", at=1, more="", body="crate", height=0.15), ""),
+    ],
+)
+def test_a_load_that_is_attached_later(assets: Path, case: str, says: str) -> None:
+    found = findings(assets, "weak-motor", case)
+    assert bool(found) == bool(says), found
+    assert all(says in problem.message for problem in found)
+
+
+def gripping(force: float, swing: str, at: float = 1.5) -> str:
+    """An arm of 0.8 m whose load of 3 kg is 0.86 m from its hinge, or beside it at another angle."""
+    return arm(upper=force, position=swing, control=f"grip: {{kind: attach, body: load, to: arm.lower, at: {at}}}")
+
+
+@pytest.mark.parametrize(
+    ("case", "says"),
+    [
+        # Lifted from the horizontal: 9.81 x (1 + 3 x 0.86) = 35.1 N m.
+        (gripping(30, "{kind: ramp, from: 0, to: -1, start: 2, end: 3}"), "takes 35.1 N m at 0 rad"),
+        (gripping(40, "{kind: ramp, from: 0, to: -1, start: 2, end: 3}"), ""),
+        # Let down, it need not be lifted.
+        (gripping(30, "{kind: ramp, from: 0, to: 1, start: 2, end: 3}"), ""),
+        # The arm comes up from below to fetch it, and lowers it again.
+        (gripping(30, "{kind: ramp, from: 1, to: 0, start: 0, end: 1}"), ""),
+    ],
+)
+def test_a_load_on_an_arm_is_lifted(assets: Path, case: str, says: str) -> None:
+    found = findings(assets, "weak-motor", case)
+    assert bool(found) == bool(says), found
+    assert all(says in problem.message for problem in found)
+
+
+def test_one_of_many_that_is_loaded(assets: Path) -> None:
+    case = (
+        crane(150)
+        .replace("mount: {", "repeat: {kind: line, count: 3, step: [2, 0, 0]}\n    mount: {")
+        .replace("joint: hook", "joint: 'hook[*]'")
+    )
+    (found,) = findings(assets, "weak-motor", case.replace("to: hook", "to: 'hook[1]'"))
+    assert "`hook[1]`" in found.message
+
+
 def test_a_weak_motor_is_blamed_where_the_number_stands(assets: Path) -> None:
     (found,) = findings(assets, "weak-motor", lift(motor="stiffness: 8000, damping: 300, max_force: 35"))
     assert found.path == "/bodies/lift/mount/actuator/max_force"

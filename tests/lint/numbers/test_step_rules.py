@@ -101,7 +101,6 @@ def test_pushes_out_of_proportion(assets: Path, act: str, severity: str) -> None
         ("[0.101, 0.109]", "no time step begins within"),
         ("[0.1, 0.105]", ""),
         ("[0.095, 0.105]", ""),
-        ("[0.5, 0.5]", "acts as one blow"),
         ("[0, 1]", ""),
     ],
 )

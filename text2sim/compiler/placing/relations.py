@@ -5,6 +5,7 @@ origin of a body (the middle of a pattern) goes; without it the middles of the t
 brought over each other.
 """
 
+import math
 from collections.abc import Callable
 
 from text2sim.compiler.placing.around import surround
@@ -20,6 +21,10 @@ from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.regions import BodyRegion
 
 _DOWN = (0.0, 0.0, -1.0)
+_ROUND = 16
+"""Level directions in which walls are looked for."""
+_LIFT = 1e-5
+"""Height [m] above the floor at which walls are looked for."""
 
 Height = Callable[[Place, Group, Group, float, float], float]
 """Shift in z [m] of a subject that is shifted by so much in x and y."""
@@ -192,6 +197,26 @@ def _below(place: Place, subject: Group, target: Group, x: float, y: float) -> f
     return min(heights)
 
 
+def _walled(subject: Group, target: Group, there: Vec) -> bool:
+    """Whether walls stand round a subject on more than half of its sides: on those it cannot leave on the level.
+
+    A lone wall, as long as it may be, is on half of them at most.
+    """
+    movers, others = Group(subject.members[:1], subject.sizes).solids(), target.solids()
+    x, y, z = there
+    start = (x, y, z + _LIFT)
+    blocked = 0
+    for k in range(_ROUND):
+        if blocked + _ROUND - k <= _ROUND / 2:
+            return False
+        # Sides that lie far from each other come first, so that it is soon known.
+        angle = 2 * math.pi * (k * 5 % _ROUND + 0.5) / _ROUND
+        blocked += sweep(movers, others, (math.cos(angle), math.sin(angle), 0.0), start=start) is not None
+        if blocked > _ROUND / 2:
+            return True
+    return False
+
+
 def _inside(place: Place, subject: Group, target: Group, x: float, y: float) -> float:
     """Let the subject fall: from the middle of the target if it is free there, otherwise through its top.
 
@@ -210,7 +235,11 @@ def _inside(place: Place, subject: Group, target: Group, x: float, y: float) -> 
         if z is None:
             # Nothing holds it from below: an open tube stands on something.
             z = bottom[2] - low[2]
-        z += place.clearance
-        if low[2] + z < top[2] - 1e-6:
-            return z
+        if low[2] + z + place.clearance < top[2] - 1e-6:
+            if not _walled(subject, target, (x, y, z)):
+                raise PlaceError(
+                    f"`{place.target}` has no inside there: nothing is round it; the others are on, below, beside, …",
+                    "inside",
+                )
+            return z + place.clearance
     raise PlaceError(f"it does not fit into `{place.target}` there", _blamed(place))

@@ -38,6 +38,8 @@ def spread(repeat: Repeat, spots: Sequence[Spot], sizes: Sizes) -> list[Spot]:
     if isinstance(repeat, RunningBond):
         return _bonded(repeat, spots)
     start = repeat.start if isinstance(repeat, Line) else None
+    if start is not None and any(any(spot.pos) for spot in spots):
+        raise PatternError("a line with a `start` begins there; leave out `start` or `pos`", "pose", "pos")
     starts = again(start) if start is not None else (spot.pos for spot in spots)
     return [
         spot._replace(pos=_plus(base, slot.offset), quat=_turned(slot.turn, spot.quat))

@@ -65,7 +65,7 @@ def pieces(shape: Any, folder: Path) -> list[Piece]:
     Raises:
         AssetError: if a mesh file cannot be used.
     """
-    key = _key(shape, folder)
+    key = key_of(shape, folder)
     found = _KNOWN.get(key)
     if found is None:
         if len(_KNOWN) >= _MEMORY:
@@ -74,7 +74,7 @@ def pieces(shape: Any, folder: Path) -> list[Piece]:
     return list(found)
 
 
-def _key(shape: Any, folder: Path) -> Any:
+def key_of(shape: Any, folder: Path) -> Any:
     """What two shapes with the same pieces have in common; meshes are known by their content."""
     if isinstance(shape, Compound):
         files = [part.shape.file for part in shape.parts.values() if isinstance(part.shape, Mesh)]
@@ -169,7 +169,7 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
         ]
     if not isinstance(shape, Drawn):
         return None
-    key = _key(shape, folder)
+    key = key_of(shape, folder)
     if key not in _DRAWN:
         if len(_DRAWN) >= _MEMORY:
             _DRAWN.clear()

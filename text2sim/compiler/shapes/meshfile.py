@@ -53,25 +53,41 @@ def mesh_path(file: str, folder: Path) -> tuple[Path, Path]:
     Raises:
         AssetError: if it leaves that folder, does not exist, is too large or of a kind that is not read.
     """
+    return case_path(file, folder, "mesh", SUFFIXES, MAX_BYTES)
+
+
+def case_path(file: str, folder: Path, what: str, suffixes: tuple[str, ...], most: int) -> tuple[Path, Path]:
+    """Return the path of a file that a case names, and the folder that it and all that it refers to must lie in.
+
+    Args:
+        file: Path inside the case's folder, or `genesis:` and a path inside the engine's assets.
+        folder: The case's folder.
+        what: What the file is, for messages.
+        suffixes: What it may end in.
+        most: How many bytes it may have.
+
+    Raises:
+        AssetError: if it leaves that folder, does not exist, is too large or of a kind that is not read.
+    """
     try:
         shelf = shelf_of(folder, file)
     except AssetError as error:
-        raise AssetError(f"mesh file `{file[:80]}` {error}") from None
+        raise AssetError(f"{what} file `{file[:80]}` {error}") from None
     root = shelf.root
     try:
         path = (root / shelf.file).resolve()
         path.is_file()
     except (OSError, RuntimeError, ValueError) as error:  # a name too long, links in a circle
-        raise AssetError(f"mesh file `{file[:80]}` cannot be read ({type(error).__name__})") from None
+        raise AssetError(f"{what} file `{file[:80]}` cannot be read ({type(error).__name__})") from None
     if not path.is_relative_to(root):
-        raise AssetError(f"mesh file `{file}` is outside {shelf.name}")
-    if path.suffix.lower() not in SUFFIXES:
-        raise AssetError(f"mesh file `{file}` must end in one of {', '.join(SUFFIXES)}")
+        raise AssetError(f"{what} file `{file}` is outside {shelf.name}")
+    if path.suffix.lower() not in suffixes:
+        raise AssetError(f"{what} file `{file}` must end in one of {', '.join(suffixes)}")
     if not path.is_file():
-        raise AssetError(f"mesh file `{file}` does not exist in {shelf.name}")
+        raise AssetError(f"{what} file `{file}` does not exist in {shelf.name}")
     size = path.stat().st_size
-    if size > MAX_BYTES:
-        raise AssetError(f"mesh file `{file}` is too large ({size / 2**20:.0f} MiB; at most {MAX_BYTES // 2**20} MiB)")
+    if size > most:
+        raise AssetError(f"{what} file `{file}` is too large ({size / 2**20:.0f} MiB; at most {most // 2**20} MiB)")
     return path, root
 
 

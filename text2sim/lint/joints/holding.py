@@ -11,6 +11,7 @@ from math import inf, pi
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span
+from text2sim.lint.joints.loads import Lift, lifts
 from text2sim.lint.joints.motors import Powered, amount, at_least, one_each, powered
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
@@ -51,9 +52,12 @@ def _weak(facts: Facts) -> Iterator[Problem]:
             if problem is not None:
                 yield problem
                 break
+        else:
+            heavy = (_sinks(facts, lift.motor, lift.span, lift) for lift in lifts(motor))
+            yield from (problem for problem in [next(filter(None, heavy), None)] if problem is not None)
 
 
-def _sinks(facts: Facts, motor: Powered, span: Span) -> Problem | None:
+def _sinks(facts: Facts, motor: Powered, span: Span, lift: Lift | None = None) -> Problem | None:
     swing = motor.swing
     fastest = max(map(abs, span.extremes()))
     most, key = motor.limit, "max_force"
@@ -73,9 +77,10 @@ def _sinks(facts: Facts, motor: Powered, span: Span) -> Problem | None:
     if key == "damping":
         way = f"damping of {at_least(1.2 * needed / fastest)}"
         says = f"with damping {motor.damping:g} its motor stalls at {amount(most, force)}"
+    load = "" if lift is None else f" with `{lift.load}`, which `{lift.control}` attaches at {lift.at:g} s,"
     text = (
-        f"to hold what `{motor.label}` carries ({swing.mass:.3g} kg) takes {amount(needed, force)}{at}, and {says}: it "
-        f"will sink; give the motor a {way} or more, or it a lighter load"
+        f"to hold what `{motor.label}` carries{load} ({swing.mass:.3g} kg) takes {amount(needed, force)}{at}, and "
+        f"{says}: it will sink; give the motor a {way} or more, or it a lighter load"
     )
     return facts.problem("weak-motor", motor.where(key), text)
 
@@ -129,7 +134,8 @@ RULES = (
         reason="""\
 A motor gives no more than `max_force`, and a velocity motor that stands still no more than its damping times the speed
 that is asked for. Gravity's torque about a hinge is `axis . (r x m g)` of everything beyond the joint, what is welded
-to it included, at its worst within the driven range; along a slider it is `axis . m g`. Where that is more than the
+to it included, at its worst within the driven range; along a slider it is `axis . m g`. What is attached later counts
+from then on, if the joint is told to lift it. Where that is more than the
 motor gives, less the dry friction of the joint, the joint sinks instead of following. A force that is smaller than the
 dry friction moves nothing, either.""",
         way_out="Raise `max_force` (or the `damping` of a velocity motor) to the value in the message, or carry less.",

@@ -82,6 +82,11 @@ class Mechanics:
         self.lump(copy)
         return self._links[copy.name].totals
 
+    def beyond(self, swing: Swing) -> set[str]:
+        """Names of all links that a joint carries."""
+        links = self._links[swing.copy.name]
+        return links.beyond(links.of_joint[swing.name].link.name)
+
     @cached_property
     def _rho(self) -> dict[str, float | None]:
         return {entity.name: entity.rho for group in self.facts.plan.bodies for entity in group.entities}
@@ -111,6 +116,11 @@ class Mechanics:
                 closed |= {name for name, _ in held_ends}
         return carried, closed
 
+    @cached_property
+    def _loaded(self) -> set[str]:
+        """Copies to which something is welded later: see `loads`."""
+        return {name for weld in self.facts.rows.welds if weld.at > 0.0 for name in (weld.a, weld.b)}
+
     def _held(self, name: str) -> bool:
         return not self.facts.free(self.facts.copies[name])
 
@@ -118,7 +128,7 @@ class Mechanics:
         """A copy that hangs in the same way, with the same things on it; the copy itself if there is none."""
         if copy.name not in self._twins:
             carried, closed = self._carried
-            alone = copy.name not in closed and not any(name == copy.name for name, _ in carried)
+            alone = copy.name not in closed | self._loaded and not any(name == copy.name for name, _ in carried)
             first = self._firsts.setdefault(copy.body, copy) if alone else copy
             same = first is copy or (first.quat == copy.quat and self._alike(first, copy))
             if not same:

@@ -8,8 +8,6 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.models.bodies import Articulated
-from text2sim.spec_schema.text.document import Path
 
 SAG = 0.11
 """Depth [m] to which a sphere sinks into what it rests on, over gravity [m/s2] and the timeconst [s] squared. Measured:
@@ -22,21 +20,19 @@ WALL = 0.1
 """The same as `SUNK` for the contacts' softness: the wall of a glass may give way by a tenth of a millimetre."""
 UNBUILT = 2e-5
 """Sizes [m] with which the engine failed: at 1 um it does not build, at 10 um bodies fall through the floor."""
-LARGE, VAST = 1e3, 1e6
-"""Sizes [m] that are rather a slip in the unit, and at which single precision resolves 6 cm."""
+LARGE, VAST = 50.0, 1e6
+"""Sizes [m] of bodies that are rather millimetres, and at which single precision resolves 6 cm."""
+GROUND, THICK, GIANT = 1e5, 10.0, 1000.0
+"""Sizes [m] from which any static is too large, from which on one is more than a floor or a wall, and how many times
+larger than everything that moves it then may be."""
 HEAVY = 1.4e-11
 """Depth [m] to which a body sinks per kilogram, beyond any stiffness: the solver's inverse masses end at 1e-7.
 Measured: a box of 1e8 kg sinks 1.4 mm, one of 1e11 kg falls through."""
 ROUNDING = 1.2e-7
 """Relative spacing of numbers in single precision."""
-DENSITIES = (0.05, 30_000.0)
-"""Densities [kg/m3] of matter: from the lightest foams to osmium (22,600), with some room."""
-PACKED = 1e5
-"""Density [kg/m3] above which a `mass` is no longer that of a small body that stands for a heavy one."""
-UNITS = ((0.001, "millimetres"), (0.01, "centimetres"), (0.0254, "inches"))
 
 
-def _kinds(facts: Facts, name: str) -> Iterator[Copy]:
+def kinds_of(facts: Facts, name: str) -> Iterator[Copy]:
     """Yield one copy of each different shape of a body or static."""
     seen = set()
     for copy in facts.placed[name]:
@@ -50,7 +46,7 @@ def _too_small(facts: Facts) -> Iterator[Problem]:
     settings, scene = facts.settings, facts.case.scene
     sag = SAG * math.hypot(*scene.gravity) * (settings.bounce_time or settings.timeconst) ** 2
     for name in facts.case.bodies:
-        thin = min((facts.thinnest(copy) for copy in _kinds(facts, name) if facts.free(copy)), default=math.inf)
+        thin = min((facts.thinnest(copy) for copy in kinds_of(facts, name) if facts.free(copy)), default=math.inf)
         if thin < UNBUILT:
             text = (
                 f"`{name}` has a piece of {length(thin)}: the engine fails with sizes below 0.02 mm; was it meant in "
@@ -79,115 +75,43 @@ def _rounded_down(value: float) -> float:
 
 
 def _too_large(facts: Facts) -> Iterator[Problem]:
+    sizes = {name: max(map(max, _sizes(facts, name)), default=0.0) for name in facts.case.bodies}
+    largest = max(sizes.values(), default=0.0)
     for name in (*facts.case.scene.statics, *facts.case.bodies):
         static = name in facts.case.scene.statics
-        for copy in _kinds(facts, name):
-            box = facts.box(copy)
-            size = 0.0 if box is None else max(high - low for low, high in zip(*box, strict=True))
-            if size <= (VAST / 10 if static else LARGE):
+        for copy, sides in zip(kinds_of(facts, name), _sizes(facts, name), strict=True):
+            size = max(sides)
+            giant = min(sides) > THICK and size > max(LARGE, GIANT * largest) and bool(sizes)
+            if size <= LARGE or (static and size <= GROUND and not giant):
                 continue
-            text = f"`{name}` is {length(size)} large{_unit(copy, size)}; was it meant in metres?"
+            text = f"`{name}` is {length(size)} large{_unit(copy)}"
+            if static and giant:
+                text += f", and the largest that moves is {length(largest)}"
+            text += f"; was it meant in metres ({size:.4g} mm are {size / 1000:.4g} m)?"
             severity = "error" if size > VAST else None
             yield facts.problem("too-large", facts.said(name, "shape"), text, key=True, severity=severity)
             break
 
 
-def _unit(copy: Copy, size: float) -> str:
+def _sizes(facts: Facts, name: str) -> list[tuple[float, ...]]:
+    """Width, depth and height [m] of each different shape of a body or static; none for a plane."""
+    boxes = [facts.box(copy) for copy in kinds_of(facts, name)]
+    return [(0.0,) if box is None else tuple(high - low for low, high in zip(*box, strict=True)) for box in boxes]
+
+
+def _unit(copy: Copy) -> str:
     """What the unit of a mesh may have been."""
     shape = copy.shape
     if getattr(shape, "kind", None) != "mesh" or shape.scale != 1.0:
         return ""
-    factor, unit = UNITS[0] if size > 50 else UNITS[1]
-    return f" (`scale: {factor:g}` if the file is in {unit})"
-
-
-def _density(facts: Facts) -> Iterator[Problem]:
-    yield from _mass(facts)
-    yield from _link_masses(facts)
-    low, high = DENSITIES
-    for where, density in _densities(facts.raw(("bodies",)), ("bodies",)):
-        if not low <= density <= high:
-            known = "the lightest foams have 1" if density < low else "osmium, the densest, has 22,600"
-            text = f"a density of {density:g} kg/m3 is that of no material ({known}); water has 1000, steel 7800"
-            yield facts.problem("implausible-density", where, text)
-
-
-def _mass(facts: Facts) -> Iterator[Problem]:
-    """What a `mass` comes to, over the volume of the shape: a body in grams is a thousand times too dense."""
-    low, high = DENSITIES[0], PACKED
-    for name, body in facts.case.bodies.items():
-        mass = getattr(getattr(body, "material", None), "mass", None)
-        if mass is None or body.kind != "rigid":
-            continue
-        for copy in _kinds(facts, name):
-            volume = sum(part.piece.volume() for part in facts.parts(copy))
-            if volume <= 0.0 or low <= mass / volume <= high:
-                continue
-            density = mass / volume
-            text = (
-                f"{mass:g} kg in the {_litres(volume)} of `{copy.name}` are {_round(density)} kg/m3, a density of no "
-                "material (steel has 7800); masses are in kilograms, lengths in metres"
-            )
-            if density > high and low <= density / 1000 <= DENSITIES[1]:
-                text += f": {mass:g} g are {mass / 1000:g} kg"
-            yield facts.problem("implausible-density", _mass_of(facts, name), text)
-            break
-
-
-def _link_masses(facts: Facts) -> Iterator[Problem]:
-    low, high = DENSITIES[0], PACKED
-    for name, body in facts.case.bodies.items():
-        links = body.links if isinstance(body, Articulated) else None
-        tree = facts.tree(facts.placed[name][0])
-        if links is None or tree is None:
-            continue
-        for link in tree.links():
-            material = links[link.name].material
-            volume = sum(geom.piece.volume() for geom in link.geoms)
-            where = facts.where(name, "links", link.name, "material", "mass")
-            if material is None or material.mass is None or volume <= 0.0 or facts.raw(where) is None:
-                continue
-            if not low <= material.mass / volume <= high:
-                text = (
-                    f"{material.mass:g} kg in the {_litres(volume)} of `{name}.{link.name}` are "
-                    f"{_round(material.mass / volume)} kg/m3, a density of no material (steel has 7800); masses are in "
-                    "kilograms, lengths in metres"
-                )
-                yield facts.problem("implausible-density", where, text)
-
-
-def _mass_of(facts: Facts, name: str) -> Path:
-    """Path of the mass of a body, or of the body where a prefab says it."""
-    where = facts.where(name, "material", "mass")
-    return where if facts.raw(where) is not None else facts.where(name)
-
-
-def _round(value: float) -> str:
-    """A number with three digits, and never with an exponent below a million million."""
-    return f"{float(f'{value:.3g}'):,.0f}" if 1e3 <= value < 1e12 else f"{value:.3g}"
-
-
-def _litres(volume: float) -> str:
-    """A volume [m3] in words."""
-    if volume >= 1.0:
-        return f"{volume:.3g} m3"
-    return f"{volume * 1e3:.3g} l" if volume >= 1e-4 else f"{volume * 1e6:.3g} cm3"
-
-
-def _densities(value: object, where: Path) -> Iterator[tuple[Path, float]]:
-    if isinstance(value, dict):
-        for key, item in value.items():
-            if key == "density" and isinstance(item, int | float):
-                yield (*where, key), item
-            else:
-                yield from _densities(item, (*where, key))
+    return " (`scale: 0.001` if the file is in millimetres)"
 
 
 def _too_heavy(facts: Facts) -> Iterator[Problem]:
     if not any(facts.case.scene.gravity):
         return
     for name in facts.case.bodies:
-        for copy in _kinds(facts, name):
+        for copy in kinds_of(facts, name):
             mass, thin = facts.masses.get(copy.name, 0.0), facts.thinnest(copy)
             if HEAVY * mass <= SUNK * thin:
                 continue
@@ -254,9 +178,11 @@ bodies:
         severity="warning",
         title="A body is so large that its unit is rather a slip.",
         reason=f"""\
-Lengths are metres, and mesh files often are not. Bodies of more than {LARGE:g} m are reported (what never moves, from
-{VAST / 10:g} m on); from {VAST:g} m on it is an error: single precision resolves 6 cm there.""",
-        way_out="Give a mesh its `scale`: 0.001 for a file in millimetres.",
+Lengths are metres, and drawings and mesh files often are not. Bodies of more than {LARGE:g} m are reported: a brick of
+240 x 115 x 71 is one in millimetres, and falls for minutes. What never moves is reported from {GROUND:g} m on, or if it
+is {THICK:g} m thick and {GIANT:g} times as large as all that moves. From {VAST:g} m on it is an error: single precision
+resolves 6 cm there.""",
+        way_out="Divide millimetres by 1000; give a mesh its `scale`: 0.001 for a file in millimetres.",
         example="""\
 bodies:
   crate: {kind: rigid, shape: {kind: box, size: [1200, 800, 800]}, place: {on: floor}}
@@ -266,25 +192,6 @@ bodies:
   crate: {kind: rigid, shape: {kind: box, size: [1.2, 0.8, 0.8]}, place: {on: floor}}
 """,
         run=_too_large,
-    ),
-    Rule(
-        id="implausible-density",
-        severity="warning",
-        title="A density is that of no material.",
-        reason=f"""\
-Densities are in kg/m3: water has 1000. Below {DENSITIES[0]:g} and above {DENSITIES[1]:g} there is no matter; 7.8 for
-steel is a value in g/cm3, which no check can tell from foam. A `mass` is divided by the volume of the shape, and may be
-that of {PACKED:g} kg/m3: a small body often stands for a heavy one.""",
-        way_out="Multiply a density in g/cm3 by 1000; give a `mass` where that is what counts.",
-        example="""\
-bodies:
-  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {density: 7.8e+6}, place: {on: floor}}
-""",
-        mended="""\
-bodies:
-  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {density: 7800}, place: {on: floor}}
-""",
-        run=_density,
     ),
     Rule(
         id="too-heavy",

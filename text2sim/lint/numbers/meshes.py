@@ -39,7 +39,8 @@ def _uses(facts: Facts) -> Iterator[_Use]:
                 own = model.payload.material.mass is None
                 yield from _meshes(model.payload.shape, (*where, "payload", "shape"), own)
         elif (shape := getattr(model, "shape", None)) is not None:
-            yield from _meshes(shape, (*where, "shape"), facts.moves(copy) and model.material.mass is None)
+            own = facts.moves(copy) and getattr(model.material, "mass", None) is None and facts.mount(copy) != "soft"
+            yield from _meshes(shape, (*where, "shape"), own)
 
 
 def _meshes(shape: Any, where: Path, weighs: bool) -> Iterator[_Use]:

@@ -106,11 +106,6 @@ def _unfelt(facts: Facts) -> Iterator[Problem]:
             continue
         start, end = control.during
         where = ("actions", "controls", name, "during")
-        if start == end:
-            unit = "N s" if isinstance(control, Force) else "N m s"
-            text = f"a span without length: it acts as one blow, in {unit}; give it an end, or say `kind: impulse`"
-            yield facts.problem("unfelt-push", where, text)
-            continue
         first = ceil((start - 1e-9) / dt)
         if end < FOREVER and first * dt + 1e-9 >= end:
             text = (
@@ -182,8 +177,7 @@ more than its own length within a substep passes through things instead of hitti
         severity="warning",
         title="A force or torque acts in no time step.",
         reason="""\
-A force acts in every time step that begins within its span. Between two steps there is none, and a span without any
-length is taken for a blow.""",
+A force acts in every time step that begins within its span. Between two steps there is none.""",
         way_out="Make the span at least one `scene.dt` long, or give an `impulse`, which always takes one step.",
         example=_PUCK % ("force", "force: [1, 0, 0], during: [0.103, 0.107]"),
         mended=_PUCK % ("force", "force: [1, 0, 0], during: [0.1, 0.15]"),

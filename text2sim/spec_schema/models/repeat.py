@@ -21,7 +21,7 @@ class Line(Model):
     step: Vec3
     """From one copy to the next [m]."""
     start: Vec3 | None = None
-    """Position [m] of the first copy, instead of the body's pose."""
+    """Position [m] of the first copy, instead of `pos` in the body's pose, whose orientation holds."""
 
 
 class Grid(Model):

@@ -41,6 +41,10 @@ def check_controls(cast: Cast) -> None:
             if start >= duration:
                 message = f"comes when the run is over ({duration:g} s)"
                 cast.report((*where, field), message, "after-end", severity="warning")
+        if during is not None and during[0] == during[1]:
+            blow = "; a blow is `kind: impulse`, in N s" if isinstance(control, Force) else ""
+            message = f"a span from {during[0]:g} s to the same time holds no time step; let it end later{blow}"
+            cast.report((*where, "during"), message, "empty-span")
 
 
 def joint_of(cast: Cast, member: Member) -> Any:

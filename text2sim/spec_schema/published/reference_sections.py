@@ -122,7 +122,7 @@ In `pose` or `place`: one of the two. All places come from the true shapes, not 
 | `on: table` | let down until it touches; on its middle | x, y |
 | `above: table` | its lowest point over the other's highest | x, y |
 | `below: table` | its highest point under the other's lowest | x, y |
-| `inside: cup` | let down in the hollow until it touches | x, y |
+| `inside: cup` | let down in the hollow until it touches; walls must be round it | x, y |
 | `left_of`, `right_of` | its side against the other's side, along x | y, z |
 | `in_front_of`, `behind` | the same along y | x, z |
 | `beside: wall`, `direction: [1, 1, 0]` | the same along any level direction | z, and across |

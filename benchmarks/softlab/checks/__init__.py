@@ -1,0 +1,1 @@
+"""Equations that bodies which deform should obey: a module each, with `check(lab)`, which returns rows of the table."""

@@ -1,0 +1,119 @@
+"""Texts and sketches: their letters or pieces, where each stands, and what they are together."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from text2sim.compiler.shapes.lettering import letters
+from text2sim.compiler.shapes.sketching import strokes
+from text2sim.spec_schema.errors import AssetError
+from text2sim.spec_schema.models.shapes import Sketch, Text
+
+if TYPE_CHECKING:
+    from shapely import MultiPolygon, Polygon
+
+GLYPHS = ("text", "sketch")
+"""Kinds of shapes that are made of letters or pieces."""
+_MEMORY = 256
+_KNOWN: dict[Any, "tuple[Any, tuple[Glyph, ...]]"] = {}
+
+
+@dataclass(frozen=True, eq=False)
+class Glyph:
+    """A letter of a text, or a connected piece of a sketch."""
+
+    form: "Polygon | MultiPolygon"
+    """In x and z [m], about the middle of its own bounds."""
+    offset: tuple[float, float]
+    """Where that middle is in the whole [m], x and z."""
+    row: int
+    """From the top."""
+    column: int
+    """In its row, from the left."""
+
+
+def glyph_parts(shape: Text | Sketch, folder: Path) -> list[Glyph]:
+    """Return all letters of a text, blanks left out, or all pieces of a sketch, in reading order.
+
+    What the shape's `part` says makes no difference.
+
+    Raises:
+        AssetError: if the font or picture cannot be used, or there is nothing in it.
+    """
+    found = letters(shape.text, shape.font, folder) if isinstance(shape, Text) else strokes(shape.file, folder)
+    key = (shape.kind, float(shape.height), tuple(map(id, found)))
+    known = _KNOWN.get(key)
+    if known is None:
+        if len(_KNOWN) >= _MEMORY:
+            _KNOWN.clear()
+        # Letters are kept beside what is made of them, so that their ids stay their own.
+        known = _KNOWN[key] = (found, _scaled(found, shape.height))
+    return list(known[1])
+
+
+def _scaled(found: Any, height: float) -> tuple[Glyph, ...]:
+    from shapely.affinity import affine_transform
+
+    bounds = [one.form.bounds for one in found]
+    x = (min(b[0] for b in bounds) + max(b[2] for b in bounds)) / 2
+    z = (min(b[1] for b in bounds) + max(b[3] for b in bounds)) / 2
+    glyphs = []
+    for one, (x0, z0, x1, z1) in zip(found, bounds, strict=True):
+        u, v = (x0 + x1) / 2, (z0 + z1) / 2
+        form = affine_transform(one.form, [height, 0, 0, height, -u * height, -v * height])
+        glyphs.append(Glyph(form, ((u - x) * height, (v - z) * height), one.row, one.column))
+    return tuple(glyphs)
+
+
+def chosen(shape: Text | Sketch, folder: Path) -> list[Glyph]:
+    """Return the letters or pieces that a shape means: all, or its one `part`, about its own middle.
+
+    Raises:
+        AssetError: if there is no such part, or the font or picture cannot be used.
+    """
+    found = glyph_parts(shape, folder)
+    if shape.part is None:
+        return found
+    if shape.part >= len(found):
+        what = "letter" if shape.kind == "text" else "piece"
+        count = f"{len(found)} {what}s, 0 to {len(found) - 1}" if len(found) > 1 else f"one {what}, 0"
+        raise AssetError(f"the {shape.kind} has {count}; there is no part {shape.part}")
+    one = found[shape.part]
+    return [Glyph(one.form, (0.0, 0.0), one.row, one.column)]
+
+
+def whole(shape: Text | Sketch, folder: Path) -> "Polygon | MultiPolygon":
+    """Return what a shape covers in x and z [m], about its frame's origin.
+
+    Raises:
+        AssetError: if there is no such part, or the font or picture cannot be used.
+    """
+    return _together(tuple(chosen(shape, folder)))
+
+
+@lru_cache(maxsize=256)
+def _together(glyphs: tuple[Glyph, ...]) -> "Polygon | MultiPolygon":
+    from shapely import unary_union
+    from shapely.affinity import translate
+
+    from text2sim.compiler.shapes.lettering import areas
+
+    forms = [translate(one.form, *one.offset) if any(one.offset) else one.form for one in glyphs]
+    return forms[0] if len(forms) == 1 else areas(unary_union(forms))
+
+
+def stroke_width(form: "Polygon | MultiPolygon") -> float:
+    """Return the width [m] of the thinnest strokes of a form: where a wider brush would not reach a tenth of it.
+
+    Mean widths hide thin parts, and least ones are those of every pointed end.
+    """
+    low_x, low_z, high_x, high_z = form.bounds
+    low, high = 0.0, min(high_x - low_x, high_z - low_z)
+    for _ in range(12):
+        width = (low + high) / 2
+        brushed = form.buffer(-width / 2, join_style="mitre").buffer(width / 2 * (1 + 1e-9), join_style="mitre")
+        low, high = (width, high) if brushed.intersection(form).area >= 0.9 * form.area else (low, width)
+    return low
+
+

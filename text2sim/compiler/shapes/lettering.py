@@ -1,0 +1,208 @@
+"""Letters of a text as flat forms, from the outlines of a font."""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from text2sim.compiler.shapes.meshfile import case_path
+from text2sim.spec_schema.errors import AssetError
+
+if TYPE_CHECKING:
+    from shapely import MultiPolygon, Polygon
+
+SUFFIXES = (".ttf", ".otf")
+MAX_BYTES = 8 * 1024 * 1024
+"""Of a font. One with all of Chinese has more; then a subset of it will do."""
+MAX_POINTS = 4_000
+"""Points of the outline of a letter."""
+PATH_UNITS = 64
+"""The reader takes the font's units for 64ths of pixels, and gives outlines in pixels."""
+STEPS = 6
+"""Straight pieces of a curve."""
+LEADING = 1.5
+"""From one line to the next, in heights of a capital letter."""
+MODEL_LETTERS = "HEIZ"
+"""Flat capitals, whose height is that of the font's; a font without them is measured by its own letters."""
+
+
+@dataclass(frozen=True, eq=False)
+class Letter:
+    """A letter where it stands in its text."""
+
+    form: "Polygon | MultiPolygon"
+    """In x and z, in heights of a capital letter; the first line stands on z = 0."""
+    row: int
+    column: int
+
+
+def letters(text: str, font: str | None, folder: Path) -> "list[Letter]":
+    """Return the letters of a text, blanks left out; lines begin at x = 0, each below the one before.
+
+    Raises:
+        AssetError: if the font cannot be used, or lacks a letter, or there is nothing but blanks.
+    """
+    if font is None:
+        return list(_set(text, None, 0, 0))
+    path, _ = case_path(font, folder, "font", SUFFIXES, MAX_BYTES)
+    stat = path.stat()
+    try:
+        return list(_set(text, path, stat.st_mtime_ns, stat.st_size))
+    except AssetError as error:
+        raise AssetError(f"font file `{font}` {error}") from None
+
+
+@lru_cache(maxsize=64)
+def _set(text: str, path: Path | None, _mtime: int, _size: int) -> "tuple[Letter, ...]":
+    from shapely.affinity import affine_transform
+
+    face = _Face(path)
+    high = face.capital(text)
+    found, forms = [], {}
+    for row, line in enumerate(text.split("\n")):
+        pen, column, before = 0.0, 0, None
+        for sign in line.rstrip("\r"):
+            if sign == "\t":
+                pen += 4 * face.advance(" ")
+                continue
+            if sign not in forms:
+                forms[sign] = None if sign.isspace() else face.form(sign)
+            if before is not None:
+                pen += face.kerning(before, sign)
+            form = forms[sign]
+            if form is not None and not form.is_empty:
+                scale = 1 / high
+                moved = affine_transform(form, [scale, 0, 0, scale, pen * scale, -LEADING * row])
+                found.append(Letter(moved, row, column))
+                column += 1
+            pen += face.advance(sign)
+            before = sign
+    if not found:
+        raise AssetError("has no letter with an outline in it" if path is None else "has no outline for this text")
+    return tuple(found)
+
+
+class _Face:
+    """A font, read by FreeType, in units of its own."""
+
+    def __init__(self, path: Path | None) -> None:
+        try:
+            from matplotlib import ft2font, get_data_path
+        except ImportError as error:
+            raise AssetError(f"cannot be read: {error}") from None
+        self.flags = ft2font.LoadFlags.NO_SCALE | ft2font.LoadFlags.NO_HINTING | ft2font.LoadFlags.NO_BITMAP
+        self.unfitted = ft2font.Kerning.UNSCALED
+        file = path or Path(get_data_path()) / "fonts" / "ttf" / "DejaVuSans-Bold.ttf"
+        try:
+            self.font = ft2font.FT2Font(str(file))
+            scalable = self.font.scalable and self.font.units_per_EM > 0
+        except Exception as error:  # readers of foreign files fail in every way there is
+            raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
+        if not scalable:
+            raise AssetError("has no outlines, but pictures of letters: take one that can be scaled")
+        self._known: dict[str, Any] = {}
+
+    def advance(self, sign: str) -> float:
+        """From this letter to the next."""
+        return float(self._load(sign)[2])
+
+    def kerning(self, before: str, sign: str) -> float:
+        """How much nearer or farther two letters stand."""
+        return float(self.font.get_kerning(self._index(before), self._index(sign), self.unfitted))
+
+    def capital(self, text: str) -> float:
+        """Height of a capital letter."""
+        for sign in MODEL_LETTERS:
+            if self.font.get_char_index(ord(sign)):
+                form = self.form(sign)
+                if not form.is_empty:
+                    return form.bounds[3] - form.bounds[1]
+        heights = [form.bounds[3] for sign in text if not sign.isspace() and not (form := self.form(sign)).is_empty]
+        if not heights or max(heights) <= 0:
+            raise AssetError("has no letter with an outline in it")
+        return max(heights)
+
+    def _index(self, sign: str) -> int:
+        return self.font.get_char_index(ord(sign))
+
+    def _load(self, sign: str) -> Any:
+        if sign not in self._known:
+            if not self._index(sign) and not sign.isspace():
+                raise AssetError(f"has no letter `{sign}` (U+{ord(sign):04X}); take another font, or leave it out")
+            try:
+                glyph = self.font.load_char(ord(sign), flags=self.flags)
+                points, codes = self.font.get_path()
+                self._known[sign] = points * PATH_UNITS, codes, glyph.horiAdvance
+            except Exception as error:
+                raise AssetError(f"has a letter `{sign}` that cannot be read ({str(error)[:80]})") from error
+        return self._known[sign]
+
+    def form(self, sign: str) -> "Polygon | MultiPolygon":
+        """Return what a letter covers."""
+        points, codes, _ = self._load(sign)
+        if len(points) > MAX_POINTS:
+            raise AssetError(f"has a letter `{sign}` of {len(points)} points; at most {MAX_POINTS} are possible")
+        return filled(_contours(points.tolist(), codes.tolist()))
+
+
+def _contours(points: list[list[float]], codes: list[int]) -> list[list[tuple[float, float]]]:
+    """Return outlines as polygons. Codes are those of matplotlib: 1 begins, 2 draws a line, 3 and 4 draw curves."""
+    found: list[list[tuple[float, float]]] = []
+    k = 0
+    while k < len(points):
+        code = codes[k]
+        if code == 1:
+            found.append([_pair(points[k])])
+            k += 1
+        elif code in (2, 3, 4) and found:
+            count = code - 1
+            ends = [_pair(point) for point in points[k : k + count]]
+            found[-1] += ends if code == 2 else _curve([found[-1][-1], *ends])
+            k += count
+        else:
+            k += 1  # 79 closes an outline, which polygons are anyway
+    return found
+
+
+def _pair(point: list[float]) -> tuple[float, float]:
+    return (float(point[0]), float(point[1]))
+
+
+def _curve(control: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Points on a curve of Bézier, its beginning left out."""
+    n = len(control) - 1
+    found = []
+    for step in range(1, STEPS + 1):
+        t = step / STEPS
+        weights = [math.comb(n, k) * t**k * (1 - t) ** (n - k) for k in range(n + 1)]
+        found.append((
+            sum(w * x for w, (x, _) in zip(weights, control, strict=False)),
+            sum(w * y for w, (_, y) in zip(weights, control, strict=False)),
+        ))  # fmt: skip
+    return found
+
+
+def filled(contours: list[list[tuple[float, float]]]) -> "Polygon | MultiPolygon":
+    """Return what outlines cover: those that turn like the largest one fill, the others cut holes."""
+    from shapely import Polygon, make_valid, unary_union
+
+    rings = [(_signed(ring), ring) for ring in contours if len(ring) > 2]
+    if not rings:
+        return Polygon()
+    way = max(rings, key=lambda row: abs(row[0]))[0]
+    fills = [make_valid(Polygon(ring)) for area, ring in rings if area * way > 0]
+    holes = [make_valid(Polygon(ring)) for area, ring in rings if area * way < 0]
+    return areas(unary_union(fills).difference(unary_union(holes)))
+
+
+def areas(form: Any) -> "Polygon | MultiPolygon":
+    """Return what of a form has an area."""
+    from shapely import MultiPolygon, Polygon
+
+    parts = [part for part in getattr(form, "geoms", [form]) if isinstance(part, Polygon) and part.area > 0]
+    return parts[0] if len(parts) == 1 else MultiPolygon(parts)
+
+
+def _signed(ring: list[tuple[float, float]]) -> float:
+    return sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)) / 2

@@ -1,0 +1,216 @@
+"""Meshes from files in triangles of a wanted size: large ones are divided, small ones melted together."""
+
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from text2sim.compiler.shapes.meshfile import load_mesh, mesh_path, open_mesh, turn_upright
+from text2sim.spec_schema.errors import AssetError
+from text2sim.spec_schema.models.shapes import Mesh
+
+# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
+if TYPE_CHECKING:
+    import numpy as np
+
+LONG = 4 / 3
+"""Edges that are longer than this many wanted ones are divided: halves are then as near to the wanted length."""
+FINE = 0.6
+"""Triangles are melted together if their edges are shorter than this many wanted ones in the mean."""
+SHARP = 0.17
+"""Angle [rad], ten degrees: where tetgen begins to put many tetrahedra around a corner."""
+MANY = 8
+"""Times as many triangles as wanted, from which on most are taken away in a rough way first."""
+KEPT = 0.05
+"""Part of the volume that may be lost where triangles are melted together."""
+PASSES = 40
+CLOSED_BY = 1e-9
+"""Two places of a vertex in a picture that are nearer than this are one."""
+
+Surface = "tuple[np.ndarray, np.ndarray, np.ndarray | None, int]"
+
+
+def file_surface(
+    shape: Mesh, folder: Path, edge: float, *, coarsen: bool, most: int
+) -> "tuple[np.ndarray, np.ndarray, np.ndarray | None, int]":
+    """Return vertices [m], faces, places in the picture if there are any, and how many vertices lie on seams.
+
+    Args:
+        shape: The mesh.
+        folder: The case's folder.
+        edge: Wanted length [m].
+        coarsen: Whether small triangles are melted together.
+        most: How many triangles there may be.
+
+    Raises:
+        AssetError: if the file cannot be used, or there would be too many triangles.
+    """
+    import numpy as np
+
+    from text2sim.compiler.shapes.softmesh import refuse_many
+
+    mesh = load_mesh(shape.file, folder)
+    vertices, faces = mesh.vertices * shape.scale, mesh.faces
+    area = float(_areas(vertices, faces).sum())
+    refuse_many(area, edge)
+    uvs, seams = None, 0
+    if mesh.closed:
+        if coarsen:
+            vertices, faces = evened(vertices, faces, edge)
+    else:
+        uvs, seams = _places(shape.file, folder, mesh.vertices)
+    vertices, faces, uvs = divided(vertices, faces, edge, uvs)
+    if len(faces) > most:
+        raise AssetError(
+            f"mesh file `{shape.file}` makes {len(faces):,} triangles with elements of {edge:g} m; at most {most:,} "
+            f"are possible: take a larger `cell`, or a simpler mesh"
+        )
+    return vertices, faces.astype(np.int32), uvs, seams
+
+
+def divided(
+    vertices: "np.ndarray", faces: "np.ndarray", edge: float, uvs: "np.ndarray | None" = None
+) -> "tuple[np.ndarray, np.ndarray, np.ndarray | None]":
+    """Halve edges until none is longer than 4/3 of `edge`; the surface stays where it is, and whole.
+
+    In every pass a triangle has its longest edge halved first, which keeps angles from becoming small (Rivara, 1984).
+
+    Args:
+        vertices: (n, 3) [m].
+        faces: (m, 3).
+        edge: Wanted length [m].
+        uvs: (n, 2), which are halved alike.
+    """
+    import numpy as np
+
+    for _ in range(PASSES):
+        corners = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
+        edges, of = np.unique(corners, axis=0, return_inverse=True)
+        of = of.reshape(-1, 3)
+        length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
+        own = length[of]
+        wanted = np.zeros(len(edges), bool)
+        wanted[of[(own >= 0.999 * own.max(axis=1, keepdims=True)) & (own > LONG * edge)]] = True
+        if not wanted.any():
+            break
+        middle = np.where(wanted, np.cumsum(wanted) - 1 + len(vertices), -1)
+        halves = edges[wanted]
+        vertices = np.concatenate([vertices, vertices[halves].mean(axis=1)])
+        if uvs is not None:
+            uvs = np.concatenate([uvs, uvs[halves].mean(axis=1)])
+        faces = _cut(faces, middle[of], own)
+    return vertices, faces, uvs
+
+
+def _cut(faces: "np.ndarray", middle: "np.ndarray", length: "np.ndarray") -> "np.ndarray":
+    """Divide triangles at the middles of their edges (-1: it has none); edge k goes from corner k to the next."""
+    import numpy as np
+
+    # Turned so that its longest edge with a middle is the first one.
+    rank = np.where(middle >= 0, length, -1.0)
+    turn = (np.argmax(rank, axis=1)[:, None] + np.arange(3)) % 3
+    row = np.arange(len(faces))[:, None]
+    (a, b, c), (p, q, r) = faces[row, turn].T, middle[row, turn].T
+    found = [faces[p < 0]]
+    for second, third in ((False, False), (True, False), (False, True), (True, True)):
+        k = (p >= 0) & ((q >= 0) == second) & ((r >= 0) == third)
+        # Both halves, each again if its edge of the whole has a middle.
+        left = [(a, p, r), (r, p, c)] if third else [(a, p, c)]
+        right = [(p, b, q), (p, q, c)] if second else [(p, b, c)]
+        found += [np.stack([x[k], y[k], z[k]], axis=1) for x, y, z in (*left, *right)]
+    return np.concatenate(found)
+
+
+def evened(vertices: "np.ndarray", faces: "np.ndarray", edge: float) -> "tuple[np.ndarray, np.ndarray]":
+    """Give a closed surface triangles of one size, if its own are smaller than wanted or have sharp angles.
+
+    Where that would open or fold the surface, it is left as it is.
+    """
+    import numpy as np
+    import trimesh
+
+    area = float(_areas(vertices, faces).sum())
+    count = int(area / (np.sqrt(3) / 4 * edge**2))
+    fine = count < FINE**2 * len(faces)
+    if not fine and np.percentile(_sharpest(vertices, faces), 2) > SHARP:
+        return vertices, faces
+    low = vertices.min(axis=0)
+    size = float((vertices.max(axis=0) - low).max())
+    points, net = (vertices - low) / size, faces
+    if len(faces) > MANY * count:
+        from fast_simplification import simplify
+
+        few = max(MANY * count // 2, 200)
+        points, net = simplify(points.astype(np.float32), net.astype(np.int32), target_count=few)
+    points, net = _remeshed(points.astype(float), net, edge / size)
+    made = trimesh.Trimesh(points * size + low, net, process=False)
+    if made.is_volume and abs(made.volume / _volume(vertices, faces) - 1) < KEPT:
+        return np.asarray(made.vertices), np.asarray(made.faces)
+    return vertices, faces
+
+
+def _remeshed(vertices: "np.ndarray", faces: "np.ndarray", edge: float) -> "tuple[np.ndarray, np.ndarray]":
+    """Isotropic remeshing as the engine does it for its own bodies (Botsch and Kobbelt, 2004); edges stay sharp."""
+    import pymeshlab
+
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertex_matrix=vertices, face_matrix=faces))
+    meshes.meshing_isotropic_explicit_remeshing(targetlen=pymeshlab.PureValue(edge), iterations=6)
+    made = meshes.current_mesh()
+    return made.vertex_matrix(), made.face_matrix()
+
+
+def _sharpest(vertices: "np.ndarray", faces: "np.ndarray") -> "np.ndarray":
+    """Smallest angle [rad] of each triangle, by the law of cosines."""
+    import numpy as np
+
+    corners = vertices[faces]
+    a, b, c = np.sort(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2), axis=1).T
+    return np.arccos(np.clip((b**2 + c**2 - a**2) / np.maximum(2 * b * c, 1e-300), -1, 1))
+
+
+def _areas(vertices: "np.ndarray", faces: "np.ndarray") -> "np.ndarray":
+    import numpy as np
+
+    a, b, c = vertices[faces].transpose(1, 0, 2)
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def _volume(vertices: "np.ndarray", faces: "np.ndarray") -> float:
+    import numpy as np
+
+    a, b, c = vertices[faces].transpose(1, 0, 2)
+    return float(np.einsum("nk,nk->", a, np.cross(b, c)) / 6)
+
+
+def _places(file: str, folder: Path, vertices: "np.ndarray") -> "tuple[np.ndarray | None, int]":
+    """Return the place of each vertex in the picture, or None and how many have several."""
+    path, root = mesh_path(file, folder)
+    stat = path.stat()
+    found = _read_places(path, root, stat.st_mtime_ns, stat.st_size)
+    return (None, 0) if found is None else _matched(found[0], found[1], vertices)
+
+
+@lru_cache(maxsize=16)
+def _read_places(path: Path, root: Path, _mtime: int, _size: int) -> "tuple[np.ndarray, np.ndarray] | None":
+    import numpy as np
+
+    try:
+        mesh = open_mesh(path, root, force="mesh")
+    except AssetError:
+        return None  # a picture that is missing is no reason not to have the shape
+    uvs = getattr(mesh.visual, "uv", None)
+    if uvs is None or len(uvs) != len(mesh.vertices) or not np.isfinite(uvs).all():
+        return None
+    return turn_upright(np.asarray(mesh.vertices, float), path), np.asarray(uvs, float)
+
+
+def _matched(points: "np.ndarray", uvs: "np.ndarray", vertices: "np.ndarray") -> "tuple[np.ndarray | None, int]":
+    """Find the vertices among the file's points, of which one may stand for each place in the picture."""
+    import numpy as np
+    from scipy.spatial import KDTree
+
+    _, owner = KDTree(vertices).query(points)
+    found = np.full((len(vertices), 2), np.nan)
+    found[owner[::-1]] = uvs[::-1]
+    seams = len(np.unique(owner[np.abs(found[owner] - uvs).max(axis=1) > CLOSED_BY]))
+    return (None, seams) if seams or np.isnan(found).any() else (found, 0)

@@ -1,0 +1,167 @@
+"""Closed surfaces of round solids in triangles of about one size: rings around an axis, each with as many points as
+its length needs, and what lies between two rings."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
+if TYPE_CHECKING:
+    import numpy as np
+
+SIDES = 20
+"""Points around the widest ring at least: a polygon with so many corners lacks 1.6 % of its circle."""
+LEAST = 5
+"""Points around the narrowest ring."""
+ROW = math.sqrt(3) / 2
+"""Distance of rows over the edge in a net of equal triangles."""
+
+Point = tuple[float, float]
+"""Distance from the axis, and height [m]."""
+
+
+@dataclass(frozen=True)
+class Arc:
+    """A part of an ellipse about (`radius`, `height`), from the angle `start` to `end` [rad]; 0 points outwards."""
+
+    radius: float
+    height: float
+    across: float
+    """Half axis [m] away from the axis."""
+    along: float
+    """Half axis [m] along the axis."""
+    start: float
+    end: float
+
+    def point(self, angle: float) -> Point:
+        """The point at an angle."""
+        r = self.radius + self.across * math.cos(angle)
+        return (0.0 if abs(r) < 1e-12 * self.across else r, self.height + self.along * math.sin(angle))
+
+    def points(self, edge: float) -> list[Point]:
+        """Points with equal distances, ends included: rows of a net with the given edge [m]."""
+        fine = 256
+        angles = [self.start + (self.end - self.start) * k / fine for k in range(fine + 1)]
+        spots = [self.point(angle) for angle in angles]
+        run = [0.0]
+        for a, b in zip(spots, spots[1:], strict=False):
+            run.append(run[-1] + math.dist(a, b))
+        least = math.ceil(SIDES * abs(self.end - self.start) / (2 * math.pi) - 1e-9)
+        rows = max(round(run[-1] / (edge * ROW)), least, 1)
+        found, k = [spots[0]], 0
+        for row in range(1, rows):
+            goal = run[-1] * row / rows
+            while run[k + 1] < goal:
+                k += 1
+            part = (goal - run[k]) / (run[k + 1] - run[k])
+            found.append(self.point(angles[k] + part * (angles[k + 1] - angles[k])))
+        return [*found, self.point(self.end)]
+
+
+def straight(a: Point, b: Point, edge: float) -> list[Point]:
+    """Points from `a` to `b`, both included: rows of a net with the given edge [m]."""
+    rows = max(round(math.dist(a, b) / (edge * ROW)), 1)
+    return [*((a[0] + (b[0] - a[0]) * k / rows, a[1] + (b[1] - a[1]) * k / rows) for k in range(rows)), b]
+
+
+Part = Arc | tuple[Point, Point]
+
+
+def profile_of(parts: Sequence[Part], edge: float) -> list[Point]:
+    """Return the points of a profile whose parts follow each other."""
+    found: list[Point] = []
+    for part in parts:
+        row = part.points(edge) if isinstance(part, Arc) else straight(part[0], part[1], edge)
+        found += row if not found else row[1:]
+    return found
+
+
+def profile(shape: Any) -> tuple[list[Part], bool]:
+    """Return the parts of a round shape's profile, the solid on their left, and whether its end is its beginning.
+
+    A profile that is not closed begins and ends on the axis.
+    """
+    kind = shape.kind
+    if kind == "sphere":
+        return [Arc(0.0, 0.0, shape.radius, shape.radius, -math.pi / 2, math.pi / 2)], False
+    if kind == "capsule":
+        r, h = shape.radius, shape.length / 2
+        return [Arc(0.0, -h, r, r, -math.pi / 2, 0.0), ((r, -h), (r, h)), Arc(0.0, h, r, r, 0.0, math.pi / 2)], False
+    if kind == "torus":
+        return [Arc(shape.radius, 0.0, shape.bar_radius, shape.bar_radius, 0.0, 2 * math.pi)], True
+    h = shape.height / 2
+    if kind == "cylinder":
+        return _polyline((0.0, -h), (shape.radius, -h), (shape.radius, h), (0.0, h)), False
+    if kind == "cone":
+        return _polyline((0.0, -h), (shape.radius, -h), (0.0, h)), False
+    if kind == "cup":
+        r, t = shape.radius, shape.thickness
+        return _polyline((0.0, -h), (r, -h), (r, h), (r - t, h), (r - t, t - h), (0.0, t - h)), False
+    if kind == "tube":
+        low = high = (shape.inner_radius, shape.outer_radius)
+    else:
+        low = (shape.bottom_radius, shape.bottom_radius + shape.thickness)
+        high = (shape.top_radius, shape.top_radius + shape.thickness)
+    return _polyline((low[0], -h), (low[1], -h), (high[1], h), (high[0], h), (low[0], -h)), True
+
+
+def _polyline(*points: Point) -> list[Part]:
+    return list(zip(points, points[1:], strict=False))
+
+
+def turned(
+    points: Sequence[Point], edge: float, *, closed: bool, stretch: float = 1.0
+) -> "tuple[np.ndarray, np.ndarray]":
+    """Turn a profile about z.
+
+    Args:
+        points: The profile, the solid on its left; if it is `closed`, the last point is the first one.
+        edge: Wanted distance [m] of points along a ring.
+        closed: Whether the profile ends where it began.
+        stretch: Length [m] of a ring over that of the circle of its radius: of rings that become ellipses.
+
+    Returns:
+        Vertices (n, 3) [m] and faces (m, 3), counterclockwise from outside.
+    """
+    import numpy as np
+
+    widest = max(r for r, _ in points)
+    rings = list(points[:-1] if closed else points)
+    vertices, first, counts, shifts = [], [], [], []
+    total = 0
+    for row, (r, z) in enumerate(rings):
+        n = 1 if r == 0.0 else max(round(2 * math.pi * r * stretch / edge), math.ceil(SIDES * r / widest), LEAST)
+        shift = 0.5 * (row % 2) / n  # rows of triangles, not of squares
+        angles = 2 * math.pi * (np.arange(n) / n + shift)
+        vertices.append(np.stack([r * np.cos(angles), r * np.sin(angles), np.full(n, z)], axis=1))
+        first.append(total)
+        counts.append(n)
+        shifts.append(shift)
+        total += n
+    faces = [
+        _between(first[k], counts[k], shifts[k], first[j], counts[j], shifts[j])
+        for k, j in ((k, (k + 1) % len(rings)) for k in range(len(rings) if closed else len(rings) - 1))
+    ]
+    return np.concatenate(vertices), np.concatenate(faces)
+
+
+def _between(a: int, n: int, shift_a: float, b: int, m: int, shift_b: float) -> "np.ndarray":
+    """Triangles between two rings: of each edge of either, to the point of the other that it passes."""
+    import numpy as np
+
+    if n == 1 or m == 1:
+        around = np.arange(max(n, m))
+        ahead = (around + 1) % len(around)
+        if n == 1:
+            return np.stack([np.full(m, a), b + ahead, b + around], axis=1)
+        return np.stack([a + around, a + ahead, np.full(n, b)], axis=1)
+    # Each step goes from one point to the next on one of the rings; in the order of the middles of these edges, so
+    # that a triangle's edge lies opposite to its third corner.
+    middles = np.concatenate([(np.arange(n) + 0.5) / n + shift_a, (np.arange(m) + 0.5) / m + shift_b])
+    order = np.argsort(np.round(middles, 12), kind="stable")
+    on_a = order < n
+    i, j = np.cumsum(on_a) - on_a, np.cumsum(~on_a) - ~on_a
+    here, there = a + i % n, b + j % m
+    ahead = np.where(on_a, a + (i + 1) % n, b + (j + 1) % m)
+    return np.stack([here, ahead, there], axis=1)

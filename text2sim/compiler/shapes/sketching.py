@@ -1,0 +1,181 @@
+"""What is drawn in a picture, as flat forms: strokes and filled shapes that are darker than the paper."""
+
+import warnings
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from text2sim.compiler.shapes.meshfile import case_path
+from text2sim.spec_schema.errors import AssetError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from shapely import Polygon
+
+SUFFIXES = (".png", ".jpg", ".jpeg")
+MAX_BYTES = 16 * 1024 * 1024
+MAX_PIXELS = 25_000_000
+WORKED = 2400
+"""Pixels of the longer side in which forms are traced; smaller pictures are enlarged, up to four times."""
+BLUR = 0.8
+"""Width [pixels of the picture] over which grain and steps are smoothed."""
+SIMPLE = 0.3
+"""How far [pixels of the picture] an outline may be from what was traced."""
+CONTRAST = 24
+"""Steps of grey, of 255, between ink and paper at least."""
+MOST_INK = 0.9
+"""Part of the picture that may be ink."""
+SPECK = 1e-3
+"""What is smaller than this part of the largest piece is dirt."""
+MAX_PIECES = 500
+
+
+@dataclass(frozen=True, eq=False)
+class Stroke:
+    """A connected piece of a drawing, where it is."""
+
+    form: "Polygon"
+    """In x and z: the drawing is 1 high, and its lower left corner is the origin."""
+    row: int
+    column: int
+
+
+def strokes(file: str, folder: Path) -> list[Stroke]:
+    """Return the pieces of a drawing by rows, from left to right.
+
+    Raises:
+        AssetError: if the picture cannot be used, or nothing is drawn in it.
+    """
+    path, _ = case_path(file, folder, "picture", SUFFIXES, MAX_BYTES)
+    stat = path.stat()
+    try:
+        return list(_read(path, stat.st_mtime_ns, stat.st_size))
+    except AssetError as error:
+        raise AssetError(f"picture `{file}` {error}") from None
+
+
+@lru_cache(maxsize=32)
+def _read(path: Path, _mtime: int, _size: int) -> tuple[Stroke, ...]:
+    gray = _gray(path)
+    pieces = _pieces(gray)
+    low_x, low_z = min(p.bounds[0] for p in pieces), min(p.bounds[1] for p in pieces)
+    height = max(p.bounds[3] for p in pieces) - low_z
+    from shapely.affinity import affine_transform
+
+    scale = 1 / height
+    forms = [affine_transform(p, [scale, 0, 0, scale, -low_x * scale, -low_z * scale]) for p in pieces]
+    return tuple(_in_rows(forms))
+
+
+def _gray(path: Path) -> "np.ndarray":
+    """Return a picture as grey levels (h, w) from 0 to 255, on white paper, turned as the camera says."""
+    import numpy as np
+    from PIL import Image, ImageOps
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            with Image.open(path, formats=("PNG", "JPEG")) as image:
+                wide, tall = image.size
+                if wide * tall > MAX_PIXELS:
+                    raise AssetError(
+                        f"has too many pixels ({wide} x {tall}; at most {MAX_PIXELS:,}): make it smaller, "
+                        f"{WORKED} along its longer side are enough"
+                    )
+                image = ImageOps.exif_transpose(image)
+                if image.mode in ("I", "F") or image.mode.startswith("I;"):
+                    levels = np.asarray(image, np.float32)
+                    return levels * (255.0 / (65535.0 if levels.max(initial=0) > 255 else 255.0))
+                image = image.convert("RGBA")
+                paper = Image.new("RGBA", image.size, (255, 255, 255, 255))
+                return np.asarray(Image.alpha_composite(paper, image).convert("L"), np.float32)
+    except AssetError:
+        raise
+    except Exception as error:  # readers of foreign files fail in every way there is
+        raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
+
+
+def _pieces(gray: "np.ndarray") -> "list[Polygon]":
+    """Trace what is dark. x is to the right, z up, in pixels of the picture."""
+    import cv2
+    import numpy as np
+    from contourpy import FillType, contour_generator
+    from shapely import Polygon, make_valid
+
+    from text2sim.compiler.shapes.lettering import areas
+
+    tall, wide = gray.shape
+    factor = min(WORKED / max(tall, wide), 4.0)
+    gray = cv2.GaussianBlur(gray, (0, 0), BLUR * max(1.0, 1 / factor))
+    size = (max(round(wide * factor), 2), max(round(tall * factor), 2))
+    big = cv2.resize(gray, size, interpolation=cv2.INTER_CUBIC if factor > 1 else cv2.INTER_AREA)
+    big = np.clip(big, 0, 255)
+    if float(big.max() - big.min()) < CONTRAST:
+        raise AssetError("has nothing in it: it is as dark everywhere; draw dark on light")
+    level, _ = cv2.threshold(big.astype(np.uint8), 0, 255, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
+    ink = float((big <= level).mean())
+    if ink > MOST_INK:
+        raise AssetError(f"is dark on {100 * ink:.0f} % of it: draw dark on light, with paper around it")
+    # White all around, so that what touches the border of the picture is closed there.
+    big = np.pad(big, 1, constant_values=255.0)
+    filled: Any = contour_generator(z=255.0 - big, fill_type=FillType.OuterOffset).filled(254.5 - level, 1e6)
+    found = []
+    for points, offsets in zip(*filled, strict=True):
+        flat = np.column_stack([points[:, 0] - 0.5, big.shape[0] - points[:, 1] - 1.5]) / factor
+        rings = [flat[a : b - 1] for a, b in zip(offsets[:-1].tolist(), offsets[1:].tolist(), strict=True)]
+        if len(rings[0]) < 3:
+            continue
+        form = Polygon(rings[0], [ring for ring in rings[1:] if len(ring) > 2])
+        form = areas(make_valid(form.simplify(SIMPLE)))
+        found.append(max(getattr(form, "geoms", [form]), key=lambda part: part.area))
+    largest = max((form.area for form in found), default=0.0)
+    kept = [_without_pinholes(form) for form in found if form.area >= max(SPECK * largest, 6.0)]
+    if not kept:
+        raise AssetError("has nothing in it that is larger than a speck: draw dark on light, with thick strokes")
+    if len(kept) > MAX_PIECES:
+        raise AssetError(f"has {len(kept)} pieces; at most {MAX_PIECES} are possible")
+    return kept
+
+
+def _without_pinholes(form: "Polygon") -> "Polygon":
+    """Leave out holes that are as small as specks."""
+    from shapely import Polygon
+
+    return Polygon(form.exterior, [hole for hole in form.interiors if Polygon(hole).area >= max(SPECK * form.area, 6.0)])
+
+
+def _in_rows(forms: "list[Polygon]") -> list[Stroke]:
+    """Put pieces into reading order.
+
+    The tallest pieces make the rows: a piece belongs to a row if its middle is within the row's height, as the
+    pieces before it left it. What lies between rows, such as a dot, goes to the nearest.
+    """
+    tall = sorted(forms, key=lambda form: (form.bounds[1] - form.bounds[3], form.bounds))
+    typical = sorted(form.bounds[3] - form.bounds[1] for form in forms)[len(forms) // 2]
+    rows: list[list[Polygon]] = []
+    spans: list[list[float]] = []
+    late: list[Polygon] = []
+    for form in tall:
+        low, high = form.bounds[1], form.bounds[3]
+        middle = (low + high) / 2
+        inside = [k for k, (a, b) in enumerate(spans) if a < middle < b or low < (a + b) / 2 < high]
+        if inside:
+            rows[min(inside, key=lambda k: abs(middle - sum(spans[k]) / 2))].append(form)
+        elif high - low < 0.5 * typical:
+            late.append(form)
+        else:
+            rows.append([form])
+            spans.append([low, high])
+    if not rows:
+        rows, spans = [[late.pop(0)]], [[0.0, 1.0]]
+    for form in late:
+        middle = (form.bounds[1] + form.bounds[3]) / 2
+        away = [max(a - middle, middle - b, 0.0) for a, b in spans]
+        rows[away.index(min(away))].append(form)
+    order = sorted(range(len(rows)), key=lambda k: -sum(spans[k]))
+    return [
+        Stroke(form, row, column)
+        for row, k in enumerate(order)
+        for column, form in enumerate(sorted(rows[k], key=lambda form: (form.bounds[0] + form.bounds[2], form.bounds)))
+    ]

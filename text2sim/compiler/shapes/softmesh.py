@@ -1,0 +1,217 @@
+"""Surfaces of what deforms: closed ones of solids, open ones of cloth, in triangles of a wanted size.
+
+What is round is made of rings (`rings.py`), letters and drawings of a net in their plane (`extrude.py`), and meshes from
+files have their edges divided or melted together (`remesh.py`). Equal shapes give equal bytes.
+"""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from text2sim.compiler.shapes.rings import ROW, Arc, profile, profile_of, turned
+from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_to_rows
+from text2sim.spec_schema.errors import AssetError
+from text2sim.spec_schema.models.shapes import Box, Ellipsoid, Mesh, Sheet
+
+# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
+if TYPE_CHECKING:
+    import numpy as np
+
+MAX_TRIANGLES = 400_000
+"""Triangles of a surface. No solver here gets through the particles or tetrahedra that go with more."""
+_MEMORY = 64
+_KNOWN: dict[Any, "SoftMesh"] = {}
+"""Surfaces of shapes: copies, and those who only look, share them."""
+
+
+@dataclass(frozen=True, eq=False)
+class SoftMesh:
+    """Triangles in the shape's own frame, welded: no vertex stands twice in one place."""
+
+    vertices: "np.ndarray"
+    """(n, 3) float64 [m]"""
+    faces: "np.ndarray"
+    """(m, 3) int32, counterclockwise from outside; of a sheet, from above"""
+    uvs: "np.ndarray | None" = None
+    """(n, 2) float64: place of each vertex in the picture."""
+    seams: int = 0
+    """Of a cloth from a file: vertices with several places in the picture. If there are any, `uvs` is None."""
+
+
+def soft_surface(shape: Any, folder: Path, edge: float, *, coarsen: bool = True) -> SoftMesh:
+    """Return the surface of a shape in triangles whose edges are about `edge` [m] long.
+
+    Args:
+        shape: Any solid shape, or a sheet. A mesh that is open is taken for cloth, and keeps its `uvs`.
+        folder: The case's folder.
+        edge: Wanted length [m]. Round shapes have shorter edges where they would lose their form.
+        coarsen: Whether the triangles of a mesh that are smaller than wanted are melted together.
+
+    Raises:
+        AssetError: if a file cannot be used, or there would be too many triangles.
+    """
+    from text2sim.compiler.shapes.geometry import key_of
+
+    key = (key_of(shape, folder), float(edge), coarsen)
+    found = _KNOWN.get(key)
+    if found is None:
+        if len(_KNOWN) >= _MEMORY:
+            _KNOWN.clear()
+        found = _KNOWN[key] = _surface(shape, folder, float(edge), coarsen)
+    return found
+
+
+def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
+    import numpy as np
+
+    if not edge > 0 or not math.isfinite(edge):
+        raise AssetError(f"an element must have a length above 0 (got {edge:g} m)")
+    if isinstance(shape, Mesh):
+        from text2sim.compiler.shapes.remesh import file_surface
+
+        return _made(*file_surface(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
+    area = _area(shape, folder)
+    refuse_many(area, edge)
+    if isinstance(shape, Sheet):
+        return _made(*_sheet(shape, edge))
+    if isinstance(shape, Box):
+        return _made(*_box(shape.size, edge))
+    if isinstance(shape, Ellipsoid):
+        return _made(*_ellipsoid(shape, edge))
+    if shape.kind in ("text", "sketch"):
+        from text2sim.compiler.shapes.extrude import extruded
+        from text2sim.compiler.shapes.glyphs import whole
+
+        return _made(*extruded(whole(shape, folder), shape.depth, edge))
+    parts, closed = profile(shape)
+    vertices, faces = turned(profile_of(parts, edge), edge, closed=closed)
+    return _made(np.asarray(vertices), faces)
+
+
+def refuse_many(area: float, edge: float) -> None:
+    """Stop at an area [m2] that would take too many triangles.
+
+    Raises:
+        AssetError: if so; it says which edge is possible.
+    """
+    expected = area / (ROW / 2 * edge**2)
+    if expected > MAX_TRIANGLES:
+        least = math.sqrt(area / (ROW / 2 * MAX_TRIANGLES))
+        digits = 10.0 ** (math.floor(math.log10(least)) - 1)
+        raise AssetError(
+            f"with elements of {edge:g} m its surface would have about {expected:,.0f} triangles; at most "
+            f"{MAX_TRIANGLES:,} are possible: take a `cell` of {math.ceil(least / digits) * digits:.2g} m or more"
+        )
+
+
+def _made(
+    vertices: "np.ndarray", faces: "np.ndarray", uvs: "np.ndarray | None" = None, seams: int = 0
+) -> SoftMesh:
+    import numpy as np
+
+    # Nobody may change what others share.
+    found = [np.ascontiguousarray(vertices, np.float64) + 0.0, np.ascontiguousarray(faces, np.int32)]
+    if uvs is not None:
+        found.append(np.ascontiguousarray(uvs, np.float64))
+    for array in found:
+        array.flags.writeable = False
+    return SoftMesh(found[0], found[1], found[2] if uvs is not None else None, seams)
+
+
+def _area(shape: Any, folder: Path) -> float:
+    """Area [m2] of a surface, about: enough to know how many triangles it takes."""
+    if isinstance(shape, Sheet):
+        return shape.size[0] * shape.size[1]
+    if isinstance(shape, Box):
+        x, y, z = shape.size
+        return 2 * (x * y + y * z + z * x)
+    if isinstance(shape, Ellipsoid):
+        # Knud Thomsen's formula, within 1.1 %.
+        a, b, c = (r**1.6075 for r in shape.radii)
+        return 4 * math.pi * ((a * b + b * c + c * a) / 3) ** (1 / 1.6075)
+    if shape.kind in ("text", "sketch"):
+        from text2sim.compiler.shapes.glyphs import whole
+
+        flat = whole(shape, folder)
+        return 2 * flat.area + flat.length * shape.depth
+    parts, _ = profile(shape)
+    total = 0.0
+    for part in parts:
+        points = [part.point(part.start + (part.end - part.start) * k / 64) for k in range(65)] if isinstance(part, Arc) else part
+        total += sum(math.pi * (a[0] + b[0]) * math.dist(a, b) for a, b in zip(points, points[1:], strict=False))
+    return total
+
+
+def _sheet(sheet: Sheet, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
+    """A grid, row by row along x; its diagonals alternate, so that it bends alike to both sides."""
+    import numpy as np
+
+    nx, ny = (max(1, round(side / edge)) for side in sheet.size)
+    u, v = np.meshgrid(np.linspace(0.0, 1.0, nx + 1), np.linspace(0.0, 1.0, ny + 1))
+    uvs = np.stack([u.ravel(), v.ravel()], axis=1)
+    vertices = np.column_stack([(uvs - 0.5) * sheet.size, np.zeros(len(uvs))])
+    return vertices, grid_faces(nx, ny), uvs
+
+
+def grid_faces(nx: int, ny: int) -> "np.ndarray":
+    """Triangles of a grid of nx by ny cells whose vertices lie row by row along its first axis."""
+    import numpy as np
+
+    i, j = (index.ravel() for index in np.meshgrid(np.arange(nx), np.arange(ny)))
+    a = j * (nx + 1) + i
+    b, c, d = a + 1, a + nx + 2, a + nx + 1
+    even = ((i + j) % 2 == 0)[:, None]
+    first = np.where(even, np.stack([a, b, c], axis=1), np.stack([a, b, d], axis=1))
+    second = np.where(even, np.stack([a, c, d], axis=1), np.stack([b, c, d], axis=1))
+    return np.stack([first, second], axis=1).reshape(-1, 3)
+
+
+def _box(size: tuple[float, float, float], edge: float) -> "tuple[np.ndarray, np.ndarray]":
+    """Six grids that share their edges."""
+    import numpy as np
+
+    counts = [max(1, round(side / edge)) for side in size]
+    places, faces, total = [], [], 0
+    for axis in range(3):
+        p, q = (axis + 1) % 3, (axis + 2) % 3
+        b, a = np.meshgrid(np.arange(counts[q] + 1), np.arange(counts[p] + 1), indexing="ij")
+        for side in (0, counts[axis]):
+            place = np.empty((a.size, 3), np.int64)
+            place[:, axis], place[:, p], place[:, q] = side, a.ravel(), b.ravel()
+            net = grid_faces(counts[p], counts[q])
+            faces.append((net if side else net[:, ::-1]) + total)
+            places.append(place)
+            total += len(place)
+    unique, index = np.unique(np.concatenate(places), axis=0, return_inverse=True)
+    vertices = (unique / np.array(counts) - 0.5) * np.array(size)
+    return vertices, index.reshape(-1)[np.concatenate(faces)]
+
+
+def _ellipsoid(shape: Ellipsoid, edge: float) -> "tuple[np.ndarray, np.ndarray]":
+    """Rings about its longest axis, scaled to ellipses."""
+    axis = max(range(3), key=lambda k: shape.radii[k])
+    a, b = shape.radii[(axis + 1) % 3], shape.radii[(axis + 2) % 3]
+    mean = (a + b) / 2
+    # Perimeter of an ellipse over that of a circle of the mean radius: Ramanujan's second formula.
+    h = ((a - b) / (a + b)) ** 2
+    stretch = 1 + 3 * h / (10 + math.sqrt(4 - 3 * h))
+    arc = Arc(0.0, 0.0, mean, shape.radii[axis], -math.pi / 2, math.pi / 2)
+    vertices, faces = turned(arc.points(edge), edge, closed=False, stretch=stretch)
+    vertices = vertices * (a / mean, b / mean, 1.0)
+    return vertices[:, [(k - axis - 1) % 3 for k in range(3)]], faces
+
+
+def write_obj(mesh: SoftMesh, quat: Quaternion = IDENTITY) -> bytes:
+    """Return a surface as an .obj file, turned by `quat`; to a tenth of a micrometre at a metre."""
+    import numpy as np
+
+    vertices = mesh.vertices if quat == IDENTITY else mesh.vertices @ np.array(quat_to_rows(quat)).T
+    lines = ["v %.7g %.7g %.7g" % row for row in map(tuple, (np.round(vertices, 9) + 0.0).tolist())]
+    faces = (mesh.faces + 1).tolist()
+    if mesh.uvs is None:
+        lines += ["f %d %d %d" % (a, b, c) for a, b, c in faces]
+    else:
+        lines += ["vt %.6g %.6g" % (u, v) for u, v in (mesh.uvs + 0.0).tolist()]
+        lines += ["f %d/%d %d/%d %d/%d" % (a, a, b, b, c, c) for a, b, c in faces]
+    return ("\n".join(lines) + "\n").encode()

@@ -1,0 +1,165 @@
+"""How fine deformable bodies are cut: one cell of the grid and one distance of particles in a scene, edges by body."""
+
+from dataclasses import dataclass, field
+from math import sqrt
+from pathlib import Path
+from typing import Any
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.piece import piece_thickness
+from text2sim.compiler.soft.solvers import is_soft, solver_of
+from text2sim.spec_schema.models.scene import Scene
+
+PARTICLE = 0.64
+"""Distance of mpm particles in cells of the grid, as the engine chooses it."""
+MPM_THROUGH, FEM_THROUGH, PBD_ACROSS = 5, 3, 40
+"""Cells through the thinnest part of a body, elements through it, particles across the shorter side of a sheet."""
+MPM_BUDGET, FEM_BUDGET, PBD_BUDGET = 20_000, 4_000, 4_000
+"""Particles, tetrahedra and particles in a scene that two cores still simulate in minutes."""
+STROKE = 1 / 6
+"""Thickness of the strokes of a bold letter, as a part of its height."""
+
+
+@dataclass(frozen=True)
+class Scales:
+    """How fine everything is. `why` holds a sentence for each that was derived."""
+
+    mpm_cell: float | None = None
+    """Cell of the grid [m]; None without mpm bodies."""
+    pbd_size: float | None = None
+    """Distance of particles [m]; None without pbd bodies."""
+    edges: dict[str, float] = field(default_factory=dict)
+    """Edge [m] of the elements of fem and ipc bodies, by body."""
+    why: dict[str, str] = field(default_factory=dict)
+
+    def spacing(self, body: str, solver: str) -> float:
+        """Distance [m] of neighbouring points of a body at rest."""
+        if solver == "mpm":
+            assert self.mpm_cell is not None
+            return PARTICLE * self.mpm_cell
+        if solver == "pbd":
+            assert self.pbd_size is not None
+            return self.pbd_size
+        return self.edges[body]
+
+
+def scales(scene: Scene, placed: dict[str, list[Copy]], folder: Path) -> Scales:
+    """Choose what the author left open.
+
+    Raises:
+        AssetError: if a file of a shape cannot be used.
+    """
+    by_solver: dict[str, list[Copy]] = {}
+    for copies in placed.values():
+        for copy in copies:
+            if is_soft(copy.model):
+                by_solver.setdefault(solver_of(copy.model, scene) or "", []).append(copy)
+    why: dict[str, str] = {}
+    edges: dict[str, float] = {}
+    for solver in ("fem", "ipc"):
+        if solver in by_solver:
+            edges |= _edges(solver, by_solver[solver], folder, why)
+    return Scales(
+        mpm_cell=_mpm_cell(scene, by_solver["mpm"], folder, why) if "mpm" in by_solver else None,
+        pbd_size=_pbd_size(scene, by_solver["pbd"], folder, why) if "pbd" in by_solver else None,
+        edges=edges,
+        why=why,
+    )
+
+
+def thickness(shape: Any, folder: Path) -> float:
+    """Smallest thickness [m] of a solid: of its wall, its bar, its strokes.
+
+    Raises:
+        AssetError: if a file of a shape cannot be used.
+    """
+    if shape.kind in ("text", "sketch"):
+        return min(shape.depth, STROKE * shape.height)
+    return min(piece_thickness(piece) for piece in geometry.pieces(shape, folder))
+
+
+def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
+    """Lengths [m] of a cloth, the shorter first: of a mesh, the longer two of its bounds.
+
+    Raises:
+        AssetError: if a file of a shape cannot be used.
+    """
+    if shape.kind == "sheet":
+        return min(shape.size), max(shape.size)
+    low, high = geometry.extents(shape, (1.0, 0.0, 0.0, 0.0), folder)
+    _, short, long = sorted(b - a for a, b in zip(low, high, strict=True))
+    return short, long
+
+
+def _given(copies: list[Copy]) -> float | None:
+    """The smallest `cell` of bodies."""
+    return min((copy.model.cell for copy in copies if copy.model.cell is not None), default=None)
+
+
+def _mpm_cell(scene: Scene, copies: list[Copy], folder: Path, why: dict[str, str]) -> float:
+    if scene.mpm.cell is not None:
+        return scene.mpm.cell
+    given = _given(copies)
+    if given is not None:
+        why["mpm_cell"] = "the smallest cell of its bodies"
+        return given
+    thin = min(thickness(copy.shape, folder) for copy in copies)
+    volume = sum(geometry.volume(copy.shape, folder) for copy in copies)
+    fine, coarse = thin / MPM_THROUGH, (volume / MPM_BUDGET) ** (1 / 3) / PARTICLE
+    if fine >= coarse:
+        why["mpm_cell"] = f"{MPM_THROUGH} cells through the thinnest body ({thin:.3g} m)"
+        return _rounded(fine)
+    why["mpm_cell"] = f"{MPM_BUDGET} particles fill its bodies ({volume:.3g} m3); finer is slow"
+    return _rounded(coarse)
+
+
+def _pbd_size(scene: Scene, copies: list[Copy], folder: Path, why: dict[str, str]) -> float:
+    if scene.pbd.particle_size is not None:
+        return scene.pbd.particle_size
+    given = _given(copies)
+    if given is not None:
+        why["pbd_size"] = "the smallest cell of its bodies"
+        return given
+    sizes = [sheet_size(copy.shape, folder) for copy in copies]
+    short = min(size[0] for size in sizes)
+    # Remeshed triangles are nearly equilateral: one corner for each (sqrt(3)/2) of an edge squared.
+    coarse = sqrt(sum(a * b for a, b in sizes) / (0.866 * PBD_BUDGET))
+    fine = short / PBD_ACROSS
+    if fine >= coarse:
+        why["pbd_size"] = f"{PBD_ACROSS} particles across the smallest cloth ({short:.3g} m)"
+        return _rounded(fine)
+    why["pbd_size"] = f"{PBD_BUDGET} particles make all cloths; finer is slow"
+    return _rounded(coarse)
+
+
+def _edges(solver: str, copies: list[Copy], folder: Path, why: dict[str, str]) -> dict[str, float]:
+    """Edge [m] by body; all copies of a body alike."""
+    edges: dict[str, float] = {}
+    solids = [copy for copy in copies if copy.model.kind == "soft"]
+    volume = sum(geometry.volume(copy.shape, folder) for copy in solids)
+    # A regular tetrahedron of edge a has the volume a^3 / (6 sqrt(2)).
+    coarse = (6 * sqrt(2) * volume / FEM_BUDGET) ** (1 / 3)
+    for copy in copies:
+        if copy.model.cell is not None:
+            edges[copy.body] = copy.model.cell
+            continue
+        if copy.model.kind == "cloth":
+            short, _ = sheet_size(copy.shape, folder)
+            edge = short / PBD_ACROSS
+            why[f"{solver}_edge"] = f"{PBD_ACROSS} edges along the shorter side of a cloth"
+        else:
+            fine = thickness(copy.shape, folder) / FEM_THROUGH
+            edge = max(fine, coarse)
+            why[f"{solver}_edge"] = (
+                f"{FEM_THROUGH} elements through its thinnest part"
+                if fine >= coarse
+                else f"{FEM_BUDGET} tetrahedra fill all bodies; finer is slow"
+            )
+        edges[copy.body] = min(edges.get(copy.body, edge), _rounded(edge))
+    return edges
+
+
+def _rounded(length: float) -> float:
+    """Three digits are enough, and read better."""
+    return float(f"{length:.3g}")

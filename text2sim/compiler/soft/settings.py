@@ -1,0 +1,171 @@
+"""Settings of the solvers of deformable bodies, derived from the scene, each with its reason."""
+
+from math import ceil, exp, floor, sqrt
+from pathlib import Path
+from typing import Any
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.soft.room import Surroundings, floor_height, room, surroundings
+from text2sim.compiler.soft.scales import Scales
+from text2sim.compiler.soft.setup import FemSettings, MpmSettings, PbdSettings, SapSettings, SoftSettings
+from text2sim.compiler.soft.solvers import is_soft, solver_of
+from text2sim.spec_schema.models.scene import Scene
+from text2sim.spec_schema.models.soft_bodies import Liquid, Snow
+
+PADDING = 3
+"""Cells at each wall of the grid in which the engine stops everything."""
+COURANT = 0.5
+"""Part of a cell that a sound wave crosses in a substep. From 0.74 on stiff bodies diverge, with finite numbers."""
+GRID_STEP = 0.02
+"""Longest substep [s] per metre of cell: the engine's own suggestion."""
+HARDENING = exp(10 * 0.1)
+"""How much stiffer snow gets that was pressed by a tenth (the engine's law, exp(10 (1 - Jp)))."""
+PBD_STEP = 0.0005
+"""Longest substep [s] of cloth: the sweeps of its solver make it as stiff as their number in a second."""
+FEM_STEP = 0.01
+"""Longest substep [s] of the implicit solver: what is longer damps what moves."""
+
+
+def derive_soft(
+    scene: Scene, model: str, scales: Scales, placed: dict[str, list[Copy]], speeds: dict[str, Vec], folder: Path
+) -> SoftSettings | None:
+    """Choose what the author left open; None for a scene without deformable bodies.
+
+    Args:
+        scene: The section.
+        model: Its contact model.
+        scales: How fine bodies are cut.
+        placed: Copies by static and body.
+        speeds: Initial velocity [m/s] by copy.
+        folder: The case's folder.
+
+    Raises:
+        AssetError: if a file of a shape cannot be used.
+    """
+    by_solver: dict[str, list[Copy]] = {}
+    for copies in placed.values():
+        for copy in copies:
+            if is_soft(copy.model):
+                by_solver.setdefault(solver_of(copy.model, scene) or "", []).append(copy)
+    if not by_solver:
+        return None
+    why = dict(scales.why)
+    if scene.contact.model is None:
+        why["model"] = {
+            "particle": "mpm and pbd bodies touch rigid bodies, both ways",
+            "sap": "fem bodies touch rigid bodies and each other in this model alone",
+            "ipc": "cloth with solver ipc needs it",
+        }[model]
+    around = surroundings(placed, folder)
+    substeps: list[tuple[float, str]] = []
+    mpm = pbd = fem = sap = None
+    if "mpm" in by_solver:
+        mpm = _mpm(scene, scales, by_solver["mpm"], around, speeds, folder, why)
+        substeps += _mpm_steps(mpm.cell, by_solver["mpm"])
+    if "pbd" in by_solver:
+        pbd = _pbd(scene, scales, by_solver["pbd"], around, speeds, folder, why)
+        fastest = max((sum(v * v for v in speeds.get(c.name, (0, 0, 0))) ** 0.5 for c in by_solver["pbd"]), default=0.0)
+        substeps.append((PBD_STEP, "cloth stretches at longer steps"))
+        if fastest:
+            reason = f"at {fastest:g} m/s a particle may not cross half its own size in one step"
+            substeps.append((pbd.particle_size / 2 / fastest, reason))
+    if "fem" in by_solver or "ipc" in by_solver:
+        fem = _fem(scene, by_solver.get("fem", []), placed, why)
+        substeps.append((FEM_STEP, "the implicit solver damps motion at longer steps"))
+    if model == "sap":
+        sap = SapSettings(fem is not None and fem.floor is not None, bool(around.solids))
+        why["precision"] = "the sap model is solved in double precision alone"
+    return SoftSettings(model, "64" if model == "sap" else "32", mpm, pbd, fem, sap, tuple(substeps), why)
+
+
+def wave_speed(material: Any, model: Any) -> float:
+    """Fastest sound wave [m/s] in what a body is made of: c^2 = E (1 - nu) / ((1 + nu) (1 - 2 nu) rho)."""
+    if isinstance(model, Liquid):
+        # lambda is the stiffness; a viscous one has 1.5 of it as shear modulus besides.
+        return sqrt(material.stiffness * (4.0 if material.viscous else 1.0) / material.density)
+    young, nu = material.youngs_modulus, material.poisson_ratio
+    if isinstance(model, Snow):
+        young *= HARDENING
+    return sqrt(young * (1 - nu) / ((1 + nu) * (1 - 2 * nu) * material.density))
+
+
+# --- the solvers ------------------------------------------------------------------------------------------------
+
+
+def _mpm(
+    scene: Scene,
+    scales: Scales,
+    copies: list[Copy],
+    around: Surroundings,
+    speeds: dict[str, Vec],
+    folder: Path,
+    why: dict[str, str],
+) -> MpmSettings:
+    cell = scales.mpm_cell
+    assert cell is not None
+    if scene.mpm.bounds is not None:
+        low, high = scene.mpm.bounds.min, scene.mpm.bounds.max
+    else:
+        margin = (PADDING + 1) * cell
+        low, high = _whole(room(copies, around, scene, speeds, folder, margin), cell)
+        why["mpm_bounds"] = (
+            f"where its bodies can come to, and {PADDING + 1} cells more: three of them are the grid's own wall"
+        )
+    return MpmSettings(cell, float(f"{1 / cell:.6g}"), low, high)
+
+
+def _mpm_steps(cell: float, copies: list[Copy]) -> list[tuple[float, str]]:
+    fastest = max(wave_speed(copy.model.material, copy.model) for copy in copies)
+    return [
+        (GRID_STEP * cell, f"a grid of {cell:g} m cells; the engine's own suggestion"),
+        (COURANT * cell / fastest, f"sound runs at {fastest:.3g} m/s in the stiffest mpm body: half a cell in a step"),
+    ]
+
+
+def _pbd(
+    scene: Scene,
+    scales: Scales,
+    copies: list[Copy],
+    around: Surroundings,
+    speeds: dict[str, Vec],
+    folder: Path,
+    why: dict[str, str],
+) -> PbdSettings:
+    size = scales.pbd_size
+    assert size is not None
+    if scene.pbd.bounds is not None:
+        low, high = scene.pbd.bounds.min, scene.pbd.bounds.max
+    else:
+        low, high = _whole(room(copies, around, scene, speeds, folder, 4 * size), size)
+        why["pbd_bounds"] = "where its bodies can come to; a wider space costs time, and its sides are walls"
+    stretch, bending = scene.pbd.stretch_iterations, scene.pbd.bending_iterations
+    if stretch is None:
+        stretch, why["stretch_iterations"] = 4, "the cloth's own weight stretches it by half a percent"
+    if bending is None:
+        bending, why["bending_iterations"] = 1, "the engine's own"
+    return PbdSettings(size, low, high, stretch, bending)
+
+
+def _fem(scene: Scene, copies: list[Copy], placed: dict[str, list[Copy]], why: dict[str, str]) -> FemSettings:
+    newton = scene.fem.newton_iterations
+    if newton is None:
+        newton, why["newton_iterations"] = 2, "one leaves turning elements unsolved"
+    given = [copy.model.material.damping for copy in copies if copy.model.material.damping is not None]
+    alpha = max(given, default=0.5)
+    if not given:
+        why["damping_alpha"] = "half of the velocity is lost in 1.4 s, the engine's own"
+    beta = scene.fem.damping_beta
+    if beta is None:
+        beta, why["damping_beta"] = 5e-4, "the engine's own"
+    floors = [h for copies in placed.values() for copy in copies if (h := floor_height(copy)) is not None]
+    return FemSettings(newton, alpha, beta, max(floors, default=None))
+
+
+def _whole(box: Bounds, cell: float) -> Bounds:
+    """A box in whole cells."""
+    low, high = box
+    a, b, c = (round(floor(x / cell) * cell, 6) for x in low)
+    d, e, f = (round(ceil(x / cell) * cell, 6) for x in high)
+    return (a, b, c), (d, e, f)

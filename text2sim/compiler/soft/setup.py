@@ -1,0 +1,90 @@
+"""Settings of the solvers of deformable bodies, as templates print them."""
+
+from dataclasses import dataclass, field
+
+from text2sim.compiler.shapes.rotation import Vec
+
+
+@dataclass(frozen=True)
+class MpmSettings:
+    """Of the material point method."""
+
+    cell: float
+    density: float
+    """Cells in a metre."""
+    low: Vec
+    high: Vec
+
+
+@dataclass(frozen=True)
+class PbdSettings:
+    """Of position based dynamics."""
+
+    particle_size: float
+    low: Vec
+    high: Vec
+    stretch_iterations: int
+    bending_iterations: int
+
+
+@dataclass(frozen=True)
+class FemSettings:
+    """Of the finite element method."""
+
+    newton_iterations: int
+    damping_alpha: float
+    damping_beta: float
+    floor: float | None
+    """Height [m] of the floor that fem bodies touch; None if there is none."""
+
+
+@dataclass(frozen=True)
+class SapSettings:
+    """Of the coupler that fem bodies need."""
+
+    floor: bool
+    """Whether there is a floor."""
+    rigid: bool
+    """Whether there is anything rigid besides the floor."""
+
+
+@dataclass(frozen=True)
+class SoftSettings:
+    """Resolved settings of a scene with deformable bodies. `why` holds a sentence for each that was derived."""
+
+    model: str
+    """particle, sap, ipc; rigid if bodies of different families are not to touch."""
+    precision: str
+    """32 or 64 bits."""
+    mpm: MpmSettings | None
+    pbd: PbdSettings | None
+    fem: FemSettings | None
+    sap: SapSettings | None
+    substeps: tuple[tuple[float, str], ...]
+    """Longest substeps [s] that solvers bear, each with a reason."""
+    why: dict[str, str] = field(default_factory=dict)
+
+    def values(self) -> dict[str, str]:
+        """What was derived, in words, by the names of `why`."""
+        found = {"model": self.model, "precision": self.precision}
+        if self.mpm is not None:
+            found |= {"mpm_cell": f"{self.mpm.cell:g} m", "mpm_bounds": _words(self.mpm.low, self.mpm.high)}
+        if self.pbd is not None:
+            found |= {
+                "pbd_size": f"{self.pbd.particle_size:g} m",
+                "pbd_bounds": _words(self.pbd.low, self.pbd.high),
+                "stretch_iterations": str(self.pbd.stretch_iterations),
+                "bending_iterations": str(self.pbd.bending_iterations),
+            }
+        if self.fem is not None:
+            found |= {
+                "newton_iterations": str(self.fem.newton_iterations),
+                "damping_alpha": f"{self.fem.damping_alpha:g} 1/s",
+                "damping_beta": f"{self.fem.damping_beta:g} s",
+                "floor": f"{self.fem.floor:g} m" if self.fem.floor is not None else "none",
+            }
+        return found
+
+
+def _words(low: Vec, high: Vec) -> str:
+    return " to ".join("[" + ", ".join(f"{x:g}" for x in corner) + "]" for corner in (low, high))

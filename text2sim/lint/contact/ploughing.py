@@ -1,0 +1,203 @@
+"""Driven bodies that are sent through the ground, or through what never moves.
+
+Nothing stops a driven body: the engine sets its joints in every step. Its way is looked at in steps of half the
+thickness of its pieces, turns in steps of some degrees.
+"""
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.schedules import value_at
+from text2sim.compiler.shapes.rotation import (
+    IDENTITY,
+    Quaternion,
+    Vec,
+    quat_from_axis_angle,
+    quat_multiply,
+    quat_rotate,
+    vector_unit,
+)
+from text2sim.lint.facts import Facts
+from text2sim.lint.parts import Part, apart, union
+from text2sim.lint.rule import Rule
+from text2sim.lint.start.escape import Effort, inside, overlap_of
+from text2sim.lint.words import length
+from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.base import AXES
+from text2sim.spec_schema.models.bodies import Driven
+from text2sim.spec_schema.models.motion import Oscillate, Spin, Waypoints
+
+LOOKED_AT = 8
+"""Copies of a driven body that are looked at."""
+STEPS = 60
+"""Poses of a way or a turn that are looked at, at most."""
+SLACK = 0.002
+"""Depth [m] that is a close fit, no blunder; and as a part of the thickness of a piece:"""
+CLOSE = 0.05
+EFFORT = 4000
+"""Steps that depths may take in a case."""
+
+Moment = tuple[float, Vec, Quaternion]
+"""A time [s], and how the body has moved [m] and turned about its origin by then."""
+
+
+def _ploughing(facts: Facts) -> Iterator[Problem]:
+    effort = Effort(EFFORT)
+    for name, body in facts.case.bodies.items():
+        if not isinstance(body, Driven):
+            continue
+        seen: set[str] = set()
+        for copy in facts.placed[name][:LOOKED_AT]:
+            for other, t, depth in _struck(facts, copy, effort):
+                if other.body in seen:
+                    continue
+                seen.add(other.body)
+                text = (
+                    f"`{copy.name}` is driven {length(depth)} into `{other.name}` by {t:.3g} s: nothing stops a driven "
+                    "body, and the film shows it pass through; end its motion before, or start it farther away"
+                )
+                yield facts.problem("driven-through", facts.where(name, "motion"), text)
+
+
+def _struck(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[Copy, float, float]]:
+    """What a driven copy is sent into, when it is there deepest [s], and how deep [m]."""
+    parts = facts.parts(copy)
+    moments = list(_moments(facts, copy, parts))
+    if not parts or not moments:
+        return
+    allowed = max(SLACK, CLOSE * min(part.thickness for part in parts))
+    for ground in facts.planes:
+        depths = [(max(ground.depth(part) for part in _moved(copy, parts, moment)), -moment[0]) for moment in moments]
+        depth, t = max(depths)
+        under = max(ground.depth(part) for part in parts)
+        if depth > allowed and under <= allowed and ground.beside(copy.pos) < 0.0:
+            yield ground.copy, -t, depth
+    way = union(part.box for moment in moments[:: max(1, len(moments) // 12)] for part in _moved(copy, parts, moment))
+    for other in _fixtures(facts, copy):
+        box = facts.box(other)
+        if box is None or way is None or apart(way, box):
+            continue
+        theirs = facts.parts(other)
+        if any(inside(a, b) for a in parts for b in theirs):
+            continue
+        found = (_depth(copy, parts, moment, theirs, effort) for moment in moments)
+        depth, t = max(((depth, -moment[0]) for depth, moment in zip(found, moments, strict=True)), default=(0.0, 0.0))
+        if depth > allowed:
+            yield other, -t, depth
+
+
+def _fixtures(facts: Facts, mover: Copy) -> Iterator[Copy]:
+    """Copies that never move."""
+    for copy in facts.copies.values():
+        if copy is not mover and facts.mount(copy) in ("static", "fixed"):
+            yield copy
+
+
+def _depth(copy: Copy, parts: list[Part], moment: Moment, others: list[Part], effort: Effort) -> float:
+    """How deep [m] a copy is in another at a moment."""
+    moved = _moved(copy, parts, moment)
+    pairs = [(a, b) for a in moved for b in others if inside(a, b)]
+    if not pairs or effort.left < 0:
+        return 0.0
+    return overlap_of(moved, others, pairs[:4], effort).depth
+
+
+def _moved(copy: Copy, parts: list[Part], moment: Moment) -> list[Part]:
+    """The pieces of a copy at a moment."""
+    _, (x, y, z), turn = moment
+    found = []
+    for part in parts:
+        (a, b, c), quat = part.pos, part.quat
+        if turn != IDENTITY:
+            p, q, r = copy.pos
+            d, e, f = quat_rotate(turn, (a - p, b - q, c - r))
+            (a, b, c), quat = (p + d, q + e, r + f), quat_multiply(turn, quat)
+        found.append(Part(part.piece, (a + x, b + y, c + z), quat, part.moves, part.link, part.mesh))
+    return found
+
+
+def _moments(facts: Facts, copy: Copy, parts: list[Part]) -> Iterator[Moment]:
+    """Moments of a motion within the run, near enough to each other that no piece is missed."""
+    motion, duration = copy.model.motion, facts.case.scene.duration
+    stride = min((part.thickness for part in parts), default=1.0) / 2
+    if isinstance(motion, Spin):
+        axis = vector_unit(AXES[motion.axis] if isinstance(motion.axis, str) else motion.axis)
+        low = high = angle = 0.0
+        ends = [(0.0, 0.0), (0.0, 0.0)]
+        for k in range(200):
+            t = duration * (k + 1) / 200
+            angle += value_at(motion.speed, t - duration / 400) * duration / 200
+            if angle < low or angle > high:
+                low, high = min(low, angle), max(high, angle)
+                ends[angle > 0] = (angle, t)
+        for last, t in ends:
+            last = max(-2 * math.pi, min(last, 2 * math.pi))
+            for k in range(1, STEPS + 1) if last else ():
+                turned = last * k / STEPS
+                yield t * k / STEPS, (0.0, 0.0, 0.0), quat_from_axis_angle(axis, turned)
+        return
+    corners = _oscillation(motion, duration) if isinstance(motion, Oscillate) else _waypoints(motion, duration)
+    total = sum(math.dist(a, b) for (_, a), (_, b) in pairwise(corners)) or 1.0
+    for (start, a), (end, b) in pairwise(corners):
+        far = math.dist(a, b)
+        count = max(1, math.ceil(min(far / stride, STEPS * far / total)))
+        for k in range(1, count + 1):
+            u = k / count
+            x, y, z = (p + u * (q - p) for p, q in zip(a, b, strict=True))
+            yield start + u * (end - start), (x, y, z), IDENTITY
+
+
+def _oscillation(motion: Oscillate, duration: float) -> list[tuple[float, Vec]]:
+    """The ends of the first swing, as far as the run goes."""
+    axis = vector_unit(AXES[motion.axis] if isinstance(motion.axis, str) else motion.axis)
+    quarter = 0.25 / motion.frequency
+    times = [0.0, *(t for t in (quarter, 3 * quarter) if t < duration), duration]
+
+    def there(t: float) -> Vec:
+        x, y, z = (motion.amplitude * math.sin(2 * math.pi * motion.frequency * t) * c for c in axis)
+        return (x, y, z)
+
+    return [(t, there(t)) for t in times]
+
+
+def _waypoints(motion: Waypoints, duration: float) -> list[tuple[float, Vec]]:
+    """The corners of a way, as far as the run goes."""
+    rows = list(zip(motion.times, motion.positions, strict=True))
+    if rows[0][0] > 0.0:
+        rows.insert(0, (0.0, rows[0][1]))
+    kept = [row for row in rows if row[0] < duration]
+    if len(kept) < len(rows):
+        (start, a), (end, b) = rows[len(kept) - 1], rows[len(kept)]
+        u = (duration - start) / (end - start)
+        u = u * u * (3 - 2 * u) if motion.ease == "smooth" else u
+        x, y, z = (p + u * (q - p) for p, q in zip(a, b, strict=True))
+        kept.append((duration, (x, y, z)))
+    return kept
+
+
+_STAMP = """\
+bodies:
+  stamp:
+    kind: driven
+    shape: {kind: box, size: [0.3, 0.3, 0.1]}
+    pose: {pos: [0, 0, 0.5]}
+    motion: {kind: waypoints, times: [0, 0.5], positions: [[0, 0, 0], [0, 0, %s]]}
+"""
+
+RULES = (
+    Rule(
+        id="driven-through",
+        severity="warning",
+        title="A driven body is sent through the ground, or through what never moves.",
+        reason=f"""\
+A driven body goes where its motion says, with any force: the engine sets its place in every step. The ground, statics
+and bodies with a fixed mount do not give way, either, and so it passes through them. Reported is what gets deeper than
+{SLACK * 1e3:g} mm and {CLOSE:.0%} of its thinnest piece, if it starts outside.""",
+        way_out="End the motion before, start it farther away, or let a motor move it, which can be stopped.",
+        example=_STAMP % "-0.6",
+        mended=_STAMP % "-0.44",
+        run=_ploughing,
+    ),
+)

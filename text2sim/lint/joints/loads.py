@@ -1,0 +1,150 @@
+"""What joints carry from some time on, because it is attached to them then: what a crane lifts.
+
+A load counts from its `attach` to its release, once the joint is told to move against its weight: before, what it stood
+on may still carry it. It is picked up where it starts, or where its fall has brought it; the joints of a tree are taken
+to be where their position drives have sent them by then. Where a joint runs by velocity or force, only a slider's load
+is known, as it is the same everywhere.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from math import cos, inf, sin
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.plan import Weld
+from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
+from text2sim.compiler.trees.tree import StandingLink, tree_links
+from text2sim.lint.contact.flight import flight_of
+from text2sim.lint.facts import Facts
+from text2sim.lint.joints.drives import Span, spans_of
+from text2sim.lint.joints.lumps import Lump, together
+from text2sim.lint.joints.motors import Powered
+from text2sim.lint.joints.swing import Swing, pull_of
+
+MOVED = 1e-6
+"""A change of a target [rad or m] that is none."""
+
+
+@dataclass(frozen=True)
+class Lift:
+    """A motor that is to lift what is attached to its joint later."""
+
+    motor: Powered
+    """With the load's weight in its pull."""
+    span: Span
+    """The drive, while the load hangs there."""
+    load: str
+    """What is attached."""
+    control: str
+    at: float
+    """When [s]."""
+
+
+def lifts(motor: Powered) -> Iterator[Lift]:
+    """Yield the drives by which a motor lifts what is attached to its joint after the start."""
+    facts, swing = motor.mechanics.facts, motor.swing
+    tree = facts.tree(swing.copy)
+    for weld, until in _later(facts):
+        for mine, link, other in ((weld.a, weld.a_link, weld.b), (weld.b, weld.b_link, weld.a)):
+            if mine != swing.copy.name or tree is None or not facts.free(facts.copies[other]):
+                continue
+            standing = _standing(facts, swing.copy, weld.at)
+            beyond = [one for one in standing if one.link.name in motor.mechanics.beyond(swing)]
+            holder = link or tree.roots[0].name
+            if not any(one.link.name == holder for one in beyond):
+                continue
+            lump = together(_lump(motor, name, weld.at) for name in _group(facts, other, weld.at))
+            joint = next(one for one in beyond if any(name == swing.name for name, _ in one.link.all_joints()))
+            yield from _lifts(motor, joint, lump, weld, min(until, facts.case.scene.duration), other)
+
+
+def _lifts(motor: Powered, joint: StandingLink, lump: Lump, weld: Weld, until: float, other: str) -> Iterator[Lift]:
+    swing, gravity = motor.swing, motor.mechanics.facts.plan.gravity
+    axis = quat_rotate(joint.quat, swing.joint.axis)
+    anchor = frame_apply(joint.pos, joint.quat, swing.joint.anchor)
+    pull = pull_of(swing.joint.kind, axis, anchor, lump, gravity)
+    if swing.hinge:
+        pull = _turned(pull, _position(motor, weld.at) - swing.start)
+    for span in motor.spans:
+        start, end = max(span.start, weld.at), min(span.end, until)
+        if span.mode == "force" or end <= start or (swing.hinge and span.mode != "position"):
+            continue
+        own = replace(swing, pull=pull)
+        part = replace(span, start=start, end=end)
+        if not _against(own, part):
+            continue
+        both = (swing.pull[0] + pull[0], swing.pull[1] + pull[1])
+        loaded = replace(swing, pull=both, mass=swing.mass + lump.mass)
+        yield Lift(replace(motor, swing=loaded), part, other, weld.control, weld.at)
+
+
+def _later(facts: Facts) -> Iterator[tuple[Weld, float]]:
+    """Welds that are made after the start, and when [s] each is undone."""
+    for weld in facts.rows.welds:
+        if not weld.on or weld.at <= 0.0 or weld.a not in facts.copies or weld.b not in facts.copies:
+            continue
+        ends = (weld.a, weld.a_link, weld.b, weld.b_link)
+        undone = (
+            one.at
+            for one in facts.rows.welds
+            if not one.on and one.at > weld.at and (one.a, one.a_link, one.b, one.b_link) == ends
+        )
+        yield weld, min(undone, default=inf)
+
+
+def _group(facts: Facts, name: str, t: float) -> set[str]:
+    """A free body and all free ones that are welded to it at a time [s]."""
+    found, waiting = {name}, [name]
+    while waiting:
+        one = waiting.pop()
+        for weld in facts.rows.welds:
+            if weld.on and weld.at <= t and one in (weld.a, weld.b):
+                other = weld.b if one == weld.a else weld.a
+                if other not in found and other in facts.copies and facts.free(facts.copies[other]):
+                    found.add(other)
+                    waiting.append(other)
+    return found
+
+
+def _lump(motor: Powered, name: str, t: float) -> Lump:
+    """Mass of a load where its fall has brought it by a time [s]."""
+    facts = motor.mechanics.facts
+    copy = facts.copies[name]
+    lump, flight = motor.mechanics.lump(copy), flight_of(facts, copy)
+    if flight is None:
+        return lump
+    x, y, z = (c + d for c, d in zip(lump.center, flight.offset(min(t, flight.end)), strict=True))
+    return replace(lump, center=(x, y, z))
+
+
+def _standing(facts: Facts, copy: Copy, t: float) -> list[StandingLink]:
+    """The links of a copy where its position drives have sent them by a time [s]."""
+    tree = facts.tree(copy)
+    assert tree is not None
+    initial = dict(tree.initial)
+    for (entity, joint), spans in spans_of(facts).items():
+        if entity == copy.name:
+            for span in spans:
+                if span.mode == "position" and span.start <= t:
+                    initial[joint] = span.value(t)
+    return tree_links(replace(tree, initial=initial), copy.pos, copy.quat)
+
+
+def _position(motor: Powered, t: float) -> float:
+    """Target [rad or m] of a joint at a time [s]; its start if it has none."""
+    values = [span.value(t) for span in motor.spans if span.mode == "position" and span.start <= t]
+    return values[-1] if values else motor.swing.start
+
+
+def _turned(pull: tuple[float, float], turn: float) -> tuple[float, float]:
+    """A pull as `Swing.pull` has it, that is told for the angle `turn` from the start, told for the start."""
+    return (pull[0] * cos(turn) - pull[1] * sin(turn), pull[0] * sin(turn) + pull[1] * cos(turn))
+
+
+def _against(swing: Swing, span: Span) -> bool:
+    """Whether a drive moves against a pull."""
+    corners = span.corners()
+    if span.mode == "velocity":
+        return any(value * swing.pull[0] < 0.0 for _, value in corners)
+    steps = zip(corners, corners[1:], strict=False)
+    return any(abs(q - p) > MOVED and (q - p) * swing.gravity((p + q) / 2) < 0.0 for (_, p), (_, q) in steps)

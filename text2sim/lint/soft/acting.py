@@ -1,0 +1,258 @@
+"""What acts on deformable bodies: motors that are too weak to press them, pulls that tear them, fields that miss them."""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.lint.facts import Facts
+from text2sim.lint.joints.drives import spans_of
+from text2sim.lint.rule import Rule
+from text2sim.lint.soft.facts import SoftBody, soft_facts
+from text2sim.lint.words import length
+from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.regions import SIDES
+
+FIELDS = ("wind", "drag", "attraction", "vortex", "turbulence")
+SHORT = 0.2
+"""A press that stops short by more than this part of its way into a body is reported."""
+MUCH = 0.7
+"""Strain to which the law of Hooke is carried on."""
+TEARS = 0.5
+"""Strain of a pulled part of an mpm body from which on its particles part."""
+
+
+def _weak_press(facts: Facts) -> Iterator[Problem]:
+    """Sliders with motors that are told to go where soft bodies are."""
+    soft = soft_facts(facts)
+    seen = set()
+    for (entity, joint), spans in spans_of(facts).items():
+        copy = facts.copies[entity]
+        mount = getattr(copy.model, "mount", None)
+        motor = next((m for m in facts.plan.motors if m.entity == entity and m.joint == joint), None)
+        if mount is None or mount.kind != "slider" or motor is None or copy.body in seen:
+            continue
+        for span in spans:
+            if span.mode != "position":
+                continue
+            low, high = span.extremes()
+            for q in (low, high):
+                force, depth, body = _resistance(facts, soft.bodies, copy, _axis(mount.axis), q)
+                if body is None:
+                    continue
+                room = force / motor.stiffness if motor.stiffness > 0 else math.inf
+                limit = motor.max_force
+                weak = limit is not None and limit < force * (1 - SHORT)
+                if not weak and room <= SHORT * depth:
+                    continue
+                seen.add(copy.body)
+                text = (
+                    f"`{copy.name}` is to press {length(depth)} into `{body.name}`, which resists with about "
+                    f"{force:.3g} N (E A times strain), but its motor "
+                )
+                if weak:
+                    text += f"gives {limit:.3g} N at most; a max_force of {1.5 * force:.2g} would do"
+                else:
+                    text += (
+                        f"(stiffness {motor.stiffness:g} N/m) gives in by {length(min(room, depth))}; a stiffness of "
+                        f"{force / (SHORT / 2 * depth):.2g} N/m would do"
+                    )
+                yield facts.problem("weak-press", ("actions", "controls", span.control), text, key=True)
+                break
+            if copy.body in seen:
+                break
+
+
+def _resistance(
+    facts: Facts, bodies: list[SoftBody], copy: Copy, axis: tuple[float, float, float], q: float
+) -> tuple[float, float, SoftBody | None]:
+    """Force [N] of soft bodies against a copy that has moved by `q` [m], how deep [m] it is in one, and in which."""
+    box = facts.box(copy)
+    if box is None or abs(q) < 1e-9:
+        return 0.0, 0.0, None
+    main = max(range(3), key=lambda k: abs(axis[k]))
+    if abs(axis[main]) < 0.9:
+        return 0.0, 0.0, None
+    force, deepest, hit = 0.0, 0.0, None
+    shift = q * (1 if axis[main] > 0 else -1)
+    for body in bodies:
+        young = getattr(body.model.material, "youngs_modulus", None)
+        if body.model.kind != "soft" or young is None:
+            continue
+        area, depth, thick = _entered(box, body.box, main, shift)
+        if area > 0.0 and depth > 0.0:
+            force += young * area * min(depth / thick, MUCH)
+            if depth > deepest:
+                deepest, hit = depth, body
+    return force, deepest, hit
+
+
+def _entered(box: Bounds, other: Bounds, main: int, shift: float) -> tuple[float, float, float]:
+    """Area [m2] of contact, depth [m] along an axis, and thickness [m] there of what a moved box enters."""
+    area = 1.0
+    for k in range(3):
+        if k != main:
+            area *= max(0.0, min(box[1][k], other[1][k]) - max(box[0][k], other[0][k]))
+    before = box[0][main] - other[1][main] if shift < 0 else other[0][main] - box[1][main]
+    depth = abs(shift) - max(before, 0.0)
+    if before < -1e-3:  # it is inside, or behind
+        return 0.0, 0.0, 1.0
+    thick = other[1][main] - other[0][main]
+    return area, min(depth, thick), thick
+
+
+def _axis(axis: Any) -> tuple[float, float, float]:
+    names = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+    return names[axis] if isinstance(axis, str) else axis
+
+
+def _tearing(facts: Facts) -> Iterator[Problem]:
+    """Forces on small parts of mpm bodies."""
+    soft = soft_facts(facts)
+    bodies = {body.body: body for body in soft.of("mpm") if body.model.kind == "soft"}
+    for name, control in facts.case.actions.controls.items():
+        if control.kind != "force" or control.region is None:
+            continue
+        body = bodies.get(control.body.split("[")[0])
+        if body is None:
+            continue
+        area = _area(facts, body, control.region)
+        if area is None or area <= 0.0:
+            continue
+        young = body.model.material.youngs_modulus
+        force = math.hypot(*control.force)
+        strain = force / (area * young)
+        if strain > TEARS:
+            text = (
+                f"{force:.3g} N on {area * 1e4:.3g} cm2 of `{body.name}` stretch it there by {strain:.2g} of its length "
+                f"(E {young:.3g} Pa): particles that come more than two cells apart never hold together again; take a "
+                f"force of {TEARS * 0.6 * area * young:.2g} N or less, a larger region, or `drag` to let it move slowly"
+            )
+            yield facts.problem("tearing-force", ("actions", "controls", name, "force"), text)
+
+
+def _area(facts: Facts, body: SoftBody, region: Any) -> float | None:
+    """Cross-section [m2] of a region of a body, roughly; None where it is not known."""
+    (a, b, c), (d, e, f) = body.box
+    size = (d - a, e - b, f - c)
+    sides = region.sides
+    if region.face is not None:
+        across = SIDES[sides[0]][0]
+        u, v = (size[k] for k in range(3) if k != across)
+        return u * v
+    if region.sphere is not None:
+        widths = sorted(min(2 * region.sphere.radius, s) for s in size)
+        return math.pi / 4 * widths[1] * widths[2]
+    if region.box is not None:
+        low = [max(p, -s / 2) for p, s in zip(region.box.min, size, strict=True)]
+        high = [min(p, s / 2) for p, s in zip(region.box.max, size, strict=True)]
+        widths = sorted(max(0.0, q - p) for p, q in zip(low, high, strict=True))
+        return widths[1] * widths[2]
+    return None
+
+
+def _idle_field(facts: Facts) -> Iterator[Problem]:
+    soft = soft_facts(facts)
+    felt = [*soft.of("pbd"), *(soft.of("mpm") if soft.model in ("rigid", "particle") else [])]
+    if felt:
+        return
+    for name, control in facts.case.actions.controls.items():
+        if control.kind in FIELDS:
+            why = (
+                f"under contact model {soft.model} mpm bodies feel none, and there is no cloth of solver pbd"
+                if soft.of("mpm")
+                else "fields act on mpm bodies and on cloth of solver pbd, and there is none"
+            )
+            text = f"this {control.kind} moves nothing: {why}; rigid bodies are pushed by `force`"
+            yield facts.problem("idle-field", ("actions", "controls", name, "kind"), text)
+
+
+_JELLY = "{kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.11]}"
+
+RULES = (
+    Rule(
+        id="weak-press",
+        severity="warning",
+        title="A motor that is too weak to press a soft body as far as it is told to.",
+        reason="""\
+A soft body resists with about E A times its strain: 0.3 MPa on 25 cm2, pressed by a fifth, are 150 N. A position drive
+stops short by that force over its `stiffness`, and at its `max_force` altogether: a piston of 20,000 N/m stopped 22 mm
+above its target, at 450 N.""",
+        way_out="Raise `stiffness` or `max_force` as the message says, or take a softer body.",
+        example=f"""\
+bodies:
+  jelly: {_JELLY}, material: {{youngs_modulus: 3.0e+5}}}}
+  piston:
+    kind: rigid
+    shape: {{kind: box, size: [0.3, 0.3, 0.08]}}
+    pose: {{pos: [0, 0, 0.27]}}
+    mount: {{kind: slider, axis: z, actuator: {{stiffness: 2000, damping: 100}}}}
+actions:
+  controls:
+    press: {{kind: drive, joint: piston, position: {{kind: ramp, to: -0.08, end: 1.0}}}}
+""",
+        mended=f"""\
+bodies:
+  jelly: {_JELLY}, material: {{youngs_modulus: 3.0e+5}}}}
+  piston:
+    kind: rigid
+    shape: {{kind: box, size: [0.3, 0.3, 0.08]}}
+    pose: {{pos: [0, 0, 0.27]}}
+    mount: {{kind: slider, axis: z, actuator: {{stiffness: 2000000, damping: 10000}}}}
+actions:
+  controls:
+    press: {{kind: drive, joint: piston, position: {{kind: ramp, to: -0.08, end: 1.0}}}}
+""",
+        run=_weak_press,
+    ),
+    Rule(
+        id="tearing-force",
+        severity="warning",
+        title="A force on so small a part of an mpm body that it tears.",
+        reason=f"""\
+Particles hold together as long as they share nodes of the grid: what is drawn more than two cells apart is two bodies
+from then on, whatever the material is. A soft body that was pulled by its nose into a tube lost the nose. Reported
+where force over area and stiffness come to a strain of more than {TEARS:g}.""",
+        way_out="Push on more of the body, with less, or with `drag` so that it moves slowly.",
+        example=f"""\
+bodies:
+  jelly: {_JELLY}, material: {{youngs_modulus: 5.0e+4}}}}
+actions:
+  controls:
+    pull: {{kind: force, body: jelly, region: {{sphere: {{center: [0.1, 0, 0], radius: 0.02}}}}, force: [80, 0, 0]}}
+""",
+        mended=f"""\
+bodies:
+  jelly: {_JELLY}, material: {{youngs_modulus: 5.0e+4}}}}
+actions:
+  controls:
+    pull: {{kind: force, body: jelly, region: {{face: right}}, force: [80, 0, 0]}}
+""",
+        run=_tearing,
+    ),
+    Rule(
+        id="idle-field",
+        severity="warning",
+        title="A field in a scene in which nothing feels it.",
+        reason="""\
+The engine's fields are accelerations of particles: of mpm bodies (under contact models `rigid` and `particle`) and of
+cloth of solver pbd. Rigid bodies, fem bodies and everything under `ipc` do not feel them, without a word.""",
+        way_out="Push rigid bodies with `force`; give cloth `solver: pbd` and soft bodies `solver: mpm`.",
+        example="""\
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, place: {on: floor}}
+actions:
+  controls:
+    breeze: {kind: wind, direction: x, acceleration: 3}
+""",
+        mended="""\
+bodies:
+  flag: {kind: cloth, shape: {kind: sheet, size: [0.6, 0.4]}, pose: {pos: [0, 0, 1]}}
+actions:
+  controls:
+    breeze: {kind: wind, direction: x, acceleration: 3}
+""",
+        run=_idle_field,
+    ),
+)

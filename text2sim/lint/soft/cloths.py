@@ -1,0 +1,226 @@
+"""Cloth of solver pbd: what passes through it, what slides off it, and what does not pull back."""
+
+import math
+from collections.abc import Iterator
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.lint.facts import Facts
+from text2sim.lint.rule import Rule
+from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
+from text2sim.lint.words import length, more_copies
+from text2sim.spec_schema.errors import Problem
+
+CAUGHT, CAUGHT_WELL = 8.0, 16.0
+"""Speed [m/s] at which a sheet still catches a ball, with 4 and with 20 sweeps over its threads: at twice that the ball
+went through."""
+WELL = 20
+"""As many sweeps."""
+CLOSE = 0.02
+"""What is so near [m] to a cloth lies on it."""
+
+
+def _passes(facts: Facts) -> Iterator[Problem]:
+    """Cloth that meets rigid bodies, or is met by them, faster than its contact shell bears."""
+    soft = soft_facts(facts)
+    room, h = soft.particle / 2, facts.substep
+    found: dict[tuple[str, str], tuple[float, SoftBody, Copy]] = {}
+    for body, copy in soft.pairs("pbd"):
+        speed = _meeting_speed(facts, soft, body, copy)
+        if speed > found.get((body.body, copy.body), (0.0,))[0]:
+            found[body.body, copy.body] = speed, body, copy
+    limit = CAUGHT_WELL if (facts.case.scene.pbd.stretch_iterations or 0) >= WELL else CAUGHT
+    for speed, body, copy in found.values():
+        shift = speed * h
+        if shift > room * (1 + 1e-6):
+            needed = math.ceil(facts.case.scene.dt * speed / room)
+            text = (
+                f"`{body.name}` and `{copy.name}` meet at up to {speed:.3g} m/s, {length(shift)} in a substep of "
+                f"{h:.3g} s, but the contact shell of the cloth is {length(room)} (half of scene.pbd.particle_size): "
+                f"particles are past it before they are held; scene.substeps of {needed} hold them"
+            )
+        elif speed > limit and facts.free(copy):
+            text = (
+                f"`{copy.name}` meets `{body.name}` at up to {speed:.3g} m/s: a sheet lets go of its threads at that "
+                f"speed, and a ball went through at twice {limit:g} m/s; "
+                + ("make it slower" if limit == CAUGHT_WELL else f"`scene.pbd.stretch_iterations: {WELL}` bears more")
+            )
+        else:
+            continue
+        yield facts.problem("cloth-too-fast", _blame(facts, body, copy), text, key=True)
+
+
+def _meeting_speed(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> float:
+    """Largest speed [m/s] at which the two may meet: of what is thrown, falls from above, or turns."""
+    own, other = (facts.velocities.get(c.name, (0.0, 0.0, 0.0)) for c in (body.copy, copy))
+    fast = math.dist(own, other)
+    drop = 0.0
+    box, its = body.box, facts.box(copy)
+    if its is not None:
+        if facts.free(copy) and soft.comes_down_on(copy, body.copy):
+            drop = its[0][2] - box[1][2]
+        elif not soft.held(body.name) and soft.comes_down_on(body.copy, copy):
+            drop = box[0][2] - its[1][2]
+    fall = math.sqrt(max(0.0, 2 * math.hypot(*facts.case.scene.gravity) * drop))
+    return math.hypot(fast, fall)
+
+
+def _blame(facts: Facts, body: SoftBody, copy: Copy) -> tuple[str | int, ...]:
+    names = {body.copy.name, copy.name}
+    for row in facts.rows.velocities:
+        if row.entity in names:
+            return ("actions", "controls", row.control)
+    return facts.said(body.body if soft_facts(facts).comes_down_on(body.copy, copy) else copy.body, "place", "pose")
+
+
+def _slides(facts: Facts) -> Iterator[Problem]:
+    """Cloth that would have to lie on, or be dragged under, rigid bodies by friction."""
+    soft = soft_facts(facts)
+    if facts.case.scene.gravity[2] >= 0.0:
+        return
+    seen: set[tuple[str, str]] = set()
+    for body, copy in soft.pairs("pbd"):
+        if (body.body, copy.body) in seen:
+            continue
+        words = _draped(facts, soft, body, copy) or _dragged(facts, soft, body, copy)
+        if words:
+            seen.add((body.body, copy.body))
+            text = (
+                f"{words}: cloth of solver pbd has no friction with rigid bodies; `solver: ipc` has (on a machine with "
+                "CUDA), or pin part of it with `attach`"
+            )
+            yield facts.problem("cloth-slides", facts.said(body.body, "solver", "material"), text, key=True)
+
+
+def _draped(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> str:
+    """What is wrong with a loose cloth over something smaller than itself that stands still."""
+    its = facts.box(copy)
+    if soft.held(body.name) or its is None or facts.moves(copy) and not facts.free(copy):
+        return ""
+    if not soft.comes_down_on(body.copy, copy) or body.box[0][2] < its[1][2] - CLOSE:
+        return ""
+    hangs = any(body.box[1][k] - body.box[0][k] > its[1][k] - its[0][k] for k in (0, 1))
+    return f"`{body.name}` comes down on `{copy.name}` and slides off it in a second or two" if hangs else ""
+
+
+def _dragged(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> str:
+    """What is wrong with a cloth that is pulled from under something."""
+    its = facts.box(copy)
+    if its is None or not facts.free(copy) or not _pulled(facts, body):
+        return ""
+    over = soft.comes_down_on(copy, body.copy) and its[0][2] - body.box[1][2] < CLOSE
+    return f"`{body.name}` is pulled from under `{copy.name}`, which feels nothing of it" if over else ""
+
+
+def _pulled(facts: Facts, body: SoftBody) -> bool:
+    """Whether something that moves holds a cloth."""
+    for control in facts.case.actions.controls.values():
+        if control.kind == "attach" and control.body.split("[")[0] == body.body and control.to != "world":
+            copies = facts.placed.get(control.to.split("[")[0].split(".")[0], [])
+            if any(facts.moves(copy) for copy in copies):
+                return True
+    return False
+
+
+def _one_way(facts: Facts) -> Iterator[Problem]:
+    """Cloth that is attached to something free: it never pulls it."""
+    soft = soft_facts(facts)
+    cloths = {body.body for body in soft.of("pbd")}
+    for name, control in facts.case.actions.controls.items():
+        if control.kind != "attach" or control.body.split("[")[0] not in cloths or control.to == "world":
+            continue
+        holders = facts.placed.get(control.to.split("[")[0].split(".")[0], [])
+        loose = [copy for copy in holders if facts.free(copy)]
+        if loose:
+            text = (
+                f"`{loose[0].name}`{more_copies(len(loose))} is free, and `{control.body}` is attached to it: cloth of "
+                "solver pbd follows what holds it but never pulls it; hold it by something that is fixed, driven, or "
+                "on a joint with a motor"
+            )
+            yield facts.problem("one-way-hold", ("actions", "controls", name, "to"), text)
+
+
+RULES = (
+    Rule(
+        id="cloth-too-fast",
+        severity="warning",
+        title="A cloth and a rigid body meet so fast that one passes through the other.",
+        reason=f"""\
+Particles of cloth are pushed out of rigid bodies from half of `particle_size` on, wherever they are at the end of a
+substep: what moves farther in a substep may be on the other side. Walls may be thin: 4 mm held a tumbling cloth as long
+as speed times substep stayed below the shell. A sheet of 20 mm particles caught a ball at 4 and 8 m/s and let it pass
+at 16; with {WELL} sweeps over its threads and half the substep it caught it at 16 and not at 32.""",
+        way_out="Take the `scene.substeps` that the message names, larger particles, or more `scene.pbd.stretch_iterations`.",
+        example="""\
+scene: {dt: 0.01, substeps: 2}
+bodies:
+  sheet: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.6, 0.6]}, pose: {pos: [0, 0, 0.8]}}
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.08}, pose: {pos: [0, 0, 2.0]}}
+actions:
+  controls:
+    pin: {kind: attach, body: sheet, region: {edge: left}, to: world}
+""",
+        mended="""\
+bodies:
+  sheet: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.6, 0.6]}, pose: {pos: [0, 0, 0.8]}}
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.08}, pose: {pos: [0, 0, 2.0]}}
+actions:
+  controls:
+    pin: {kind: attach, body: sheet, region: {edge: left}, to: world}
+""",
+        run=_passes,
+    ),
+    Rule(
+        id="cloth-slides",
+        severity="warning",
+        title="A cloth of solver pbd where friction would have to hold it.",
+        reason="""\
+Contact of pbd particles with rigid bodies has no friction at all; the material's friction acts between cloths alone.
+Sheets that came down on a sphere and on a cube slid off within 1.2 to 1.6 s. A tablecloth of this kind leaves plates
+where they are however slowly it is pulled.""",
+        way_out="""\
+Take `solver: ipc` (with CUDA); or let something else than friction hold the cloth: pins, lifters, a rim, a bowl.""",
+        example="""\
+scene: {statics: {post: {shape: {kind: cylinder, radius: 0.1, height: 0.5}, place: {on: floor}}}}
+bodies:
+  sheet: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.6, 0.6]}, pose: {pos: [0, 0, 0.55]}}
+""",
+        mended="""\
+scene: {statics: {post: {shape: {kind: cylinder, radius: 0.1, height: 0.5}, place: {on: floor}}}}
+bodies:
+  sheet: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.6, 0.6]}, pose: {pos: [0, 0, 0.55]}}
+actions:
+  controls:
+    pin: {kind: attach, body: sheet, region: {nearest: [0, 0, 0]}, points: 9, to: world}
+""",
+        run=_slides,
+    ),
+    Rule(
+        id="one-way-hold",
+        severity="warning",
+        title="A cloth is attached to a free body, which does not feel it.",
+        reason="""\
+The engine moves the held particles of a pbd cloth with the link that holds them, and gives the link nothing back: a
+free body to which a hanging cloth is attached falls as if there were no cloth, and takes the cloth along.""",
+        way_out="""\
+Attach it to what is fixed, driven, or moved by a motor, or to the `world`; for a load that hangs on a cloth, take
+`solver: ipc`.""",
+        example="""\
+bodies:
+  sheet: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.6, 0.6]}, pose: {pos: [0, 0, 1.0]}}
+  load: {kind: rigid, shape: {kind: sphere, radius: 0.05}, pose: {pos: [0, 0, 0.9]}}
+actions:
+  controls:
+    hang: {kind: attach, body: sheet, region: {edge: left}, to: world}
+    carry: {kind: attach, body: sheet, region: {nearest: [0, 0, 0]}, to: load}
+""",
+        mended="""\
+bodies:
+  sheet: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.6, 0.6]}, pose: {pos: [0, 0, 1.0]}}
+  load: {kind: rigid, shape: {kind: sphere, radius: 0.05}, pose: {pos: [0, 0, 0.9]}}
+actions:
+  controls:
+    hang: {kind: attach, body: sheet, region: {edge: left}, to: world}
+""",
+        run=_one_way,
+    ),
+)

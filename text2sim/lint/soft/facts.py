@@ -1,0 +1,241 @@
+"""What the rules about deformable bodies look at: who solves them, how fine they are cut, and where they may get."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.soft.scales import PARTICLE, Scales, scales, sheet_size, thickness
+from text2sim.compiler.soft.solvers import contact_model, is_soft, solver_of
+from text2sim.lint.facts import Facts
+from text2sim.lint.parts import Ground, apart
+from text2sim.spec_schema.models.bodies import Rope
+
+HIGHEST = 1e4
+"""Nothing is thought to get farther [m] than this."""
+
+
+@dataclass(frozen=True, eq=False)
+class SoftBody:
+    """One copy of a deformable body."""
+
+    copy: Copy
+    solver: str
+    """`mpm`, `pbd`, `fem` or `ipc`."""
+    box: Bounds
+    """Upright box around it at the start [m]."""
+
+    @property
+    def name(self) -> str:
+        """Name of the copy."""
+        return self.copy.name
+
+    @property
+    def body(self) -> str:
+        """Name of the body."""
+        return self.copy.body
+
+    @property
+    def model(self) -> Any:
+        """The validated body, as this copy has it."""
+        return self.copy.model
+
+
+class SoftFacts:
+    """The deformable bodies of a case. Made by `soft_facts`."""
+
+    def __init__(self, facts: Facts) -> None:
+        self.facts = facts
+        self.scene = facts.case.scene
+        self.model = contact_model(facts.case.bodies.values(), self.scene)
+        """`rigid`, `particle`, `sap` or `ipc`."""
+
+    @cached_property
+    def bodies(self) -> list[SoftBody]:
+        """All copies of all deformable bodies."""
+        found = []
+        for name, body in self.facts.case.bodies.items():
+            solver = solver_of(body, self.scene)
+            if solver is not None:
+                for copy in self.facts.placed[name]:
+                    box = self.facts.box(copy)
+                    if box is not None:
+                        found.append(SoftBody(copy, solver, box))
+        return found
+
+    def of(self, *solvers: str) -> list[SoftBody]:
+        """Return the bodies of some solvers."""
+        return [body for body in self.bodies if body.solver in solvers]
+
+    @cached_property
+    def scales(self) -> Scales:
+        """How fine they are cut."""
+        return scales(self.scene, self.facts.placed, self.facts.folder)
+
+    @property
+    def cell(self) -> float:
+        """Cell [m] of the mpm grid; 0 if there is none."""
+        return self.scales.mpm_cell or 0.0
+
+    @property
+    def particle(self) -> float:
+        """Distance [m] of pbd particles; 0 if there are none."""
+        return self.scales.pbd_size or 0.0
+
+    # --- sizes ---------------------------------------------------------------------------------------------------
+
+    def thickness(self, body: SoftBody) -> float:
+        """Smallest thickness [m] of the volume of a body; infinite for cloth."""
+        return math.inf if body.model.kind == "cloth" else thickness(body.copy.shape, self.facts.folder)
+
+    def volume(self, body: SoftBody) -> float:
+        """Volume [m3] at the start; 0 for cloth."""
+        return 0.0 if body.model.kind == "cloth" else geometry.volume(body.copy.shape, self.facts.folder)
+
+    def mass(self, body: SoftBody) -> float:
+        """Mass [kg]."""
+        material = body.model.material
+        if body.model.kind == "cloth":
+            a, b = sheet_size(body.copy.shape, self.facts.folder)
+            return material.area_density * a * b
+        return material.density * self.volume(body)
+
+    def points(self, body: SoftBody) -> int:
+        """About how many particles or elements make a body; see `compiler.soft.scales` for the volume of each."""
+        if body.model.kind == "cloth":
+            a, b = sheet_size(body.copy.shape, self.facts.folder)
+            return math.ceil(a * b / (0.866 * self.scales.spacing(body.body, body.solver) ** 2))
+        if body.solver == "mpm":
+            return math.ceil(self.volume(body) / (PARTICLE * self.cell) ** 3)
+        return math.ceil(6 * math.sqrt(2) * self.volume(body) / self.scales.spacing(body.body, body.solver) ** 3)
+
+    # --- who may meet whom ---------------------------------------------------------------------------------------
+
+    @cached_property
+    def rigid(self) -> list[Copy]:
+        """Copies of bodies and statics made of links or of one piece, planes left out, that deformable bodies feel."""
+        return [
+            copy
+            for copy in self.facts.copies.values()
+            if not is_soft(copy.model)
+            and touches_soft(copy.model)
+            and (copy.shape is None or copy.shape.kind != "plane")
+            and self.facts.box(copy) is not None
+        ]
+
+    @cached_property
+    def planes(self) -> list[Ground]:
+        """The planes that deformable bodies feel."""
+        return [ground for ground in self.facts.planes if touches_soft(ground.copy.model)]
+
+    def held(self, name: str) -> bool:
+        """Whether some control holds part of a body (by its own name, or that of one of its copies) at some time."""
+        return name.split("[")[0] in self._held
+
+    @cached_property
+    def _held(self) -> set[str]:
+        controls = self.facts.case.actions.controls.values()
+        return {control.body.split("[")[0].split(".")[0] for control in controls if control.kind == "attach"}
+
+    def reach(self, copy: Copy) -> Bounds:
+        """Return a box [m] that a copy hardly leaves: where it starts, where it falls, where it is driven to."""
+        if copy.name not in self._reaches:
+            self._reaches[copy.name] = self._reach(copy)
+        return self._reaches[copy.name]
+
+    @cached_property
+    def _reaches(self) -> dict[str, Bounds]:
+        return {}
+
+    def _reach(self, copy: Copy) -> Bounds:
+        facts, scene = self.facts, self.scene
+        box = facts.box(copy)
+        assert box is not None, copy.name
+        if not facts.moves(copy):
+            return box
+        size = max(high - low for low, high in zip(*box, strict=True))
+        side = size / 2
+        motion = getattr(copy.model, "motion", None)
+        if motion is not None:
+            return _grown(box, _travel(motion) + side)
+        if not (facts.free(copy) or is_soft(copy.model)):
+            return _grown(box, 2 * size)
+        pull = scene.gravity
+        t = scene.duration
+        v = facts.velocities.get(copy.name, (0.0, 0.0, 0.0))
+        floor = self._floor
+        low, high = [], []
+        for axis in range(3):
+            a, b = box[0][axis], box[1][axis]
+            fly = abs(v[axis]) * t
+            fall = min(abs(pull[axis]) * t * t / 2, HIGHEST)
+            a -= side + (fly if v[axis] < 0 else 0.0) + (fall if pull[axis] < 0 else 0.0)
+            b += side + (fly if v[axis] > 0 else 0.0) + (fall if pull[axis] > 0 else 0.0)
+            low.append(max(a, floor - size) if axis == 2 and pull[2] < 0 else a)
+            high.append(b)
+        return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+    @cached_property
+    def _floor(self) -> float:
+        """Height [m] below which nothing is."""
+        boxes = [box for copy in self.facts.copies.values() if (box := self.facts.box(copy)) is not None]
+        heights = [low[2] for low, _ in boxes]
+        heights += [ground.level / ground.up[2] for ground in self.facts.planes if ground.up[2] > 0.5]
+        return max(min(heights, default=0.0), -HIGHEST)
+
+    def meet(self, a: Copy, b: Copy) -> bool:
+        """Whether two copies could come to each other; judged generously."""
+        return not apart(self.reach(a), self.reach(b))
+
+    def comes_down_on(self, upper: Copy, lower: Copy) -> bool:
+        """Whether a copy starts over another one (or in it), with nothing said of what lies between."""
+        a, b = self.facts.box(upper), self.facts.box(lower)
+        if a is None or b is None or self.scene.gravity[2] >= 0.0:
+            return False
+        beside = any(a[1][k] <= b[0][k] or b[1][k] <= a[0][k] for k in (0, 1))
+        return not beside and a[1][2] > b[0][2]
+
+    def meets_plane(self, body: SoftBody, ground: Ground) -> bool:
+        """Whether a body could come to a plane."""
+        low, high = self.reach(body.copy)
+        return sum(u * (a if u > 0 else b) for u, a, b in zip(ground.up, low, high, strict=True)) <= ground.level
+
+    def pairs(self, *solvers: str) -> Iterator[tuple[SoftBody, Copy]]:
+        """Yield the pairs of bodies of some solvers with rigid copies that they could come to."""
+        for body in self.of(*solvers):
+            for copy in self.rigid:
+                if self.meet(body.copy, copy):
+                    yield body, copy
+
+
+def soft_facts(facts: Facts) -> SoftFacts:
+    """Return what there is of deformable bodies in a case, made once."""
+    return facts.own(SoftFacts)
+
+
+def touches_soft(model: Any) -> bool:
+    """Whether deformable bodies feel a rigid one."""
+    return getattr(getattr(model, "material", None), "touch_soft", True)
+
+
+def is_rope(model: Any) -> bool:
+    """Whether a body is a rope of links."""
+    return isinstance(model, Rope)
+
+
+def _travel(motion: Any) -> float:
+    """How far [m] a driven body gets."""
+    if motion.kind == "oscillate":
+        return abs(motion.amplitude)
+    if motion.kind == "waypoints":
+        return max((math.hypot(*position) for position in motion.positions), default=0.0)
+    return 0.0
+
+
+def _grown(box: Bounds, by: float) -> Bounds:
+    (a, b, c), (d, e, f) = box
+    return (a - by, b - by, c - by), (d + by, e + by, f + by)

@@ -1,0 +1,39 @@
+"""How far bodies are from each other at the start."""
+
+import math
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.gjk import distance
+from text2sim.lint.facts import Facts
+from text2sim.lint.parts import Ground, apart
+
+TESTS = 4000
+"""Pairs of pieces that are measured in a case, at most; what is left counts as far."""
+
+
+class Gaps:
+    """Measures distances, up to a number of them."""
+
+    def __init__(self, facts: Facts) -> None:
+        self.facts = facts
+        self.left = TESTS
+
+    def between(self, a: Copy, b: Copy, most: float) -> float:
+        """Distance [m] of two copies at the start, 0 if they overlap; `most` and more is `most`."""
+        box_a, box_b = self.facts.box(a), self.facts.box(b)
+        if box_a is None or box_b is None or apart(box_a, box_b, -most):
+            return most
+        best = most
+        for one in self.facts.parts(a):
+            if apart(one.box, box_b, -best):
+                continue
+            for other in self.facts.parts(b):
+                if self.left > 0 and best > 0.0 and not apart(one.box, other.box, -best):
+                    self.left -= 1
+                    best = min(best, distance(one.solid, other.solid))
+        return best
+
+    def to_plane(self, copy: Copy, ground: Ground, most: float) -> float:
+        """Height [m] of the lowest point of a copy over a plane, negative below; `most` and more is `most`."""
+        depth = max((ground.depth(part) for part in self.facts.parts(copy)), default=-math.inf)
+        return min(-depth, most)

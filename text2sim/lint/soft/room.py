@@ -1,0 +1,113 @@
+"""Deformable bodies outside of the space that their solver covers, and what that space does to them."""
+
+from collections.abc import Iterator
+
+from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.lint.facts import Facts
+from text2sim.lint.rule import Rule
+from text2sim.lint.soft.facts import SoftBody, soft_facts
+from text2sim.lint.words import length, more_copies, vector
+from text2sim.spec_schema.errors import Problem
+
+PADDING = 3
+"""Cells at each wall of the grid in which the engine stops everything."""
+
+
+def _outside(facts: Facts) -> Iterator[Problem]:
+    """One finding for each body that starts outside."""
+    soft = soft_facts(facts)
+    for solver, bounds, pad in _spaces(facts):
+        found: dict[str, list[SoftBody]] = {}
+        for body in soft.of(solver):
+            if _beyond(body.box, bounds, pad):
+                found.setdefault(body.body, []).append(body)
+        for rows in found.values():
+            body = rows[0]
+            away, side = max(_beyond(body.box, bounds, pad))
+            edge = f", of which {PADDING} cells ({length(pad)}) at each side are its wall" if pad else ""
+            text = (
+                f"`{body.name}`{more_copies(len(rows))} is {length(away)} outside of scene.{solver}.bounds "
+                f"({vector(bounds[0])} to {vector(bounds[1])}{edge}), beyond {side}: the engine "
+                + ("refuses it" if solver == "mpm" else "throws it to the wall")
+                + "; leave the bounds out, or make them larger"
+            )
+            yield facts.problem("outside-bounds", ("scene", solver, "bounds"), text, key=True)
+
+
+def _spaces(facts: Facts) -> Iterator[tuple[str, Bounds, float]]:
+    """Yield solver, bounds [m] and what is kept free at each side [m], where the case gives them."""
+    scene, soft = facts.case.scene, soft_facts(facts)
+    if scene.mpm.bounds is not None and soft.of("mpm"):
+        yield "mpm", (scene.mpm.bounds.min, scene.mpm.bounds.max), PADDING * soft.cell
+    if scene.pbd.bounds is not None and soft.of("pbd"):
+        yield "pbd", (scene.pbd.bounds.min, scene.pbd.bounds.max), 0.0
+
+
+def _beyond(box: Bounds, bounds: Bounds, pad: float) -> list[tuple[float, str]]:
+    """How far [m] a box is outside, and on which sides."""
+    found = []
+    for axis, name in enumerate("xyz"):
+        found += [(bounds[0][axis] + pad - box[0][axis], f"-{name}"), (box[1][axis] - bounds[1][axis] + pad, f"+{name}")]
+    return [(away, side) for away, side in found if away > 1e-9]
+
+
+def _floor_of_space(facts: Facts) -> Iterator[Problem]:
+    """Grids that end so near to a plane that bodies come to rest on the grid's wall, above the plane."""
+    soft = soft_facts(facts)
+    for solver, (low, _), pad in _spaces(facts):
+        level = low[2] + pad
+        for ground in soft.planes:
+            if ground.up[2] < 0.999 or not any(soft.meets_plane(body, ground) for body in soft.of(solver)):
+                continue
+            if level > ground.level + 1e-6:
+                text = (
+                    f"scene.{solver}.bounds end at z {low[2]:g}"
+                    + (f", and {PADDING} cells ({length(pad)}) above are its wall" if pad else "")
+                    + f": bodies rest {length(level - ground.level)} above `{ground.copy.name}`; let them begin at "
+                    f"{ground.level - pad:.4g} or lower"
+                )
+                yield facts.problem("floats-on-bounds", ("scene", solver, "bounds"), text, key=True)
+
+
+RULES = (
+    Rule(
+        id="outside-bounds",
+        severity="error",
+        title="A deformable body starts outside of the bounds of its solver.",
+        reason=f"""\
+The grid of mpm covers a box, and {PADDING} cells at each side of it stop what comes there: the engine refuses particles
+that start outside of the rest. The bounds of pbd are walls: what is outside is put onto them at once, and stretches.""",
+        way_out="Leave the bounds out: they are derived from where bodies can come to.",
+        example="""\
+scene: {mpm: {bounds: {min: [-0.5, -0.5, -0.2], max: [0.5, 0.5, 0.6]}}}
+bodies:
+  jelly: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.5]}}
+""",
+        mended="""\
+scene: {mpm: {bounds: {min: [-0.5, -0.5, -0.2], max: [0.5, 0.5, 1.0]}}}
+bodies:
+  jelly: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.5]}}
+""",
+        run=_outside,
+    ),
+    Rule(
+        id="floats-on-bounds",
+        severity="warning",
+        title="The bounds of a solver end above the ground, and bodies rest on them.",
+        reason=f"""\
+Bounds are walls for the bodies of their solver, and those of mpm are {PADDING} cells thick: with bounds that begin at a
+floor, bodies come to rest {PADDING} cells above it.""",
+        way_out=f"Leave the bounds out, or let them begin {PADDING} cells below the ground.",
+        example="""\
+scene: {mpm: {bounds: {min: [-0.5, -0.5, 0], max: [0.5, 0.5, 1.0]}}}
+bodies:
+  jelly: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.3]}}
+""",
+        mended="""\
+scene: {mpm: {bounds: {min: [-0.5, -0.5, -0.1], max: [0.5, 0.5, 1.0]}}}
+bodies:
+  jelly: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.3]}}
+""",
+        run=_floor_of_space,
+    ),
+)

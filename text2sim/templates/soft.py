@@ -1,0 +1,248 @@
+"""Records bodies that deform: particles of MPM and PBD, vertices of FEM, and the surfaces that are drawn of them.
+
+    OUT/states/layout.json             "deformables": what the rows of the arrays below stand for
+    OUT/states/chunk_00000.npz         soft_points, soft_surface, soft_velocity, soft_kinetic, soft_speed
+    OUT/geometry/soft_0.npz            of each body: points at rest, masses, tetrahedra, faces, texture coordinates
+    OUT/geometry/soft_index.json       color and texture of each body
+
+Three of the solvers never look at their own numbers, and one nan in them ends the process: they are looked at here,
+after every substep.
+"""
+
+from pathlib import Path
+
+import genesis as gs
+import numpy as np
+from files import write_json, write_npz, write_paint
+from genesis.engine.couplers import IPCCoupler
+from genesis.utils.misc import qd_to_numpy
+from recorder import Divergence, in_place
+from skins import Skin, follow_sheet, follow_solid
+
+GRANULAR = gs.materials.MPM.Sand, gs.materials.MPM.Liquid, gs.materials.MPM.Snow
+CORNERED = 0.5  # share of a body in the edges of its solver's domain that only a run gone wrong puts there
+
+
+class Soft:
+    """Reads the states of all bodies that deform.
+
+    Args:
+        scene: Built scene with one environment.
+        bodies: Copy name -> entity.
+        deformables: Copy name -> kind, solver (mpm, pbd, fem or ipc) and spacing [m], in the order of their rows.
+        dt: Length of a step [s].
+        speed_limit: Speed of a point above which the run has diverged [m/s].
+
+    Attributes:
+        names: Copy names, in the order of the rows.
+    """
+
+    def __init__(self, scene, bodies: dict, deformables: dict[str, dict], dt: float, speed_limit: float):
+        self.names = list(deformables)
+        self._sim, self._dt, self._speed_limit = scene.sim, dt, speed_limit
+        self._fields = _fields(scene)
+        self._bodies = [_Body(scene, bodies[name], **what) for name, what in deformables.items()]
+        ends = np.cumsum([len(body.masses) for body in self._bodies]).tolist()
+        self._starts = [0, *ends[:-1]]
+        self._rows = [slice(start, end) for start, end in zip(self._starts, ends, strict=True)]
+        self._masses = np.concatenate([body.masses for body in self._bodies])
+        self._total = np.add.reduceat(self._masses, self._starts)
+        # The solver of IPC keeps velocities to itself.
+        self._before = self._positions() if isinstance(scene.sim.coupler, IPCCoupler) else None
+        self._moved = np.zeros_like(self._before) if self._before is not None else None
+
+    def describe(self, folder: Path) -> list[dict]:
+        """Writes geometry into `folder` and returns what the layout says of each body."""
+        positions, rows, looks, vertices = self._positions(), [], [], 0
+        for k, (name, body, here) in enumerate(zip(self.names, self._bodies, self._rows, strict=True)):
+            arrays = {"rest": positions[here].astype(np.float32), "masses": body.masses, **body.topology}
+            write_npz(folder / f"soft_{k}.npz", arrays)
+            looks.append({"body": name, **write_paint(folder, body.entity.surface.get_rgba())})
+            row = {"body": name, "kind": body.kind, "solver": body.solver, "points": [here.start, here.stop]}
+            row["surface"] = None if body.skin is None else [vertices, vertices + len(body.skin)]
+            row |= {"spacing": body.spacing, "mass": float(self._total[k])}
+            vertices += 0 if body.skin is None else len(body.skin)
+            if body.domain is not None:
+                row["domain"] = [bound.tolist() for bound in body.domain]
+            rows.append(row)
+        write_json(folder / "soft_index.json", looks)
+        return rows
+
+    def watch_substeps(self) -> None:
+        """Looks at every substep of solvers that would crash the process on a nan; `close` ends it."""
+        frail = [fields for name, fields in self._fields.items() if name != "mpm"]
+        if not frail or self._before is not None:
+            return
+        substep = self._sim.substep
+
+        def watched(f):
+            substep(f)
+            if not all(_is_sound(*read(f + 1), self._speed_limit) for read in frail):
+                done = self._sim.cur_substep_global + 1
+                divergence = self.check(done * self._dt / self._sim.substeps, f + 1)
+                if divergence is not None:
+                    raise divergence
+
+        self._sim.substep = watched
+
+    def close(self) -> None:
+        """Leaves the simulator as it was."""
+        vars(self._sim).pop("substep", None)
+
+    def end_step(self, t: float) -> Divergence | None:
+        """Takes in one step that ends at time `t` [s]; returns what went wrong in it, if anything did."""
+        if self._before is not None:
+            positions = self._positions()
+            self._before, self._moved = positions, positions - self._before
+        f = self._sim.cur_substep_local
+        if all(_is_sound(*read(f), self._speed_limit) for read in self._fields.values()):
+            return None
+        return self.check(t)
+
+    def read(self) -> dict[str, np.ndarray]:
+        """Returns the arrays of one frame, for P points, S vertices of surfaces and B bodies.
+
+        Returns:
+            soft_points (P, 3): Positions [m].
+            soft_surface (S, 3): Positions of the vertices of surfaces [m].
+            soft_velocity (B, 3): Velocity of each centre of mass [m/s].
+            soft_kinetic (B,): Kinetic energy of the points [J].
+            soft_speed (B,): Largest speed of a point [m/s].
+        """
+        positions, velocities = self._positions(), self._velocities()
+        squares = np.einsum("ij,ij->i", velocities, velocities)
+        momentum = np.add.reduceat(self._masses[:, None] * velocities, self._starts)
+        drawn = [
+            (body.skin, here) for body, here in zip(self._bodies, self._rows, strict=True) if body.skin is not None
+        ]
+        surface = [skin(positions[here]) for skin, here in drawn]
+        return {
+            "soft_points": positions.astype(np.float32),
+            "soft_surface": np.concatenate([np.zeros((0, 3), np.float32), *surface]),
+            "soft_velocity": momentum / self._total[:, None],
+            "soft_kinetic": 0.5 * np.add.reduceat(self._masses * squares, self._starts),
+            "soft_speed": np.sqrt(np.maximum.reduceat(squares, self._starts)),
+        }
+
+    def check(self, t: float, f: int | None = None) -> Divergence | None:
+        """Looks at every point, in frame `f` of the solvers, the current one if none is given."""
+        positions, velocities = self._positions(f), self._velocities(f)
+        lost = np.flatnonzero(~np.isfinite(positions).all(axis=1))
+        if len(lost):
+            return Divergence(self._owner(lost[0]), "position", t, float("nan"))
+        squares = np.einsum("ij,ij->i", velocities, velocities)
+        fastest = int(squares.argmax())  # nan counts as the largest
+        if not squares[fastest] <= self._speed_limit**2:
+            return Divergence(self._owner(fastest), "speed", t, float(np.sqrt(squares[fastest])))
+        for name, body, here in zip(self.names, self._bodies, self._rows, strict=True):
+            if body.domain is not None:
+                at_walls = (positions[here] <= body.domain[0]) | (positions[here] >= body.domain[1])
+                cornered = float((at_walls.sum(axis=1) > 1).mean())
+                if cornered > CORNERED:
+                    return Divergence(name, "domain", t, cornered)
+        return None
+
+    def _positions(self, f: int | None = None) -> np.ndarray:
+        return self._gather(0, f)
+
+    def _velocities(self, f: int | None = None) -> np.ndarray:
+        return self._gather(1, f) if self._moved is None else self._moved / self._dt
+
+    def _gather(self, which: int, f: int | None) -> np.ndarray:
+        f = self._sim.cur_substep_local if f is None else f
+        arrays = {name: read(f)[which] for name, read in self._fields.items()}
+        return np.concatenate([arrays[body.field][body.span] for body in self._bodies])
+
+    def _owner(self, point: int) -> str:
+        return self.names[int(np.searchsorted(self._starts, point, side="right")) - 1]
+
+
+class _Body:
+    """One body that deforms, as its solver keeps it.
+
+    Attributes:
+        entity, kind, solver, spacing: As given.
+        field, span: Solver of the engine, and the body's rows in its fields.
+        masses: Of its points [kg], shape (p,).
+        topology: Arrays of its geometry file besides points and masses.
+        skin: What its surface follows; None if it has none, or if the faces of `topology` join its points.
+        domain: Lower and upper bound of where its solver keeps it [m]; None if it may go anywhere.
+    """
+
+    def __init__(self, scene, entity, *, kind: str, solver: str, spacing: float):
+        self.entity, self.kind, self.solver, self.spacing = entity, kind, solver, spacing
+        self.skin, self.domain, self.topology = None, None, {}
+        if solver in ("mpm", "pbd"):
+            engine = scene.mpm_solver if solver == "mpm" else scene.pbd_solver
+            self.field, self.span = solver, slice(entity.particle_start, entity.particle_end)
+            self.domain = engine.boundary.lower, engine.boundary.upper
+            scale = engine._particle_volume_scale if solver == "mpm" else 1.0
+            self.masses = qd_to_numpy(engine.particles_info.mass, copy=True)[self.span].astype(float) / scale
+            self._add_surface(np.asarray(entity._particles, float))
+        else:
+            self.field, self.span = "fem", slice(entity.v_start, entity.v_start + entity.n_vertices)
+            self.masses = qd_to_numpy(scene.fem_solver.elements_v_info.mass, copy=True)[self.span].astype(float)
+            self.topology["faces"] = np.asarray(entity.surface_triangles, np.int32)
+            if isinstance(entity.material, gs.materials.FEM.Cloth):
+                self._add_cloth()
+            else:
+                self.topology["tets"] = np.asarray(entity.elems, np.int32)
+
+    def _add_surface(self, particles: np.ndarray) -> None:
+        """Lets the mesh that the particles were made from follow them."""
+        if isinstance(self.entity.material, GRANULAR):
+            return
+        mesh = self.entity.vmesh
+        vertices = np.asarray(mesh.verts, float)
+        if self.solver == "mpm":
+            self.skin = follow_solid(vertices, particles, self.spacing)
+        else:
+            made = np.asarray(self.entity.mesh.faces, np.int32)
+            self.skin = follow_sheet(vertices, particles, made)
+            self.topology |= {"point_faces": made, "edges": np.asarray(self.entity.edges, np.int32)}
+        self.topology["faces"] = np.asarray(mesh.faces, np.int32)
+        if mesh.uvs is not None:
+            self.topology["uvs"] = np.asarray(mesh.uvs, np.float32)
+
+    def _add_cloth(self) -> None:
+        """Cloth of IPC: the engine keeps neither its masses nor its texture coordinates with its vertices."""
+        a, b, c = np.moveaxis(self.entity.init_positions.cpu().numpy().astype(float)[self.topology["faces"]], 1, 0)
+        # The thickness is that of one side.
+        density = self.entity.material.rho * 2 * self.entity.material.thickness
+        shares = density * np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6
+        self.masses = np.bincount(self.topology["faces"].ravel(), np.repeat(shares, 3), len(self.masses))
+        (worn,) = self.entity.vgeoms
+        if worn.uvs is not None:
+            follows = np.asarray(worn.sim_verts_idx)[:, None]
+            self.skin = Skin(follows, np.ones(follows.shape))
+            self.topology |= {"faces": np.asarray(worn.vmesh.faces, np.int32), "uvs": np.asarray(worn.uvs, np.float32)}
+
+
+def _fields(scene) -> dict:
+    """Returns a function for each active solver, of a frame of its memory, that returns positions and velocities."""
+    fields = {}
+    if scene.mpm_solver.is_active:
+        fields["mpm"] = _reader(scene.mpm_solver.particles, has_frames=True)
+    if scene.pbd_solver.is_active:
+        fields["pbd"] = _reader(scene.pbd_solver.particles, has_frames=False)
+    if scene.fem_solver.is_active:
+        fields["fem"] = _reader(scene.fem_solver.elements_v, has_frames=True)
+    return fields
+
+
+def _reader(field, *, has_frames: bool):
+    members = field.pos, field.vel
+    if in_place():
+        views = [qd_to_numpy(member, copy=False)[..., 0, :] for member in members]
+        return (lambda f: [view[f] for view in views]) if has_frames else (lambda f: views)
+    if has_frames:
+        return lambda f: [qd_to_numpy(member, copy=True)[f, :, 0] for member in members]
+    return lambda f: [qd_to_numpy(member, copy=True)[:, 0] for member in members]
+
+
+def _is_sound(positions: np.ndarray, velocities: np.ndarray, speed_limit: float) -> bool:
+    """Whether all numbers are finite and none is faster than the limit, by two reductions where speeds are moderate."""
+    positions, velocities = positions.reshape(-1), velocities.reshape(-1)
+    if not np.isfinite(np.dot(positions, positions)):
+        return False
+    return bool(np.dot(velocities, velocities) <= speed_limit**2 or np.abs(velocities).max() * 3**0.5 <= speed_limit)
