@@ -14,15 +14,12 @@ from pathlib import Path
 
 
 def fresh_main(program: str):
-    """Import the program in a folder as if no other had been imported before."""
+    """Import the program in a folder as if no other had been imported before; some of its modules come later."""
     for module in Path(program).glob("*.py"):
         sys.modules.pop(module.stem, None)
     importlib.invalidate_caches()
-    sys.path.insert(0, program)
-    try:
-        return importlib.import_module("main")
-    finally:
-        sys.path.remove(program)
+    sys.path[0] = program
+    return importlib.import_module("main")
 
 
 def main() -> None:
@@ -30,6 +27,7 @@ def main() -> None:
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     sys.dont_write_bytecode = True
+    sys.path.insert(0, "")
     started = False
     for line in sys.stdin:
         order = json.loads(line)

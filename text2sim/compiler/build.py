@@ -15,14 +15,17 @@ from text2sim.compiler.masses import known_speeds
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy, place_all
 from text2sim.compiler.plan import EntityPlan, Group, Plan
+from text2sim.compiler.selection import split
 from text2sim.compiler.settings import Settings, Traits, derive
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.shapes.sizes import MAX_PIECES
+from text2sim.compiler.soft.controls import SoftControls
 from text2sim.compiler.soft.lowering import SoftLowering
 from text2sim.compiler.soft.meshes import MeshFiles
 from text2sim.compiler.soft.scales import scales
 from text2sim.compiler.soft.settings import derive_soft
 from text2sim.compiler.soft.solvers import contact_model, is_soft
+from text2sim.compiler.watches import lower_watches
 from text2sim.compiler.trees.anatomy import known_parts, named_parts, tree_extents, tree_standing
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.load import LoadedCase
@@ -70,8 +73,10 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     bodies = _groups(loaded, placed, tuple(case.bodies), None, lowering, problems)
     _stop_at_errors(problems)
     points = BodyPoints(lowering.trees, loaded.folder)
-    rows = lower_controls(loaded, placed, lowering.initial, points)
-    problems += rows.problems + check_targets(loaded, placed, points)
+    soft_controls = None if lowering.soft is None else SoftControls(scene, lowering.soft.scales, loaded.folder)
+    rows = lower_controls(loaded, placed, lowering.initial, points, soft_controls)
+    watches, found = lower_watches(loaded, placed, soft_controls)
+    problems += rows.problems + found + check_targets(loaded, placed, points)
     _stop_at_errors(problems)
     moving = [copy for name in case.bodies for copy in placed[name]]
     bounce = {c.name: e for group in placed.values() for c in group if (e := _restitution(c)) is not None}
@@ -100,6 +105,10 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
         wrenches=tuple(rows.wrenches),
         welds=tuple(rows.welds),
         prescribed=tuple(lower_motions(placed)),
+        holds=tuple(rows.holds),
+        pushes=tuple(rows.pushes),
+        fields=tuple(rows.fields),
+        watches=tuple(watches),
         render=resolve_render(case.render, placed, tuple(case.bodies), scene.duration, lowering.balls, points),
         files=lowering.files,
         changes=tuple(lowering.changes),
@@ -148,7 +157,9 @@ def _groups(
         for copy in placed[name]:
             try:
                 entity = lowering.entity(copy.model, copy)
-                entities.append(entity if lowering.soft is None else lowering.soft.coupled(entity, copy.model))
+                if lowering.soft is not None:
+                    entity = lowering.soft.coupled(entity, copy.model, lowering.trees.get(copy.name))
+                entities.append(entity)
             except AssetError as error:
                 key = next((key for key in ("shape", "file") if getattr(copy.model, key, None) is not None), None)
                 problems.append(loaded.problem((*pointer, key) if key else pointer, str(error), rule="asset"))
@@ -174,7 +185,9 @@ def _soft_lowering(loaded: LoadedCase, placed: dict[str, list[Copy]], lowering: 
     except AssetError as error:
         raise SpecError([loaded.problem(("bodies",), str(error), rule="asset")]) from error
     model = contact_model(case.bodies.values(), case.scene)
-    return SoftLowering(case.scene, model, fine, MeshFiles(loaded.folder, lowering.files))
+    names = (getattr(control, "body", None) for control in case.actions.controls.values())
+    acted_on = frozenset(split(name)[0] for name in names if name is not None)
+    return SoftLowering(case.scene, model, fine, MeshFiles(loaded.folder, lowering.files), acted_on)
 
 
 def _traits(

@@ -1,14 +1,26 @@
-"""Controls of the case become rows of the program: start velocities, drives, wrenches and welds."""
+"""Controls of the case become rows of the program: start velocities, drives, wrenches and welds.
+
+Those of deformable bodies are lowered in `soft/controls.py`.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import DriveSegment, JointDrive, Prescribed, Velocity, Weld, Wrench
+from text2sim.compiler.plan import DriveSegment, Field, Hold, JointDrive, Prescribed, Push, Velocity, Weld, Wrench
 from text2sim.compiler.schedules import constructor, oscillation, start_of, value_at, waypoint_functions
 from text2sim.compiler.selection import select, split
 from text2sim.compiler.shapes.regions import RegionError
+from text2sim.compiler.soft.controls import (
+    ANY_FIELD,
+    WORLD,
+    SoftControls,
+    ends_of,
+    held_copies,
+    lower_field,
+)
+from text2sim.compiler.soft.solvers import is_soft
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.load import LoadedCase
 from text2sim.spec_schema.models.bodies import Driven
@@ -23,6 +35,7 @@ from text2sim.spec_schema.models.controls import (
     Torque,
 )
 from text2sim.spec_schema.models.motion import Oscillate, Ramp, Schedule, Spin
+from text2sim.spec_schema.models.scene import Static
 
 FOREVER = 1e9
 
@@ -38,6 +51,9 @@ class Rows:
     drives: list[JointDrive] = field(default_factory=list)
     wrenches: list[Wrench] = field(default_factory=list)
     welds: list[Weld] = field(default_factory=list)
+    holds: list[Hold] = field(default_factory=list)
+    pushes: list[Push] = field(default_factory=list)
+    fields: list[Field] = field(default_factory=list)
     targets: dict[tuple[str, str], list[Target]] = field(default_factory=dict)
     """What `drives` are made of, by copy and joint, in the order of the case."""
     problems: list[Problem] = field(default_factory=list)
@@ -45,7 +61,11 @@ class Rows:
 
 
 def lower_controls(
-    loaded: LoadedCase, copies: dict[str, list[Copy]], initial: dict[str, dict[str, float]], points: BodyPoints
+    loaded: LoadedCase,
+    copies: dict[str, list[Copy]],
+    initial: dict[str, dict[str, float]],
+    points: BodyPoints,
+    soft: SoftControls | None = None,
 ) -> Rows:
     """Return the rows for all controls, in the order of the case.
 
@@ -54,32 +74,39 @@ def lower_controls(
         copies: Copies by body, statics included.
         initial: Start positions of joints by copy.
         points: Finds regions of bodies.
+        soft: Lowers those of deformable bodies; None if there are none.
     """
     rows = Rows()
     for name, control in loaded.case.actions.controls.items():
         pointer = ("actions", "controls", name)
         line = loaded.line(pointer)
-        subject = (
-            control.attach
-            if isinstance(control, Release)
-            else control.joint
-            if isinstance(control, Drive)
-            else control.body
-        )
-        if isinstance(control, Release):
-            attach = loaded.case.actions.controls[subject]
-            assert isinstance(attach, Attach)
-            rows.welds += [_weld(a, b, attach, control.at, False, line, name) for a, b in _pairs(attach, copies)]
+        if isinstance(control, ANY_FIELD):
+            rows.fields.append(lower_field(control, line, name))
             continue
-        chosen, part = select(subject, copies)
+        if isinstance(control, Release):
+            attach = loaded.case.actions.controls[control.attach]
+            assert isinstance(attach, Attach)
+            if not is_soft(copies[split(attach.body)[0]][0].model):
+                rows.welds += [_weld(a, b, attach, control, line, name) for a, b in _pairs(attach, copies)]
+            continue
+        chosen, part = select(control.joint if isinstance(control, Drive) else control.body, copies)
         varies = loaded.varies(pointer)
-        for copy in chosen:
-            own = loaded.control_copy(name, copy.variables) if varies else control
-            try:
-                _lower(own, copy, part, copies, rows, line, name, points)
-            except RegionError as error:
-                rows.problems.append(loaded.problem((*pointer, "point"), f"{copy.name}: {error}", rule="empty-region"))
-                break
+        try:
+            if isinstance(control, Attach) and soft is not None and is_soft(chosen[0].model):
+                ends = ends_of(loaded, name)
+                rows.holds += [
+                    soft.hold(copy, held, ends, line, name) for copy, held in held_copies(loaded, name, copies)
+                ]
+                continue
+            for copy in chosen:
+                own = loaded.control_copy(name, copy.variables) if varies else control
+                if isinstance(own, Force | Impulse) and soft is not None and is_soft(copy.model):
+                    rows.pushes.append(soft.push(copy, own, line, name))
+                else:
+                    _lower(own, copy, part, copies, rows, line, name, points)
+        except RegionError as error:
+            key = next((key for key in ("region", "point") if getattr(control, key, None) is not None), "body")
+            rows.problems.append(loaded.problem((*pointer, key), f"`{chosen[0].body}`: {error}", rule="empty-region"))
     for (entity, joint), segments in rows.targets.items():
         rows.drives.append(JointDrive(entity, joint, _chain(segments, initial.get(entity, {}).get(joint, 0.0))))
     rows.welds.sort(key=lambda weld: (weld.at, weld.on))
@@ -127,7 +154,7 @@ def _lower(
     elif isinstance(control, Attach):
         for a, b in _pairs(control, copies):
             if a is copy:
-                rows.welds.append(_weld(a, b, control, control.at, True, line, name))
+                rows.welds.append(_weld(a, b, control, control, line, name))
     elif isinstance(control, Drive):
         mode, schedule = next(
             (m, s) for m in ("position", "velocity", "force") if (s := getattr(control, m)) is not None
@@ -159,7 +186,7 @@ def _chain(segments: list[Target], first: float) -> tuple[DriveSegment, ...]:
 def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Copy]]:
     """Pair copies with copies if there are as many, or all with the one."""
     a, _ = select(attach.body, copies)
-    b, _ = select(attach.to, copies)
+    b = [_held_by_world(copies)] if _to_world(attach, copies) else select(attach.to, copies)[0]
     if len(b) == 1:
         return [(copy, b[0]) for copy in a]
     if len(a) == 1:
@@ -171,8 +198,20 @@ def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Co
     return list(zip(a, b, strict=True))
 
 
-def _weld(a: Copy, b: Copy, attach: Attach, at: float, on: bool, line: int, name: str) -> Weld:
-    return Weld(at, on, a.name, split(attach.body)[2], b.name, split(attach.to)[2], line, name)
+def _to_world(attach: Attach, copies: dict[str, list[Copy]]) -> bool:
+    return attach.to == WORLD and WORLD not in copies
+
+
+def _held_by_world(copies: dict[str, list[Copy]]) -> Copy:
+    """Something that never moves, which stands for the world: the engine welds links to links alone."""
+    return next(copy for group in copies.values() for copy in group if isinstance(copy.model, Static))
+
+
+def _weld(a: Copy, b: Copy, attach: Attach, when: Attach | Release, line: int, name: str) -> Weld:
+    event = when.on if isinstance(when, Release) else None
+    part = split(attach.to)[2] if split(attach.to)[0] == b.body else None
+    at = FOREVER if when.at is None else when.at
+    return Weld(at, when is attach, a.name, split(attach.body)[2], b.name, part, line, name, event)
 
 
 def lower_motions(copies: dict[str, list[Copy]]) -> list[Prescribed]:

@@ -14,11 +14,16 @@ from text2sim.compiler.literal import Code, comment, identifier, literal
 from text2sim.compiler.plan import EntityPlan, Group, Plan
 from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.soft.setup import SoftSettings
+from text2sim.compiler.watches import watchers
 
 TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
 COPIED = ("engine.py", "files.py", "recorder.py", "film.py")
 COPIED_SOFT = ("soft.py", "skins.py", "soft_film.py")
 """Besides, in programs with deformable bodies."""
+COPIED_ACTIONS = ("points.py", "holds.py", "pushes.py", "fields.py", "triggers.py")
+"""In programs that need them."""
+OWN_FIELDS = {"Attraction", "Whirl"}
+"""Fields that the engine does not have."""
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
 
 FROM_FILE = ("MJCF", "URDF", "Mesh")
@@ -72,7 +77,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
             raise TemplateBug(f"{module}.j2: {error}") from error
     files = {name: text.encode() for name, text in _format(texts).items()}
     copied = (*COPIED, *COPIED_SOFT) if plan.deformables else COPIED
-    copied = [name for name in copied if (TEMPLATES / name).exists()]
+    copied = [name for name in (*copied, *_copied_actions(plan)) if (TEMPLATES / name).exists()]
     return files | {name: (TEMPLATES / name).read_bytes() for name in copied} | plan.files
 
 
@@ -134,7 +139,13 @@ def _context(plan: Plan) -> dict[str, Any]:
         "unpowered": list(plan.unpowered),
         "initial": plan.initial,
         "contact": plan.contact,
-        "velocities": plan.velocities,
+        "velocities": [row for row in plan.velocities if row.entity not in plan.deformables],
+        "soft_velocities": [row for row in plan.velocities if row.entity in plan.deformables],
+        "holds": plan.holds,
+        "pushes": plan.pushes,
+        "pushing": _names({"Push"} * bool(plan.pushes)) ,
+        "fields": plan.fields,
+        "watches": plan.watches,
         "drives": plan.drives,
         "wrenches": plan.wrenches,
         "welds": plan.welds,
@@ -142,6 +153,17 @@ def _context(plan: Plan) -> dict[str, Any]:
         "render": plan.render,
         "kinds": {camera["kind"] for camera in plan.render["cameras"]},
     }
+
+
+def _copied_actions(plan: Plan) -> list[str]:
+    needed = {
+        "points.py": plan.holds or plan.pushes or plan.watches or plan.deformables and plan.velocities,
+        "holds.py": plan.holds,
+        "pushes.py": plan.pushes or plan.deformables and plan.velocities,
+        "fields.py": plan.fields,
+        "triggers.py": plan.watches,
+    }
+    return [name for name in COPIED_ACTIONS if needed[name]]
 
 
 def _reasons(soft: SoftSettings | None) -> dict[str, Code]:
@@ -197,7 +219,7 @@ def _material_keys(entity: EntityPlan) -> list[str]:
 
 def _cells(entity: EntityPlan, *, turned: bool) -> dict[str, Any]:
     flags: dict[str, Any] = {"fixed": False, "visualization": True, "decompose": None, "keep": ()}
-    flags |= {"collision": True, "maxvolume": None}
+    flags |= {"collision": True, "maxvolume": None, "nobisect": True}
     return {
         **flags,
         **{key: tuple(v) if isinstance(v, list) else v for key, v in entity.options.items()},

@@ -157,6 +157,73 @@ class Weld:
     b_link: str | None
     line: int
     control: str
+    event: str | None = None
+    """It is undone at the first time of this event; `at` does not count then."""
+
+
+@dataclass(frozen=True)
+class Hold:
+    """Points of a deformable body that are held from a time on [s]."""
+
+    entity: str
+    pose: tuple[Vec, Quaternion]
+    """Of the copy, at the start."""
+    region: Code
+    """Constructor of a function that finds the points."""
+    count: int | None
+    """How many of them; None for all."""
+    to: tuple[str, ...]
+    """Copies that hold them; none for the world."""
+    link: str | None
+    """The link of those."""
+    stiffness: float | None
+    """[N/m] in all; None holds firmly."""
+    start: float
+    until: tuple[float | str, ...]
+    """Times [s] and events, whichever comes first."""
+    line: int
+    control: str
+
+
+@dataclass(frozen=True)
+class Push:
+    """A force on points of a deformable body over a span of time [s]; where start and end are equal, a blow."""
+
+    entity: str
+    pose: tuple[Vec, Quaternion]
+    region: Code
+    force: Vec
+    """[N], of a blow [N s]."""
+    scale: Code | None
+    drag: float
+    start: float
+    end: float
+    line: int
+    control: str
+
+
+@dataclass(frozen=True)
+class Field:
+    """An acceleration that fills space, over a span of time [s]."""
+
+    make: Code
+    """Constructor."""
+    start: float
+    end: float
+    line: int
+    control: str
+
+
+@dataclass(frozen=True)
+class Watch:
+    """An event that the program itself has to see, because something is released on it."""
+
+    name: str
+    make: Code
+    """Constructor of what watches for it."""
+    after: str | None
+    """An event that has to come first, which is watched for, too."""
+    line: int
 
 
 @dataclass(frozen=True)
@@ -200,6 +267,11 @@ class Plan:
     prescribed: tuple[Prescribed, ...]
     render: dict[str, Any]
     """Cameras, lights and cadence, resolved."""
+    holds: tuple[Hold, ...] = ()
+    pushes: tuple[Push, ...] = ()
+    fields: tuple[Field, ...] = ()
+    watches: tuple[Watch, ...] = ()
+    """In an order in which each comes after what it comes `after`."""
     changes: tuple[JointChange, ...] = ()
     """Of joints that came from files."""
     unpowered: tuple[str, ...] = ()

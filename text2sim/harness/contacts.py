@@ -9,9 +9,12 @@ from typing import TypeVar
 
 import numpy as np
 
+from text2sim.compiler.soft.solvers import contact_model
 from text2sim.harness.selection import Cast
 from text2sim.harness.states import Array, RunStates
 
+SILENT = ("sap", "ipc")
+"""Contact models under which the engine keeps contact forces to itself."""
 GAP = 2
 """Steps without contact that do not end an episode: touches flicker in a discrete simulation."""
 IMPACT = 0.05
@@ -75,16 +78,25 @@ class ContactLog:
     """The recorded contacts of a run, one row per pair of links and time step."""
 
     states: RunStates
-    recorded: bool = True
-    """False if the case did not ask for contacts."""
+    why_not: str = ""
+    """Why there are none, if the case did not ask for them, or its contact model does not tell them."""
     last_step: int = 0
     """Last step that was recorded."""
 
     @classmethod
     def of(cls, cast: Cast) -> "ContactLog":
         """The contacts of a recording."""
-        states = cast.states
-        return cls(states, cast.case.scene.record.contacts, int(states.steps[-1]) if states.frames else 0)
+        states, case = cast.states, cast.case
+        model = contact_model(case.bodies.values(), case.scene)
+        why_not = f"contact model {model} does not tell the contacts of rigid bodies" if model in SILENT else ""
+        if not case.scene.record.contacts:
+            why_not = "no contacts were recorded (scene.record.contacts is false)"
+        return cls(states, why_not, int(states.steps[-1]) if states.frames else 0)
+
+    @property
+    def recorded(self) -> bool:
+        """Whether there would be contacts if anything touched."""
+        return not self.why_not
 
     @cached_property
     def step(self) -> Array:

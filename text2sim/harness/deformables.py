@@ -37,10 +37,14 @@ class Deformable:
     """Its columns of `soft_surface`; None without a surface of its own."""
     pose: tuple[float, ...] | None = None
     """Where its frame was placed: position [m] and quaternion (w, x, y, z); None in recordings that do not say."""
+    domain: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+    """Corners [m] of the space in which its solver keeps it; None if it may go anywhere."""
     geometry: dict[str, Array] | None = None
     """Arrays that do not change: rest (p, 3), masses (p,), tets (t, 4), edges (e, 2) and point_faces (g, 3) of points,
     faces (f, 3), uvs (s, 2)."""
     chunks: Chunks = Chunks(())
+    step: int = 1
+    """Only every so many frames are looked at."""
 
     @property
     def count(self) -> int:
@@ -50,12 +54,14 @@ class Deformable:
     @property
     def points(self) -> Array:
         """Its points [m], world, shape (F, p, 3); read anew each time."""
-        return self.chunks.columns("soft_points", *self.points_at)
+        return self.chunks.columns("soft_points", *self.points_at)[:: self.step]
 
     @property
     def seen(self) -> Array:
         """What is seen of it [m], shape (F, n, 3): the vertices of its surface, or its points. Read anew each time."""
-        return self.points if self.surface_at is None else self.chunks.columns("soft_surface", *self.surface_at)
+        if self.surface_at is None:
+            return self.points
+        return self.chunks.columns("soft_surface", *self.surface_at)[:: self.step]
 
     @cached_property
     def rest(self) -> Array:
@@ -128,6 +134,10 @@ class Deformable:
         points = self.points
         return points.min(axis=1).astype(float), points.max(axis=1).astype(float)
 
+    def thinned(self, most: int, frames: int) -> "Deformable":
+        """Return the body at so few of its frames, evenly chosen from the first on, that these hold `most` points."""
+        return replace(self, step=max(1, int(np.ceil(frames * self.count / most))))
+
     def recorded_in(self, chunks: Chunks) -> "Deformable":
         """Return the body with its recording."""
         return replace(self, chunks=chunks)
@@ -177,12 +187,18 @@ def _row(index: int, row: dict[str, Any]) -> Deformable:
         pose = tuple(float(x) for x in (*row["pos"], *row["quat"]))
         if len(pose) != 7 or not np.isfinite(pose).all():
             raise ValueError(f"deformable {index} has no pose")
+    domain = None
+    if row.get("domain") is not None:
+        low, high = (tuple(float(x) for x in corner) for corner in row["domain"])
+        domain = (low, high)
+        if len(low) != 3 or len(high) != 3:
+            raise ValueError(f"deformable {index} has no domain")
     if not (0 < spacing < np.inf and 0 < mass < np.inf):
         raise ValueError(f"deformable {index} has spacing {spacing} and mass {mass}")
     surface = row.get("surface")
     return Deformable(
         index, str(row["body"]), str(row["kind"]), str(row["solver"]), spacing, mass,
-        _span(row["points"]), None if surface is None else _span(surface), pose,
+        _span(row["points"]), None if surface is None else _span(surface), pose, domain,
     )  # fmt: skip
 
 

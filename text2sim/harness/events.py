@@ -14,6 +14,7 @@ from text2sim.harness.geometry import depth_inside
 from text2sim.harness.measures import Series
 from text2sim.harness.recording import Recording
 from text2sim.harness.selection import SelectionError, Target
+from text2sim.harness.soft_events import soft_episodes
 from text2sim.harness.states import Array
 from text2sim.spec_schema.models import events
 from text2sim.spec_schema.models.controls import Attach, Release
@@ -115,7 +116,7 @@ def episode_rows(episodes: Episodes, first: Sequence[Target], second: Sequence[T
 
 def _episodes(recording: Recording, between: tuple[str, str]) -> tuple[Episodes, list[Target], list[Target]]:
     if not recording.contacts.recorded:
-        raise EventError("no contacts were recorded (scene.record.contacts is false)")
+        raise EventError(recording.contacts.why_not)
     cast = recording.cast
     first = cast.select(between[0])
     second = first if between[0] == between[1] else cast.select(between[1])
@@ -124,18 +125,34 @@ def _episodes(recording: Recording, between: tuple[str, str]) -> tuple[Episodes,
     return recording.contacts.episodes(touches), first, second
 
 
+def _soft_rows(recording: Recording, between: tuple[str, str]) -> list[Occurrence] | None:
+    """Return the touches of selectors one of which means bodies that deform; None if neither does."""
+    first, second = (recording.cast.select(selector) for selector in between)
+    if all(target.soft is None for target in (*first, *second)):
+        return None
+    return soft_episodes(recording, first, second)
+
+
 def _contact(recording: Recording, series: Any, event: events.ContactEvent, since: float) -> list[Occurrence]:
     """Touches begin.
 
     A touch counts if it gives `min_impulse` within its first 50 ms: by resting on something for long enough,
     a feather gives any impulse.
     """
+    rows = _soft_rows(recording, event.between)
+    if rows is not None:
+        if event.min_impulse > 0:
+            raise EventError("the engine tells no forces on bodies that deform: `min_impulse` cannot be judged")
+        return rows
     episodes, first, second = _episodes(recording, event.between)
     return episode_rows(choose(episodes, episodes.impact_impulse >= event.min_impulse), first, second)
 
 
 def _separation(recording: Recording, series: Any, event: events.SeparationEvent, since: float) -> list[Occurrence]:
     """Touches end, and there is none for a while; near the end of the run that stays open."""
+    rows = _soft_rows(recording, event.between)
+    if rows is not None:
+        return _lasting(rows, recording.states.end, event.for_)
     episodes, first, second = _episodes(recording, event.between)
     until = np.append(episodes.start[1:], recording.states.end)
     last = np.append((episodes.pair[1:] != episodes.pair[:-1]).any(axis=1), True)
@@ -143,6 +160,16 @@ def _separation(recording: Recording, series: Any, event: events.SeparationEvent
     over = (until - episodes.end >= event.for_ - 1e-9) & ~episodes.ongoing.astype(bool)
     rows = episode_rows(choose(episodes, over), first, second)
     return [{"time": r["end"], "between": r["between"], "touched_since": r["time"]} for r in rows]
+
+
+def _lasting(rows: list[Occurrence], end: float, span: float) -> list[Occurrence]:
+    """Return the ends of touches after which there is no other touch of the pair for a span [s]."""
+    found = []
+    for row in rows:
+        later = [other["time"] for other in rows if other["between"] == row["between"] and other["time"] > row["time"]]
+        if not row["ongoing"] and min(later, default=end) - row["end"] >= span - 1e-9:
+            found.append({"time": row["end"], "between": row["between"], "touched_since": row["time"]})
+    return found
 
 
 # --- from frames -------------------------------------------------------------------
@@ -169,9 +196,12 @@ def _threshold(
 
 
 def _rest(recording: Recording, series: Any, event: events.RestEvent, since: float) -> list[Occurrence]:
-    """All are slow for a while; the time is the beginning of the quiet. Turning is not looked at."""
+    """All are slow for a while; the time is the beginning of the quiet. Turning is not looked at.
+
+    Of a body that deforms, the root mean square of the speeds of its points has to be small: sqrt(2 E / m).
+    """
     time = recording.states.time
-    speeds = [np.linalg.norm(recording.velocity(t), axis=1) for t in recording.cast.select(event.of)]
+    speeds = [_speed(recording, target) for target in recording.cast.select(event.of)]
     if not len(time):
         return []
     height = event.speed - np.max(speeds, axis=0)
@@ -186,6 +216,13 @@ def _rest(recording: Recording, series: Any, event: events.RestEvent, since: flo
         if time[last] - begin >= event.for_ - 1e-9:
             rows.append({"time": begin, "of": event.of})
     return rows
+
+
+def _speed(recording: Recording, target: Target) -> Array:
+    body = recording.deformable(target)
+    if body is None:
+        return np.linalg.norm(recording.velocity(target), axis=1)
+    return np.sqrt(2 * recording.states.soft_kinetic[:, body.index].astype(float) / body.mass)
 
 
 def _region(recording: Recording, series: Any, event: events.RegionEvent, since: float) -> list[Occurrence]:
@@ -254,7 +291,8 @@ def _released(recording: Recording, series: Any, event: events.ReleasedEvent, si
     attach = controls.get(event.attach)
     if not isinstance(attach, Attach):
         raise EventError(f"there is no attach `{event.attach}`")
-    times = sorted(c.at for c in controls.values() if isinstance(c, Release) and c.attach == event.attach)
+    releases = [c for c in controls.values() if isinstance(c, Release) and c.attach == event.attach]
+    times = sorted(c.at for c in releases if c.at is not None)
     return [{"time": t, "between": [attach.body, attach.to]} for t in times if t <= recording.states.end + 1e-9]
 
 

@@ -15,7 +15,7 @@ from text2sim.spec_schema.models.base import AXES, Axis
 from text2sim.spec_schema.models.scene import Domain
 from text2sim.spec_schema.models.space import BoxRegion, Region, SphereRegion
 
-_MESH = re.compile(r"\w{1,128}\.npz\Z")
+MESH_FILE = re.compile(r"\w{1,128}\.npz\Z")
 MANY = 64
 """Meshes with more corners than this are reduced to their convex hulls, which reach just as far."""
 
@@ -63,7 +63,7 @@ class Geometry:
         return np.concatenate(parts)
 
     def _read_corners(self, mesh: str) -> Array:
-        if not _MESH.match(mesh):  # a name becomes a path
+        if not MESH_FILE.match(mesh):  # a name becomes a path
             return np.zeros((0, 3))
         try:
             with np.load(self._folder / mesh, allow_pickle=False) as data:

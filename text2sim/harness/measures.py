@@ -13,8 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.harness import soft_measures
+from text2sim.harness.deformation import DeformationError
 from text2sim.harness.geometry import depth_inside, reach, rotate
-from text2sim.harness.recording import Recording
+from text2sim.harness.recording import Recording, links_of, soft_of
 from text2sim.harness.selection import SelectionError, Target
 from text2sim.harness.states import Array, JointRecord
 from text2sim.spec_schema.models import measures
@@ -36,12 +38,17 @@ _UNITS = {
     "energy": "J",
     "momentum": "kg m/s",
     "count_in": "",
+    **soft_measures.UNITS,
 }
 _JOINT_UNITS = {
     "joint_position": {"hinge": "rad", "slider": "m"},
     "joint_velocity": {"hinge": "rad/s", "slider": "m/s"},
     "joint_force": {"hinge": "N m", "slider": "N"},
 }
+
+
+MeasureError = soft_measures.SoftMeasureError
+"""A measure that has no value in this recording."""
 
 
 @dataclass(frozen=True)
@@ -65,15 +72,11 @@ def evaluate(recording: Recording) -> dict[str, Series]:
             with np.errstate(all="ignore"):  # a diverged run holds numbers that overflow
                 values, unit = _value(recording, measure)
             found[name] = Series(name, unit, np.asarray(values, dtype=float))
-        except (SelectionError, MeasureError) as error:
+        except (SelectionError, MeasureError, DeformationError) as error:
             found[name] = Series(
                 name, _UNITS.get(measure.kind, ""), np.full(recording.states.frames, np.nan), str(error)
             )
     return found
-
-
-class MeasureError(ValueError):
-    """A measure that has no value in this recording."""
 
 
 def _value(recording: Recording, measure: measures.Measure) -> tuple[Array, str]:
@@ -117,35 +120,56 @@ def _reduce(measure: Any, values: list[Array]) -> Array:
 # --- of one target, then reduced ---------------------------------------------------
 
 
+def _path(recording: Recording, measure: Any, target: Target) -> Array:
+    if measure.region is None:
+        return recording.origin(target)
+    return soft_measures.region_path(recording, target, measure.region)
+
+
+def _motion(recording: Recording, measure: Any, target: Target) -> Array:
+    """Velocity [m/s]; of a region, the central difference of its middle over the frames before and after."""
+    if measure.region is None:
+        return recording.velocity(target)
+    path = soft_measures.region_path(recording, target, measure.region)
+    return np.gradient(path, recording.states.time, axis=0) if len(path) > 1 else np.zeros_like(path)
+
+
+def _needs_frame(target: Target, kind: str) -> None:
+    if target.soft is not None:
+        raise MeasureError(f"{target.label} deforms, so that it has no {kind} of its own; measure regions of it")
+
+
 def _position(recording: Recording, measure: measures.Position, target: Target) -> Array:
-    """A coordinate of the origin."""
-    return recording.origin(target)[:, _COLUMN[measure.axis]]
+    """A coordinate of the origin; of a body that deforms, of its centre of mass or the middle of a region."""
+    return _path(recording, measure, target)[:, _COLUMN[measure.axis]]
 
 
 def _velocity(recording: Recording, measure: measures.Velocity, target: Target) -> Array:
-    """A component of the velocity of the centre of mass."""
-    return recording.velocity(target)[:, _COLUMN[measure.axis]]
+    """A component of the velocity of the centre of mass, or of the middle of a region."""
+    return _motion(recording, measure, target)[:, _COLUMN[measure.axis]]
 
 
 def _speed(recording: Recording, measure: Any, target: Target) -> Array:
-    """|v| of the centre of mass."""
-    return np.linalg.norm(recording.velocity(target), axis=1)
+    """|v| of the centre of mass, or of the middle of a region."""
+    return np.linalg.norm(_motion(recording, measure, target), axis=1)
 
 
 def _angular_speed(recording: Recording, measure: Any, target: Target) -> Array:
     """|w|."""
+    _needs_frame(target, "angular_speed")
     return np.linalg.norm(recording.states.ang[:, target.root].astype(float), axis=1)
 
 
 def _displacement(recording: Recording, measure: measures.Displacement, target: Target) -> Array:
     """|x(t) - x(0)|, or its component along an axis."""
-    origin = recording.origin(target)
+    origin = _path(recording, measure, target)
     moved = origin - origin[:1]
     return np.linalg.norm(moved, axis=1) if measure.axis is None else moved[:, _COLUMN[measure.axis]]
 
 
 def _tilt(recording: Recording, measure: measures.Tilt, target: Target) -> Array:
     """Angle between R(t) a and R(0) a, from both its sine and cosine: exact for small angles too."""
+    _needs_frame(target, "tilt")
     quat = recording.states.quat[:, target.root].astype(float)
     now = rotate(quat, np.array(AXES[measure.axis]))
     start = np.broadcast_to(now[:1], now.shape)
@@ -177,10 +201,14 @@ _PER_TARGET: dict[str, Callable[[Recording, Any, Target], Array]] = {
 def _extent(recording: Recording, measure: measures.Extent) -> Array:
     """Highest or lowest coordinate of the corners of all shapes, or the difference.
 
-    Shapes are the recorded meshes: exact for flat-sided ones; round ones reach as far as the engine's mesh.
+    Shapes are the recorded meshes: exact for flat-sided ones; round ones reach as far as the engine's mesh. Bodies
+    that deform reach as far as the vertices of their surface, or, without one, as their particles.
     """
-    links = [link for target in recording.cast.select(measure.of) for link in target.links]
-    low, high = reach(recording.states, recording.geometry, links, measure.axis)
+    targets = recording.cast.select(measure.of)
+    low, high = reach(recording.states, recording.geometry, links_of(targets).tolist(), measure.axis)
+    for number in soft_of(targets):
+        along = recording.states.deformables[number].seen[..., _COLUMN[measure.axis]]
+        low, high = np.fmin(low, along.min(axis=1)), np.fmax(high, along.max(axis=1))
     if len(low) and np.isnan(low[0]):
         raise MeasureError(f"{measure.of} has no recorded shape")
     return {"min": low, "max": high, "range": high - low}[measure.stat]
@@ -192,7 +220,7 @@ def _distance(recording: Recording, measure: measures.Distance) -> Array:
     nearest = np.full(recording.states.frames, np.inf)
     others = np.stack([recording.origin(t) for t in second], axis=1)
     for target in first:
-        keep = [i for i, other in enumerate(second) if other.links != target.links]
+        keep = [i for i, other in enumerate(second) if (other.links, other.soft) != (target.links, target.soft)]
         if keep:
             gaps = np.linalg.norm(others[:, keep] - recording.origin(target)[:, None], axis=2)
             nearest = np.minimum(nearest, gaps.min(axis=1))
@@ -203,11 +231,14 @@ def _distance(recording: Recording, measure: measures.Distance) -> Array:
 
 def _contact_rows(recording: Recording, of: str, by: str | None) -> tuple[Array, Array]:
     """Return the contacts of `of` with `by` (or anything), and +1 where the first of the two is in `of`."""
-    log = recording.contacts
+    log, targets = recording.contacts, [recording.cast.select(name) for name in (of, by) if name is not None]
     if not log.recorded:
-        raise MeasureError("no contacts were recorded (scene.record.contacts is false)")
-    ours = recording.cast.groups(recording.cast.select(of)) >= 0
-    theirs = np.ones(len(ours), dtype=bool) if by is None else recording.cast.groups(recording.cast.select(by)) >= 0
+        raise MeasureError(log.why_not)
+    soft = [target.label for group in targets for target in group if target.soft is not None]
+    if soft:
+        raise MeasureError(f"the engine tells no contacts of bodies that deform ({soft[0]}): measure the `gap`")
+    ours = recording.cast.groups(targets[0]) >= 0
+    theirs = np.ones(len(ours), dtype=bool) if by is None else recording.cast.groups(targets[1]) >= 0
     first, second = log.links[:, 0], log.links[:, 1]
     forward, backward = ours[first] & theirs[second], ours[second] & theirs[first]
     rows = np.flatnonzero((forward | backward) & (log.frame < recording.states.frames))
@@ -241,12 +272,19 @@ def _contact_count(recording: Recording, measure: measures.ContactCount) -> Arra
 
 
 def _penetration(recording: Recording, measure: measures.Penetration) -> Array:
-    """Deepest overlap in any step that belongs to a frame; 0 without contact."""
+    """Deepest overlap in any step that belongs to a frame; 0 without contact.
+
+    With bodies that deform it is how deep their points are in the solids of rigid ones, in the frames themselves.
+    """
+    targets = recording.cast.select(measure.of)
+    others = None if measure.by is None else recording.cast.select(measure.by)
+    soft = soft_measures.depth(recording, targets, others)
+    if soft_of([*targets, *(others or ())]):
+        return soft
     rows, _ = _contact_rows(recording, measure.of, measure.by)
     frame, owner = _frames_with_first(recording, rows)
-    deepest = np.zeros(recording.states.frames)
-    np.maximum.at(deepest, frame, recording.contacts.depth[owner])
-    return deepest
+    np.maximum.at(soft, frame, recording.contacts.depth[owner])
+    return soft
 
 
 def _frames_with_first(recording: Recording, rows: Array) -> tuple[Array, Array]:
@@ -256,31 +294,32 @@ def _frames_with_first(recording: Recording, rows: Array) -> tuple[Array, Array]
     return np.concatenate([np.zeros(len(begin), dtype=np.int64), log.frame[rows]]), np.concatenate([begin, rows])
 
 
-def _links(recording: Recording, of: str | None) -> Array:
-    """Links of a selector, or of all bodies: without statics, and without those of prescribed motion."""
-    targets: Sequence[Target] = recording.cast.loose if of is None else recording.cast.select(of)
-    return np.array(sorted({link for target in targets for link in target.links}), dtype=np.int64)
+def _targets(recording: Recording, of: str | None) -> Sequence[Target]:
+    """What a selector means, or all bodies: without statics, and without those of prescribed motion."""
+    return recording.cast.loose if of is None else recording.cast.select(of)
 
 
 def _energy(recording: Recording, measure: measures.Energy) -> Array:
-    """Kinetic (1/2 m v.v + 1/2 w.I w), potential (-m g.x, zero at the origin), or their sum."""
-    links = _links(recording, measure.of)
-    total = np.zeros(recording.states.frames)
-    if measure.part != "potential":
-        total += recording.kinetic(links).sum(axis=1)
-    if measure.part != "kinetic":
-        total += recording.potential(links).sum(axis=1)
-    return total
+    """Kinetic (1/2 m v.v + 1/2 w.I w), potential (-m g.x, zero at the origin), or their sum.
+
+    Of bodies that deform: 1/2 m v.v over their points, and -m g.x. What deformation stores is not in it.
+    """
+    kinetic, potential = recording.energies(_targets(recording, measure.of))
+    return {"kinetic": kinetic, "potential": potential, "total": kinetic + potential}[measure.part]
 
 
 def _momentum(recording: Recording, measure: measures.Momentum) -> Array:
     """Sum of m v along an axis."""
-    links = _links(recording, measure.of)
-    return recording.states.vel[:, links, _COLUMN[measure.axis]].astype(float) @ recording.masses[links]
+    targets, axis, states = _targets(recording, measure.of), _COLUMN[measure.axis], recording.states
+    links = links_of(targets)
+    total = states.vel[:, links, axis].astype(float) @ recording.masses[links]
+    for number in soft_of(targets):
+        total = total + states.deformables[number].mass * states.soft_velocity[:, number, axis].astype(float)
+    return total
 
 
 def _count_in(recording: Recording, measure: measures.CountIn) -> Array:
-    """Number of copies whose origin lies in the region or on its surface."""
+    """Number of copies whose origin (of bodies that deform: centre of mass) lies in the region or on its surface."""
     inside = [depth_inside(measure.region, recording.origin(t)) >= 0 for t in recording.cast.select(measure.of)]
     return np.sum(inside, axis=0)
 
@@ -294,4 +333,5 @@ _COLLECTIVE: dict[str, Callable[[Recording, Any], Array]] = {
     "energy": _energy,
     "momentum": _momentum,
     "count_in": _count_in,
+    **soft_measures.MEASURES,
 }

@@ -1,7 +1,7 @@
 """A recording together with the case it is a recording of."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -9,10 +9,15 @@ import numpy as np
 
 from text2sim.harness.contacts import ContactLog
 from text2sim.harness.deformables import Deformable
+from text2sim.harness.gaps import Cloud
 from text2sim.harness.geometry import Geometry, rotate, rotate_back
+from text2sim.harness.rigid_shapes import RigidShapes
 from text2sim.harness.selection import Cast, Target
 from text2sim.harness.states import Array, RunStates
 from text2sim.spec_schema.models.case import Case
+
+CLOUDS = 400_000_000
+"""Bytes of points that are kept for distances."""
 
 
 @dataclass(frozen=True)
@@ -24,13 +29,16 @@ class Recording:
     geometry: Geometry
     contacts: ContactLog
     case: Case
+    shapes: RigidShapes
+    _clouds: dict[int, Cloud] = field(default_factory=dict, repr=False)
 
     @classmethod
     def load(cls, run_dir: Path, case: Case) -> "Recording":
         """Open the recording of a run."""
         states = RunStates.load(run_dir)
         cast = Cast(states, case)
-        return cls(states, cast, Geometry.load(run_dir), ContactLog.of(cast), case)
+        shapes = RigidShapes(run_dir, states, case)
+        return cls(states, cast, Geometry.load(run_dir), ContactLog.of(cast), case, shapes)
 
     @cached_property
     def masses(self) -> Array:
@@ -65,6 +73,14 @@ class Recording:
     def deformable(self, target: Target) -> Deformable | None:
         """The body that a target means, if it deforms."""
         return None if target.soft is None else self.states.deformables[target.soft]
+
+    def cloud(self, body: Deformable) -> Cloud:
+        """The points of a body, for distances; those of the last few bodies are kept."""
+        if body.index not in self._clouds:
+            self._clouds[body.index] = Cloud.of(body)
+            while len(self._clouds) > 2 and sum(cloud.points.nbytes for cloud in self._clouds.values()) > CLOUDS:
+                del self._clouds[next(iter(self._clouds))]
+        return self._clouds[body.index]
 
     def energies(self, targets: Sequence[Target]) -> tuple[Array, Array]:
         """Kinetic and potential energy [J] of targets together, both (F,), each body counted once.

@@ -84,6 +84,11 @@ class Cast:
         """Whether a copy is one that never moves."""
         return self._kind(copy) == "static"
 
+    def touches_soft(self, copy: str) -> bool:
+        """Whether bodies that deform feel a rigid copy."""
+        body = self.case.bodies.get(base_name(copy)) or self.case.scene.statics.get(base_name(copy))
+        return getattr(getattr(body, "material", None), "touch_soft", True)
+
     def _kind(self, copy: str) -> str:
         body = self.case.bodies.get(base_name(copy))
         if body is None:

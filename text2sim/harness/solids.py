@@ -40,12 +40,14 @@ class Solid:
             return self.vertices.min(axis=0), self.vertices.max(axis=0)
         if self.kind == "plane":
             return np.full(3, -np.inf), np.array([np.inf, np.inf, 0.0])
+        radius, *length = self.size
+        straight = sum(length) / 2  # none of a sphere
         if self.kind == "box":
             half = np.array(self.size) / 2
+        elif self.kind == "cylinder":
+            half = np.array([radius, radius, straight])
         else:
-            along = {"sphere": 0.0, "cylinder": -self.size[0], "capsule": 0.0}[self.kind]
-            straight = self.size[1] / 2 if len(self.size) > 1 else 0.0
-            half = np.array([self.size[0], self.size[0], self.size[0] + along + straight])
+            half = np.array([radius, radius, radius + straight])
         return -half, half
 
     def least(self, points: Array) -> tuple[Array, Array]:

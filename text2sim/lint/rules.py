@@ -1,7 +1,7 @@
 """All rules, in the order in which they are listed."""
 
 from text2sim.lint.contact import bounce, nets, ploughing, sliding, tunnelling
-from text2sim.lint.film import cameras, leaving, viewpoints
+from text2sim.lint.film import cameras, empty, leaving, viewpoints
 from text2sim.lint.joints import angles, following, holding, idle, joints
 from text2sim.lint.numbers import densities, limits, magnitudes, masses, meshes, steps, stiffness
 from text2sim.lint.rule import EXAMPLE_BASE, Rule
@@ -42,6 +42,7 @@ RULES: tuple[Rule, ...] = (
     *energy.RULES,
     *at_rest.RULES,
     *cameras.RULES,
+    *empty.RULES,
     *leaving.RULES,
     *viewpoints.RULES,
     *families.RULES,

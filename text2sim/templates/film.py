@@ -1,4 +1,4 @@
-"""Films a rigid-body run of Genesis from its recorded states, whether they were simulated a moment ago or long since.
+"""Films a run of Genesis from its recorded states, whether they were simulated a moment ago or long since.
 
 Nothing is drawn while the simulation runs, so a machine without OpenGL simulates all the same.
 
@@ -28,6 +28,7 @@ class States:
     Attributes:
         layout: Content of `layout.json`.
         time: Times of the recorded frames [s], shape (F,).
+        soft: States of bodies that deform; None if there is none.
     """
 
     def __init__(self, out: Path):
@@ -42,24 +43,34 @@ class States:
         starts = [joint["q"][0] + QUATERNION_AT[joint["kind"]] for joint in turning]
         self._quaternions = np.array(starts, int)[:, None] + np.arange(4)
         links = [*enumerate(self.layout["links"])]
+        self.soft = None
+        if self.layout.get("deformables"):
+            from soft_states import SoftStates
+
+            self.soft = SoftStates(self.layout["deformables"], chunks)
         self._links = {(link["body"], None): i for i, link in reversed(links) if link["link"] != "world"}
         self._links |= {(link["body"], link["link"]): i for i, link in links}
 
     def position(self, body: str, t: float, link: str | None = None) -> np.ndarray:
-        """Position of a link of a body (its first if none is named) at time `t` [m], shape (3,)."""
-        a, b, w = self._around(t)
+        """Position of a link of a body (its first if none is named) at time `t` [m], shape (3,).
+
+        Of a body that deforms it is the mean of its points.
+        """
+        a, b, w = self.around(t)
+        if self.soft is not None and (centre := self.soft.centre(body, (a, b, w))) is not None:
+            return centre
         pos = self._pos[:, self._links[body, link]].astype(float)
         return (1 - w) * pos[a] + w * pos[b]
 
     def qpos(self, t: float) -> np.ndarray:
         """Generalized positions at time `t`, shape (Q,): linear in between, spherically linear for orientations."""
-        i, j, w = self._around(t)
+        i, j, w = self.around(t)
         a, b = self._qpos[i].astype(float), self._qpos[j].astype(float)
         qpos = (1 - w) * a + w * b
         qpos[self._quaternions] = _slerp(a[self._quaternions], b[self._quaternions], w)
         return qpos.astype(np.float32)
 
-    def _around(self, t: float) -> tuple[int, int, float]:
+    def around(self, t: float) -> tuple[int, int, float]:
         """Recorded frames before and after time `t`, and how far `t` is from the one to the other, 0 to 1."""
         last = len(self.time) - 1
         b = min(int(np.searchsorted(self.time, t)), last)
@@ -87,6 +98,11 @@ def film(scene, cameras: dict, out: Path, *, fps, camera_pose, speed=1.0, start=
     from PIL import Image
 
     out, states, progress = Path(out), States(out), Progress(out)
+    soft = None
+    if states.soft is not None:
+        from soft_film import SoftFilm
+
+        soft = SoftFilm(scene, states.soft, out / "geometry")
     _open_opengl(scene, cameras)
     (out / "frames").mkdir(exist_ok=True)
     last = float(states.time[-1])
@@ -99,7 +115,10 @@ def film(scene, cameras: dict, out: Path, *, fps, camera_pose, speed=1.0, start=
     visibility = {name: [] for name in cameras}
     for k in range(n_frames):
         t = start + k * speed / fps
-        scene.rigid_solver.set_qpos(states.qpos(t))
+        if scene.rigid_solver.n_qs:
+            scene.rigid_solver.set_qpos(states.qpos(t))
+        if soft is not None:
+            soft.show(states.around(t))
         for name, camera in cameras.items():
             pos, lookat, up = camera_pose(name, t, states)
             camera.set_pose(pos=pos, lookat=lookat, up=up)
@@ -114,6 +133,8 @@ def film(scene, cameras: dict, out: Path, *, fps, camera_pose, speed=1.0, start=
         progress("film", t - start, end - start, force=k in (0, n_frames - 1))
     for video in videos.values():
         video.close()
+    if soft is not None:
+        soft.close()
     write_json(out / "visibility.json", visibility)
 
 
@@ -132,8 +153,9 @@ def _shares(scene, camera, layout: dict) -> dict[str, float]:
     shares = {}
     for index in np.flatnonzero(pixels).tolist():
         key = scene.segmentation_idx_dict[index]
-        if isinstance(key, tuple):  # (entity, link), as VisOptions has it by default; the background is -1
-            body = layout["links"][key[1]]["body"]
+        # (entity, link), as VisOptions has it by default, or the name of a body that deforms; the background is -1
+        body = layout["links"][key[1]]["body"] if isinstance(key, tuple) else key
+        if isinstance(body, str):
             shares[body] = shares.get(body, 0.0) + pixels[index] / pixels.sum()
     return {body: round(float(share), 6) for body, share in sorted(shares.items())}
 

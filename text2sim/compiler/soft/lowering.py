@@ -11,10 +11,13 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, SoftFacts, Surface
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.rotation import IDENTITY, Vec
+from text2sim.compiler.shapes.tets import tet_options
+from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.meshes import MeshFiles
 from text2sim.compiler.soft.room import extents_of
 from text2sim.compiler.soft.scales import Scales
 from text2sim.compiler.soft.solvers import FAMILIES, solver_of
+from text2sim.compiler.trees.tree import Tree
 from text2sim.spec_schema.models.scene import Scene
 from text2sim.spec_schema.models.soft_bodies import Cloth, Granular, Liquid, Snow, Soft
 
@@ -24,8 +27,6 @@ YIELD = 0.1
 """Yield stress of an elasto-plastic body that gives none, as a part of its stiffness."""
 SOFTNESS, CELLS_OF_SOFTNESS = 0.002, 8
 """How far [m] contact of a rigid body reaches out, by the engine's choice, and how many of it make a grid's cell."""
-SOLID_VOLUME = 0.2
-"""Largest tetrahedron as a part of its edge cubed: a regular one has 0.12, and tetgen needs some room."""
 
 
 @dataclass
@@ -37,6 +38,8 @@ class SoftLowering:
     """Contact model of the scene."""
     scales: Scales
     meshes: MeshFiles
+    acted_on: frozenset[str] = frozenset()
+    """Bodies of which a control speaks."""
 
     def entity(self, model: Any, copy: Copy) -> tuple[EntityPlan, tuple[Vec, float]]:
         """Return the entity for one copy, and a ball [m] around it at the start, in the world.
@@ -48,7 +51,8 @@ class SoftLowering:
         assert solver is not None
         spacing = self.scales.spacing(copy.body, solver)
         morph, options, turned = self._morph(model, copy, solver, spacing)
-        material, values = MATERIALS[model.kind, solver](model)
+        made = MATERIALS[model.kind, "ipc" if self.model == "ipc" and solver == "fem" else solver]
+        material, values = made(model)
         entity = EntityPlan(
             copy.name,
             morph,
@@ -65,11 +69,14 @@ class SoftLowering:
         middle = ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2)
         return entity, (middle, dist(low, high) / 2)
 
-    def coupled(self, entity: EntityPlan, model: Any) -> EntityPlan:
+    def coupled(self, entity: EntityPlan, model: Any, tree: Tree | None) -> EntityPlan:
         """Return a rigid entity with what the coupler must know of it: deformable bodies feel its friction."""
         material = getattr(model, "material", None)
         if entity.family != "rigid" or material is None:
             return entity
+        if self.model == "ipc" and material.touch_soft:
+            density, options = ipc.rigid(entity, material.friction, tree, entity.name.split("[")[0] in self.acted_on)
+            return replace(entity, rho=density, material_options=options)
         options: dict[str, Any] = {}
         if not material.touch_soft:
             options["needs_coup"] = False
@@ -86,11 +93,13 @@ class SoftLowering:
         if solver == "mpm" and model.kind != "soft" and shape.kind in PRIMITIVES:
             return PRIMITIVES[shape.kind], {k: v for k, v in shape.model_dump().items() if k != "kind"}, False
         if FAMILIES[solver] != "fem":
-            return "Mesh", {"file": self.meshes.write(copy.body, shape, spacing)}, False
+            # The engine cuts a cloth anew by itself, and follows the triangles of the file for the picture.
+            path = self.meshes.write(copy.body, shape, spacing, coarsen=solver == "mpm")
+            return "Mesh", {"file": path}, False
         # The engine turns the vertices of a fem body about their mean, which is not known before it made them.
         options: dict[str, Any] = {"file": self.meshes.write(copy.body, shape, spacing, copy.quat)}
         if model.kind == "soft":
-            options["maxvolume"] = float(f"{SOLID_VOLUME * spacing**3:.3g}")
+            options |= tet_options(spacing)
         return "Mesh", options, True
 
     def _surface(self, model: Any, copy: Copy, solver: str) -> Surface:
@@ -158,7 +167,9 @@ def _fem_soft(model: Soft) -> _Made:
 
 
 def _ipc_soft(model: Soft) -> _Made:
-    return "FEM.Elastic", _elastic(model.material) | {"friction_mu": model.material.friction}
+    # The coupler's own model, whatever is said here; the engine's explicit solver has one of that name to build with.
+    values = _elastic(model.material) | {"model": "stable_neohookean", "friction_mu": model.material.friction}
+    return "FEM.Elastic", values
 
 
 def _given(value: float | None, default: float) -> float:
@@ -166,15 +177,7 @@ def _given(value: float | None, default: float) -> float:
 
 
 def _ipc_cloth(model: Cloth) -> _Made:
-    material = model.material
-    return "FEM.Cloth", {
-        "E": _given(material.youngs_modulus, 1e6),
-        "nu": _given(material.poisson_ratio, 0.3),
-        "rho": material.area_density / material.thickness,
-        "thickness": material.thickness,
-        "bending_stiffness": _given(material.bending_stiffness, 10.0),
-        "friction_mu": material.friction,
-    }
+    return "FEM.Cloth", ipc.cloth(model)
 
 
 def _pbd_cloth(model: Cloth) -> _Made:

@@ -10,7 +10,6 @@ from text2sim.compiler.shapes.rotation import Vec, quat_rotate
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.compiler.trees.anatomy import tree_extents
 from text2sim.spec_schema.models.scene import Scene
-from text2sim.spec_schema.models.shapes import Box
 
 LONGEST_FALL = 2.0
 """How far [m] a body is followed that falls onto nothing."""
@@ -38,9 +37,6 @@ def extents_of(copy: Copy, folder: Path) -> Bounds:
     """
     if copy.shape is None:
         low, high = tree_extents(copy.model, copy.quat, folder)
-    elif copy.shape.kind == "sheet":
-        x, y = copy.shape.size
-        low, high = geometry.extents(Box(kind="box", size=(x, y, 1e-9)), copy.quat, folder)
     else:
         low, high = geometry.extents(copy.shape, copy.quat, folder)
     return _moved(low, copy.pos), _moved(high, copy.pos)

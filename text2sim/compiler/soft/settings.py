@@ -7,6 +7,7 @@ from typing import Any
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.geometry import Bounds
 from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.room import Surroundings, floor_height, room, surroundings
 from text2sim.compiler.soft.scales import Scales
 from text2sim.compiler.soft.setup import FemSettings, MpmSettings, PbdSettings, SapSettings, SoftSettings
@@ -60,7 +61,7 @@ def derive_soft(
         }[model]
     around = surroundings(placed, folder)
     substeps: list[tuple[float, str]] = []
-    mpm = pbd = fem = sap = None
+    mpm = pbd = fem = sap = coupler = None
     if "mpm" in by_solver:
         mpm = _mpm(scene, scales, by_solver["mpm"], around, speeds, folder, why)
         substeps += _mpm_steps(mpm.cell, by_solver["mpm"])
@@ -72,12 +73,15 @@ def derive_soft(
             reason = f"at {fastest:g} m/s a particle may not cross half its own size in one step"
             substeps.append((pbd.particle_size / 2 / fastest, reason))
     if "fem" in by_solver or "ipc" in by_solver:
-        fem = _fem(scene, by_solver.get("fem", []), placed, why)
+        if model == "ipc":
+            coupler = ipc.settings(scene, scales.edges, why)
+        else:
+            fem = _fem(scene, by_solver.get("fem", []), placed, why)
         substeps.append((FEM_STEP, "the implicit solver damps motion at longer steps"))
     if model == "sap":
         sap = SapSettings(fem is not None and fem.floor is not None, bool(around.solids))
         why["precision"] = "the sap model is solved in double precision alone"
-    return SoftSettings(model, "64" if model == "sap" else "32", mpm, pbd, fem, sap, tuple(substeps), why)
+    return SoftSettings(model, "64" if model == "sap" else "32", mpm, pbd, fem, sap, tuple(substeps), why, coupler)
 
 
 def wave_speed(material: Any, model: Any) -> float:

@@ -49,6 +49,17 @@ class SapSettings:
 
 
 @dataclass(frozen=True)
+class IpcSettings:
+    """Of the coupler of cloth with solver ipc."""
+
+    contact_distance: float
+    """[m]"""
+    resistance: float | None
+    """Stiffness of contact [Pa]; None for the engine's own."""
+    friction: bool
+
+
+@dataclass(frozen=True)
 class SoftSettings:
     """Resolved settings of a scene with deformable bodies. `why` holds a sentence for each that was derived."""
 
@@ -63,6 +74,7 @@ class SoftSettings:
     substeps: tuple[tuple[float, str], ...]
     """Longest substeps [s] that solvers bear, each with a reason."""
     why: dict[str, str] = field(default_factory=dict)
+    ipc: IpcSettings | None = None
 
     def values(self) -> dict[str, str]:
         """What was derived, in words, by the names of `why`."""
@@ -83,6 +95,8 @@ class SoftSettings:
                 "damping_beta": f"{self.fem.damping_beta:g} s",
                 "floor": f"{self.fem.floor:g} m" if self.fem.floor is not None else "none",
             }
+        if self.ipc is not None:
+            found["contact_distance"] = f"{self.ipc.contact_distance:g} m"
         return found
 
 

@@ -17,7 +17,6 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.outcomes import asked_of, bound_of
-from text2sim.lint.script.soon import adds_energy
 from text2sim.lint.script.starts import norm, velocities_of
 from text2sim.lint.script.values import subjects, values_of
 from text2sim.spec_schema.errors import Problem
@@ -49,7 +48,7 @@ class Budget:
 def _budget(facts: Facts) -> Budget | None:
     """The energy of a scene; None if something adds to it, or nothing bounds it from below."""
     gx, gy, gz = facts.plan.gravity
-    if adds_energy(facts) or gx or gy or gz >= 0.0 or facts.rows.welds:
+    if _adds_energy(facts) or gx or gy or gz >= 0.0 or facts.rows.welds:
         return None
     levels = [ground for ground in facts.planes if ground.up[2] > 0.9999]
     if len(levels) != 1 or len(facts.planes) != 1:
@@ -71,6 +70,15 @@ def _budget(facts: Facts) -> Budget | None:
     if spread + sqrt(2 * SPARE * energy / lightest) * facts.case.scene.duration > ground.half:
         return None
     return Budget(energy, ground.level, -gz)
+
+
+def _adds_energy(facts: Facts) -> bool:
+    """Whether anything but start velocities and gravity moves bodies."""
+    plan = facts.plan
+    if plan.drives or plan.wrenches or plan.prescribed or plan.contact or plan.motors or plan.changes:
+        return True
+    trees = facts.lowering.trees.values()
+    return any(joint.spring > 0.0 for tree in trees for link in tree.links() for _, joint in link.all_joints())
 
 
 def _motion(facts: Facts, copy: Copy, mass: float, size: float) -> float:

@@ -1,21 +1,21 @@
 """Expectations that come before anything can have got there.
 
-In a scene whose only energy is that of `initial_velocity` and of gravity, nothing that starts at rest moves faster than
-what it is hit by, but for a light body that a heavy one hits: at most twice as fast. So after the time t no body has
-gone farther than  s(t) = 2 v t + g t^2  (twice  v t + g t^2 / 2), v being the largest speed at the start, spin
-included. Where motors, forces, springs, driven bodies or bounces add something, nothing is said.
+How far anything can have gone by a time, at the very most, is worked out in `causes`: from the start velocities, the
+blows and forces before that time, and gravity; where everything stands still at first, from the first of them on. After
+the first drive, spring or bounce, nothing is said.
 """
 
 from collections.abc import Iterator
 from itertools import product
-from math import dist, inf, sqrt
+from math import inf
 from typing import Any
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
+from text2sim.lint.script.causes import Causes, causes_of
 from text2sim.lint.script.gaps import gap
 from text2sim.lint.script.outcomes import asked_of, bound_of
-from text2sim.lint.script.starts import depth_inside, norm
+from text2sim.lint.script.starts import depth_inside
 from text2sim.lint.script.targets import Target, targets_of
 from text2sim.lint.script.values import values_of
 from text2sim.spec_schema.errors import Problem
@@ -25,9 +25,7 @@ MANY = 2_000
 
 
 def _soon(facts: Facts) -> Iterator[Problem]:
-    speed = _fastest(facts)
-    if speed is None:
-        return
+    causes = causes_of(facts)
     actions = facts.case.actions
     for name, expect in actions.expect.items():
         where = ("actions", "expect", name)
@@ -35,12 +33,8 @@ def _soon(facts: Facts) -> Iterator[Problem]:
             if expect.never or expect.within is None or expect.count in (0, (0, 0)):
                 continue
             way = _way(facts, actions.events[expect.event])
-            needs = _time(facts, speed, way)
-            if needs > expect.within[1]:
-                text = (
-                    f"`{expect.event}` needs a way of {way:.3g} m, for which nothing here is fast enough by "
-                    f"{expect.within[1]:g} s: it takes {needs:.2g} s at the very least"
-                )
+            if causes.reach(expect.within[1]) < way:
+                text = f"`{expect.event}` needs a way of {way:.3g} m" + _late(causes, way, expect.within[1])
                 yield facts.problem("too-soon", (*where, "within"), text)
         elif expect.measure is not None:
             asked, values = asked_of(expect, facts.case.scene.duration), values_of(facts, expect.measure)
@@ -52,47 +46,23 @@ def _soon(facts: Facts) -> Iterator[Problem]:
             # A smallest value that has to be low may come at the end of the span; an all-the-time begins at once.
             by = asked.first if asked.stat == "all" else asked.last
             way = max(asked.low - values.start, values.start - asked.high)
-            needs = _time(facts, speed, way)
             if asked.stat in ("max", "min") and (asked.stat == "max") != (asked.low > values.start):
                 continue
-            if 0.0 < by < needs:
-                text = (
-                    f"`{expect.measure}` has {way:.3g} {values.unit} to go from where it starts, for which nothing "
-                    f"here is fast enough by {by:g} s: it takes {needs:.2g} s at the very least"
-                )
+            if by > 0.0 and causes.reach(by) < way:
+                text = f"`{expect.measure}` has {way:.3g} {values.unit} to go from where it starts"
+                text += _late(causes, way, by)
                 yield facts.problem("too-soon", (*where, bound_of(expect)), text)
 
 
-def adds_energy(facts: Facts) -> bool:
-    """Whether anything but start velocities and gravity moves bodies."""
-    plan = facts.plan
-    if plan.drives or plan.wrenches or plan.prescribed or plan.contact or plan.motors or plan.changes:
-        return True
-    trees = facts.lowering.trees.values()
-    return any(joint.spring > 0.0 for tree in trees for link in tree.links() for _, joint in link.all_joints())
-
-
-def _fastest(facts: Facts) -> float | None:
-    """Largest speed [m/s] of anything at the start; None if something adds energy to the scene."""
-    if adds_energy(facts):
-        return None
-    fastest = 0.0
-    for row in facts.rows.velocities:
-        copy = facts.copies[row.entity]
-        box = facts.box(copy)
-        far = dist(*box) if box is not None else 0.0
-        fastest = max(fastest, norm(row.linear) + norm(row.angular) * far)
-    return fastest
-
-
-def _time(facts: Facts, speed: float, way: float) -> float:
-    """Time [s] that a way [m] takes at the very least: s(t) = 2 v t + g t^2, solved for t."""
-    gravity = norm(facts.plan.gravity)
-    if way <= 0.0:
-        return 0.0
-    if gravity == 0.0:
-        return way / (2 * speed) if speed > 0.0 else inf
-    return (sqrt(speed**2 + gravity * way) - speed) / gravity
+def _late(causes: Causes, way: float, by: float) -> str:
+    """Why a way is too long for a time, in words."""
+    needs = causes.soonest(way)
+    if by <= causes.quiet:
+        if not causes.first:
+            return ", and nothing here moves"
+        return f", and by {by:g} s everything still stands: `{causes.first}` is the first to act, at {causes.quiet:g} s"
+    text = f", for which nothing here is fast enough by {by:g} s"
+    return text if needs == inf else f"{text}: it takes {needs:.2g} s at the very least"
 
 
 def _way(facts: Facts, event: Any) -> float:
@@ -133,9 +103,11 @@ RULES = (
         severity="warning",
         title="An expectation that comes before anything can have got there.",
         reason="""\
-Where nothing but start velocities and gravity moves the bodies, none gets farther than `2 v t + g t^2`, which is twice
-what a thrown body can do. An event or a place that is farther away cannot be reached in time.""",
-        way_out="Begin nearer or faster, or let the span end later than the time in the message.",
+Start velocities, blows and forces before the time t give no body more than some speed v, and so nothing gets farther
+than `2 v t + g t^2`, which is twice what a thrown body can do; where everything stands still at first, t counts from
+the first cause. An event or a place that is farther away cannot be reached in time. Nothing is said of what comes after
+a drive has begun, a driven body has set out, or a spring or a bounce is at work.""",
+        way_out="Begin sooner, nearer or faster, or let the span end later than the time in the message.",
         example=_BALL % "[0, 0.3]",
         mended=_BALL % "[0, 0.9]",
         run=_soon,

@@ -47,7 +47,10 @@ def _beyond(box: Bounds, bounds: Bounds, pad: float) -> list[tuple[float, str]]:
     """How far [m] a box is outside, and on which sides."""
     found = []
     for axis, name in enumerate("xyz"):
-        found += [(bounds[0][axis] + pad - box[0][axis], f"-{name}"), (box[1][axis] - bounds[1][axis] + pad, f"+{name}")]
+        found += [
+            (bounds[0][axis] + pad - box[0][axis], f"-{name}"),
+            (box[1][axis] - bounds[1][axis] + pad, f"+{name}"),
+        ]
     return [(away, side) for away, side in found if away > 1e-9]
 
 

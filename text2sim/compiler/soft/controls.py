@@ -1,0 +1,143 @@
+"""Controls of deformable bodies become rows of the program: holds, pushes and fields."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from text2sim.compiler.literal import Code, literal
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.plan import Field, Hold, Push
+from text2sim.compiler.schedules import constructor
+from text2sim.compiler.selection import select
+from text2sim.compiler.shapes.rotation import vector_unit
+from text2sim.compiler.soft.regions import region_finder
+from text2sim.compiler.soft.scales import Scales
+from text2sim.compiler.soft.solvers import solver_of
+from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.models.controls import Attach, Force, Impulse, Release
+from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
+from text2sim.spec_schema.models.regions import BodyRegion
+from text2sim.spec_schema.models.scene import Scene
+
+WORLD = "world"
+"""What holds a body where it is, in `to`."""
+FOREVER = 1e9
+ANY_FIELD = Wind | Drag | Attraction | Vortex | Turbulence
+
+
+@dataclass
+class SoftControls:
+    """Lowers controls of deformable bodies."""
+
+    scene: Scene
+    scales: Scales
+    folder: Path
+
+    def finder(self, copy: Copy, region: BodyRegion | None) -> Code:
+        """Constructor of what finds the points of a region of a copy.
+
+        Raises:
+            RegionError: if the body does not reach into the region.
+        """
+        solver = solver_of(copy.model, self.scene)
+        assert solver is not None
+        return region_finder(region, copy.shape, self.scales.spacing(copy.body, solver), solver, self.folder)
+
+    def hold(self, copy: Copy, held: "Held", until: list[float | str], line: int, name: str) -> Hold:
+        """One copy that is held by the world, or by links of other copies."""
+        attach = held.attach
+        return Hold(
+            entity=copy.name,
+            pose=(copy.pos, copy.quat),
+            region=self.finder(copy, attach.region),
+            count=attach.points,
+            to=tuple(holder.name for holder in held.by),
+            link=held.part,
+            stiffness=attach.stiffness,
+            start=attach.at,
+            until=tuple(until),
+            line=line,
+            control=name,
+        )
+
+    def push(self, copy: Copy, control: Force | Impulse, line: int, name: str) -> Push:
+        """A force on one copy, or a blow."""
+        pose = (copy.pos, copy.quat)
+        if isinstance(control, Impulse):
+            assert not isinstance(control.point, tuple)
+            region = self.finder(copy, control.point)
+            return Push(copy.name, pose, region, control.impulse, None, 0.0, control.at, control.at, line, name)
+        start, end = control.during or (0.0, FOREVER)
+        scale = None if control.scale == 1.0 else constructor(control.scale)
+        region = self.finder(copy, control.region)
+        return Push(copy.name, pose, region, control.force, scale, control.drag, start, end, line, name)
+
+
+@dataclass(frozen=True)
+class Held:
+    """How an `attach` holds one copy of a deformable body."""
+
+    attach: Attach
+    """The control, as the copy has it."""
+    by: list[Copy]
+    """What holds it; nothing for the world."""
+    part: str | None
+    """The link of that."""
+
+
+def held_copies(loaded: LoadedCase, name: str, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Held]]:
+    """Return the copies that an `attach` of a deformable body holds, each with what holds it.
+
+    One copy is held by all that are named together. Several are held all by one, or one by one.
+    """
+    attach = loaded.case.actions.controls[name]
+    assert isinstance(attach, Attach)
+    chosen, _ = select(attach.body, copies)
+    varies = loaded.varies(("actions", "controls", name))
+    found = []
+    for index, copy in enumerate(chosen):
+        own = loaded.control_copy(name, copy.variables) if varies else attach
+        assert isinstance(own, Attach)
+        holders, part = ([], None) if own.to == WORLD and WORLD not in copies else select(own.to, copies)
+        if own.to == attach.to and len(chosen) > 1 and len(holders) == len(chosen):
+            holders = [holders[index]]
+        found.append((copy, Held(own, holders, part)))
+    return found
+
+
+def ends_of(loaded: LoadedCase, name: str) -> list[float | str]:
+    """Times [s] and events at which an `attach` is released."""
+    ends: list[float | str] = []
+    for control in loaded.case.actions.controls.values():
+        if isinstance(control, Release) and control.attach == name:
+            ends += [end for end in (control.at, control.on) if end is not None]
+    return ends
+
+
+def lower_field(control: ANY_FIELD, line: int, name: str) -> Field:
+    """Return the row of a field."""
+    start, end = control.during or (0.0, FOREVER)
+    return Field(_make(control), start, end, line, name)
+
+
+def _make(control: ANY_FIELD) -> Code:
+    if isinstance(control, Wind):
+        direction, strength = vector_unit(control.direction), control.acceleration
+        if control.radius is None:
+            return _call("gs.force_fields.Constant", direction=direction, strength=strength)
+        # The engine wants the middle of the stream as an array.
+        where = {"radius": control.radius, "center": tuple(control.center)}
+        return _call("gs.force_fields.Wind", direction=direction, strength=strength, **where)
+    if isinstance(control, Drag):
+        return _call("gs.force_fields.Drag", linear=control.linear, quadratic=control.quadratic)
+    if isinstance(control, Attraction):
+        where = tuple(control.center)
+        return _call("Attraction", center=where, strength=control.strength, falloff=control.falloff)
+    if isinstance(control, Vortex):
+        around = {"swirl": control.swirl, "inward": control.inward, "falloff": control.falloff}
+        return _call("Whirl", center=tuple(control.center), **around)
+    gusts = {"strength": control.strength, "frequency": control.frequency, "seed": control.seed}
+    return _call("gs.force_fields.Turbulence", **gusts)
+
+
+def _call(function: str, **arguments: object) -> Code:
+    return Code(f"{function}({', '.join(f'{key}={literal(value)}' for key, value in arguments.items())})")

@@ -1,0 +1,83 @@
+"""What the engine's ipc coupler must be told of bodies.
+
+It makes an affine body of every rigid link, and contact and friction between all bodies are its own: the friction of a
+pair is the geometric mean of both coefficients. libuipc counts the thickness of a shell to each side of its middle, so
+it gets half of what is meant: mass and stiffness are then those of the whole.
+"""
+
+from typing import Any
+
+from text2sim.compiler.plan import EntityPlan
+from text2sim.compiler.soft.setup import IpcSettings
+from text2sim.compiler.trees.tree import Tree
+from text2sim.spec_schema.models.scene import Scene
+from text2sim.spec_schema.models.soft_bodies import Cloth
+
+PART_OF_EDGE = 0.1
+"""Distance of contact, as a part of the shortest edge of cloth and soft bodies."""
+NEAREST, FARTHEST = 5e-4, 5e-3
+"""It is no smaller and no larger [m] than this: a smaller one needs more iterations, a larger one is seen."""
+YOUNG, POISSON, BENDING = 1e6, 0.3, 10.0
+"""Of a cloth that says nothing of its stiffness [Pa, 1, the engine's unit]."""
+
+
+def settings(scene: Scene, edges: dict[str, float], why: dict[str, str]) -> IpcSettings:
+    """Choose what the author left open, with a sentence in `why` for each.
+
+    Args:
+        scene: The section.
+        edges: Edge [m] of the elements by body.
+        why: Sentences so far.
+    """
+    reach = scene.ipc.contact_distance
+    if reach is None:
+        reach = min(max(PART_OF_EDGE * min(edges.values(), default=0.01), NEAREST), FARTHEST)
+        reach = float(f"{reach:.2g}")
+        why["contact_distance"] = "a tenth of the shortest edge, so that gaps are small against folds"
+    return IpcSettings(reach, scene.ipc.contact_resistance, scene.ipc.friction)
+
+
+def cloth(model: Cloth) -> dict[str, Any]:
+    """Keyword arguments of the engine's cloth."""
+    material = model.material
+    young, nu, bending = material.youngs_modulus, material.poisson_ratio, material.bending_stiffness
+    return {
+        "E": YOUNG if young is None else young,
+        "nu": POISSON if nu is None else nu,
+        "rho": float(f"{material.area_density / material.thickness:.6g}"),
+        "thickness": material.thickness / 2,
+        "bending_stiffness": BENDING if bending is None else bending,
+        "friction_mu": material.friction,
+    }
+
+
+def rigid(
+    entity: EntityPlan, friction: float, tree: Tree | None, acted_on: bool
+) -> tuple[float | None, dict[str, Any]]:
+    """Return density [kg/m3] and keyword arguments of the material of a rigid entity.
+
+    What nothing but contact and gravity moves is the coupler's alone. What has joints, or is acted on, is computed by
+    the engine and held to its place in the coupler by springs that push back.
+
+    Args:
+        entity: The entity so far.
+        friction: Its coefficient.
+        tree: Its links, if it is no primitive.
+        acted_on: Whether a control acts on it.
+    """
+    options: dict[str, Any] = {"coup_friction": friction}
+    density = entity.rho
+    if tree is not None:
+        # The coupler takes one density for all links of an entity.
+        geoms = [geom for link in tree.links() for geom in link.geoms if geom.touches] + list(tree.fixtures)
+        volume = sum(geom.piece.volume() for geom in geoms)
+        if density is None and volume > 0.0:
+            density = float(f"{sum(geom.density * geom.piece.volume() for geom in geoms) / volume:.6g}")
+        joints = [joint.kind for link in tree.links() for _, joint in link.all_joints()]
+    else:
+        joints = [] if entity.options.get("fixed") or entity.morph == "Plane" else ["free"]
+    if joints == ["free"] and not acted_on:
+        options["coup_type"] = "ipc_only"
+    elif joints:
+        options["coup_type"] = "two_way_soft_constraint"
+    return density, options

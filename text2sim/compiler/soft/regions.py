@@ -1,0 +1,64 @@
+"""Regions of deformable bodies, as the program finds them: by where its points are at the start.
+
+The engine cuts bodies into points itself, so that which points lie in a region is not known before it has done so.
+"""
+
+from pathlib import Path
+from typing import Any
+
+from text2sim.compiler.literal import Code, literal
+from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.regions import FLAT, RegionError, empty
+from text2sim.compiler.shapes.rotation import IDENTITY, Vec
+from text2sim.spec_schema.models.regions import SIDES, BodyRegion
+
+LAYER = {"mpm": 1.0, "pbd": 0.5, "fem": 0.5, "ipc": 0.5}
+"""Depth of a side in distances of points: particles fill a body somewhat at random, vertices lie on its sides."""
+
+
+def region_finder(region: BodyRegion | None, shape: Any, spacing: float, solver: str, folder: Path) -> Code:
+    """Return the constructor of the function that finds the points of a region in the program.
+
+    Args:
+        region: The region; the whole body if None.
+        shape: Shape of the body.
+        spacing: Distance [m] of its points.
+        solver: What solves it.
+        folder: The case's folder.
+
+    Raises:
+        RegionError: if the body does not reach into the region.
+        AssetError: if a file of the shape cannot be used.
+    """
+    if region is None:
+        return Code("everything")
+    low, high = geometry.extents(shape, IDENTITY, folder)
+    if region.sides:
+        _check_flat(region, low, high)
+        sides = ", ".join(literal(SIDES[side]) for side in region.sides)
+        return Code(f"sides({sides}, within={literal(LAYER[solver] * spacing)})")
+    if region.box is not None:
+        _check_reach(region.box.min, region.box.max, 0.0, low, high)
+        return Code(f"box({literal(tuple(region.box.min))}, {literal(tuple(region.box.max))})")
+    if region.sphere is not None:
+        middle, radius = region.sphere.center, region.sphere.radius
+        _check_reach(middle, middle, radius, low, high)
+        return Code(f"ball({literal(tuple(middle))}, {literal(radius)})")
+    assert region.nearest is not None
+    return Code(f"nearest({literal(tuple(region.nearest))})")
+
+
+def _check_flat(region: BodyRegion, low: Vec, high: Vec) -> None:
+    size = [b - a for a, b in zip(low, high, strict=True)]
+    for side in region.sides:
+        if region.face is None and size[SIDES[side][0]] <= FLAT * max(size):
+            there = [name for name, (k, _) in SIDES.items() if size[k] > FLAT * max(size)]
+            raise RegionError(f"it is flat, and has no {side}; it has {', '.join(there)}")
+
+
+def _check_reach(first: Vec, last: Vec, radius: float, low: Vec, high: Vec) -> None:
+    """A box, or a point with a ball about it, has to reach the body's bounds."""
+    gaps = [max(a - d, c - b, 0.0) for a, b, c, d in zip(first, last, low, high, strict=True)]
+    away = sum(gap * gap for gap in gaps) ** 0.5 - radius
+    if away > 0.0:
+        raise RegionError(empty(away))

@@ -1,0 +1,194 @@
+"""Events on which something is released become functions of the program, which has to see them come.
+
+What is found in the recording later (`harness/events.py`) is found by the same rules, so that both agree.
+"""
+
+from collections.abc import Iterable, Sequence
+
+from text2sim.compiler.literal import Code, identifier, literal
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.plan import Watch
+from text2sim.compiler.selection import select
+from text2sim.compiler.shapes.regions import RegionError
+from text2sim.compiler.shapes.rotation import vector_unit
+from text2sim.compiler.soft.controls import SoftControls
+from text2sim.compiler.soft.solvers import contact_model, is_soft
+from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.models import events, measures
+from text2sim.spec_schema.models.controls import Release
+from text2sim.spec_schema.models.scene import Domain
+from text2sim.spec_schema.models.space import BoxRegion, Region, SphereRegion
+
+AXIS = {"x": 0, "y": 1, "z": 2}
+
+
+class UnseenError(ValueError):
+    """An event that the program cannot see; the message says why."""
+
+
+def lower_watches(
+    loaded: LoadedCase, copies: dict[str, list[Copy]], soft: SoftControls | None
+) -> tuple[list[Watch], list[Problem]]:
+    """Return the rows for all events that something is released on, each after what it comes after.
+
+    Args:
+        loaded: The case.
+        copies: Copies by body, statics included.
+        soft: Finds regions of deformable bodies; None if there are none.
+    """
+    watched: dict[str, Watch] = {}
+    problems: list[Problem] = []
+    writer = _Writer(loaded, copies, soft)
+    for name, control in loaded.case.actions.controls.items():
+        if not isinstance(control, Release) or control.on is None:
+            continue
+        chain = [control.on]
+        while (before := loaded.case.actions.events[chain[-1]].after) is not None:
+            chain.append(before)
+        for event in reversed(chain):
+            if event in watched:
+                continue
+            try:
+                watched[event] = writer.watch(event)
+            except (UnseenError, RegionError) as error:
+                words = "" if event == control.on else f"comes after `{event}`, and "
+                where = ("actions", "controls", name, "on")
+                problems.append(loaded.problem(where, f"{words}{error}", rule="unseen-event"))
+                break
+    return list(watched.values()), problems
+
+
+class _Writer:
+    """Writes constructors: what a function of the program is given is the source of another."""
+
+    def __init__(self, loaded: LoadedCase, copies: dict[str, list[Copy]], soft: SoftControls | None) -> None:
+        self.loaded, self.copies, self.soft = loaded, copies, soft
+        self.scene = loaded.case.scene
+
+    def watch(self, name: str) -> Watch:
+        event = self.loaded.case.actions.events[name]
+        line = self.loaded.line(("actions", "events", name))
+        return Watch(name, self._make(name, event), event.after, line)
+
+    def _make(self, name: str, event: events.Event) -> Code:
+        if isinstance(event, events.ContactEvent):
+            return self._touch(name, event)
+        if isinstance(event, events.RegionEvent):
+            depths = [self._depth(place, event.region) for place in self._places(event.of)]
+            if event.kind == "leaves":
+                depths = [Code(f"outside({depth})") for depth in depths]
+            return _call("Crossing", _list(depths))
+        if isinstance(event, events.ThresholdEvent):
+            value = self._value(event.measure)
+            if event.above is not None:
+                return _call("Crossing", _list([_call("above", value, event.above)]))
+            return _call("Crossing", _list([_call("below", value, event.below)]))
+        raise UnseenError(
+            f"a program cannot see `{name}` ({event.kind}) while it runs; it sees contact between bodies of links, "
+            "enters, leaves, and threshold"
+        )
+
+    def _touch(self, name: str, event: events.ContactEvent) -> Code:
+        if event.min_impulse > 0.0:
+            raise UnseenError(f"`{name}` counts from its impulse, which is known only afterwards; leave out min_impulse")
+        if contact_model(self.loaded.case.bodies.values(), self.scene) in ("sap", "ipc"):
+            raise UnseenError(f"the engine does not tell of contacts in this contact model, so `{name}` is not seen")
+        sets = []
+        for selector in event.between:
+            chosen, part = select(selector, self.copies)
+            if is_soft(chosen[0].model):
+                raise UnseenError(
+                    f"`{name}` is of a body that deforms, whose contacts the engine does not tell; a threshold of a "
+                    "distance or position does"
+                )
+            sets.append(_list([_call("links", _body(copy), part) for copy in chosen]))
+        return _call("Touch", Code("scene"), *sets)
+
+    def _value(self, name: str) -> Code:
+        measure = self.loaded.case.actions.measures[name]
+        if isinstance(measure, measures.Distance):
+            first, second = (self._named_places(selector) for selector in measure.between)
+            pairs = [Code(f"({a}, {b})") for one, a in first for other, b in second if one != other]
+            return _call("distance", _list(pairs))
+        if not isinstance(
+            measure,
+            measures.Position | measures.Displacement | measures.Velocity | measures.Speed | measures.JointPosition,
+        ):
+            raise UnseenError(
+                f"a program cannot see `{name}` ({measure.kind}) while it runs; it sees position, displacement, "
+                "velocity, speed, distance and joint_position"
+            )
+        if isinstance(measure, measures.JointPosition):
+            values = self._joints(measure.of)
+        elif isinstance(measure, measures.Velocity | measures.Speed):
+            speeds = self._velocities(measure.of, measure.region)
+            values = [
+                _call("coordinate", one, AXIS[measure.axis]) if isinstance(measure, measures.Velocity) else _call("size", one)
+                for one in speeds
+            ]
+        else:
+            places = self._places(measure.of, measure.region)
+            function = "coordinate" if isinstance(measure, measures.Position) else "moved"
+            axis = AXIS[measure.axis] if measure.axis is not None else None
+            values = [_call(function, place, axis) for place in places]
+        if measure.stat is None:
+            return values[0]
+        if measure.stat == "count":
+            raise UnseenError(f"a program cannot see how many there are of `{name}`; use another stat")
+        return _call("reduce", measure.stat, _list(values))
+
+    def _joints(self, selector: str) -> list[Code]:
+        chosen, part = select(selector, self.copies)
+        return [_call("joint", Code("scene"), _body(copy), part or copy.body) for copy in chosen]
+
+    def _places(self, selector: str, region: object = None) -> list[Code]:
+        return [code for _, code in self._named_places(selector, region)]
+
+    def _named_places(self, selector: str, region: object = None) -> list[tuple[str, Code]]:
+        chosen, part = select(selector, self.copies)
+        return [(copy.name, self._of(copy, part, region, "origin", "center")) for copy in chosen]
+
+    def _velocities(self, selector: str, region: object) -> list[Code]:
+        chosen, part = select(selector, self.copies)
+        return [self._of(copy, part, region, "velocity", "center_velocity") for copy in chosen]
+
+    def _of(self, copy: Copy, part: str | None, region: object, rigid: str, deformable: str) -> Code:
+        if not is_soft(copy.model):
+            return _call(rigid, Code("scene"), _body(copy), part)
+        assert self.soft is not None
+        if region is None:
+            return _call(deformable, _body(copy))
+        finder = self.soft.finder(copy, region)  # type: ignore[arg-type]
+        return _call(deformable, _body(copy), (copy.pos, copy.quat), finder)
+
+    def _depth(self, place: Code, region: Region | Domain) -> Code:
+        if isinstance(region, BoxRegion | Domain):
+            return _call("in_box", place, tuple(region.min), tuple(region.max))
+        if isinstance(region, SphereRegion):
+            return _call("in_ball", place, tuple(region.center), region.radius)
+        axis = vector_unit(region.axis)
+        return _call("in_cylinder", place, tuple(region.center), axis, region.radius, region.height)
+
+
+def _body(copy: Copy) -> Code:
+    return Code(f"bodies[{literal(copy.name)}]")
+
+
+def _list(items: Iterable[Code]) -> Code:
+    return Code(f"[{', '.join(items)}]")
+
+
+def _call(function: str, *arguments: object) -> Code:
+    """Source of a call; what is left out at its end is not printed."""
+    given = list(arguments)
+    while given and given[-1] is None:
+        given.pop()
+    return Code(f"{identifier(function)}({', '.join(literal(value) for value in given)})")
+
+
+def watchers(watches: Sequence[Watch]) -> list[str]:
+    """Names of the functions of `triggers.py` that watches need, sorted."""
+    import re
+
+    return sorted({name for watch in watches for name in re.findall(r"\b([A-Za-z_]+)\(", watch.make)})

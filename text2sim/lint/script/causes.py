@@ -1,0 +1,197 @@
+"""What sets a scene in motion, when, and how far anything can have gone by a time.
+
+A blow J gives a free body of mass m the speed J / m, a force F in the time t at most F t / m; at a point beside the
+middle, or where a mount holds the body, up to four times as much at its far end (a rod that is hit at one end: four
+times; on a hinge: three times). What else hits it gets at most twice the speed of what comes (a heavy body against a
+light one), and all of it falls besides: so nothing goes farther in the time t than  2 v t + g t^2.
+
+Where everything stands still until something is done (`standing`), that time counts from the first cause. From the
+first one on of which it is not known how strong it is (a drive, a driven body, a spring, a bounce), nothing is known.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+from math import dist, inf
+
+from text2sim.compiler.schedules import start_of
+from text2sim.lint.facts import Facts
+from text2sim.lint.joints.drives import Span, spans_of
+from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.script.standing import all_still
+from text2sim.lint.script.starts import norm
+from text2sim.spec_schema.models.bodies import DEFORMABLE, Driven
+from text2sim.spec_schema.models.controls import Force, Impulse
+from text2sim.spec_schema.models.motion import Constant, Motion, Piecewise, Ramp, Schedule, Sine, Spin, Steps, Waypoints
+
+LEVER = 4.0
+"""How many times as fast as its middle the far end of a body may be after a push beside the middle."""
+
+Cause = tuple[float, str, "Push | None"]
+"""When [s], what the case calls it, and how strong it is, if that is known."""
+
+
+@dataclass(frozen=True)
+class Push:
+    """A known cause: from `start` to `end` [s] it adds up to `speed` [m/s] to some body."""
+
+    start: float
+    end: float
+    speed: float
+
+
+@dataclass
+class Causes:
+    """When a scene is set in motion, and how strongly; see `causes_of`."""
+
+    facts: Facts
+    pushes: list[Push] = field(default_factory=list)
+    unknown: float = inf
+    """Time [s] of the first cause whose strength is not known."""
+    first: str = ""
+    """Name of what moves first, where nothing does before."""
+    quiet: float = 0.0
+    """Time [s] until which everything stands still."""
+
+    def __post_init__(self) -> None:
+        found: list[Cause] = [(0.0, "", None)] if self._restless() else []
+        found += [*self._starts(), *self._wrenches(), *self._others()]
+        self.pushes = [push for _, _, push in found if push is not None]
+        self.unknown = min((time for time, _, push in found if push is None), default=inf)
+        if all_still(self.facts):
+            self.quiet, self.first = min(((time, name) for time, name, _ in found), default=(inf, ""))
+            if self._springy():
+                self.unknown = min(self.unknown, self.quiet)
+        elif self._springy():
+            self.unknown = 0.0
+
+    def reach(self, t: float) -> float:
+        """Return how far [m] anything can have gone by a time [s], at the very most."""
+        time = t - self.quiet
+        if time <= 0.0:
+            return 0.0
+        if t > self.unknown:
+            return inf
+        speed = sum(
+            one.speed * (min(1.0, (t - one.start) / (one.end - one.start)) if one.end > one.start else 1.0)
+            for one in self.pushes
+            if one.start < t
+        )
+        return 2 * speed * time + norm(self.facts.plan.gravity) * time**2
+
+    def soonest(self, way: float) -> float:
+        """Return the time [s] that a way [m] takes at the very least; infinite if nothing goes so far in the run."""
+        if way <= 0.0:
+            return 0.0
+        low, high = 0.0, self.facts.case.scene.duration
+        if self.reach(high) < way:
+            return inf
+        for _ in range(60):
+            middle = (low + high) / 2
+            low, high = (middle, high) if self.reach(middle) < way else (low, middle)
+        return high
+
+    def _restless(self) -> bool:
+        """Whether something is at work from the start of which nothing is known here."""
+        return bool(self.facts.plan.changes) or any(body.kind in DEFORMABLE for body in self.facts.case.bodies.values())
+
+    def _springy(self) -> bool:
+        """Whether springs or bounces give back what they take, and more than it seems."""
+        trees = self.facts.lowering.trees.values()
+        springs = any(joint.spring > 0.0 for tree in trees for link in tree.links() for _, joint in link.all_joints())
+        return springs or bool(self.facts.plan.contact)
+
+    def _starts(self) -> Iterator[Cause]:
+        for row in self.facts.rows.velocities:
+            box = self.facts.box(self.facts.copies[row.entity])
+            far = dist(*box) if box is not None else 0.0
+            speed = norm(row.linear) + norm(row.angular) * far
+            if speed > 0.0:
+                yield 0.0, row.control, Push(0.0, 0.0, speed)
+
+    def _wrenches(self) -> Iterator[Cause]:
+        facts = self.facts
+        for row in facts.rows.wrenches:
+            control = facts.case.actions.controls[row.control]
+            if not any(row.force) and not any(row.torque):
+                continue
+            mass = facts.masses.get(row.entity, 0.0)
+            known = isinstance(control, Impulse | Force) and mass > 0.0 and row.link is None
+            if not known:
+                yield row.start, row.control, None
+                continue
+            lever = 1.0 if row.point is None and facts.free(facts.copies[row.entity]) else LEVER
+            gain = lever * norm(row.force) / mass
+            if isinstance(control, Force):
+                end = min(row.end, facts.case.scene.duration)
+                gain *= max(0.0, end - row.start) * _largest(control.scale)
+                yield row.start, row.control, Push(row.start, max(end, row.start), gain)
+            else:
+                yield row.start, row.control, Push(row.start, row.start, gain)
+
+    def _others(self) -> Iterator[Cause]:
+        """Drives, driven bodies, and what is let go."""
+        facts = self.facts
+        for (entity, name), spans in spans_of(facts).items():
+            swing = mechanics_of(facts).swing(facts.copies[entity], name)
+            rest = swing.start if swing is not None else facts.lowering.initial.get(entity, {}).get(name, 0.0)
+            moved = [(time, span.control) for span in spans if (time := _moves(span, rest)) is not None]
+            if moved:
+                yield (*min(moved), None)
+        for body, model in facts.case.bodies.items():
+            if isinstance(model, Driven):
+                for copy in facts.placed[body]:
+                    yield _sets_out(copy.model.motion), body, None
+        for weld in facts.rows.welds:
+            if not weld.on:
+                yield weld.at, weld.control, Push(weld.at, weld.at, 0.0)
+
+
+def causes_of(facts: Facts) -> Causes:
+    """Return what moves a scene, worked out once."""
+    return facts.own(Causes)
+
+
+def _moves(span: Span, rest: float) -> float | None:
+    """When [s] a drive first asks for something else than a joint does by itself; None if it never does."""
+    still = rest if span.mode == "position" else 0.0
+    corners = span.corners()
+    if isinstance(span.schedule, Sine) or corners[0][1] != still:
+        return span.start
+    if isinstance(span.schedule, Steps):
+        return next((t for t, value in corners if value != still), None)
+    return next((t for (t, _), (_, value) in pairwise(corners) if value != still), None)
+
+
+def _sets_out(motion: Motion) -> float:
+    """When [s] a driven body leaves its place."""
+    if isinstance(motion, Waypoints):
+        return _leaves(motion.times, [0.0 if p == (0.0, 0.0, 0.0) else 1.0 for p in motion.positions])
+    if not isinstance(motion, Spin) or isinstance(motion.speed, Sine):
+        return 0.0
+    speed = motion.speed
+    if isinstance(speed, Steps):
+        return 0.0 if speed.values[0] else next((t for t, v in zip(speed.times, speed.values, strict=True) if v), inf)
+    if isinstance(speed, Piecewise):
+        return _leaves(speed.times, speed.values)
+    if isinstance(speed, Ramp):
+        return 0.0 if speed.from_ else start_of(speed)
+    return 0.0 if (speed.value if isinstance(speed, Constant) else speed) else inf
+
+
+def _leaves(times: list[float], values: list[float]) -> float:
+    """Time [s] at which straight lines between values leave 0."""
+    if values[0]:
+        return 0.0
+    return next((t for t, value in zip(times, values[1:], strict=False) if value), inf)
+
+
+def _largest(scale: Schedule) -> float:
+    """Largest factor that a schedule comes to, by its size."""
+    if isinstance(scale, Sine):
+        return abs(scale.offset) + abs(scale.amplitude)
+    if isinstance(scale, Ramp):
+        return max(abs(scale.from_ or 0.0), abs(scale.to))
+    if isinstance(scale, Steps | Piecewise):
+        return max(map(abs, scale.values))
+    return abs(scale.value if isinstance(scale, Constant) else scale)

@@ -1,0 +1,128 @@
+"""Whether everything stands still until the case does something.
+
+A body stands if what it touches below carries its centre of mass: level ground, or upright boxes that stand as well. It
+is looked at from below, so that a leaning domino does not count, nor a ball on a slope. A joint stands if gravity does
+not turn it, or if its motor holds it where it starts. Whatever is not as simple as that may move at any time.
+"""
+
+from math import hypot
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.lint.contact.flight import RESTING
+from text2sim.lint.facts import Facts
+from text2sim.lint.joints.drives import spans_of
+from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.swing import Swing
+from text2sim.lint.parts import Part
+from text2sim.lint.start.escape import upright
+from text2sim.spec_schema.models.bodies import DEFORMABLE
+
+MANY = 300
+"""Bodies that are looked at, at most."""
+HINT = 1e-4
+"""Slope of the directions in which the corners of an underside are looked for."""
+FLAT = 1e-4
+"""Height [m] above the lowest point up to which a corner belongs to an underside."""
+SLIP = 1e-3
+"""How far [m] a centre of mass may be beside what carries it: the middle of a ball is on a point."""
+DROOP = {"hinge": 0.01, "slider": 0.001}
+"""How far [rad, m] gravity may pull a motor away from where it holds a joint."""
+_WAYS = tuple((x, y) for x in (-1, 0, 1) for y in (-1, 0, 1))
+
+Rectangle = tuple[float, float, float, float]
+"""Lowest and highest x, lowest and highest y [m]."""
+
+
+def all_still(facts: Facts) -> bool:
+    """Return whether nothing moves until something is done to it."""
+    return facts.own(_still)
+
+
+def _still(facts: Facts) -> bool:
+    case = facts.case
+    x, y, z = case.scene.gravity
+    bodies = [copy for name in case.bodies for copy in facts.placed[name]]
+    if x or y or z > 0 or len(bodies) > MANY or any(body.kind in DEFORMABLE for body in case.bodies.values()):
+        return False
+    loose = []
+    for copy in bodies:
+        mount = facts.mount(copy)
+        if mount == "free":
+            loose.append(copy)
+        elif mount == "ball" or (mount == "tree" and not _joints_only(facts, copy)):
+            return False
+    swings = mechanics_of(facts).swings()
+    return all(_held(facts, swing) for swing in swings) and (z == 0 or _all_stand(facts, loose))
+
+
+def _joints_only(facts: Facts, copy: Copy) -> bool:
+    """Whether a tree has hinges and sliders and no other joints."""
+    tree = facts.tree(copy)
+    if tree is None or tree.loops:
+        return False
+    return all(joint.kind in ("hinge", "slider") for link in tree.links() for _, joint in link.all_joints())
+
+
+def _held(facts: Facts, swing: Swing) -> bool:
+    """Whether a joint stays where it starts until it is driven."""
+    if swing.closed or swing.floating or swing.joint.spring and swing.start:
+        return False
+    pull = abs(swing.gravity(swing.start))
+    if pull <= swing.joint.friction + 1e-9:
+        return True
+    spans = spans_of(facts).get((swing.copy.name, swing.name), [])
+    motor = swing.motor
+    if motor is None or not spans or spans[0].mode != "position":
+        return False
+    strong = motor.max_force is None or motor.max_force > pull
+    return strong and motor.stiffness > 0.0 and pull / motor.stiffness < DROOP[swing.joint.kind]
+
+
+def _all_stand(facts: Facts, loose: list[Copy]) -> bool:
+    """Whether every free body stands on something, those below first."""
+    tops = [part for copy in facts.copies.values() if not facts.moves(copy) for part in facts.parts(copy)]
+    tops = [part for part in tops if upright(part)]
+    for copy in sorted(loose, key=lambda one: (facts.box(one) or ((0, 0, 0),))[0][2]):
+        if not _stands(facts, copy, tops):
+            return False
+        tops += [part for part in facts.parts(copy) if upright(part)]
+    return True
+
+
+def _stands(facts: Facts, copy: Copy, tops: list[Part]) -> bool:
+    parts = facts.parts(copy)
+    if not parts or any(part.mesh is not None for part in parts):
+        return False
+    corners = [point for part in parts for point in _corners(part)]
+    low = min(z for _, _, z in corners)
+    sole = _around([(x, y) for x, y, z in corners if z < low + FLAT])
+    cx, cy, _ = mechanics_of(facts).lump(copy).center
+    for ground in facts.planes:
+        if ground.up[2] > 1 - 1e-9 and abs(low - ground.level) < RESTING and ground.beside((cx, cy, low)) < 0.0:
+            return _holds(sole, cx, cy)
+    carried = []
+    for part in tops:
+        (a, b, _), (c, d, top) = part.box
+        here = (max(a, sole[0]), min(c, sole[1]), max(b, sole[2]), min(d, sole[3]))
+        if abs(low - top) < RESTING and here[0] <= here[1] and here[2] <= here[3]:
+            carried += [(here[0], here[2]), (here[1], here[3])]
+    return bool(carried) and _holds(_around(carried), cx, cy)
+
+
+def _corners(part: Part) -> list[tuple[float, float, float]]:
+    """Points of a piece that are lowest as it leans by a hair to any side."""
+    found = []
+    for x, y in _WAYS:
+        size = hypot(1.0, HINT * x, HINT * y)
+        a, b, c = part.solid.support((HINT * x / size, HINT * y / size, -1.0 / size))
+        found.append((a, b, c - part.solid.rounding))
+    return found
+
+
+def _around(points: list[tuple[float, float]]) -> Rectangle:
+    xs, ys = [x for x, _ in points], [y for _, y in points]
+    return min(xs), max(xs), min(ys), max(ys)
+
+
+def _holds(sole: Rectangle, x: float, y: float) -> bool:
+    return sole[0] - SLIP <= x <= sole[1] + SLIP and sole[2] - SLIP <= y <= sole[3] + SLIP

@@ -1,0 +1,231 @@
+"""Points of deformable bodies that are held by the world, or by links that carry them along.
+
+A hold goes one way: a link moves the points, and does not feel them.
+
+    fem   vertices are where the link carries them, in every substep
+    pbd   particles are put there in every step, and go on with the link's velocity meanwhile
+    mpm   particles are pulled there by springs as stiff as a substep bears: at a speed v they trail by 4 substeps of v
+"""
+
+import genesis as gs
+import numpy as np
+import torch
+from points import INVERSE, Points, array, assign, choose, each_substep, rotate, tensor
+
+FIRM, SHAKY = 0.5, 1.0
+"""Angular frequency times substep of a spring that holds firmly, and from which on one shakes; at 2 it explodes."""
+
+
+class Hold:
+    """Points that are held from a time on.
+
+    Args:
+        scene: The built scene, before its first step.
+        body: The deformable body.
+        pose: Where its frame is at the start: position [m], quaternion.
+        region: What of it is held.
+        count: How many points of the region, evenly spread; None: all of them.
+        to: Links that hold it, each the points that are nearest to it; none: the world.
+        stiffness: Springs of this stiffness in all [N/m]; None: firmly.
+        start: Time [s].
+        until: Times [s] or names of events at which it ends, whichever comes first.
+    """
+
+    def __init__(self, scene, body, *, pose, region, count=None, to=(), stiffness=None, start=0.0, until=()):
+        self.start, self.until, self.active, self.over = start, until, False, False
+        self.rigid, self.links, self.clock, self.h = (
+            scene.rigid_solver,
+            [link.idx for link in to],
+            0,
+            scene.sim.substep_dt,
+        )
+        self.points = Points(body)
+        self.share = count // len(to) if count is not None and len(to) > 1 else None
+        if self.share == 0:
+            raise ValueError(f"{count} points are too few for {len(to)} holders")
+        self.chosen = choose(self.points, pose, region, None if self.share else count)
+        self.stiffness, held = stiffness, self.share * len(to) if self.share else len(self.chosen)
+        self.mass = self.points.masses[self.chosen].mean() * held
+        if stiffness is not None and self.h * np.sqrt(stiffness / self.mass) > SHAKY:
+            longest = np.sqrt(self.mass / stiffness)
+            raise ValueError(
+                f"springs of {stiffness:g} N/m on {self.mass:.3g} kg need substeps of at most {longest:.2g} s (they "
+                f"last {self.h:.2g} s): make it softer, or leave `stiffness` out to hold firmly"
+            )
+        self.grip = (_Fem if self.points.fem else _Mpm if self.points.mpm else _Pbd)(self)
+
+    def begin(self):
+        """Take hold: every point stays where it is now, seen from what holds it."""
+        self.active = True
+        at = self.points.positions()
+        self.owner = np.zeros(len(self.chosen), dtype=int)
+        if len(self.links) > 1:
+            anchors = array(self.rigid.get_links_pos(self.links)).reshape(-1, 3)
+            if self.share:
+                taken = assign(anchors, at[self.chosen], self.share)
+                self.owner, self.chosen = np.repeat(np.arange(len(anchors)), self.share), self.chosen[taken.ravel()]
+            else:
+                self.owner = np.linalg.norm(at[self.chosen, None] - anchors, axis=2).argmin(axis=1)
+        self.at = at[self.chosen]
+        self.look()
+        self.local = self.at.copy()
+        for k in range(len(self.links)):
+            mine = self.owner == k
+            self.local[mine] = rotate(self.quat[k] * INVERSE, self.at[mine] - self.pos[k])
+        self.grip.begin()
+
+    def look(self):
+        """Look where the links are, and how they move, at the beginning of a step."""
+        self.clock = 0
+        if self.links:
+            get = (
+                self.rigid.get_links_pos,
+                self.rigid.get_links_quat,
+                self.rigid.get_links_vel,
+                self.rigid.get_links_ang,
+            )
+            self.pos, self.quat, self.vel, self.ang = (
+                array(one(self.links)).reshape(len(self.links), -1) for one in get
+            )
+
+    def carried(self, later):
+        """Where the links will have carried the points in a while [s], and their speeds there: (n, 3) [m], [m/s]."""
+        if not self.links:
+            return self.at, np.zeros_like(self.at)
+        places, speeds = np.empty_like(self.at), np.empty_like(self.at)
+        for k in range(len(self.links)):
+            mine = self.owner == k
+            arm = rotate(_turned(self.quat[k], self.ang[k] * later), self.local[mine])
+            places[mine] = self.pos[k] + self.vel[k] * later + arm
+            speeds[mine] = self.vel[k] + np.cross(self.ang[k], arm)
+        return places, speeds
+
+
+class Holds:
+    """Begins and ends the holds when their time has come."""
+
+    def __init__(self, holds, happened=None):
+        self.holds, self.happened = holds, {} if happened is None else happened
+
+    def __call__(self, t):
+        """Do what is to be done before the step that begins at t [s]."""
+        for hold in self.holds:
+            if hold.over:
+                continue
+            if hold.active and any(self._is_time(end, t) for end in hold.until):
+                hold.grip.end()
+                hold.active, hold.over = False, True
+            elif not hold.active and self._is_time(hold.start, t):
+                hold.begin()
+            if hold.active:
+                hold.look()
+                hold.grip.step()
+
+    def _is_time(self, when, t):
+        return when in self.happened if isinstance(when, str) else t >= when - 1e-9
+
+
+class _Pbd:
+    def __init__(self, hold):
+        self.hold, self.entity = hold, hold.points.entity
+
+    def begin(self):
+        self.entity.fix_particles(self.hold.chosen, zero_velocity=False)
+
+    def step(self):
+        places, speeds = self.hold.carried(0.0)
+        self.entity.set_particles_pos(tensor(places), self.hold.chosen)
+        self.entity.set_particles_vel(tensor(speeds), self.hold.chosen)
+
+    def end(self):
+        if self.hold.rigid.is_active:
+            self.entity.release_particle(self.hold.chosen)
+        else:  # `release_particle` looks for links, of which there are none
+            chosen = torch.as_tensor(
+                self.hold.chosen[None] + self.entity.particle_start, dtype=gs.tc_int, device=gs.device
+            )
+            self.entity.solver._kernel_release_particle(chosen, torch.zeros(1, dtype=gs.tc_int, device=gs.device))
+
+
+class _Mpm:
+    """The engine's springs: each particle is damped critically, against the world."""
+
+    def __init__(self, hold):
+        self.hold, self.entity = hold, hold.points.entity
+
+    def begin(self):
+        hold = self.hold
+        # Shared out by mass, so that all particles swing alike; theirs are equal.
+        firm = (FIRM / hold.h) ** 2 * hold.mass
+        stiffness = (firm if hold.stiffness is None else hold.stiffness) / len(hold.chosen)
+        for k, link in enumerate(hold.links):
+            self.entity.set_particle_constraints(self._mask(hold.owner == k), link, stiffness)
+        if not hold.links:
+            # The method of the entity wants a link; where there is none the target stays where the particle is.
+            solver = self.entity.solver
+            if not solver._constraints_initialized:
+                solver.init_constraints()
+            pose = tensor(np.zeros((1, 3))), tensor(np.array([[1.0, 0.0, 0.0, 0.0]]))
+            now = self.entity.sim.cur_substep_local
+            solver._kernel_set_particle_constraints(
+                now, self._mask(slice(None)), self.entity.particle_start, stiffness, -1, *pose
+            )
+
+    def step(self):
+        pass
+
+    def end(self):
+        self.entity.remove_particle_constraints(self._mask(slice(None)))
+
+    def _mask(self, mine):
+        mask = torch.zeros((1, self.entity.n_particles), dtype=torch.bool, device=gs.device)
+        mask[0, self.hold.chosen[mine]] = True
+        return mask
+
+
+class _Fem:
+    """Vertices that are put where they belong, or pulled by springs that are damped critically, against the link.
+
+    The engine's own constraint does not follow links under its coupler for fem bodies, and has no springs there.
+    """
+
+    def __init__(self, hold):
+        self.hold, self.entity, self.hooked = hold, hold.points.entity, False
+
+    def begin(self):
+        if self.hold.stiffness is None:
+            self.entity.set_vertex_constraints(self.hold.chosen, tensor(self.hold.at))
+        if not self.hooked and (self.hold.links or self.hold.stiffness is not None):
+            self.hooked = True
+            each_substep(self.entity.solver, self._substep)
+
+    def step(self):
+        pass
+
+    def end(self):
+        if self.hold.stiffness is None:
+            self.entity.remove_vertex_constraints(self.hold.chosen)
+
+    def _substep(self):
+        hold = self.hold
+        if not hold.active:
+            return
+        hold.clock += 1
+        places, speeds = hold.carried(hold.clock * hold.h)
+        if hold.stiffness is None:
+            self.entity.update_constraint_targets(hold.chosen, tensor(places))
+            return
+        at, velocities = hold.points.positions()[hold.chosen], hold.points.velocities()
+        pull = hold.stiffness / hold.mass  # by mass, so that all vertices swing alike
+        off, fast = at - places, velocities[hold.chosen] - speeds
+        velocities[hold.chosen] -= hold.h * (pull * off + 2.0 * np.sqrt(pull) * fast)
+        hold.points.set_velocities(velocities)
+
+
+def _turned(quat, vector):
+    """Turn a frame by a small rotation vector [rad] in the world."""
+    angle = np.linalg.norm(vector)
+    if angle < 1e-12:
+        return quat
+    w, u = np.cos(angle / 2.0), np.sin(angle / 2.0) / angle * vector
+    return np.concatenate([[w * quat[0] - u @ quat[1:]], w * quat[1:] + quat[0] * u + np.cross(u, quat[1:])])

@@ -1,0 +1,175 @@
+"""The points of deformable bodies: which of them lie in a region, and how they move.
+
+A point is a particle (mpm, pbd) or a vertex (fem). SI units, quaternions (w, x, y, z).
+"""
+
+import genesis as gs
+import numpy as np
+
+INVERSE = np.array([1.0, -1.0, -1.0, -1.0])
+STRAIGHT = 0.05
+"""Points that reach sideways no farther than this part of their length lie on a line."""
+
+
+class NothingThere(ValueError):
+    """A region of a body in which it has no points."""
+
+
+class Points:
+    """The points of one deformable body, as it stands at the start."""
+
+    def __init__(self, entity):
+        self.entity, self.solver = entity, entity.solver
+        self.fem = isinstance(entity, gs.engine.entities.FEMEntity)
+        self.mpm = isinstance(entity, gs.engine.entities.MPMEntity)
+        self.rest = self.positions()
+        self.masses = self._masses()
+
+    def positions(self):
+        """Where the points are now [m], (n, 3)."""
+        return array(self.entity.get_state().pos[0] if self.fem else self.entity.get_particles_pos())
+
+    def velocities(self):
+        """How fast they are now [m/s], (n, 3)."""
+        return array(self.entity.get_state().vel[0] if self.fem else self.entity.get_particles_vel())
+
+    def set_velocities(self, velocities):
+        """Set the velocities of all points [m/s], (n, 3)."""
+        if self.fem:
+            # At once: `set_velocity` waits for the next step, and warns of it every time.
+            self.entity.set_vel(self.entity.sim.cur_substep_local, tensor(velocities)[None])
+        else:
+            self.entity.set_particles_vel(tensor(velocities))
+
+    def _masses(self):
+        """Mass of each point [kg], (n,)."""
+        if not self.fem:
+            return np.full(len(self.rest), array(self.entity.get_mass()).item() / len(self.rest))
+        corners = np.asarray(self.entity.elems)
+        a, b, c, d = (self.rest[corners[:, k]] for k in range(4))
+        volumes = np.abs(np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)) / 6.0
+        masses = np.zeros(len(self.rest))
+        np.add.at(masses, corners, (self.entity.material.rho * volumes / 4.0)[:, None])
+        return masses
+
+
+def array(value):
+    """Return a tensor of the engine as an array of float64."""
+    return np.asarray(value.cpu(), dtype=float)
+
+
+def tensor(value):
+    """Return an array as a tensor of the engine."""
+    return gs.tensor(np.ascontiguousarray(value), dtype=gs.tc_float)
+
+
+def rotate(quat, vectors):
+    """Turn vectors (..., 3) by a quaternion."""
+    w, u = quat[0], quat[1:]
+    return vectors + 2.0 * np.cross(u, np.cross(u, vectors) + w * vectors)
+
+
+# --- regions: functions that say of points in the body's own frame, (n, 3) [m], which of them are meant ----------
+
+
+def everything(points):
+    """All points."""
+    return np.arange(len(points))
+
+
+def sides(*outermost, within):
+    """Points that lie within a length [m] of all of these sides: (axis, -1 or 1)."""
+
+    def region(points):
+        inside = np.ones(len(points), dtype=bool)
+        for axis, sign in outermost:
+            along = sign * points[:, axis]
+            inside &= along >= along.max() - within
+        return np.flatnonzero(inside)
+
+    return region
+
+
+def box(low, high):
+    """Points in a box."""
+    return lambda points: np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
+
+
+def ball(center, radius):
+    """Points in a ball."""
+    return lambda points: np.flatnonzero(np.linalg.norm(points - center, axis=1) <= radius)
+
+
+def nearest(point):
+    """The one point that is nearest."""
+    return lambda points: np.array([np.linalg.norm(points - point, axis=1).argmin()])
+
+
+def choose(points, pose, region, count=None):
+    """Return the numbers of the points of a body that lie in a region, growing.
+
+    Args:
+        points: The points of the body.
+        pose: Where the body's frame is at the start: position, quaternion.
+        region: What of it is meant.
+        count: How many of them, evenly spread; all if left out.
+    """
+    pos, quat = (np.array(value) for value in pose)
+    local = rotate(quat * INVERSE, points.rest - pos)
+    found = region(local)
+    if len(found) == 0:
+        raise NothingThere(f"none of the {len(local)} points of {points.entity.name} lies in this region")
+    if count is None:
+        return found
+    if count > len(found):
+        raise NothingThere(
+            f"only {len(found)} points of {points.entity.name} lie in this region, and {count} are asked for"
+        )
+    return np.sort(found[spread(local[found], count)])
+
+
+def spread(points, count):
+    """Return the numbers of `count` points, evenly spread over all of them.
+
+    Along a line they are spread from end to end; else each is the one that is farthest from those before it.
+    """
+    middle = points.mean(axis=0)
+    _, reach, axes = np.linalg.svd(points - middle, full_matrices=False)
+    along = (points - middle) @ axes[0]
+    if len(reach) == 1 or reach[1] <= STRAIGHT * reach[0]:
+        wanted = np.linspace(along.min(), along.max(), count) if count > 1 else [0.0]
+        return assign(np.asarray(wanted)[:, None], along[:, None], 1)[:, 0]
+    chosen = [int(np.linalg.norm(points - middle, axis=1).argmin() if count == 1 else along.argmin())]
+    apart = np.linalg.norm(points - points[chosen[0]], axis=1)
+    while len(chosen) < count:
+        chosen.append(int(apart.argmax()))
+        apart = np.minimum(apart, np.linalg.norm(points - points[chosen[-1]], axis=1))
+    return np.array(chosen)
+
+
+def assign(anchors, points, share):
+    """Return for each anchor the numbers of the `share` points that it takes, (anchors, share); none is taken twice.
+
+    The nearest pair comes first, then the next nearest.
+    """
+    apart = np.linalg.norm(anchors[:, None] - points[None], axis=2)
+    taken = np.full((len(anchors), share), -1)
+    filled, free = np.zeros(len(anchors), dtype=int), np.ones(len(points), dtype=bool)
+    for pair in np.argsort(apart, axis=None, kind="stable"):
+        anchor, point = divmod(int(pair), len(points))
+        if free[point] and filled[anchor] < share:
+            taken[anchor, filled[anchor]] = point
+            filled[anchor] += 1
+            free[point] = False
+    return taken
+
+
+def each_substep(solver, act):
+    """Call a function at the beginning of every substep of a solver, with the number of its buffer."""
+    substep = solver.substep_pre_coupling
+
+    def acted(f):
+        act()
+        substep(f)
+
+    solver.substep_pre_coupling = acted

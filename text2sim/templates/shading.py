@@ -1,0 +1,71 @@
+"""Normals of surfaces that deform: smooth where the surface is smooth at rest, with an edge where it has one."""
+
+import numpy as np
+
+SMOOTH = np.cos(np.radians(40.0))  # of the angle between triangles that are shaded as one surface
+
+
+class Shell:
+    """Triangles for drawing; a vertex on an edge is drawn once for each side of it.
+
+    Args:
+        vertices: At rest, shape (n, 3).
+        faces: Shape (f, 3).
+
+    Attributes:
+        worn: Vertex that stands behind each drawn one, shape (m,).
+        faces: Over the drawn vertices, shape (f, 3).
+    """
+
+    def __init__(self, vertices: np.ndarray, faces: np.ndarray):
+        # Vertices in one place are one, whatever their texture coordinates are.
+        places = np.unique(np.round(vertices, 7), axis=0, return_inverse=True)[1].ravel()[faces]
+        side = _sides(vertices, faces, places)
+        corners = np.stack([faces.ravel(), np.repeat(side, 3)], axis=1)
+        drawn, first, own = np.unique(corners, axis=0, return_index=True, return_inverse=True)
+        self.worn, self.faces = drawn[:, 0], own.reshape(-1, 3).astype(np.int32)
+        spots = np.stack([places.ravel(), np.repeat(side, 3)], axis=1)
+        _, spots = np.unique(spots, axis=0, return_inverse=True)
+        self._corner_spot, self._drawn_spot = spots.ravel(), spots.ravel()[first]
+
+    def normals(self, vertices: np.ndarray) -> np.ndarray:
+        """Returns a unit normal for each drawn vertex, shape (m, 3), when the vertices are at these places (n, 3)."""
+        return smooth_normals(vertices[self.worn][self.faces], self._corner_spot)[self._drawn_spot]
+
+
+def smooth_normals(triangles: np.ndarray, spots: np.ndarray) -> np.ndarray:
+    """Returns a unit normal for each spot, shape (max(spots) + 1, 3).
+
+    Args:
+        triangles: Corners, shape (f, 3, 3).
+        spots: Spot of each corner, shape (3 f,).
+    """
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    leaning = np.repeat(np.cross(b - a, c - a), 3, axis=0)  # twice the area, so large triangles count more
+    total = np.stack([np.bincount(spots, leaning[:, i]) for i in range(3)], axis=1)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    up = np.array([0.0, 0.0, 1.0])
+    return np.where(length > 1e-20, total / np.maximum(length, 1e-20), up).astype(np.float32)
+
+
+def _sides(vertices: np.ndarray, faces: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Returns a label for each triangle, the same for those that are connected without an edge, shape (f,)."""
+    a, b, c = np.moveaxis(vertices[faces].astype(float), 1, 0)
+    normals = np.cross(b - a, c - a)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    ends = np.sort(places[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    order = np.lexsort(ends.T)
+    same = (ends[order][1:] == ends[order][:-1]).all(axis=1)
+    pairs = np.stack([order[:-1], order[1:]], axis=1)[same] // 3
+    pairs = pairs[(normals[pairs[:, 0]] * normals[pairs[:, 1]]).sum(axis=1) > SMOOTH]
+    label = np.arange(len(faces))
+    while True:
+        low = label[pairs].min(axis=1)
+        new = label.copy()
+        for side in pairs.T:
+            np.minimum.at(new, label[side], low)  # the root of a label follows the smaller one
+            np.minimum.at(new, side, low)
+        new = new[new]
+        if (new == label).all():
+            return label
+        label = new

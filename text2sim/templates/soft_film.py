@@ -1,0 +1,182 @@
+"""Draws bodies that deform from their recorded states, with nodes of its own in the rasterizer of the engine.
+
+The engine would draw them as its solvers have them, which is how they are at the end of the run, or at its beginning.
+"""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from genesis.ext import pyrender
+from genesis.utils.mesh import create_sphere
+from genesis.utils.particle import particles_to_mesh
+from shading import Shell, smooth_normals
+from soft_states import SoftStates
+
+FINISH = {"metallicFactor": 0.2, "roughnessFactor": 0.8}  # as the rasterizer has it for rigid bodies
+SHADES = {"granular": (0.86, 1.0, 1.12), "snow": (0.96, 1.0)}  # of the color, which tell grains apart
+GRAIN = 0.62  # radius of a drawn particle, in distances between particles: they fill a heap without gaps
+ROUND = 10_000  # particles that are drawn as round as they are
+
+
+class SoftFilm:
+    """What a film shows of bodies that deform.
+
+    Args:
+        scene: Scene whose visualizer is not yet built: from here on it draws no such body itself.
+        states: Their recorded states.
+        geometry: Folder of their geometry.
+    """
+
+    def __init__(self, scene, states: SoftStates, geometry: Path):
+        self._scene, self._states, self._figures = scene, states, None
+        looks = json.loads((geometry / "soft_index.json").read_text())
+        self._makings = [
+            (row, look, np.load(geometry / f"soft_{k}.npz"), geometry)
+            for k, (row, look) in enumerate(zip(states.rows, looks, strict=True))
+        ]
+        context = scene.visualizer.context
+        for solver in ("mpm", "pbd", "fem"):
+            setattr(context, f"on_{solver}", _nothing)
+            setattr(context, f"update_{solver}", _nothing)
+        scene.mpm_solver.update_render_fields = scene.pbd_solver.update_render_fields = _nothing
+
+    def show(self, around: tuple[int, int, float]) -> None:
+        """Puts every body where it is between two frames; call before a picture is rendered."""
+        points, surface = self._states.at("soft_points", around), self._states.at("soft_surface", around)
+        if self._figures is None:
+            self._figures = [_figure(self._scene, *making) for making in self._makings]
+        for row, figure in zip(self._states.rows, self._figures, strict=True):
+            figure.show(points[slice(*row["points"])] if row["surface"] is None else surface[slice(*row["surface"])])
+
+    def close(self) -> None:
+        """Takes the bodies out of the scene."""
+        for figure in self._figures or ():
+            figure.clear()
+        self._figures = None
+
+
+def _nothing(*given, **named) -> None:
+    """Stands in for what the engine would draw."""
+
+
+def _figure(scene, row: dict, look: dict, geometry, folder: Path):
+    """Returns what draws one body."""
+    if "faces" in geometry:
+        return _Surface(scene, row, look, geometry, folder)
+    if row["kind"] == "liquid":
+        return _Liquid(scene, row, look)
+    return _Grains(scene, row, look)
+
+
+class _Figure:
+    """Nodes of one body, which count as it in pictures of what is seen."""
+
+    def __init__(self, scene, row: dict):
+        self._scene, self._context, self._row = scene, scene.visualizer.context, row
+        self._nodes = []
+
+    def clear(self) -> None:
+        for node in self._nodes:
+            self._context.remove_node_seg(node)
+            self._context.remove_node(node)
+        self._nodes = []
+
+    def _add(self, **primitive):
+        node = self._context.add_node(pyrender.Mesh([pyrender.Primitive(**primitive)]))
+        self._context.create_node_seg(self._row["body"], node)
+        self._nodes.append(node)
+        return node
+
+    def _update(self, node, **buffers) -> None:
+        for name, data in buffers.items():
+            self._context.jit.update_buffer(node, name, data)
+
+
+class _Surface(_Figure):
+    """A body with a mesh; cloth shows both its sides."""
+
+    def __init__(self, scene, row: dict, look: dict, geometry, folder: Path):
+        super().__init__(scene, row)
+        self._geometry, self._material = geometry, _material(look, folder)
+        self._shell = None
+
+    def show(self, vertices: np.ndarray) -> None:
+        if self._shell is None:
+            self._shell = Shell(vertices, self._geometry["faces"])
+        shell = self._shell
+        positions, normals = vertices[shell.worn].astype(np.float32), shell.normals(vertices)
+        if self._nodes:
+            self._update(self._nodes[0], pos=positions, normal=normals)
+            return
+        uvs = self._geometry["uvs"][shell.worn] if "uvs" in self._geometry else None
+        self._add(
+            positions=positions,
+            normals=normals,
+            indices=shell.faces,
+            # Pictures begin at the upper left.
+            texcoord_0=None if uvs is None else uvs * np.array([1, -1]) + np.array([0, 1]),
+            material=self._material,
+            double_sided=self._row["kind"] == "cloth",
+        )
+
+
+class _Grains(_Figure):
+    """A body of particles, each of which is a ball."""
+
+    def __init__(self, scene, row: dict, look: dict):
+        super().__init__(scene, row)
+        self._shades = [_material({"color": _shade(look["color"], x)}) for x in SHADES.get(row["kind"], (1.0,))]
+
+    def show(self, points: np.ndarray) -> None:
+        parts = [points[k :: len(self._shades)] for k in range(len(self._shades))]
+        parts = [part for part in parts if len(part)]
+        poses = [np.tile(np.eye(4, dtype=np.float32), (len(part), 1, 1)) for part in parts]
+        for pose, part in zip(poses, parts, strict=True):
+            pose[:, :3, 3] = part
+        if self._nodes:
+            for node, pose in zip(self._nodes, poses, strict=True):
+                self._update(node, model=pose.transpose(0, 2, 1))
+            return
+        ball = create_sphere(GRAIN * self._row["spacing"], subdivisions=1 if len(points) <= ROUND else 0)
+        for pose, material in zip(poses, self._shades, strict=False):
+            self._add(
+                positions=ball.vertices,
+                normals=ball.vertex_normals,
+                indices=ball.faces,
+                material=material,
+                poses=pose,
+            )
+
+
+class _Liquid(_Figure):
+    """A body of particles with a surface around all of them, which is made anew for every picture."""
+
+    def __init__(self, scene, row: dict, look: dict):
+        super().__init__(scene, row)
+        self._material = _material(look)
+
+    def show(self, points: np.ndarray) -> None:
+        mesh = particles_to_mesh(points.astype(np.float32), self._row["spacing"] / 2, "splashsurf")
+        self.clear()
+        if len(mesh.faces):
+            vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces, np.int32)
+            normals = np.pad(smooth_normals(vertices[faces], faces.ravel()), ((0, len(vertices)), (0, 0)))
+            self._add(positions=vertices, normals=normals[: len(vertices)], indices=faces, material=self._material)
+
+
+def _material(look: dict, folder: Path | None = None):
+    """Returns the material of a body: its color, or its picture."""
+    if folder is not None and "texture" in look:
+        from PIL import Image
+
+        picture = Image.open(folder / look["texture"])
+        is_opaque = "A" not in picture.getbands() or picture.getextrema()[-1][0] == 255
+        mode = "OPAQUE" if is_opaque else "BLEND"
+        return pyrender.MetallicRoughnessMaterial(alphaMode=mode, baseColorTexture=picture, **FINISH)
+    mode = "OPAQUE" if look["color"][3] == 1 else "BLEND"
+    return pyrender.MetallicRoughnessMaterial(alphaMode=mode, baseColorFactor=look["color"], **FINISH)
+
+
+def _shade(color: list[float], factor: float) -> list[float]:
+    return [min(1.0, factor * x) for x in color[:3]] + [color[3]]

@@ -1,0 +1,56 @@
+"""Reads back what `soft.py` recorded."""
+
+import numpy as np
+
+CHUNKS_IN_HAND = 2
+
+
+class SoftStates:
+    """Recorded points and surfaces of bodies that deform.
+
+    Chunks are read when they are needed, for those of a large body do not fit into memory together.
+
+    Args:
+        rows: What the layout says of each body.
+        chunks: Chunks of the recording that hold frames, in order.
+    """
+
+    def __init__(self, rows: list[dict], chunks: list):
+        self.rows, self._chunks = rows, chunks
+        self._ends = np.cumsum([len(chunk["time"]) for chunk in chunks])
+        self._in_hand: dict[tuple[str, int], np.ndarray] = {}
+        self._centres = None
+
+    def at(self, name: str, around: tuple[int, int, float]) -> np.ndarray:
+        """Positions `soft_points` or `soft_surface` between two frames, linear, shape (n, 3).
+
+        Args:
+            name: Of the array.
+            around: Frames before and after, and how far from the one to the other, 0 to 1.
+        """
+        a, b, w = around
+        return (1 - w) * self._frame(name, a) + w * self._frame(name, b)
+
+    def centre(self, body: str, around: tuple[int, int, float]) -> np.ndarray | None:
+        """Mean of the points of a body between two frames [m], shape (3,); None if nothing of that name deforms."""
+        names = [row["body"] for row in self.rows]
+        if body not in names:
+            return None
+        if self._centres is None:
+            frames = (self._frame("soft_points", i).astype(float) for i in range(self._ends[-1]))
+            starts = [row["points"][0] for row in self.rows]
+            sizes = np.diff([*starts, self.rows[-1]["points"][1]])
+            self._centres = np.array([np.add.reduceat(points, starts) / sizes[:, None] for points in frames])
+        a, b, w = around
+        k = names.index(body)
+        return (1 - w) * self._centres[a, k] + w * self._centres[b, k]
+
+    def _frame(self, name: str, i: int) -> np.ndarray:
+        k = int(np.searchsorted(self._ends, i, side="right"))
+        if (name, k) not in self._in_hand:
+            held = [key for key in self._in_hand if key[0] == name]
+            if len(held) == CHUNKS_IN_HAND:
+                del self._in_hand[held[0]]
+            self._in_hand[name, k] = self._chunks[k][name]
+        array = self._in_hand[name, k]
+        return array[i - self._ends[k]]  # counted from the end of the chunk
