@@ -175,7 +175,7 @@ bodies:
   hook:
     kind: rigid
     shape: {kind: sphere, radius: "${0.01 * (i + 1)}"}
-    mount: {kind: slider, actuator: {stiffness: "${100 * n}"}}
+    mount: {kind: slider, actuator: {stiffness: "${100 * n}", damping: 1}}
     repeat: {kind: line, count: 4, step: ["${gap}", 0, 0]}
     look: {color: "${'red' if i % 2 == 0 else 'white'}"}
   ring: {kind: ragdoll, height: 1, repeat: {kind: stack, count: 4}}

@@ -65,6 +65,19 @@ def _measures(runs: list[Run]) -> list[dict[str, Any]]:
     return rows
 
 
+def _deformables(runs: list[Run]) -> dict[str, list[Any]]:
+    """The worst of each body that deforms, by name of the row."""
+    rows: dict[str, list[Any]] = {}
+    for number, run in enumerate(runs):
+        for body, found in (run.evidence.get("deformables") or {}).items():
+            for quantity, row in found.items():
+                if isinstance(row, dict):
+                    unit = f" [{row['unit']}]" if row.get("unit") else ""
+                    name = f"{body}: worst {quantity.replace('_', ' ')}{unit}"
+                    rows.setdefault(name, [None] * len(runs))[number] = row.get("value")
+    return rows
+
+
 def _diagnostics(runs: list[Run]) -> list[dict[str, Any]]:
     rows = {
         "state": [run.record.state for run in runs],
@@ -73,6 +86,7 @@ def _diagnostics(runs: list[Run]) -> list[dict[str, Any]]:
         "deepest overlap [m]": [(run.evidence.get("penetration") or {}).get("value") for run in runs],
         "energy at the start [J]": [(run.evidence.get("energy") or {}).get("start") for run in runs],
         "energy at the end [J]": [(run.evidence.get("energy") or {}).get("end") for run in runs],
+        **_deformables(runs),
         "engine": [run.record.key.get("genesis") for run in runs],
         "device": [run.record.key.get("device") for run in runs],
     }

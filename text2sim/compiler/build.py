@@ -25,8 +25,8 @@ from text2sim.compiler.soft.meshes import MeshFiles
 from text2sim.compiler.soft.scales import scales
 from text2sim.compiler.soft.settings import derive_soft
 from text2sim.compiler.soft.solvers import contact_model, is_soft
-from text2sim.compiler.watches import lower_watches
 from text2sim.compiler.trees.anatomy import known_parts, named_parts, tree_extents, tree_standing
+from text2sim.compiler.watches import lower_watches
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.load import LoadedCase
 from text2sim.spec_schema.names.references import check_references

@@ -12,6 +12,7 @@ from text2sim.compiler.plan import DriveSegment, Field, Hold, JointDrive, Prescr
 from text2sim.compiler.schedules import constructor, oscillation, start_of, value_at, waypoint_functions
 from text2sim.compiler.selection import select, split
 from text2sim.compiler.shapes.regions import RegionError
+from text2sim.compiler.soft.control_checks import check_solvers
 from text2sim.compiler.soft.controls import (
     ANY_FIELD,
     WORLD,
@@ -76,7 +77,7 @@ def lower_controls(
         points: Finds regions of bodies.
         soft: Lowers those of deformable bodies; None if there are none.
     """
-    rows = Rows()
+    rows = Rows(problems=check_solvers(loaded))
     for name, control in loaded.case.actions.controls.items():
         pointer = ("actions", "controls", name)
         line = loaded.line(pointer)

@@ -10,20 +10,16 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, TemplateError
 
 from text2sim import __version__
+from text2sim.compiler.emit_actions import action_context, copied_actions
 from text2sim.compiler.literal import Code, comment, identifier, literal
 from text2sim.compiler.plan import EntityPlan, Group, Plan
 from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.soft.setup import SoftSettings
-from text2sim.compiler.watches import watchers
 
 TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
 COPIED = ("engine.py", "files.py", "recorder.py", "film.py")
-COPIED_SOFT = ("soft.py", "skins.py", "soft_film.py")
+COPIED_SOFT = ("soft.py", "skins.py", "solids.py", "soft_film.py")
 """Besides, in programs with deformable bodies."""
-COPIED_ACTIONS = ("points.py", "holds.py", "pushes.py", "fields.py", "triggers.py")
-"""In programs that need them."""
-OWN_FIELDS = {"Attraction", "Whirl"}
-"""Fields that the engine does not have."""
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
 
 FROM_FILE = ("MJCF", "URDF", "Mesh")
@@ -77,7 +73,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
             raise TemplateBug(f"{module}.j2: {error}") from error
     files = {name: text.encode() for name, text in _format(texts).items()}
     copied = (*COPIED, *COPIED_SOFT) if plan.deformables else COPIED
-    copied = [name for name in (*copied, *_copied_actions(plan)) if (TEMPLATES / name).exists()]
+    copied = [name for name in (*copied, *copied_actions(plan)) if (TEMPLATES / name).exists()]
     return files | {name: (TEMPLATES / name).read_bytes() for name in copied} | plan.files
 
 
@@ -126,10 +122,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         "precision": Code(soft.precision if soft is not None else "32"),
         "soft": soft,
         "soft_why": _reasons(soft),
-        "deformables": {
-            name: {"kind": facts.kind, "solver": facts.solver, "spacing": facts.spacing}
-            for name, facts in plan.deformables.items()
-        },
+        "deformables": {name: vars(facts) for name, facts in plan.deformables.items()},
         "statics": [_group(group) for group in plan.statics],
         "bodies": [_group(group) for group in plan.bodies],
         "uses_models": any(e.morph in FROM_FILE for g in groups for e in g.entities),
@@ -139,31 +132,10 @@ def _context(plan: Plan) -> dict[str, Any]:
         "unpowered": list(plan.unpowered),
         "initial": plan.initial,
         "contact": plan.contact,
-        "velocities": [row for row in plan.velocities if row.entity not in plan.deformables],
-        "soft_velocities": [row for row in plan.velocities if row.entity in plan.deformables],
-        "holds": plan.holds,
-        "pushes": plan.pushes,
-        "pushing": _names({"Push"} * bool(plan.pushes)) ,
-        "fields": plan.fields,
-        "watches": plan.watches,
-        "drives": plan.drives,
-        "wrenches": plan.wrenches,
-        "welds": plan.welds,
-        "prescribed": plan.prescribed,
+        **action_context(plan),
         "render": plan.render,
         "kinds": {camera["kind"] for camera in plan.render["cameras"]},
     }
-
-
-def _copied_actions(plan: Plan) -> list[str]:
-    needed = {
-        "points.py": plan.holds or plan.pushes or plan.watches or plan.deformables and plan.velocities,
-        "holds.py": plan.holds,
-        "pushes.py": plan.pushes or plan.deformables and plan.velocities,
-        "fields.py": plan.fields,
-        "triggers.py": plan.watches,
-    }
-    return [name for name in COPIED_ACTIONS if needed[name]]
 
 
 def _reasons(soft: SoftSettings | None) -> dict[str, Code]:

@@ -15,6 +15,7 @@ from text2sim.compiler.folding import escaped, folded
 from text2sim.compiler.looks import default_color
 from text2sim.compiler.masses import masses
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.soft.explicit import add_soft
 from text2sim.spec_schema.models.base import Pose
 from text2sim.spec_schema.models.bodies import Articulated, Driven
 from text2sim.spec_schema.models.expectations import Expect
@@ -77,6 +78,7 @@ def explicit(resolution: Resolution) -> Explicit:
         if loaded.varies(path):
             _put(found.data, path, folded(text, params))
     _add_settings(found, resolution)
+    add_soft(found.data, found.comments, resolution)
     _add_render(found, resolution)
     _add_copies(found, resolution)
     return found
@@ -151,7 +153,14 @@ def _add_settings(found: Explicit, resolution: Resolution) -> None:
             _put(scene, path, value)
         if why is not None:
             found.comments["scene", *path] = f"derived: {why}"
-    if resolution.loaded.case.scene.solver.iterations is None:
+    case = resolution.loaded.case
+    if case.scene.record.rate is None:
+        scene["record"] = {"rate": case.record_rate, **scene["record"]}
+        many = (
+            "frames of deformable bodies are large" if settings.soft is not None else "frames of rigid bodies are small"
+        )
+        found.comments["scene", "record", "rate"] = f"derived: {many}"
+    if case.scene.solver.iterations is None:
         found.comments["scene", "solver", "iterations"] = "derived: goes with the solver"
 
 

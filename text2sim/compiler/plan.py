@@ -32,6 +32,10 @@ class SoftFacts:
     """mpm, pbd, fem or ipc."""
     spacing: float
     """Distance [m] of neighbouring points at rest."""
+    pos: Vec
+    """Where its frame is placed [m]."""
+    quat: Quaternion
+    """How its frame is turned; the engine may be given a mesh that is turned already."""
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 What is found in the recording later (`harness/events.py`) is found by the same rules, so that both agree.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from text2sim.compiler.literal import Code, identifier, literal
 from text2sim.compiler.placing.placement import Copy
@@ -91,7 +91,9 @@ class _Writer:
 
     def _touch(self, name: str, event: events.ContactEvent) -> Code:
         if event.min_impulse > 0.0:
-            raise UnseenError(f"`{name}` counts from its impulse, which is known only afterwards; leave out min_impulse")
+            raise UnseenError(
+                f"`{name}` counts from its impulse, which is known only afterwards; leave out min_impulse"
+            )
         if contact_model(self.loaded.case.bodies.values(), self.scene) in ("sap", "ipc"):
             raise UnseenError(f"the engine does not tell of contacts in this contact model, so `{name}` is not seen")
         sets = []
@@ -124,7 +126,9 @@ class _Writer:
         elif isinstance(measure, measures.Velocity | measures.Speed):
             speeds = self._velocities(measure.of, measure.region)
             values = [
-                _call("coordinate", one, AXIS[measure.axis]) if isinstance(measure, measures.Velocity) else _call("size", one)
+                _call("coordinate", one, AXIS[measure.axis])
+                if isinstance(measure, measures.Velocity)
+                else _call("size", one)
                 for one in speeds
             ]
         else:
@@ -185,10 +189,3 @@ def _call(function: str, *arguments: object) -> Code:
     while given and given[-1] is None:
         given.pop()
     return Code(f"{identifier(function)}({', '.join(literal(value) for value in given)})")
-
-
-def watchers(watches: Sequence[Watch]) -> list[str]:
-    """Names of the functions of `triggers.py` that watches need, sorted."""
-    import re
-
-    return sorted({name for watch in watches for name in re.findall(r"\b([A-Za-z_]+)\(", watch.make)})

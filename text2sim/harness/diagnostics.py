@@ -4,10 +4,14 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.harness import soft_diagnostics
 from text2sim.harness.recording import Recording
 from text2sim.harness.selection import base_name
 from text2sim.harness.states import Array
 from text2sim.spec_schema.models.controls import Force, Impulse, Torque
+from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
+
+FIELDS = (Wind, Drag, Attraction, Vortex, Turbulence)
 
 
 def extremes(time: Array, values: Array) -> dict[str, Any]:
@@ -28,11 +32,11 @@ def energy_account(recording: Recording) -> dict[str, Any]:
     Work is the integral of the motors' force times velocity over hinges and sliders of loose bodies, by
     trapezoids between frames, as exact as these are close. `change` is what the energy gained beyond that:
     friction, damping and impacts make it negative; if it is positive, it came from what is `not_counted`, or
-    the solver made it up.
+    the solver made it up. Of bodies that deform, the kinetic energy of their points and that of their weight count.
     """
     states, cast = recording.states, recording.cast
-    links = np.array([link for target in cast.loose for link in target.links], dtype=np.int64)
-    total = (recording.kinetic(links) + recording.potential(links)).sum(axis=1)
+    kinetic, potential = recording.energies(cast.loose)
+    total = kinetic + potential
     loose = {target.copy for target in cast.loose}
     dofs = [j.dof[0] for j in states.joints if j.kind in ("hinge", "slider") and j.body in loose]
     power = (
@@ -42,11 +46,13 @@ def energy_account(recording: Recording) -> dict[str, Any]:
     row = extremes(states.time, total)
     change = None if row["first"] is None else row["last"] - row["first"] - work
     controls = recording.case.actions.controls
-    pushes = [name for name, c in controls.items() if isinstance(c, Force | Torque | Impulse)]
+    pushes = [name for name, c in controls.items() if isinstance(c, (Force, Torque, Impulse, *FIELDS))]
     not_counted = [f"work of the control `{name}`" for name in pushes]
     not_counted += [f"work of the driven body `{name}`" for name in cast.driven]
     if any(not link.fixed and link.mass <= 0 for link in states.links if link.body in loose):
         not_counted.append("links without mass")
+    soft = dict.fromkeys(base_name(t.copy) for t in cast.loose if t.soft is not None)
+    not_counted += [f"what deformation stores in `{name}`" for name in soft]
     return {
         "unit": "J", "start": row["first"], "end": row["last"], "min": row["min"], "min_at": row["min_at"],
         "max": row["max"], "max_at": row["max_at"], "work_of_motors": work,
@@ -56,8 +62,7 @@ def energy_account(recording: Recording) -> dict[str, Any]:
 
 def energy_series(recording: Recording) -> dict[str, Array]:
     """Return kinetic, potential and total energy (F,) [J] of all loose bodies."""
-    links = np.array([link for target in recording.cast.loose for link in target.links], dtype=np.int64)
-    kinetic, potential = recording.kinetic(links).sum(axis=1), recording.potential(links).sum(axis=1)
+    kinetic, potential = recording.energies(recording.cast.loose)
     return {"kinetic": kinetic, "potential": potential, "total": kinetic + potential}
 
 
@@ -84,14 +89,14 @@ def first_non_finite(recording: Recording) -> dict[str, Any] | None:
     for rows in (states.pos, states.quat, states.vel, states.ang):
         bad |= ~np.isfinite(rows).all(axis=2)
     frames = np.flatnonzero(bad.any(axis=1))
-    if not len(frames):
+    found = [(int(frames[0]), [states.links[i].body for i in np.flatnonzero(bad[frames[0]])])] if len(frames) else []
+    soft = soft_diagnostics.first_non_finite(recording)
+    found += [soft] if soft is not None else []
+    if not found:
         return None
-    struck = [states.links[i].body for i in np.flatnonzero(bad[frames[0]])]
-    return {
-        "time": states.time[frames[0]],
-        "frame": int(frames[0]),
-        "bodies": list(dict.fromkeys(struck))[:20],
-    }
+    frame = min(first for first, _ in found)
+    struck = [name for first, names in found if first == frame for name in names]
+    return {"time": states.time[frame], "frame": frame, "bodies": list(dict.fromkeys(struck))[:20]}
 
 
 def speed_extremes(recording: Recording) -> dict[str, Any]:
@@ -100,10 +105,9 @@ def speed_extremes(recording: Recording) -> dict[str, Any]:
     for name, target in recording.cast.copies.items():
         if recording.cast.is_static(name) or not recording.states.frames:
             continue
-        rows = (
-            ("linear", "m/s", recording.velocity(target)),
-            ("angular", "rad/s", recording.states.ang[:, target.root].astype(float)),
-        )
+        rows = [("linear", "m/s", recording.velocity(target))]
+        if target.soft is None:
+            rows.append(("angular", "rad/s", recording.states.ang[:, target.root].astype(float)))
         for key, unit, vectors in rows:
             row = extremes(recording.states.time, np.linalg.norm(vectors, axis=1))
             fastest = found.setdefault(base_name(name), {})

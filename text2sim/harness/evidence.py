@@ -21,6 +21,7 @@ from text2sim.harness.outcome import read_status
 from text2sim.harness.record import RunRecord, write_atomically
 from text2sim.harness.recording import Recording
 from text2sim.harness.selection import base_name
+from text2sim.harness.soft_diagnostics import soft_diagnostics
 from text2sim.harness.states import Array
 from text2sim.harness.visibility import summarise_visibility
 from text2sim.spec_schema.models.case import Case
@@ -79,10 +80,11 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
             "non_finite": diagnostics.first_non_finite(recording),
             "speeds": diagnostics.speed_extremes(recording),
             "joint_limits": diagnostics.limit_overshoots(recording)[:JOINTS],
+            "deformables": soft_diagnostics(recording),
             "driven": recording.cast.driven,
             "contacts": contacts,
             "visibility": summarise_visibility(run_dir, list(case.bodies)),
-            "left_out": [*states.losses, *_left_out(contacts)],
+            "left_out": [*states.losses, *_left_out(recording, contacts)],
         }
     plain = to_plain(evidence)
     rows = sorted(
@@ -198,14 +200,16 @@ def _named_with_itself(case: Case) -> set[str]:
     return {a for a, b in bases if a == b}
 
 
-def _left_out(contacts: dict[str, Any]) -> list[str]:
+def _left_out(recording: Recording, contacts: dict[str, Any]) -> list[str]:
     rows = []
     if contacts["left_out"]:
         rows.append(f"events.jsonl: {contacts['left_out']} of the smaller touches between bodies (it has {EPISODES})")
     if contacts["within_repeated_bodies"]:
         rows.append(f"events.jsonl: {contacts['within_repeated_bodies']} touches between copies of one body")
     if not contacts["recorded"]:
-        rows.append("contacts were not recorded (scene.record.contacts is false)")
+        rows.append(recording.contacts.why_not)
+    if recording.states.deformables:
+        rows.append("events.jsonl: touches of bodies that deform which no event asks for")
     return rows
 
 

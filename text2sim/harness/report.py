@@ -24,6 +24,17 @@ TOUCHES = 25
 """Undeclared touches in the table, the hardest."""
 OCCURRENCES = 200
 """Times of declared events in the table."""
+SOFT_WORDS = {
+    "volume": "volume, over that at the start",
+    "stretch": "longest edge, over its length at the start",
+    "strain": "equivalent strain that 99 of 100 elements stay below",
+    "inverted": "part of the volume turned inside out",
+    "penetration": "deepest point in something rigid",
+    "self_penetration": "nearest to itself, below its thickness",
+    "speed": "fastest point",
+    "against_bounds": "part of the points against the sides of their solver's space",
+}
+"""What the table of deformable bodies says."""
 LOG = 6_000
 """Bytes of the end of the log."""
 
@@ -57,6 +68,7 @@ def _contents(run_dir: Path, case: Case) -> dict[str, Any]:
         "verdict": evidence.get("verdict") or ("failed" if record and record.state not in STOPPED else "incomplete"),
         "why": sentence(evidence.get("why") or (record.message if record else "") or "there is nothing to judge"),
         "expect": found,
+        "soft_words": SOFT_WORDS,
         "declared": declared[:OCCURRENCES],
         "declared_left_out": max(0, len(declared) - OCCURRENCES),
         "touches": touches[:TOUCHES],

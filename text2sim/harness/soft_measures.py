@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.compiler.soft.regions import LAYER
 from text2sim.harness import deformation, folds
 from text2sim.harness.deformables import Deformable
 from text2sim.harness.gaps import Nearest, nearest_cloud, nearest_solid
@@ -52,8 +53,8 @@ def deformables(recording: Recording, selector: str) -> list[Deformable]:
 def region_path(recording: Recording, target: Target, region: BodyRegion) -> Array:
     """Return the mean position [m] of the points of a region, world, shape (F, 3).
 
-    The points are those that lie in it at the start, in the body's own frame; to a side belong all that are less than
-    half their spacing away from the outermost ones.
+    The points are those that lie in it at the start, in the body's own frame; to a side belong all in
+    a layer under the outermost one, as for what is attached.
 
     Raises:
         SoftMeasureError: if the body does not deform, or none of its points lies there.
@@ -80,7 +81,7 @@ def _region_rows(body: Deformable, region: BodyRegion) -> Array:
         if region.face is None and size[axis] <= _FLAT * size.max():
             raise SoftMeasureError(f"{body.body} is flat, and has no {side}")
         along = sign * points[:, axis]
-        inside &= along >= along.max() - body.spacing / 2
+        inside &= along >= along.max() - LAYER.get(body.solver, 0.5) * body.spacing
     if not inside.any():
         raise SoftMeasureError(f"none of the {len(points)} points of {body.body} lies in this region")
     return np.flatnonzero(inside)

@@ -137,13 +137,25 @@ class Facts:
         return mount not in ("static", "fixed")
 
     def free(self, copy: Copy) -> bool:
-        """Whether nothing holds a copy of links: it falls if nothing is below it. Of deformable ones, see `lint.soft`."""
+        """Whether nothing holds a copy of links: it falls if nothing is below it. See `loose`."""
         mount = self.mount(copy)
         if mount != "tree":
             return mount == "free"
         tree = self.tree(copy)
         roots = () if tree is None else tree.roots
         return any(joint.kind == "free" for link in roots for _, joint in link.all_joints())
+
+    def loose(self, copy: Copy) -> bool:
+        """Whether nothing holds a copy, be it of links or deformable."""
+        if not is_soft(copy.model):
+            return self.free(copy)
+        return copy.body not in self._attached
+
+    @cached_property
+    def _attached(self) -> set[str]:
+        """Deformable bodies of which some part is held at some time."""
+        controls = self.case.actions.controls.values()
+        return {control.body.split("[")[0] for control in controls if control.kind == "attach"}
 
     @cached_property
     def moving(self) -> list[Copy]:

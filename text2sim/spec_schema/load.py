@@ -183,11 +183,16 @@ def _load(source: Source, path: FilePath, overlay: Overlay) -> LoadedCase:
     if layers is not None:
         found, problems = layers.judge(resolver, problems)
         faults += found
+    varying = frozenset(path[:depth] for path in resolver.varying for depth in range(len(path) + 1))
+    arguments = () if layers is None else tuple(layers.arguments)
+    if problems and not faults:
+        from text2sim.spec_schema.names.salvage import further_problems
+
+        half = LoadedCase(path, Case.model_construct(), data, document, written, resolver, varying, overlay, arguments)
+        problems += further_problems(half, problems, lambda data: _validate(document, data))
     if faults or problems:
         raise SpecError([*faults, *problems])
     assert case is not None
-    varying = frozenset(path[:depth] for path in resolver.varying for depth in range(len(path) + 1))
-    arguments = () if layers is None else tuple(layers.arguments)
     return LoadedCase(path, case, data, document, written, resolver, varying, overlay, arguments)
 
 

@@ -5,6 +5,7 @@ A point is a particle (mpm, pbd) or a vertex (fem). SI units, quaternions (w, x,
 
 import genesis as gs
 import numpy as np
+import torch
 
 INVERSE = np.array([1.0, -1.0, -1.0, -1.0])
 STRAIGHT = 0.05
@@ -60,7 +61,7 @@ def array(value):
 
 def tensor(value):
     """Return an array as a tensor of the engine."""
-    return gs.tensor(np.ascontiguousarray(value), dtype=gs.tc_float)
+    return torch.as_tensor(np.ascontiguousarray(value), dtype=gs.tc_float, device=gs.device)
 
 
 def rotate(quat, vectors):

@@ -141,6 +141,9 @@ class Recorder:
         layout = run | _layout(self._scene, self._bodies, self._link_bodies, self._offsets)
         _write_geometry(self._solver, self._offsets, self._out / "geometry")
         if self._soft is not None:
+            from solids import write_solids
+
+            write_solids(self._solver, self._offsets, self._out / "geometry")
             layout["deformables"] = self._soft.describe(self._out / "geometry")
         write_json(states / "layout.json", layout)
         self._progress("simulate", 0.0, self._duration, force=True)
@@ -242,8 +245,8 @@ class Recorder:
             chunk["links_vel"] = _velocity_of_com(chunk)
             del chunk["links_lever"]
             offsets = self._offsets[self._shifted]
-            quat = _multiply(chunk["links_quat"][:, self._shifted], offsets[:, 3:] * INVERSE)
-            chunk["links_pos"][:, self._shifted] -= _rotate(quat, offsets[:, :3])
+            quat = multiply(chunk["links_quat"][:, self._shifted], offsets[:, 3:] * INVERSE)
+            chunk["links_pos"][:, self._shifted] -= rotate(quat, offsets[:, :3])
             chunk["links_quat"][:, self._shifted] = quat
             chunk = {name: array if name == "time" else array.astype(np.float32) for name, array in chunk.items()}
         elif not len(contacts["contact_step"]):
@@ -364,7 +367,7 @@ def _link_offsets(solver) -> np.ndarray:
         for relative in (False, True)
         for get in (solver.get_links_pos, solver.get_links_quat)
     )
-    offsets = np.concatenate([_rotate(quat * INVERSE, own_pos - pos), _multiply(quat * INVERSE, own_quat)], axis=1)
+    offsets = np.concatenate([rotate(quat * INVERSE, own_pos - pos), multiply(quat * INVERSE, own_quat)], axis=1)
     offsets[(own_pos == pos).all(axis=1) & (own_quat == quat).all(axis=1)] = IDENTITY
     return offsets
 
@@ -381,8 +384,8 @@ def _layout(scene, bodies: dict, link_bodies: list[str], offsets: np.ndarray) ->
         for tensor in (solver.get_links_mass(), solver.get_links_COM(), solver.get_links_inertia())
     )
     axes = qd_to_numpy(solver.dyn_info.links.inertial_quat, copy=True).reshape(-1, 4).astype(float)
-    com = offsets[:, :3] + _rotate(offsets[:, 3:], com)
-    turn = _rotate(_multiply(offsets[:, 3:], axes)[:, None], np.eye(3)).swapaxes(1, 2)
+    com = offsets[:, :3] + rotate(offsets[:, 3:], com)
+    turn = rotate(multiply(offsets[:, 3:], axes)[:, None], np.eye(3)).swapaxes(1, 2)
     inertia = turn @ inertia @ turn.swapaxes(1, 2)
     limits = np.stack([bound.cpu().numpy() for bound in solver.get_dofs_limit()], axis=1).astype(float).tolist()
     links = [
@@ -423,8 +426,8 @@ def _write_geometry(solver, offsets: np.ndarray, folder: Path) -> None:
         index[link.idx] = [
             {
                 "mesh": write_mesh(folder, vgeom.vmesh),
-                "pos": (pos + _rotate(quat, np.asarray(vgeom.init_pos, float))).tolist(),
-                "quat": _multiply(quat, np.asarray(vgeom.init_quat, float)).tolist(),
+                "pos": (pos + rotate(quat, np.asarray(vgeom.init_pos, float))).tolist(),
+                "quat": multiply(quat, np.asarray(vgeom.init_quat, float)).tolist(),
                 **write_paint(folder, vgeom.surface.get_rgba()),
             }
             for vgeom in link.vgeoms
@@ -432,14 +435,14 @@ def _write_geometry(solver, offsets: np.ndarray, folder: Path) -> None:
     write_json(folder / "index.json", index)
 
 
-def _multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Product of quaternions, shape (..., 4): turns by b, then by a."""
     aw, av, bw, bv = a[..., :1], a[..., 1:], b[..., :1], b[..., 1:]
     w = aw * bw - (av * bv).sum(axis=-1, keepdims=True)
     return np.concatenate([w, aw * bv + bw * av + np.cross(av, bv)], axis=-1)
 
 
-def _rotate(quat: np.ndarray, vector: np.ndarray) -> np.ndarray:
+def rotate(quat: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """Turns vectors, shape (..., 3), by unit quaternions, shape (..., 4)."""
     twist = 2.0 * np.cross(quat[..., 1:], vector)
     return vector + quat[..., :1] * twist + np.cross(quat[..., 1:], twist)

@@ -30,19 +30,21 @@ class Shell:
 
     def normals(self, vertices: np.ndarray) -> np.ndarray:
         """Returns a unit normal for each drawn vertex, shape (m, 3), when the vertices are at these places (n, 3)."""
-        return smooth_normals(vertices[self.worn][self.faces], self._corner_spot)[self._drawn_spot]
+        triangles = vertices[self.worn][self.faces]
+        return smooth_normals(triangles, self._corner_spot, len(self.worn))[self._drawn_spot]
 
 
-def smooth_normals(triangles: np.ndarray, spots: np.ndarray) -> np.ndarray:
-    """Returns a unit normal for each spot, shape (max(spots) + 1, 3).
+def smooth_normals(triangles: np.ndarray, spots: np.ndarray, count: int) -> np.ndarray:
+    """Returns a unit normal for each spot, shape (count, 3).
 
     Args:
         triangles: Corners, shape (f, 3, 3).
         spots: Spot of each corner, shape (3 f,).
+        count: Of spots.
     """
     a, b, c = np.moveaxis(triangles, 1, 0)
     leaning = np.repeat(np.cross(b - a, c - a), 3, axis=0)  # twice the area, so large triangles count more
-    total = np.stack([np.bincount(spots, leaning[:, i]) for i in range(3)], axis=1)
+    total = np.stack([np.bincount(spots, leaning[:, i], count) for i in range(3)], axis=1)
     length = np.linalg.norm(total, axis=1, keepdims=True)
     up = np.array([0.0, 0.0, 1.0])
     return np.where(length > 1e-20, total / np.maximum(length, 1e-20), up).astype(np.float32)

@@ -29,7 +29,8 @@ class Soft:
     Args:
         scene: Built scene with one environment.
         bodies: Copy name -> entity.
-        deformables: Copy name -> kind, solver (mpm, pbd, fem or ipc) and spacing [m], in the order of their rows.
+        deformables: Copy name -> kind, solver (mpm, pbd, fem or ipc), spacing [m], and where its frame was placed (pos
+            [m], quat), in the order of their rows.
         dt: Length of a step [s].
         speed_limit: Speed of a point above which the run has diverged [m/s].
 
@@ -61,6 +62,7 @@ class Soft:
             row = {"body": name, "kind": body.kind, "solver": body.solver, "points": [here.start, here.stop]}
             row["surface"] = None if body.skin is None else [vertices, vertices + len(body.skin)]
             row |= {"spacing": body.spacing, "mass": float(self._total[k])}
+            row |= {"pos": [float(x) for x in body.pos], "quat": [float(x) for x in body.quat]}
             vertices += 0 if body.skin is None else len(body.skin)
             if body.domain is not None:
                 row["domain"] = [bound.tolist() for bound in body.domain]
@@ -161,7 +163,7 @@ class _Body:
     """One body that deforms, as its solver keeps it.
 
     Attributes:
-        entity, kind, solver, spacing: As given.
+        entity, kind, solver, spacing, pos, quat: As given.
         field, span: Solver of the engine, and the body's rows in its fields.
         masses: Of its points [kg], shape (p,).
         topology: Arrays of its geometry file besides points and masses.
@@ -169,8 +171,9 @@ class _Body:
         domain: Lower and upper bound of where its solver keeps it [m]; None if it may go anywhere.
     """
 
-    def __init__(self, scene, entity, *, kind: str, solver: str, spacing: float):
+    def __init__(self, scene, entity, *, kind: str, solver: str, spacing: float, pos, quat):
         self.entity, self.kind, self.solver, self.spacing = entity, kind, solver, spacing
+        self.pos, self.quat = pos, quat
         self.skin, self.domain, self.topology = None, None, {}
         if solver in ("mpm", "pbd"):
             engine = scene.mpm_solver if solver == "mpm" else scene.pbd_solver

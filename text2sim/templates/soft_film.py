@@ -161,8 +161,8 @@ class _Liquid(_Figure):
         self.clear()
         if len(mesh.faces):
             vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces, np.int32)
-            normals = np.pad(smooth_normals(vertices[faces], faces.ravel()), ((0, len(vertices)), (0, 0)))
-            self._add(positions=vertices, normals=normals[: len(vertices)], indices=faces, material=self._material)
+            normals = smooth_normals(vertices[faces], faces.ravel(), len(vertices))
+            self._add(positions=vertices, normals=normals, indices=faces, material=self._material)
 
 
 def _material(look: dict, folder: Path | None = None):

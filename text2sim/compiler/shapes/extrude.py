@@ -187,9 +187,7 @@ def _joined(polygon: "Polygon") -> "list[list[tuple[float, float]]]":
         for a, b in zip(cell, cell[1:] + cell[:1], strict=True):
             owner[a, b] = k
     # Long seams first: what lies on both sides of one is wide.
-    seams = sorted(
-        ((a, b) for a, b in owner if (b, a) in owner and a < b), key=lambda seam: (-math.dist(*seam), seam)
-    )
+    seams = sorted(((a, b) for a, b in owner if (b, a) in owner and a < b), key=lambda seam: (-math.dist(*seam), seam))
     for a, b in seams:
         left, right = owner[a, b], owner[b, a]
         if left == right:

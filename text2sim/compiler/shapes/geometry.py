@@ -21,7 +21,7 @@ from text2sim.compiler.shapes.rotation import (
 from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
 from text2sim.spec_schema.models.scene import Static
-from text2sim.spec_schema.models.shapes import Compound, Cone, Cup, Ellipsoid, Funnel, Mesh, Tube
+from text2sim.spec_schema.models.shapes import Compound, Cone, Cup, Ellipsoid, Funnel, Mesh, Sheet, Sketch, Text, Tube
 
 __all__ = [
     "Bounds",
@@ -45,6 +45,8 @@ TreeExtents = Callable[[Any, Quaternion, Path], Bounds]
 """Bounds of a body that is a tree of links, about its origin, turned by a quaternion."""
 
 
+SHEET = 1e-3
+"""Thickness [m] that a sheet has where bodies are placed and compared; its solver has its own."""
 _MEMORY = 4096
 _KNOWN: dict[Any, tuple[Piece, ...]] = {}
 """Pieces of shapes: copies, and bodies that are alike, share them, and what was worked out of them."""
@@ -75,12 +77,26 @@ def pieces(shape: Any, folder: Path) -> list[Piece]:
 
 
 def key_of(shape: Any, folder: Path) -> Any:
-    """What two shapes with the same pieces have in common; meshes are known by their content."""
+    """Return what two shapes with the same pieces have in common; files are known by their content.
+
+    Raises:
+        AssetError: if a file cannot be used.
+    """
     if isinstance(shape, Compound):
-        files = [part.shape.file for part in shape.parts.values() if isinstance(part.shape, Mesh)]
-        return (shape.model_dump_json(exclude_defaults=True), *(load_mesh(file, folder) for file in files))
-    own = tuple(vars(shape).values())
-    return (*own, load_mesh(shape.file, folder)) if isinstance(shape, Mesh) else own
+        parts = (part.shape for part in shape.parts.values())
+        return (shape.model_dump_json(exclude_defaults=True), *(_content(part, folder) for part in parts))
+    return (*vars(shape).values(), _content(shape, folder))
+
+
+def _content(shape: Any, folder: Path) -> Any:
+    """What was read from a shape's file; equal only to itself."""
+    if isinstance(shape, Mesh):
+        return load_mesh(shape.file, folder)
+    if isinstance(shape, Text | Sketch):
+        from text2sim.compiler.shapes.glyphs import glyph_parts
+
+        return glyph_parts(shape, folder)[0]
+    return None
 
 
 def _pieces(shape: Any, folder: Path) -> list[Piece]:
@@ -101,6 +117,12 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
         return ring_pieces(shape.radius, shape.bar_radius, shape.segments)
     if kind == "mesh":
         return [_mesh_piece(shape, folder)]
+    if isinstance(shape, Text | Sketch):
+        from text2sim.compiler.shapes.flatforms import prisms
+
+        return prisms(shape, folder)
+    if isinstance(shape, Sheet):
+        return [Piece("box", size=(*shape.size, SHEET))]
     if kind == "compound":
         return [
             piece.at(part.pose.pos, quat_of(part.pose), name)
@@ -167,13 +189,18 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
             )  # fmt: skip
             for paint in load_paint(shape.file, folder)
         ]
-    if not isinstance(shape, Drawn):
+    if not isinstance(shape, Drawn | Text | Sketch):
         return None
     key = key_of(shape, folder)
     if key not in _DRAWN:
         if len(_DRAWN) >= _MEMORY:
             _DRAWN.clear()
-        _DRAWN[key] = surface(shape)
+        if isinstance(shape, Drawn):
+            _DRAWN[key] = surface(shape)
+        else:
+            from text2sim.compiler.shapes.flatforms import flat_surface
+
+            _DRAWN[key] = flat_surface(shape, folder)
     return [_DRAWN[key]]
 
 
@@ -200,6 +227,10 @@ def volume(shape: Any, folder: Path) -> float:
         # The integral of pi ((r + t)^2 - r^2) over the height, r growing evenly.
         t = shape.thickness
         return math.pi * shape.height * t * (shape.top_radius + shape.bottom_radius + t)
+    if isinstance(shape, Text | Sketch):
+        from text2sim.compiler.shapes.glyphs import whole
+
+        return whole(shape, folder).area * shape.depth
     if kind == "plane":
         raise ValueError("a plane has no volume")
     return pieces(shape, folder)[0].volume()
@@ -240,6 +271,16 @@ def _reach_mesh(shape: Mesh, u: Vec, folder: Path) -> float:
     return shape.scale * float((load_mesh(shape.file, folder).hull_vertices @ u).max())
 
 
+def _reach_flat(shape: Text | Sketch, u: Vec, folder: Path) -> float:
+    from text2sim.compiler.shapes.flatforms import reach
+
+    return reach(shape, u, folder)
+
+
+def _reach_sheet(shape: Sheet, u: Vec, folder: Path) -> float:
+    return (shape.size[0] * abs(u[0]) + shape.size[1] * abs(u[1]) + SHEET * abs(u[2])) / 2
+
+
 def _reach_compound(shape: Compound, u: Vec, folder: Path) -> float:
     best = -math.inf
     for part in shape.parts.values():
@@ -262,9 +303,12 @@ _REACH: dict[str, Callable[[Any, Vec, Path], float]] = {
     "cup": _reach_wall,
     "funnel": _reach_wall,
     "mesh": _reach_mesh,
+    "text": _reach_flat,
+    "sketch": _reach_flat,
+    "sheet": _reach_sheet,
     "compound": _reach_compound,
 }
-_SYMMETRIC = {"box", "sphere", "cylinder", "capsule", "ellipsoid", "torus", "tube", "cup"}
+_SYMMETRIC = {"box", "sheet", "sphere", "cylinder", "capsule", "ellipsoid", "torus", "tube", "cup"}
 
 
 def extents(shape: Any, quat: Quaternion, folder: Path) -> Bounds:

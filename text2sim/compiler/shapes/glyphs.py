@@ -115,5 +115,3 @@ def stroke_width(form: "Polygon | MultiPolygon") -> float:
         brushed = form.buffer(-width / 2, join_style="mitre").buffer(width / 2 * (1 + 1e-9), join_style="mitre")
         low, high = (width, high) if brushed.intersection(form).area >= 0.9 * form.area else (low, width)
     return low
-
-

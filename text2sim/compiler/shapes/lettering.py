@@ -123,7 +123,7 @@ class _Face:
             raise AssetError("has no letter with an outline in it")
         return max(heights)
 
-    def _index(self, sign: str) -> int:
+    def _index(self, sign: str) -> Any:
         return self.font.get_char_index(ord(sign))
 
     def _load(self, sign: str) -> Any:

@@ -131,7 +131,6 @@ def evened(vertices: "np.ndarray", faces: "np.ndarray", edge: float) -> "tuple[n
     Where that would open or fold the surface, it is left as it is.
     """
     import numpy as np
-    import trimesh
 
     area = float(_areas(vertices, faces).sum())
     count = int(area / (np.sqrt(3) / 4 * edge**2))
@@ -157,9 +156,7 @@ def _answer(vertices: "np.ndarray", faces: "np.ndarray", edge: float, count: int
     }
 
 
-def _even(
-    vertices: "np.ndarray", faces: "np.ndarray", edge: float, count: int
-) -> "tuple[np.ndarray, np.ndarray]":
+def _even(vertices: "np.ndarray", faces: "np.ndarray", edge: float, count: int) -> "tuple[np.ndarray, np.ndarray]":
     import numpy as np
     import trimesh
     from fast_simplification import simplify
@@ -173,7 +170,7 @@ def _even(
         points, net = (vertices - low) / size, faces
         if len(faces) > many * count / finer**2:
             few = max(round(many / 2 * count / finer**2), 200)
-            points, net = simplify(points.astype(np.float32), net.astype(np.int32), target_count=few)
+            points, net, *_ = simplify(points.astype(np.float32), net.astype(np.int32), target_count=few)
         points, net = _remeshed(points.astype(float), net, finer * edge / size, feature)
         made = trimesh.Trimesh(points * size + low, net, process=False)
         if made.is_volume and abs(made.volume / _volume(vertices, faces) - 1) < KEPT:
@@ -188,7 +185,9 @@ def _remeshed(
 
     Edges that are bent by more than `feature` [deg] stay.
     """
-    import pymeshlab
+    from importlib import import_module
+
+    pymeshlab = import_module("pymeshlab")  # whose names come to be as it is loaded
 
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertex_matrix=vertices, face_matrix=faces))
@@ -247,7 +246,7 @@ def _matched(points: "np.ndarray", uvs: "np.ndarray", vertices: "np.ndarray") ->
     import numpy as np
     from scipy.spatial import KDTree
 
-    _, owner = KDTree(vertices).query(points)
+    owner = np.asarray(KDTree(vertices).query(points)[1])
     found = np.full((len(vertices), 2), np.nan)
     found[owner[::-1]] = uvs[::-1]
     seams = len(np.unique(owner[np.abs(found[owner] - uvs).max(axis=1) > CLOSED_BY]))

@@ -1,5 +1,7 @@
-"""Closed surfaces of round solids in triangles of about one size: rings around an axis, each with as many points as
-its length needs, and what lies between two rings."""
+"""Closed surfaces of round solids in triangles of about one size.
+
+They are rings around an axis, each with as many points as its length needs, and what lies between two rings.
+"""
 
 import math
 from collections.abc import Sequence
@@ -33,6 +35,11 @@ class Arc:
     """Half axis [m] along the axis."""
     start: float
     end: float
+
+    @property
+    def length(self) -> float:
+        """At most so long [m]."""
+        return abs(self.end - self.start) * max(self.across, self.along)
 
     def point(self, angle: float) -> Point:
         """The point at an angle."""

@@ -142,7 +142,9 @@ def _without_pinholes(form: "Polygon") -> "Polygon":
     """Leave out holes that are as small as specks."""
     from shapely import Polygon
 
-    return Polygon(form.exterior, [hole for hole in form.interiors if Polygon(hole).area >= max(SPECK * form.area, 6.0)])
+    return Polygon(
+        form.exterior, [hole for hole in form.interiors if Polygon(hole).area >= max(SPECK * form.area, 6.0)]
+    )
 
 
 def _in_rows(forms: "list[Polygon]") -> list[Stroke]:

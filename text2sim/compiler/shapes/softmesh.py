@@ -1,7 +1,7 @@
 """Surfaces of what deforms: closed ones of solids, open ones of cloth, in triangles of a wanted size.
 
-What is round is made of rings (`rings.py`), letters and drawings of a net in their plane (`extrude.py`), and meshes from
-files have their edges divided or melted together (`remesh.py`). Equal shapes give equal bytes.
+What is round is made of rings (`rings.py`), letters and drawings of a net in their plane (`extrude.py`); meshes from
+files have their edges divided, or their triangles melted together (`remesh.py`). Equal shapes give equal bytes.
 """
 
 import math
@@ -105,9 +105,7 @@ def refuse_many(area: float, edge: float) -> None:
         )
 
 
-def _made(
-    vertices: "np.ndarray", faces: "np.ndarray", uvs: "np.ndarray | None" = None, seams: int = 0
-) -> SoftMesh:
+def _made(vertices: "np.ndarray", faces: "np.ndarray", uvs: "np.ndarray | None" = None, seams: int = 0) -> SoftMesh:
     import numpy as np
 
     # Nobody may change what others share.
@@ -138,7 +136,7 @@ def _area(shape: Any, folder: Path) -> float:
     parts, _ = profile(shape)
     total = 0.0
     for part in parts:
-        points = [part.point(part.start + (part.end - part.start) * k / 64) for k in range(65)] if isinstance(part, Arc) else part
+        points = part.points(part.length / 64) if isinstance(part, Arc) else part
         total += sum(math.pi * (a[0] + b[0]) * math.dist(a, b) for a, b in zip(points, points[1:], strict=False))
     return total
 
@@ -207,11 +205,11 @@ def write_obj(mesh: SoftMesh, quat: Quaternion = IDENTITY) -> bytes:
     import numpy as np
 
     vertices = mesh.vertices if quat == IDENTITY else mesh.vertices @ np.array(quat_to_rows(quat)).T
-    lines = ["v %.7g %.7g %.7g" % row for row in map(tuple, (np.round(vertices, 9) + 0.0).tolist())]
+    lines = [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in (np.round(vertices, 9) + 0.0).tolist()]
     faces = (mesh.faces + 1).tolist()
     if mesh.uvs is None:
-        lines += ["f %d %d %d" % (a, b, c) for a, b, c in faces]
+        lines += [f"f {a} {b} {c}" for a, b, c in faces]
     else:
-        lines += ["vt %.6g %.6g" % (u, v) for u, v in (mesh.uvs + 0.0).tolist()]
-        lines += ["f %d/%d %d/%d %d/%d" % (a, a, b, b, c, c) for a, b, c in faces]
+        lines += [f"vt {u:.6g} {v:.6g}" for u, v in (mesh.uvs + 0.0).tolist()]
+        lines += [f"f {a}/{a} {b}/{b} {c}/{c}" for a, b, c in faces]
     return ("\n".join(lines) + "\n").encode()

@@ -1,6 +1,5 @@
 """Copies of deformable bodies become entities of the engine."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import dist
 from pathlib import Path
@@ -13,18 +12,17 @@ from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.rotation import IDENTITY, Vec
 from text2sim.compiler.shapes.tets import tet_options
 from text2sim.compiler.soft import ipc
+from text2sim.compiler.soft.materials import made_of
 from text2sim.compiler.soft.meshes import MeshFiles
 from text2sim.compiler.soft.room import extents_of
 from text2sim.compiler.soft.scales import Scales
 from text2sim.compiler.soft.solvers import FAMILIES, solver_of
 from text2sim.compiler.trees.tree import Tree
 from text2sim.spec_schema.models.scene import Scene
-from text2sim.spec_schema.models.soft_bodies import Cloth, Granular, Liquid, Snow, Soft
+from text2sim.spec_schema.models.soft_bodies import Cloth
 
 PRIMITIVES = {"box": "Box", "sphere": "Sphere", "cylinder": "Cylinder"}
 """Shapes that the engine can fill with grains itself."""
-YIELD = 0.1
-"""Yield stress of an elasto-plastic body that gives none, as a part of its stiffness."""
 SOFTNESS, CELLS_OF_SOFTNESS = 0.002, 8
 """How far [m] contact of a rigid body reaches out, by the engine's choice, and how many of it make a grid's cell."""
 
@@ -51,8 +49,7 @@ class SoftLowering:
         assert solver is not None
         spacing = self.scales.spacing(copy.body, solver)
         morph, options, turned = self._morph(model, copy, solver, spacing)
-        made = MATERIALS[model.kind, "ipc" if self.model == "ipc" and solver == "fem" else solver]
-        material, values = made(model)
+        material, values = made_of(model, "ipc" if self.model == "ipc" and solver == "fem" else solver)
         entity = EntityPlan(
             copy.name,
             morph,
@@ -63,7 +60,7 @@ class SoftLowering:
             family=FAMILIES[solver],
             material=material,
             material_options=values,
-            soft=SoftFacts(model.kind, solver, spacing),
+            soft=SoftFacts(model.kind, solver, spacing, copy.pos, copy.quat),
         )
         low, high = extents_of(copy, self.meshes.folder)
         middle = ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2)
@@ -139,84 +136,3 @@ def area(shape: Any, folder: Path) -> float:
     mesh = load_mesh(shape.file, folder)
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2) * shape.scale**2
-
-
-# --- materials: the engine's class, and its keyword arguments ---------------------------------------------------
-
-_Made = tuple[str, dict[str, Any]]
-
-
-def _elastic(material: Any) -> dict[str, Any]:
-    return {"E": material.youngs_modulus, "nu": material.poisson_ratio, "rho": material.density}
-
-
-def _mpm_soft(model: Soft) -> _Made:
-    material, values = model.material, _elastic(model.material)
-    if material.model == "elasto_plastic":
-        limit = material.yield_stress or YIELD * material.youngs_modulus
-        return "MPM.ElastoPlastic", values | {"von_mises_yield_stress": limit}
-    return "MPM.Elastic", values | {"model": {"elastic": "corotation", "neo_hookean": "neohooken"}[material.model]}
-
-
-def _fem_soft(model: Soft) -> _Made:
-    # The implicit solver knows no other model that bears large turns; under ipc the coupler has its own.
-    return "FEM.Elastic", _elastic(model.material) | {
-        "model": "linear_corotated",
-        "friction_mu": model.material.friction,
-    }
-
-
-def _ipc_soft(model: Soft) -> _Made:
-    # The coupler's own model, whatever is said here; the engine's explicit solver has one of that name to build with.
-    values = _elastic(model.material) | {"model": "stable_neohookean", "friction_mu": model.material.friction}
-    return "FEM.Elastic", values
-
-
-def _given(value: float | None, default: float) -> float:
-    return default if value is None else value
-
-
-def _ipc_cloth(model: Cloth) -> _Made:
-    return "FEM.Cloth", ipc.cloth(model)
-
-
-def _pbd_cloth(model: Cloth) -> _Made:
-    material = model.material
-    return "PBD.Cloth", {
-        "rho": material.area_density,
-        "static_friction": material.friction,
-        "kinetic_friction": material.friction,
-        "stretch_compliance": _given(material.stretch_compliance, 1e-7),
-        "bending_compliance": _given(material.bending_compliance, 1e-4),
-        "air_resistance": _given(material.air_resistance, 1e-3),
-    }
-
-
-def _granular(model: Granular) -> _Made:
-    return "MPM.Sand", _elastic(model.material) | {"friction_angle": model.material.friction_angle_deg}
-
-
-def _liquid(model: Liquid) -> _Made:
-    # The first of Lame's moduli is what resists compression: E is chosen so that it is the stiffness.
-    nu = 0.2
-    modulus = model.material.stiffness * (1 + nu) * (1 - 2 * nu) / nu
-    values = {"E": float(f"{modulus:.6g}"), "nu": nu, "rho": model.material.density}
-    return "MPM.Liquid", values | {"viscous": model.material.viscous}
-
-
-def _snow(model: Snow) -> _Made:
-    material = model.material
-    return "MPM.Snow", _elastic(material) | {"yield_lower": material.crush, "yield_higher": material.crumble}
-
-
-MATERIALS: dict[tuple[str, str], Callable[[Any], _Made]] = {
-    ("soft", "mpm"): _mpm_soft,
-    ("soft", "fem"): _fem_soft,
-    ("soft", "ipc"): _ipc_soft,
-    ("cloth", "pbd"): _pbd_cloth,
-    ("cloth", "ipc"): _ipc_cloth,
-    ("granular", "mpm"): _granular,
-    ("liquid", "mpm"): _liquid,
-    ("snow", "mpm"): _snow,
-}
-"""By kind of body and solver."""

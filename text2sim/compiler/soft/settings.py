@@ -8,6 +8,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.geometry import Bounds
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.soft import ipc
+from text2sim.compiler.soft.materials import DAMPING
 from text2sim.compiler.soft.room import Surroundings, floor_height, room, surroundings
 from text2sim.compiler.soft.scales import Scales
 from text2sim.compiler.soft.setup import FemSettings, MpmSettings, PbdSettings, SapSettings, SoftSettings
@@ -157,7 +158,7 @@ def _fem(scene: Scene, copies: list[Copy], placed: dict[str, list[Copy]], why: d
     if newton is None:
         newton, why["newton_iterations"] = 2, "one leaves turning elements unsolved"
     given = [copy.model.material.damping for copy in copies if copy.model.material.damping is not None]
-    alpha = max(given, default=0.5)
+    alpha = max(given, default=DAMPING)
     if not given:
         why["damping_alpha"] = "half of the velocity is lost in 1.4 s, the engine's own"
     beta = scene.fem.damping_beta

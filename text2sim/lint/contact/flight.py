@@ -76,7 +76,7 @@ class _Flights:
     def work_out(self, copy: Copy) -> Flight | None:
         facts = self.facts
         box = facts.box(copy)
-        if box is None or not facts.free(copy):
+        if box is None or not facts.loose(copy):
             return None
         v = facts.velocities.get(copy.name, (0.0, 0.0, 0.0))
         g = facts.case.scene.gravity

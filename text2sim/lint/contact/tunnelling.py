@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.contact.flight import flight_of
 from text2sim.lint.contact.passing import Pass, grip, hardest, width
 from text2sim.lint.contact.sweeping import sweeping
@@ -56,6 +57,8 @@ def _flying(facts: Facts) -> Iterator[Pass]:
             continue
         meeting, parts = flight.meeting, facts.parts(copy)
         other = meeting.other
+        if is_soft(other.model):  # `lint.soft` knows what holds what there
+            continue
         if meeting.part is None:
             ground = next(ground for ground in facts.planes if ground.copy is other)
             speed = -sum(v * u for v, u in zip(meeting.velocity, ground.up, strict=True))

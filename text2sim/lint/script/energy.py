@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from math import dist, inf, sqrt
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.rule import Rule
@@ -50,6 +51,8 @@ def _budget(facts: Facts) -> Budget | None:
     gx, gy, gz = facts.plan.gravity
     if _adds_energy(facts) or gx or gy or gz >= 0.0 or facts.rows.welds:
         return None
+    if any(is_soft(copy.model) for copy in facts.moving):
+        return None  # they store it, and their solvers lose it
     levels = [ground for ground in facts.planes if ground.up[2] > 0.9999]
     if len(levels) != 1 or len(facts.planes) != 1:
         return None

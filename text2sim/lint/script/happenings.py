@@ -137,7 +137,10 @@ def _region(facts: Facts, event: Any) -> Happening:
 
 def _released(facts: Facts, event: Any) -> Happening:
     controls, duration = facts.case.actions.controls.values(), facts.case.scene.duration
-    times = sorted(c.at for c in controls if isinstance(c, Release) and c.attach == event.attach and c.at <= duration)
+    releases = [c for c in controls if isinstance(c, Release) and c.attach == event.attach]
+    if any(c.at is None for c in releases):  # when something happens
+        return Happening()
+    times = sorted(c.at for c in releases if c.at is not None and c.at <= duration)
     if not times:
         return Happening(f"`{event.attach}` is released after the end of the run ({duration:g} s)")
     return Happening("", times[0], tuple(times))

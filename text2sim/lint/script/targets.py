@@ -56,6 +56,8 @@ class Targets:
 
     def _target(self, copy: Copy, part: str | None) -> Target:
         tree, driven = self.facts.tree(copy), self.facts.mount(copy) == "driven"
+        if self.facts.mount(copy) == "soft":  # where its centre of mass is, its solver says
+            return Target(copy, None, None, False, True, True, False)
         if tree is None or (part is None and getattr(copy.model, "kind", "") == "rigid"):  # of one link
             moves = self.facts.moves(copy)
             return Target(copy, None, None, True, moves, moves, driven)

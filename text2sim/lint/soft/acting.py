@@ -1,4 +1,4 @@
-"""What acts on deformable bodies: motors that are too weak to press them, pulls that tear them, fields that miss them."""
+"""What acts on deformable bodies: motors too weak to press them, pulls that tear them, fields that miss them."""
 
 import math
 from collections.abc import Iterator
@@ -125,9 +125,9 @@ def _tearing(facts: Facts) -> Iterator[Problem]:
         strain = force / (area * young)
         if strain > TEARS:
             text = (
-                f"{force:.3g} N on {area * 1e4:.3g} cm2 of `{body.name}` stretch it there by {strain:.2g} of its length "
-                f"(E {young:.3g} Pa): particles that come more than two cells apart never hold together again; take a "
-                f"force of {TEARS * 0.6 * area * young:.2g} N or less, a larger region, or `drag` to let it move slowly"
+                f"{force:.3g} N on {area * 1e4:.3g} cm2 of `{body.name}` stretch it there by {strain:.2g} of its "
+                f"length (E {young:.3g} Pa): particles that come more than two cells apart never hold together again; take "
+                f"{TEARS * 0.6 * area * young:.2g} N or less, a larger region, or `drag` to let it move slowly"
             )
             yield facts.problem("tearing-force", ("actions", "controls", name, "force"), text)
 

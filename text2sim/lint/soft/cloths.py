@@ -58,7 +58,7 @@ def _meeting_speed(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) ->
     if its is not None:
         if facts.free(copy) and soft.comes_down_on(copy, body.copy):
             drop = its[0][2] - box[1][2]
-        elif not soft.held(body.name) and soft.comes_down_on(body.copy, copy):
+        elif facts.loose(body.copy) and soft.comes_down_on(body.copy, copy):
             drop = box[0][2] - its[1][2]
     fall = math.sqrt(max(0.0, 2 * math.hypot(*facts.case.scene.gravity) * drop))
     return math.hypot(fast, fall)
@@ -94,7 +94,7 @@ def _slides(facts: Facts) -> Iterator[Problem]:
 def _draped(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> str:
     """What is wrong with a loose cloth over something smaller than itself that stands still."""
     its = facts.box(copy)
-    if soft.held(body.name) or its is None or facts.moves(copy) and not facts.free(copy):
+    if not facts.loose(body.copy) or its is None or facts.moves(copy) and not facts.free(copy):
         return ""
     if not soft.comes_down_on(body.copy, copy) or body.box[0][2] < its[1][2] - CLOSE:
         return ""
@@ -149,7 +149,8 @@ Particles of cloth are pushed out of rigid bodies from half of `particle_size` o
 substep: what moves farther in a substep may be on the other side. Walls may be thin: 4 mm held a tumbling cloth as long
 as speed times substep stayed below the shell. A sheet of 20 mm particles caught a ball at 4 and 8 m/s and let it pass
 at 16; with {WELL} sweeps over its threads and half the substep it caught it at 16 and not at 32.""",
-        way_out="Take the `scene.substeps` that the message names, larger particles, or more `scene.pbd.stretch_iterations`.",
+        way_out="""\
+Take the `scene.substeps` that the message names, larger particles, or more `scene.pbd.stretch_iterations`.""",
         example="""\
 scene: {dt: 0.01, substeps: 2}
 bodies:

@@ -132,15 +132,6 @@ class SoftFacts:
         """The planes that deformable bodies feel."""
         return [ground for ground in self.facts.planes if touches_soft(ground.copy.model)]
 
-    def held(self, name: str) -> bool:
-        """Whether some control holds part of a body (by its own name, or that of one of its copies) at some time."""
-        return name.split("[")[0] in self._held
-
-    @cached_property
-    def _held(self) -> set[str]:
-        controls = self.facts.case.actions.controls.values()
-        return {control.body.split("[")[0].split(".")[0] for control in controls if control.kind == "attach"}
-
     def reach(self, copy: Copy) -> Bounds:
         """Return a box [m] that a copy hardly leaves: where it starts, where it falls, where it is driven to."""
         if copy.name not in self._reaches:

@@ -240,7 +240,8 @@ The method is explicit: a sound wave, with c^2 = E (1 - nu) / ((1 + nu) (1 - 2 n
 substep. At 0.74 and 1.0 cells bars of 10 MPa diverged within a second: all points in a corner of the domain, finite
 numbers, no error. The engine's own suggestion looks at the grid alone. More than {COURANT:g} is a warning, more than
 {UNSTABLE:g} an error. Without `scene.substeps` they are chosen so that it holds.""",
-        way_out="Leave `scene.substeps` out, or take as many as the message says; or a softer material, or a coarser grid.",
+        way_out="""\
+Leave `scene.substeps` out, or take as many as the message says; or a softer material, or a coarser grid.""",
         example="""\
 scene: {dt: 0.004, substeps: 4}
 bodies:

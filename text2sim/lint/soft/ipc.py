@@ -149,6 +149,9 @@ def _fine(facts: Facts) -> Iterator[Problem]:
 
 
 _TOWEL = "  towel: {kind: cloth, solver: ipc, shape: {kind: sheet, size: [0.6, 0.4]}, pose: {pos: [0, 0, 0.5]}}\n"
+_JELLY = """\
+  jelly: {kind: soft, solver: fem, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [0, 0, 1]}}
+"""
 
 RULES = (
     Rule(
@@ -195,23 +198,22 @@ bodies:
     Rule(
         id="ipc-control",
         severity="error",
-        title="A control of a deformable body that contact model ipc has no way to carry out.",
+        title="A control of a soft body that contact model ipc has no way to carry out.",
         reason="""\
 Cloth and soft bodies are libuipc's under this contact model: it refuses constraints of points, starts everything at
 rest, and reads no forces that the engine has for them. Rigid bodies can be driven, pushed and attached.""",
-        way_out="Let rigid bodies do it: a clamp of two plates that close holds a cloth by friction.",
+        way_out="Let rigid bodies do it: a clamp of two plates that close holds a body by friction.",
         example=f"""\
 bodies:
-{_TOWEL}actions:
+{_TOWEL}{_JELLY}actions:
   controls:
-    pin: {{kind: attach, body: towel, region: {{edge: left}}, to: world}}
+    pin: {{kind: attach, body: jelly, region: {{face: left}}, to: world}}
 """,
-        mended="""\
+        mended=f"""\
 bodies:
-  towel: {kind: cloth, solver: pbd, shape: {kind: sheet, size: [0.6, 0.4]}, pose: {pos: [0, 0, 0.5]}}
-actions:
+{_JELLY}actions:
   controls:
-    pin: {kind: attach, body: towel, region: {edge: left}, to: world}
+    pin: {{kind: attach, body: jelly, region: {{face: left}}, to: world}}
 """,
         run=_unheard,
     ),

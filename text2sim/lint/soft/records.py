@@ -110,6 +110,7 @@ def _bounce(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("restitution-unused", where, text)
 
 
+_BALL = "ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [1, 0, 0.5]}"
 _SOFT_BAR = """\
   bar: {kind: soft, solver: fem, cell: 0.05, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.5]}}
 """
@@ -144,14 +145,14 @@ recorded points, and works.""",
         way_out="Ask for a `threshold` of a `distance`, or for the `gap` to a body that deforms.",
         example=f"""\
 bodies:
-{_SOFT_BAR}  ball: {{kind: rigid, shape: {{kind: sphere, radius: 0.1}}, pose: {{pos: [1, 0, 0.5]}}}}
+{_SOFT_BAR}  {_BALL}}}
 actions:
   events:
     lands: {{kind: contact, between: [ball, floor]}}
 """,
         mended=f"""\
 bodies:
-{_SOFT_BAR}  ball: {{kind: rigid, shape: {{kind: sphere, radius: 0.1}}, pose: {{pos: [1, 0, 0.5]}}}}
+{_SOFT_BAR}  {_BALL}}}
 actions:
   measures:
     height: {{kind: position, of: ball, axis: z}}
@@ -197,11 +198,11 @@ solver's, which takes no notice of it.""",
         way_out="Leave `restitution` out.",
         example=f"""\
 bodies:
-{_SOFT_BAR}  ball: {{kind: rigid, shape: {{kind: sphere, radius: 0.1}}, material: {{restitution: 0.8}}, pose: {{pos: [1, 0, 0.5]}}}}
+{_SOFT_BAR}  {_BALL}, material: {{restitution: 0.8}}}}
 """,
         mended=f"""\
 bodies:
-{_SOFT_BAR}  ball: {{kind: rigid, shape: {{kind: sphere, radius: 0.1}}, pose: {{pos: [1, 0, 0.5]}}}}
+{_SOFT_BAR}  {_BALL}}}
 """,
         run=_bounce,
     ),

@@ -79,7 +79,7 @@ RULES = (
         title="A deformable body starts outside of the bounds of its solver.",
         reason=f"""\
 The grid of mpm covers a box, and {PADDING} cells at each side of it stop what comes there: the engine refuses particles
-that start outside of the rest. The bounds of pbd are walls: what is outside is put onto them at once, and stretches.""",
+that start outside of the rest. The bounds of pbd are walls: what is outside is put onto them at once.""",
         way_out="Leave the bounds out: they are derived from where bodies can come to.",
         example="""\
 scene: {mpm: {bounds: {min: [-0.5, -0.5, -0.2], max: [0.5, 0.5, 0.6]}}}

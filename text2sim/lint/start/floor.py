@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.geometry import Bounds
 from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.contact.flight import flight_of
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Ground
@@ -28,7 +29,7 @@ def _under_floor(facts: Facts) -> Iterator[Problem]:
 def _sunk(facts: Facts, ground: Ground, copy: Copy) -> float:
     """How deep [m] a copy is under a plane; 0 if it is too little to matter, or if it cannot move."""
     box = facts.box(copy)
-    if box is None or _height(ground.up, box) >= ground.level - LEAST:
+    if box is None or is_soft(copy.model) or _height(ground.up, box) >= ground.level - LEAST:
         return 0.0
     depth = max((ground.depth(part) for part in facts.parts(copy) if part.moves), default=0.0)
     return depth if depth > max(GENTLE / push_speed(facts, 1.0), LEAST) else 0.0
@@ -82,7 +83,7 @@ def _floor_ends(facts: Facts) -> Iterator[Problem]:
 
 def _comes_down(facts: Facts, copy: Copy, grounds: list[Ground]) -> Vec | None:
     """Where a copy passes the level of the grounds beside all of them; None if something is in its way."""
-    if not facts.free(copy):
+    if not facts.loose(copy):
         return None
     flies = any(facts.velocities.get(copy.name, ()))
     if not flies and min(ground.beside(copy.pos) for ground in grounds) < 0:

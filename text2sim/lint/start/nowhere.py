@@ -52,11 +52,11 @@ def _falls_for_ever(facts: Facts) -> Iterator[Problem]:
     if any(_dot(ground.up, down) < -1e-6 for ground in facts.planes):
         return
     meant, held = _leaving(facts), _held(facts)
-    resting = [(copy, box) for copy in facts.copies.values() if not facts.free(copy) and (box := facts.box(copy))]
+    resting = [(copy, box) for copy in facts.copies.values() if not facts.loose(copy) and (box := facts.box(copy))]
     for name in facts.case.bodies:
         if name in meant or name in held:
             continue
-        lost = [copy for copy in facts.placed[name] if facts.free(copy) and not _caught(facts, copy, down, resting)]
+        lost = [copy for copy in facts.placed[name] if facts.loose(copy) and not _caught(facts, copy, down, resting)]
         if lost:
             text = (
                 f"nothing is below `{lost[0].name}`{more_copies(len(lost))}: it falls for ever, {fall:.3g} m in "

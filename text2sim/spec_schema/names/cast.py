@@ -6,7 +6,7 @@ from typing import Any
 
 from text2sim.spec_schema.errors import Problem, Severity, nearest
 from text2sim.spec_schema.load import LoadedCase
-from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid
+from text2sim.spec_schema.models.bodies import DEFORMABLE, Articulated, Driven, Rigid
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.names.copies import count_copies
 from text2sim.spec_schema.names.selectors import Selection, parse_selector
@@ -142,7 +142,7 @@ class Cast:
         if not parts:
             self.report(where, "the whole body is meant here", "part", name)
             return False
-        if isinstance(model, Static | Driven | Rigid):
+        if isinstance(model, Static | Driven | Rigid) or model.kind in DEFORMABLE:
             self.report(where, f"`{name}` is one body without links", "unknown-link", name)
             return False
         if isinstance(model, Articulated) and model.links is not None and part not in model.links:

@@ -17,6 +17,13 @@ from text2sim.spec_schema.models.controls import (
 from text2sim.spec_schema.names.cast import Cast, Member
 from text2sim.spec_schema.names.copies import count_copies
 from text2sim.spec_schema.names.selectors import parse_selector
+from text2sim.spec_schema.names.soft_control_references import (
+    WORLD,
+    check_attach_kind,
+    check_push_kind,
+    check_release_moment,
+    deforms,
+)
 from text2sim.spec_schema.text.document import Path
 
 
@@ -33,7 +40,7 @@ def check_controls(cast: Cast) -> None:
             _check_drive(cast, where, control)
         elif isinstance(control, Attach):
             _check_attach(cast, where, name, control)
-        else:
+        elif isinstance(control, Release):
             _check_release(cast, where, control)
         during = getattr(control, "during", None)
         starts = {"at": getattr(control, "at", 0.0) or 0.0, "during": during[0] if during else 0.0}
@@ -119,16 +126,19 @@ def _check_initial_velocity(cast: Cast, where: Path, control: InitialVelocity) -
     if member is None:
         return
     model = member.model
-    if isinstance(model, Ragdoll) or (isinstance(model, Rigid) and model.mount.kind == "free"):
+    if isinstance(model, Ragdoll) or (isinstance(model, Rigid) and model.mount.kind == "free") or deforms(member):
         return
-    message = f"only a free rigid body or a ragdoll can start with a velocity, and `{member.name}` is none"
+    ones = "only a free rigid body, a ragdoll or a body that deforms can start with a velocity"
+    message = f"{ones}, and `{member.name}` is none"
     if not member.dynamic:
-        message = f"{member.why_not_dynamic}; only a free rigid body or a ragdoll can start with a velocity"
+        message = f"{member.why_not_dynamic}; {ones}"
     cast.report((*where, "body"), message, "not-free")
 
 
 def _check_push(cast: Cast, where: Path, control: Impulse | Force | Torque) -> None:
     member = cast.find(control.body, (*where, "body"))
+    if member is not None:
+        check_push_kind(cast, where, control, member)
     if member is not None and not member.dynamic:
         article = "an" if control.kind[0] in "ai" else "a"
         message = f"{member.why_not_dynamic}: {article} {control.kind} would change nothing"
@@ -169,7 +179,9 @@ def _check_attach(cast: Cast, where: Path, name: str, control: Attach) -> None:
             f"{body.why_not_dynamic}; attach what moves, `to` what it hangs on",
             "not-dynamic",
         )
-    if target is None:
+    if target is None and not _to_world(cast, control):
+        return
+    if not check_attach_kind(cast, where, control, body, target) or target is None:
         return
     if body.text == target.text and (body.count == 1 or body.part == target.part):
         cast.report((*where, "to"), f"`{body.text}` cannot be attached to itself", "itself")
@@ -181,6 +193,8 @@ def _check_attach(cast: Cast, where: Path, name: str, control: Attach) -> None:
 def _targets(cast: Cast, name: str, control: Attach) -> list[str]:
     """What the first and the last copy is attached to."""
     model = cast.bodies.get(parse_selector(control.body).body)
+    if _to_world(cast, control):
+        return []
     if not cast.loaded.varies(("actions", "controls", name, "to")) or model is None:
         return [control.to]
     last = count_copies(model.repeat) - 1
@@ -193,6 +207,11 @@ def _targets(cast: Cast, name: str, control: Attach) -> list[str]:
     return [control.to, copy.to] if isinstance(copy, Attach) else found
 
 
+def _to_world(cast: Cast, control: Attach) -> bool:
+    """Whether something is to be held where it is."""
+    return control.to == WORLD and WORLD not in cast.bodies and WORLD not in cast.statics
+
+
 def _check_release(cast: Cast, where: Path, control: Release) -> None:
     controls = cast.loaded.case.actions.controls
     attach = controls.get(control.attach)
@@ -202,6 +221,5 @@ def _check_release(cast: Cast, where: Path, control: Release) -> None:
         if attach is not None:
             message = f"`{control.attach}` is not an attach (it is a {attach.kind})"
         cast.report((*where, "attach"), message, "unknown-attach", nearest(control.attach, known))
-    elif control.at <= attach.at:
-        message = f"is released before it is attached ({attach.at:g} s)"
-        cast.report((*where, "at"), message, "order")
+    else:
+        check_release_moment(cast, where, control, attach)

@@ -1,0 +1,86 @@
+"""What the template of `actions.py` prints, and the modules that it uses."""
+
+import re
+from collections.abc import Iterable
+from typing import Any
+
+from text2sim.compiler.literal import Code
+from text2sim.compiler.plan import Plan
+
+COPIED_ACTIONS = ("points.py", "holds.py", "pushes.py", "fields.py", "triggers.py")
+"""Modules of the program that are copied where they are needed."""
+OWN_FIELDS = ("Attraction", "Fields", "Whirl")
+"""What `fields.py` has."""
+FINDERS = ("ball", "box", "everything", "nearest", "sides")
+"""What `points.py` has for regions."""
+
+
+def action_context(plan: Plan) -> dict[str, Any]:
+    """Return what the templates of actions need of a plan."""
+    soft_velocities = [row for row in plan.velocities if row.entity in plan.deformables]
+    watched = [row.make for row in plan.watches]
+    regions = [row.region for row in (*plan.holds, *plan.pushes)] + watched
+    pushing = ["Push"] * bool(plan.pushes) + ["set_velocity"] * bool(soft_velocities)
+    return {
+        "velocities": [row for row in plan.velocities if row.entity not in plan.deformables],
+        "soft_velocities": soft_velocities,
+        "drives": plan.drives,
+        "wrenches": plan.wrenches,
+        "welds": plan.welds,
+        "released_welds": any(row.event is not None for row in plan.welds),
+        "holds": plan.holds,
+        "released_holds": any(isinstance(end, str) for row in plan.holds for end in row.until),
+        "pushes": plan.pushes,
+        "scaled_pushes": any(row.scale is not None for row in plan.pushes),
+        "fields": plan.fields,
+        "watches": plan.watches,
+        "prescribed": plan.prescribed,
+        "finders": _names(FINDERS, regions),
+        "own_fields": _names(OWN_FIELDS, ["Fields", *(row.make for row in plan.fields)]),
+        "pushing": Code(", ".join(pushing)),
+        "watching": _names(WATCHING, ["Triggers", *watched]),
+    }
+
+
+def copied_actions(plan: Plan) -> list[str]:
+    """Return the names of the modules that actions of a plan use."""
+    soft_velocities = any(row.entity in plan.deformables for row in plan.velocities)
+    needed = {
+        "points.py": bool(plan.holds or plan.pushes or plan.watches or soft_velocities),
+        "holds.py": bool(plan.holds),
+        "pushes.py": bool(plan.pushes or soft_velocities),
+        "fields.py": bool(plan.fields),
+        "triggers.py": bool(plan.watches),
+    }
+    return [name for name in COPIED_ACTIONS if needed[name]]
+
+
+WATCHING = (
+    "Crossing",
+    "Touch",
+    "Triggers",
+    "above",
+    "below",
+    "center",
+    "center_velocity",
+    "coordinate",
+    "distance",
+    "in_ball",
+    "in_box",
+    "in_cylinder",
+    "joint",
+    "links",
+    "moved",
+    "origin",
+    "outside",
+    "reduce",
+    "size",
+    "velocity",
+)
+"""What `triggers.py` has."""
+
+
+def _names(known: Iterable[str], sources: Iterable[str]) -> Code:
+    """The names among `known` that are called in sources, as they stand in an import."""
+    called = {name for source in sources for name in re.findall(r"(?<![\w.'\"])[A-Za-z_]+(?=\(|\Z|,|\))", source)}
+    return Code(", ".join(name for name in known if name in called))

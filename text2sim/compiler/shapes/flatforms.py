@@ -1,0 +1,127 @@
+"""Letters and drawings for contact and for pictures: convex prisms, and surfaces that are smooth where outlines are."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from text2sim.compiler.shapes.extrude import convex_parts, extruded, polygons_of
+from text2sim.compiler.shapes.glyphs import whole
+from text2sim.compiler.shapes.lettering import areas
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.surface import VisualMesh
+from text2sim.spec_schema.models.shapes import Sketch, Text
+
+# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
+if TYPE_CHECKING:
+    import numpy as np
+    from shapely import MultiPolygon, Polygon
+
+ROUGH = 0.01
+"""How far prisms may be from the true outline, as a part of the height of a letter or drawing."""
+SLIVER = 1e-4
+"""Prisms that are smaller than this part of the whole are left out: the engine refuses bodies without volume."""
+SHARP_DEG = 40.0
+"""Corners of an outline above this angle are drawn as edges."""
+
+
+def prisms(shape: Text | Sketch, folder: Path) -> list[Piece]:
+    """Return letters or a drawing as convex prisms, a few for each.
+
+    Raises:
+        AssetError: if there is nothing of the shape.
+    """
+    form = whole(shape, folder)
+    low, high = _heights(form)
+    rough = areas(form.simplify(ROUGH * min(shape.height, high - low)))
+    half, least = shape.depth / 2, SLIVER * form.area
+    found = []
+    for cell in convex_parts(rough):
+        if _area(cell) < least:
+            continue
+        n = len(cell)
+        corners = [*((x, -half, z) for x, z in cell), *((x, half, z) for x, z in cell)]
+        faces = [(0, k, k + 1) for k in range(1, n - 1)] + [(n, n + k + 1, n + k) for k in range(1, n - 1)]
+        for k in range(n):
+            j = (k + 1) % n
+            faces += [(k, n + j, j), (k, n + k, n + j)]
+        found.append(Piece("hull", vertices=tuple(corners), faces=tuple(faces)))
+    return found
+
+
+def _heights(form: "Polygon | MultiPolygon") -> tuple[float, float]:
+    return form.bounds[1], form.bounds[3]
+
+
+def _area(cell: list[tuple[float, float]]) -> float:
+    return abs(sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(cell, cell[1:] + cell[:1], strict=True))) / 2
+
+
+def reach(shape: Text | Sketch, u: Vec, folder: Path) -> float:
+    """Return the largest `u . x` over all points x [m] of letters or a drawing."""
+    hull = whole(shape, folder).convex_hull.exterior.coords
+    return max(u[0] * x + u[2] * z for x, z in hull) + abs(u[1]) * shape.depth / 2
+
+
+def flat_surface(shape: Text | Sketch, folder: Path) -> VisualMesh:
+    """Return letters or a drawing as they are drawn: round where the outline is, with edges at front and back.
+
+    Raises:
+        AssetError: if there is nothing of the shape.
+    """
+    import numpy as np
+
+    form = whole(shape, folder)
+    low_x, low_z, high_x, high_z = form.bounds
+    form = areas(form.simplify(5e-4 * max(high_x - low_x, high_z - low_z)))
+    # One cell deep: only the net of front and back is wanted, as coarse as the outline lets it.
+    vertices, faces = extruded(form, shape.depth, 10 * max(high_x - low_x, high_z - low_z, shape.depth))
+    corners = vertices[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    caps = np.abs(normals[:, 1]) > 0.5 * np.linalg.norm(normals, axis=1)
+    parts = [_caps(vertices, np.sign(normals[caps, 1]), faces[caps])]
+    for one in polygons_of(form):
+        for ring in (one.exterior, *one.interiors):
+            parts.append(_walls(np.array(ring.coords)[:-1], shape.depth / 2))
+    places, ways, nets = zip(*parts, strict=True)
+    firsts = np.cumsum([0, *(len(place) for place in places[:-1])]).tolist()
+    nets = [net + first for net, first in zip(nets, firsts, strict=True)]
+    return VisualMesh(np.concatenate(places), np.concatenate(nets), np.concatenate(ways))
+
+
+def _caps(
+    vertices: "np.ndarray", signs: "np.ndarray", faces: "np.ndarray"
+) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
+    """Front and back, apart from the walls: vertices, normals and triangles."""
+    import numpy as np
+
+    used, index = np.unique(faces, return_inverse=True)
+    normals = np.zeros((len(used), 3))
+    normals[index.reshape(-1, 3), 1] = signs[:, None]
+    return vertices[used], normals, index.reshape(-1, 3)
+
+
+def _walls(ring: "np.ndarray", half: float) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
+    """The wall along an outline, the solid on its left; smooth where it turns little."""
+    import numpy as np
+
+    ahead = np.roll(ring, -1, axis=0)
+    way = ahead - ring
+    way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
+    own = np.stack([way[:, 1], -way[:, 0]], axis=1)  # outwards, of the edge from k to k + 1
+    before = np.roll(own, 1, axis=0)
+    mean = own + before
+    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-9)
+    smooth = ((own * before).sum(axis=1) > np.cos(np.radians(SHARP_DEG)))[:, None]
+    start, end = np.where(smooth, mean, own), np.roll(np.where(smooth, mean, before), -1, axis=0)
+    places, normals = [], []
+    for spot, normal in ((ring, start), (ahead, end)):
+        for y in (-half, half):
+            places.append(np.column_stack([spot[:, 0], np.full(len(ring), y), spot[:, 1]]))
+            normals.append(np.column_stack([normal[:, 0], np.zeros(len(ring)), normal[:, 1]]))
+    n = np.arange(len(ring))
+    a, d, b, c = n, n + len(ring), n + 2 * len(ring), n + 3 * len(ring)
+    return (
+        np.concatenate(places),
+        np.concatenate(normals),
+        np.concatenate([np.stack([a, c, b], 1), np.stack([a, d, c], 1)]),
+    )

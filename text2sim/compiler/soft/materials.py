@@ -1,0 +1,127 @@
+"""What deformable bodies are made of, in the engine's terms: a class of material and its keyword arguments."""
+
+from collections.abc import Callable
+from math import sqrt
+from typing import Any
+
+from text2sim.compiler.soft import ipc
+from text2sim.spec_schema.models.soft_bodies import Cloth, Granular, Liquid, Snow, Soft
+
+YIELD = 0.1
+"""Yield stress of an elasto-plastic body that gives none, as a part of its stiffness."""
+STRETCH, BENDING, AIR = 1e-7, 1e-4, 1e-3
+"""Of a pbd cloth that says nothing: compliance of threads [m/N] and of folds [rad/N], and drag in the engine's unit.
+Threads and air are the engine's own; its folds, ten times stiffer, make a cloth of a few broad waves."""
+DAMPING = 0.5
+"""Part of the velocity [1/s] that a fem body loses that says nothing; the engine's own."""
+
+Made = tuple[str, dict[str, Any]]
+
+
+def made_of(model: Any, solver: str) -> Made:
+    """Return the engine's class of material, and its keyword arguments.
+
+    Args:
+        model: The body.
+        solver: mpm, pbd, fem or ipc.
+    """
+    return _MATERIALS[model.kind, solver](model)
+
+
+def open_values(model: Any, solver: str) -> dict[str, tuple[float, str]]:
+    """Return values of fields of a material that hold where the case says none, each with its reason."""
+    material = model.material
+    if model.kind == "soft" and material.model == "elasto_plastic":
+        return {"yield_stress": (YIELD * material.youngs_modulus, "a tenth of its stiffness")}
+    if solver == "pbd":
+        return {
+            "stretch_compliance": (STRETCH, "the engine's own"),
+            "bending_compliance": (BENDING, "softer than the engine's own: folds, not broad waves"),
+            "air_resistance": (AIR, "the engine's own"),
+        }
+    if solver == "fem":
+        return {"damping": (DAMPING, "the engine's own")}
+    if model.kind == "cloth":
+        return {
+            "youngs_modulus": (ipc.YOUNG, "a woven cloth"),
+            "poisson_ratio": (ipc.POISSON, "a woven cloth"),
+            "bending_stiffness": (ipc.BENDING, "a light cloth"),
+        }
+    return {}
+
+
+def _elastic(material: Any) -> dict[str, Any]:
+    return {"E": material.youngs_modulus, "nu": material.poisson_ratio, "rho": material.density}
+
+
+def _mpm_soft(model: Soft) -> Made:
+    material, values = model.material, _elastic(model.material)
+    if material.model == "elasto_plastic":
+        # The engine compares the norm of the deviatoric stress, which is sqrt(2/3) of von Mises' measure of it.
+        limit = sqrt(2 / 3) * (material.yield_stress or YIELD * material.youngs_modulus)
+        return "MPM.ElastoPlastic", values | {"von_mises_yield_stress": float(f"{limit:.6g}")}
+    return "MPM.Elastic", values | {"model": {"elastic": "corotation", "neo_hookean": "neohooken"}[material.model]}
+
+
+def _fem_soft(model: Soft) -> Made:
+    # The implicit solver knows no other model that bears large turns.
+    return "FEM.Elastic", _elastic(model.material) | {
+        "model": "linear_corotated",
+        "friction_mu": model.material.friction,
+    }
+
+
+def _ipc_soft(model: Soft) -> Made:
+    # The coupler's own model, whatever is said here; the engine's explicit solver has one of that name to build with.
+    values = _elastic(model.material) | {"model": "stable_neohookean", "friction_mu": model.material.friction}
+    return "FEM.Elastic", values
+
+
+def _given(value: float | None, default: float) -> float:
+    return default if value is None else value
+
+
+def _ipc_cloth(model: Cloth) -> Made:
+    return "FEM.Cloth", ipc.cloth(model)
+
+
+def _pbd_cloth(model: Cloth) -> Made:
+    material = model.material
+    return "PBD.Cloth", {
+        "rho": material.area_density,
+        "static_friction": material.friction,
+        "kinetic_friction": material.friction,
+        "stretch_compliance": _given(material.stretch_compliance, STRETCH),
+        "bending_compliance": _given(material.bending_compliance, BENDING),
+        "air_resistance": _given(material.air_resistance, AIR),
+    }
+
+
+def _granular(model: Granular) -> Made:
+    return "MPM.Sand", _elastic(model.material) | {"friction_angle": model.material.friction_angle_deg}
+
+
+def _liquid(model: Liquid) -> Made:
+    # The first of Lame's moduli is what resists compression: E is chosen so that it is the stiffness.
+    nu = 0.2
+    modulus = model.material.stiffness * (1 + nu) * (1 - 2 * nu) / nu
+    values = {"E": float(f"{modulus:.6g}"), "nu": nu, "rho": model.material.density}
+    return "MPM.Liquid", values | {"viscous": model.material.viscous}
+
+
+def _snow(model: Snow) -> Made:
+    material = model.material
+    return "MPM.Snow", _elastic(material) | {"yield_lower": material.crush, "yield_higher": material.crumble}
+
+
+_MATERIALS: dict[tuple[str, str], Callable[[Any], Made]] = {
+    ("soft", "mpm"): _mpm_soft,
+    ("soft", "fem"): _fem_soft,
+    ("soft", "ipc"): _ipc_soft,
+    ("cloth", "pbd"): _pbd_cloth,
+    ("cloth", "ipc"): _ipc_cloth,
+    ("granular", "mpm"): _granular,
+    ("liquid", "mpm"): _liquid,
+    ("snow", "mpm"): _snow,
+}
+"""By kind of body and solver."""
