@@ -45,6 +45,9 @@ PIECES = ("\n", "  ", "- ", ": ", "{", "}", "[", "]", "&a ", "*a ", "<<: ", "!!i
           "${", "}", '"', "'", "\t", "\u202e", "\ufeff", "\x00", "\ue000", "%YAML 1.1\n", "? ", "@", "`", "💥", "=")  # fmt: skip
 
 
+SOFT = Path(__file__).with_name("soft")
+
+
 @dataclass
 class Draft:
     """A document, with what comes with it."""
@@ -60,6 +63,11 @@ class Draft:
     """A patch."""
 
 
+def originals_of(cases: Path) -> list[Path]:
+    """Return the cases that are changed: the good ones, and some with deformable bodies of every kind."""
+    return [*sorted(cases.glob("*/case.yaml")), *sorted(SOFT.glob("*/case.yaml"))]
+
+
 def mutations(cases: Path, count: int, seed: int) -> list[Draft]:
     """Make documents, always the same for one seed.
 
@@ -69,7 +77,7 @@ def mutations(cases: Path, count: int, seed: int) -> list[Draft]:
         seed: Of the choice.
     """
     chance = random.Random(seed)
-    originals = [(path.parent.name, path.read_text("utf-8")) for path in sorted(cases.glob("*/case.yaml"))]
+    originals = [(path.parent.name, path.read_text("utf-8")) for path in originals_of(cases)]
     data = {name: parse_document(Source(text)).data for name, text in originals}
     made: list[Draft] = []
     while len(made) < count:

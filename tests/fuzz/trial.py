@@ -25,7 +25,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # a checkout that nobody installed
 
 from hostile import OBJ, URDF  # noqa: E402
-from mutate import Draft, mutations  # noqa: E402
+from mutate import SOFT, Draft, mutations, originals_of  # noqa: E402
 
 SECONDS = 2.0
 GIGABYTES = 1.0
@@ -168,8 +168,9 @@ def _write(folder: Path, draft: Draft, cases: Path) -> None:
         shutil.rmtree(folder)
     folder.mkdir()
     for asset in ("assets", "prefabs"):
-        if (cases / draft.case / asset).is_dir():
-            shutil.copytree(cases / draft.case / asset, folder / asset)
+        for home in (cases, SOFT):
+            if (home / draft.case / asset).is_dir():
+                shutil.copytree(home / draft.case / asset, folder / asset)
     for name, content in draft.files.items():
         path = folder / name
         path.parent.mkdir(exist_ok=True)
@@ -195,7 +196,7 @@ def trial(cases: Path, count: int, seed: int) -> dict[str, Any]:
         cache = os.environ["XDG_CACHE_HOME"] = os.path.realpath(os.path.join(scratch, "cache"))
         watch.own = (cache, os.path.join(tempfile.gettempdir(), "text2sim-"))
         folder = Path(scratch) / "case"
-        warm = [Draft(path.parent.name, path.read_bytes()) for path in sorted(cases.glob("*/case.yaml"))]
+        warm = [Draft(path.parent.name, path.read_bytes()) for path in originals_of(cases)]
         # Everything is imported before the clock runs.
         warm += [
             Draft("", WARM.format(file=file).encode(), files={"model.urdf": URDF[1], "mesh.obj": OBJ[0]})

@@ -13,6 +13,7 @@ from text2sim.compiler.film import check_targets, resolve_render
 from text2sim.compiler.lower import Lowering
 from text2sim.compiler.masses import known_speeds
 from text2sim.compiler.placing.body_points import BodyPoints
+from text2sim.compiler.placing.lettering import letter_counts
 from text2sim.compiler.placing.placement import Copy, place_all
 from text2sim.compiler.plan import EntityPlan, Group, Plan
 from text2sim.compiler.selection import split
@@ -60,7 +61,8 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     """
     mechanisms: Mechanisms = {}
     parts, problems = known_parts(loaded, mechanisms)
-    problems += check_references(loaded, parts)
+    counts, found = letter_counts(loaded)
+    problems += [*found, *check_references(loaded, parts, counts)]
     _stop_at_errors(problems)
     placed, found = place_all(loaded, tree_extents, tree_standing)
     problems += found

@@ -18,7 +18,7 @@ from text2sim.compiler.soft.setup import SoftSettings
 
 TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
 COPIED = ("engine.py", "files.py", "recorder.py", "film.py")
-COPIED_SOFT = ("soft.py", "skins.py", "solids.py", "soft_film.py")
+COPIED_SOFT = ("filling.py", "soft.py", "skins.py", "solids.py", "soft_states.py", "soft_film.py", "shading.py")
 """Besides, in programs with deformable bodies."""
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
 
@@ -72,8 +72,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
         except (TemplateError, TypeError, ValueError) as error:
             raise TemplateBug(f"{module}.j2: {error}") from error
     files = {name: text.encode() for name, text in _format(texts).items()}
-    copied = (*COPIED, *COPIED_SOFT) if plan.deformables else COPIED
-    copied = [name for name in (*copied, *copied_actions(plan)) if (TEMPLATES / name).exists()]
+    copied = (*COPIED, *(COPIED_SOFT if plan.deformables else ()), *copied_actions(plan))
     return files | {name: (TEMPLATES / name).read_bytes() for name in copied} | plan.files
 
 
@@ -122,6 +121,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         "precision": Code(soft.precision if soft is not None else "32"),
         "soft": soft,
         "soft_why": _reasons(soft),
+        "masses": {name: facts.mass for name, facts in plan.deformables.items() if facts.solver == "mpm"},
         "deformables": {name: vars(facts) for name, facts in plan.deformables.items()},
         "statics": [_group(group) for group in plan.statics],
         "bodies": [_group(group) for group in plan.bodies],

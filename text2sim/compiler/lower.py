@@ -129,6 +129,10 @@ class Lowering:
         return self._model(copy, tree)
 
     @entity.register
+    def _rope(self, model: Rope, copy: Copy) -> EntityPlan:
+        return self._model(copy, generators.rope_tree(model, vector_unit(model.direction), rgba_of(model.look, copy)))
+
+    @entity.register
     def _net(self, model: Net, copy: Copy) -> EntityPlan:
         return self._model(copy, generators.net_tree(model, rgba_of(model.look, copy)))
 

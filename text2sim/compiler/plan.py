@@ -32,6 +32,8 @@ class SoftFacts:
     """mpm, pbd, fem or ipc."""
     spacing: float
     """Distance [m] of neighbouring points at rest."""
+    mass: float
+    """[kg]"""
     pos: Vec
     """Where its frame is placed [m]."""
     quat: Quaternion

@@ -13,6 +13,8 @@ CRISPNESS = 0.25
 moment of touch within a step; at 0.85, near the end of what is stable, by 0.15, and contacts can gain energy."""
 RIGID_SUBSTEPS = 50
 """Most substeps that rigid bodies get without being asked for."""
+SPRING_STEP = 0.5
+"""Substep times angular frequency of a rope's springs, which the engine takes explicitly: at 2 they explode."""
 BOUNCE_STEP = 0.0005
 """Longest substep [s] for contacts that bounce; at this one they last 6 ms."""
 
@@ -37,6 +39,8 @@ class Traits:
     """Smallest thickness [m] of any piece."""
     bounciest: float
     """Largest restitution; 0 if none is given."""
+    swiftest: float = 0.0
+    """Largest angular frequency [rad/s] of springs that keep ropes straight."""
 
 
 @dataclass(frozen=True)
@@ -182,6 +186,8 @@ def _substeps(scene: Scene, traits: Traits, soft: SoftSettings | None, why: dict
         need(0.0025, "at 5 ms and more the bodies of a dense pile sink into each other")
     if traits.chains or traits.loops:
         need(0.0025, "trees of ball joints and closed loops drift or explode at longer steps")
+    if traits.swiftest > 0:
+        need(SPRING_STEP / traits.swiftest, "the springs that keep a rope straight shake at longer steps")
     if traits.fastest > 0:
         need(
             max(traits.thinnest / traits.fastest, 2e-4),

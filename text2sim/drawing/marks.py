@@ -13,7 +13,7 @@ from text2sim.compiler.shapes.rotation import Quaternion, Vec, frame_apply, quat
 from text2sim.compiler.trees.tree import StandingLink, TreeJoint, tree_links
 from text2sim.drawing.prop import Prop
 from text2sim.drawing.views import camera_pose, cameras, film_view
-from text2sim.spec_schema.models.bodies import Chain, Net, Ragdoll
+from text2sim.spec_schema.models.bodies import Chain, Net, Ragdoll, Rope
 from text2sim.spec_schema.models.motion import Oscillate, Waypoints
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def joint_marks(resolution: "Resolution") -> list[JointMark]:
     found: list[JointMark] = []
     for copy in _copies(resolution):
         tree = resolution.lowering.trees.get(copy.name)
-        if tree is None or isinstance(copy.model, Chain | Net | Ragdoll):
+        if tree is None or isinstance(copy.model, Chain | Rope | Net | Ragdoll):
             continue
         motion = getattr(copy.model, "motion", None)
         if isinstance(motion, Waypoints):

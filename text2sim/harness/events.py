@@ -55,11 +55,11 @@ def find_events(recording: Recording, series: Mapping[str, Series]) -> EventLog:
     events = recording.case.actions.events
     waiting = dict(events)
     while waiting:
-        ready = [name for name, event in waiting.items() if event.after is None or event.after not in waiting]
+        ready = [name for name, event in waiting.items() if not _needed(recording, event) & waiting.keys()]
         if not ready:
             for name in waiting:
                 log.occurrences[name] = []
-                log.problems[name] = "it waits for itself: `after` goes in a circle"
+                log.problems[name] = "it waits for itself: `after` or a release goes in a circle"
             break
         for name in ready:
             event = waiting.pop(name)
@@ -73,11 +73,22 @@ def find_events(recording: Recording, series: Mapping[str, Series]) -> EventLog:
     return log
 
 
+def _needed(recording: Recording, event: events.Event) -> set[str]:
+    """Names of the events that have to be known first."""
+    names = {event.after} if event.after is not None else set()
+    if isinstance(event, events.ReleasedEvent):
+        names |= {c.on for c in _releases(recording, event) if c.on is not None}
+    return names
+
+
 def _search(
     recording: Recording, series: Mapping[str, Series], name: str, event: events.Event, since: float, log: EventLog
 ) -> None:
     try:
-        rows = _FINDERS[event.kind](recording, series, event, since)
+        if isinstance(event, events.ReleasedEvent):
+            rows = _released(recording, event, log)
+        else:
+            rows = _FINDERS[event.kind](recording, series, event, since)
     except (SelectionError, EventError) as error:
         log.problems[name] = str(error)
         return
@@ -285,15 +296,19 @@ def _joint_limit(recording: Recording, series: Any, event: events.JointLimitEven
     return rows
 
 
-def _released(recording: Recording, series: Any, event: events.ReleasedEvent, since: float) -> list[Occurrence]:
-    """The time at which the case lets go."""
+def _releases(recording: Recording, event: events.ReleasedEvent) -> list[Release]:
     controls = recording.case.actions.controls
-    attach = controls.get(event.attach)
+    return [c for c in controls.values() if isinstance(c, Release) and c.attach == event.attach]
+
+
+def _released(recording: Recording, event: events.ReleasedEvent, log: EventLog) -> list[Occurrence]:
+    """The time at which the case lets go, or that of the event on which it does."""
+    attach = recording.case.actions.controls.get(event.attach)
     if not isinstance(attach, Attach):
         raise EventError(f"there is no attach `{event.attach}`")
-    releases = [c for c in controls.values() if isinstance(c, Release) and c.attach == event.attach]
-    times = sorted(c.at for c in releases if c.at is not None)
-    return [{"time": t, "between": [attach.body, attach.to]} for t in times if t <= recording.states.end + 1e-9]
+    times = [c.at if c.on is None else log.first(c.on) for c in _releases(recording, event)]
+    end = recording.states.end + 1e-9
+    return [{"time": t, "between": [attach.body, attach.to]} for t in times if t is not None and t <= end]
 
 
 _FINDERS: dict[str, Callable[[Recording, Mapping[str, Series], Any, float], list[Occurrence]]] = {
@@ -305,5 +320,4 @@ _FINDERS: dict[str, Callable[[Recording, Mapping[str, Series], Any, float], list
     "enters": _region,
     "leaves": _region,
     "joint_limit": _joint_limit,
-    "released": _released,
 }

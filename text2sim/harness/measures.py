@@ -90,7 +90,8 @@ def _value(recording: Recording, measure: measures.Measure) -> tuple[Array, str]
         values = [_joint(recording, measure.kind, joint) for _, joint in joints]
         unit = _JOINT_UNITS[measure.kind][kinds.pop()]
         return _reduce(measure, values), "" if measure.stat == "count" else unit
-    unit = "" if getattr(measure, "stat", None) == "count" else _UNITS[measure.kind]
+    plain = getattr(measure, "stat", None) == "count" or getattr(measure, "relative", False)
+    unit = "" if plain else _UNITS[measure.kind]
     if measure.kind in _PER_TARGET:
         targets = recording.cast.select(measure.of)  # type: ignore[union-attr]
         return _reduce(measure, [_PER_TARGET[measure.kind](recording, measure, t) for t in targets]), unit

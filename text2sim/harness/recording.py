@@ -12,9 +12,10 @@ from text2sim.harness.deformables import Deformable
 from text2sim.harness.gaps import Cloud
 from text2sim.harness.geometry import Geometry, rotate, rotate_back
 from text2sim.harness.rigid_shapes import RigidShapes
-from text2sim.harness.selection import Cast, Target
+from text2sim.harness.selection import Cast, Target, base_name
 from text2sim.harness.states import Array, RunStates
 from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.models.soft_bodies import Cloth
 
 CLOUDS = 400_000_000
 """Bytes of points that are kept for distances."""
@@ -73,6 +74,13 @@ class Recording:
     def deformable(self, target: Target) -> Deformable | None:
         """The body that a target means, if it deforms."""
         return None if target.soft is None else self.states.deformables[target.soft]
+
+    def thickness(self, body: Deformable) -> float:
+        """How near [m] parts of a cloth may come to each other."""
+        model = self.case.bodies.get(base_name(body.body))
+        if body.solver == "pbd" or not isinstance(model, Cloth):
+            return body.spacing
+        return model.material.thickness
 
     def cloud(self, body: Deformable) -> Cloud:
         """The points of a body, for distances; those of the last few bodies are kept."""

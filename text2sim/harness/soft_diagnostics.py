@@ -33,7 +33,7 @@ def soft_diagnostics(recording: Recording) -> dict[str, dict[str, Any]]:
         rows["every"] = max(rows.get("every", 1), thin.step)
         for name, unit, of, bad in _QUANTITIES:
             try:
-                values = of(thin)
+                values = of(recording, thin)
             except DeformationError:
                 continue
             if values is not None:
@@ -53,7 +53,7 @@ def penetration(recording: Recording, body: Deformable) -> tuple[Array, list[str
     rigid = [t for t in cast.copies.values() if t.soft is None and cast.touches_soft(t.copy)]
     solids = recording.shapes.of_links(links_of(rigid))
     found = nearest_solid(Cloud.of(body), recording.states, solids, 0.0)
-    return -found.value, [cast.label_of_link(solids[i][0]) if i >= 0 else "" for i in found.of]
+    return 0.0 - found.value, [cast.label_of_link(solids[i][0]) if i >= 0 else "" for i in found.of]
 
 
 def _worst(
@@ -78,23 +78,23 @@ def _far_from_one(values: Array) -> Array:
     return np.abs(np.log(np.maximum(values, 1e-300)))
 
 
-def _volume(body: Deformable) -> Array:
+def _volume(recording: Recording, body: Deformable) -> Array:
     volume = deformation.volumes(body)
     return volume / volume[0]
 
 
-def _stretch(body: Deformable) -> Array:
+def _stretch(recording: Recording, body: Deformable) -> Array:
     return deformation.stretches(body).max(axis=1).astype(float)
 
 
-def _strain(body: Deformable) -> Array | None:
+def _strain(recording: Recording, body: Deformable) -> Array | None:
     """99 of 100 stay below: single particles may have flown away."""
     if body.kind != "soft":
         return None  # grains and liquids flow
     return np.percentile(deformation.strains(body), 99, axis=1)
 
 
-def _against(body: Deformable) -> Array | None:
+def _against(recording: Recording, body: Deformable) -> Array | None:
     """Part of the points that lie against the sides of their solver's space, or beyond."""
     if body.domain is None:
         return None
@@ -102,12 +102,20 @@ def _against(body: Deformable) -> Array | None:
     return np.array([((x <= low) | (x >= high)).any(axis=1).mean() for x in body.points])
 
 
-_QUANTITIES: tuple[tuple[str, str, Callable[[Deformable], Array | None], Callable[[Array], Array]], ...] = (
+def _inverted(recording: Recording, body: Deformable) -> Array | None:
+    return deformation.inverted(body)
+
+
+def _self_penetration(recording: Recording, body: Deformable) -> Array:
+    return folds.self_penetration(body, recording.thickness(body))
+
+
+_QUANTITIES: tuple[tuple[str, str, Callable[[Recording, Deformable], Array | None], Callable[[Array], Array]], ...] = (
     ("volume", "", _volume, _far_from_one),
     ("stretch", "", _stretch, _large),
     ("strain", "", _strain, _large),
-    ("inverted", "", deformation.inverted, _large),
-    ("self_penetration", "m", folds.self_penetration, _large),
+    ("inverted", "", _inverted, _large),
+    ("self_penetration", "m", _self_penetration, _large),
     ("against_bounds", "", _against, _large),
 )
 """Name, unit, values over frames (None: it has none), and what makes a value worse."""

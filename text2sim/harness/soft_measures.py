@@ -127,9 +127,9 @@ def _folded_area(recording: Recording, measure: measures.FoldedArea) -> Array:
 
 
 def _self_penetration(recording: Recording, measure: measures.SelfPenetration) -> Array:
-    """Largest over cloths of their spacing less the distance of the nearest two points that are no neighbours."""
+    """Largest over cloths of their thickness less the distance of the nearest two points that are no neighbours."""
     bodies = deformables(recording, measure.of)
-    return np.max([folds.self_penetration(body) for body in bodies], axis=0)
+    return np.max([folds.self_penetration(body, recording.thickness(body)) for body in bodies], axis=0)
 
 
 def _share_in(recording: Recording, measure: measures.ShareIn) -> Array:
@@ -176,7 +176,7 @@ def depth(recording: Recording, targets: Sequence[Target], others: Sequence[Targ
         for target in bodies if rigid else ():
             body = recording.deformable(target)
             assert body is not None
-            deepest = np.maximum(deepest, -gap(recording, body, rigid, 0.0).value)
+            deepest = np.maximum(deepest, 0.0 - gap(recording, body, rigid, 0.0).value)
     return deepest
 
 

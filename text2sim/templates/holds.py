@@ -157,7 +157,7 @@ class _Mpm:
         hold = self.hold
         # Shared out by mass, so that all particles swing alike; theirs are equal.
         firm = (FIRM / hold.h) ** 2 * hold.mass
-        stiffness = (firm if hold.stiffness is None else hold.stiffness) / len(hold.chosen)
+        stiffness = float(firm if hold.stiffness is None else hold.stiffness) / len(hold.chosen)
         for k, link in enumerate(hold.links):
             self.entity.set_particle_constraints(self._mask(hold.owner == k), link, stiffness)
         if not hold.links:

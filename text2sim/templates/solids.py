@@ -1,6 +1,6 @@
 """Writes down with which solids rigid bodies touch: what is drawn of a body may be another shape.
 
-    OUT/geometry/solids.json   link -> solids: kind, pose in the link's frame, size [m] or mesh, over geometry/<hash>.npz
+    OUT/geometry/solids.json   link -> solids: kind, pose in its frame, size [m] or mesh, over geometry/<hash>.npz
 
 Sizes: box: full lengths; sphere: radius; cylinder: radius, height; capsule: radius, straight length, both along z.
 """

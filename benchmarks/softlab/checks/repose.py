@@ -20,7 +20,7 @@ scene:
   duration: 0.3
   dt: 0.0025
   gravity: ["${9.81 * sin(radians(slope))}", 0, "${-9.81 * cos(radians(slope))}"]
-  mpm: {bounds: {min: [-0.3, -0.09, -0.06], max: [0.6, 0.09, 0.15]}}
+  mpm: {bounds: {min: [-0.3, -0.1, -0.06], max: [0.7, 0.1, 0.15]}}
   statics: {ground: {shape: {kind: box, size: [2, 0.4, 0.1]}, material: {friction: 5}, pose: {pos: [0, 0, -0.05]}}}
 bodies:
   sand:

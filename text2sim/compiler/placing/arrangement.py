@@ -8,9 +8,9 @@ from typing import Any
 from text2sim.compiler.placing.around import along_axis
 from text2sim.compiler.placing.group import Group
 from text2sim.compiler.placing.patterns import Variables, pattern_middle
-from text2sim.compiler.placing.place_error import PlaceError
+from text2sim.compiler.placing.place_error import PatternError, PlaceError
 from text2sim.compiler.placing.relations import settle
-from text2sim.compiler.placing.spread import PatternError, spread
+from text2sim.compiler.placing.spread import spread
 from text2sim.compiler.shapes.rotation import IDENTITY, Vec, quat_from_yaw, quat_multiply, quat_of, quat_rotate
 from text2sim.compiler.shapes.sizes import Sizes, Spot
 from text2sim.compiler.shapes.sweep import ORIGIN

@@ -5,14 +5,17 @@ Stacks and packings need the size of every copy, and are resolved in `placement.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, quat_from_yaw
-from text2sim.spec_schema.models.repeat import Grid, Line, Repeat, Ring, RunningBond, Spiral
+from text2sim.spec_schema.models.repeat import Glyphs, Grid, Line, Repeat, Ring, RunningBond, Spiral
 from text2sim.spec_schema.models.shapes import Box
 
 Variables = dict[str, int | float]
 """`i`, `n`, `u`, `row`, `column`, `layer` of a copy."""
+Rows = Sequence[tuple[int, int]]
+"""Row and column of each letter of a text or piece of a sketch."""
 
 MAX_COPIES = 100_000
 
@@ -31,8 +34,10 @@ class Slot:
     """Size [m] of a box that differs from the body's."""
 
 
-def copy_count(repeat: Repeat) -> int:
-    """Return how many copies a pattern makes."""
+def copy_count(repeat: Repeat, letters: Rows = ()) -> int:
+    """Return how many copies a pattern makes; see `copy_variables`."""
+    if isinstance(repeat, Glyphs):
+        return len(letters)
     if isinstance(repeat, Grid):
         return math.prod(repeat.counts)
     if isinstance(repeat, RunningBond):
@@ -40,14 +45,21 @@ def copy_count(repeat: Repeat) -> int:
     return repeat.count
 
 
-def copy_variables(repeat: Repeat) -> list[Variables]:
+def copy_variables(repeat: Repeat, letters: Rows = ()) -> list[Variables]:
     """Return the variables of every copy, in the order of their numbers.
 
     A grid counts columns along x, rows along y and layers along z, columns fastest; a running bond counts
-    columns along the wall and rows upwards. In the other patterns the column is the number of the copy.
+    columns along the wall and rows upwards; letters and pieces count rows downwards and columns along the row. In the
+    other patterns the column is the number of the copy.
+
+    Args:
+        repeat: The pattern.
+        letters: Row and column of each letter or piece.
     """
     cells: list[tuple[int, int, int]]
-    if isinstance(repeat, Grid):
+    if isinstance(repeat, Glyphs):
+        cells = [(row, column, 0) for row, column in letters]
+    elif isinstance(repeat, Grid):
         nx, ny, nz = (*repeat.counts, 1)[:3]
         cells = [(row, column, layer) for layer in range(nz) for row in range(ny) for column in range(nx)]
     elif isinstance(repeat, RunningBond):

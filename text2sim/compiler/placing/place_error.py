@@ -7,3 +7,11 @@ class PlaceError(ValueError):
     def __init__(self, message: str, key: str, rule: str = "placement", hint: str | None = None) -> None:
         super().__init__(message)
         self.key, self.rule, self.hint = key, rule, hint
+
+
+class PatternError(ValueError):
+    """A pattern that cannot be made; `where` is the path to the culprit from its body."""
+
+    def __init__(self, message: str, *where: str) -> None:
+        super().__init__(message)
+        self.where = where

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from text2sim.compiler.placing.arrangement import OWN, Entry, Targets, arrange
+from text2sim.compiler.placing.lettering import letter_rows
 from text2sim.compiler.placing.patterns import MAX_COPIES, SINGLE, Variables, copy_count, copy_variables
-from text2sim.compiler.placing.place_error import PlaceError
-from text2sim.compiler.placing.spread import PatternError
+from text2sim.compiler.placing.place_error import PatternError, PlaceError
 from text2sim.compiler.shapes.geometry import TreeExtents
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
 from text2sim.compiler.shapes.sizes import MAX_PIECES, SizeError, Sizes, Spot, TreePieces
@@ -23,6 +23,7 @@ from text2sim.compiler.shapes.sweep import ORIGIN
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError, nearest
 from text2sim.spec_schema.load import LoadedCase
 from text2sim.spec_schema.models.placement import RELATIONS
+from text2sim.spec_schema.models.repeat import Glyphs
 from text2sim.spec_schema.names.selectors import parse_selector
 
 
@@ -103,7 +104,13 @@ class _Placer:
             self._report(root, "give either pose or place, not both", "inconsistent")
         if model.repeat is None:
             return Entry(name, root, model, None, [SINGLE], [model])
-        count = copy_count(model.repeat)
+        try:
+            letters = letter_rows(model, self.loaded.folder) if isinstance(model.repeat, Glyphs) else ()
+        except (PatternError, AssetError) as error:
+            where = error.where if isinstance(error, PatternError) else ("shape",)
+            self._report((*root, *where), error, "asset" if isinstance(error, AssetError) else "placement")
+            return Entry(name, root, model, None, [SINGLE], [model])
+        count = copy_count(model.repeat, letters)
         if count > MAX_COPIES:
             self._report(
                 (*root, "repeat"),
@@ -118,7 +125,7 @@ class _Placer:
                 message = f"with this, the scene has more than {MAX_PIECES:,} convex pieces, too many for the engine"
                 self.problems.append(self.loaded.problem(root, message, key=True, rule="too-many"))
             return Entry(name, root, model, None, [SINGLE], [model])
-        variables = copy_variables(model.repeat)
+        variables = copy_variables(model.repeat, letters)
         if not self.loaded.varies(root):
             return Entry(name, root, model, model.repeat, variables, [model] * count)
         models = []

@@ -3,21 +3,15 @@
 from collections.abc import Sequence
 from itertools import repeat as again
 
+from text2sim.compiler.placing.lettering import lettered
 from text2sim.compiler.placing.packing import PackingError, grain_of, pack
 from text2sim.compiler.placing.patterns import bond_slots, pattern_slots
+from text2sim.compiler.placing.place_error import PatternError
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, quat_multiply, quat_rotate
 from text2sim.compiler.shapes.sizes import Sizes, Spot
 from text2sim.compiler.shapes.space import SpaceError
-from text2sim.spec_schema.models.repeat import Line, Packing, Repeat, RunningBond, Stack
+from text2sim.spec_schema.models.repeat import Glyphs, Line, Packing, Repeat, RunningBond, Stack
 from text2sim.spec_schema.models.shapes import Box
-
-
-class PatternError(ValueError):
-    """A pattern that cannot be made; `where` is the path to the culprit from its body."""
-
-    def __init__(self, message: str, *where: str) -> None:
-        super().__init__(message)
-        self.where = where
 
 
 def spread(repeat: Repeat, spots: Sequence[Spot], sizes: Sizes) -> list[Spot]:
@@ -30,7 +24,10 @@ def spread(repeat: Repeat, spots: Sequence[Spot], sizes: Sizes) -> list[Spot]:
 
     Raises:
         PatternError: if the pattern cannot be made of these copies.
+        AssetError: if a font or picture cannot be used.
     """
+    if isinstance(repeat, Glyphs):
+        return lettered(spots, sizes.folder)
     if isinstance(repeat, Packing):
         return _packed(repeat, spots, sizes)
     if isinstance(repeat, Stack):

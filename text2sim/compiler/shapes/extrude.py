@@ -12,6 +12,7 @@ from text2sim.spec_schema.errors import AssetError
 if TYPE_CHECKING:
     import numpy as np
     from shapely import MultiPolygon, Polygon
+    from shapely.geometry.base import BaseGeometry
 
 SMOOTH = 0.05
 """How far outlines may be from the form's own, in edges: a net has no finer details than its triangles."""
@@ -22,11 +23,13 @@ NEAR = 0.62
 ROW = math.sqrt(3) / 2
 
 
-def polygons_of(form: "Polygon | MultiPolygon") -> "list[Polygon]":
+def polygons_of(form: "BaseGeometry") -> "list[Polygon]":
     """Return the connected parts of a form, outlines counterclockwise and holes clockwise."""
+    from shapely import Polygon
     from shapely.geometry.polygon import orient
 
-    return [orient(part) for part in getattr(form, "geoms", [form])]
+    parts = getattr(form, "geoms", [form])
+    return [orient(part) for part in parts if isinstance(part, Polygon) and part.area > 0]
 
 
 def extruded(form: "Polygon | MultiPolygon", depth: float, edge: float) -> "tuple[np.ndarray, np.ndarray]":
@@ -178,10 +181,9 @@ def convex_parts(form: "Polygon | MultiPolygon") -> "list[list[tuple[float, floa
 
 def _joined(polygon: "Polygon") -> "list[list[tuple[float, float]]]":
     import shapely
-    from shapely.geometry.polygon import orient
 
-    cut = shapely.constrained_delaunay_triangles(polygon)
-    cells = {k: list(orient(part).exterior.coords)[:-1] for k, part in enumerate(cut.geoms) if part.area > 0}
+    cut = polygons_of(shapely.constrained_delaunay_triangles(polygon))
+    cells = {k: [(x, y) for x, y in part.exterior.coords[:-1]] for k, part in enumerate(cut)}
     owner = {}
     for k, cell in cells.items():
         for a, b in zip(cell, cell[1:] + cell[:1], strict=True):

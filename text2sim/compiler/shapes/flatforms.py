@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from text2sim.compiler.shapes.extrude import convex_parts, extruded, polygons_of
+from text2sim.compiler.shapes.extrude import convex_parts, polygons_of
 from text2sim.compiler.shapes.glyphs import whole
 from text2sim.compiler.shapes.lettering import areas
 from text2sim.compiler.shapes.piece import Piece
@@ -58,7 +58,9 @@ def _area(cell: list[tuple[float, float]]) -> float:
 
 def reach(shape: Text | Sketch, u: Vec, folder: Path) -> float:
     """Return the largest `u . x` over all points x [m] of letters or a drawing."""
-    hull = whole(shape, folder).convex_hull.exterior.coords
+    from shapely import get_coordinates
+
+    hull = get_coordinates(whole(shape, folder).convex_hull).tolist()
     return max(u[0] * x + u[2] * z for x, z in hull) + abs(u[1]) * shape.depth / 2
 
 
@@ -73,31 +75,30 @@ def flat_surface(shape: Text | Sketch, folder: Path) -> VisualMesh:
     form = whole(shape, folder)
     low_x, low_z, high_x, high_z = form.bounds
     form = areas(form.simplify(5e-4 * max(high_x - low_x, high_z - low_z)))
-    # One cell deep: only the net of front and back is wanted, as coarse as the outline lets it.
-    vertices, faces = extruded(form, shape.depth, 10 * max(high_x - low_x, high_z - low_z, shape.depth))
-    corners = vertices[faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    caps = np.abs(normals[:, 1]) > 0.5 * np.linalg.norm(normals, axis=1)
-    parts = [_caps(vertices, np.sign(normals[caps, 1]), faces[caps])]
+    half, parts = shape.depth / 2, []
     for one in polygons_of(form):
-        for ring in (one.exterior, *one.interiors):
-            parts.append(_walls(np.array(ring.coords)[:-1], shape.depth / 2))
-    places, ways, nets = zip(*parts, strict=True)
+        parts += _caps(one, half)
+        parts += [_walls(np.array(ring.coords)[:-1], half) for ring in (one.exterior, *one.interiors)]
+    places, normals, nets = zip(*parts, strict=True)
     firsts = np.cumsum([0, *(len(place) for place in places[:-1])]).tolist()
-    nets = [net + first for net, first in zip(nets, firsts, strict=True)]
-    return VisualMesh(np.concatenate(places), np.concatenate(nets), np.concatenate(ways))
+    moved = [net + first for net, first in zip(nets, firsts, strict=True)]
+    return VisualMesh(np.concatenate(places), np.concatenate(moved), np.concatenate(normals))
 
 
-def _caps(
-    vertices: "np.ndarray", signs: "np.ndarray", faces: "np.ndarray"
-) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
-    """Front and back, apart from the walls: vertices, normals and triangles."""
+def _caps(polygon: "Polygon", half: float) -> "list[tuple[np.ndarray, np.ndarray, np.ndarray]]":
+    """Front and back: vertices, normals and triangles of each."""
     import numpy as np
+    import shapely
 
-    used, index = np.unique(faces, return_inverse=True)
-    normals = np.zeros((len(used), 3))
-    normals[index.reshape(-1, 3), 1] = signs[:, None]
-    return vertices[used], normals, index.reshape(-1, 3)
+    cut = polygons_of(shapely.constrained_delaunay_triangles(polygon))
+    corners = np.array([part.exterior.coords[:3] for part in cut]).reshape(-1, 2)
+    flat, index = np.unique(corners, axis=0, return_inverse=True)
+    net = index.reshape(-1, 3)
+    found = []
+    for way in (-1.0, 1.0):
+        places = np.column_stack([flat[:, 0], np.full(len(flat), way * half), flat[:, 1]])
+        found.append((places, np.tile((0.0, way, 0.0), (len(flat), 1)), net if way < 0 else net[:, ::-1]))
+    return found
 
 
 def _walls(ring: "np.ndarray", half: float) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":

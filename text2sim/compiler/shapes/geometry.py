@@ -19,7 +19,7 @@ from text2sim.compiler.shapes.rotation import (
     quat_to_rows,
 )
 from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface
-from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
+from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid, Rope
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.shapes import Compound, Cone, Cup, Ellipsoid, Funnel, Mesh, Sheet, Sketch, Text, Tube
 
@@ -337,14 +337,14 @@ def body_extents(body: Any, quat: Quaternion, folder: Path, tree_extents: TreeEx
         body: The validated model.
         quat: Orientation of the body.
         folder: The case's folder.
-        tree_extents: Gives the bounds of chains, nets, ragdolls and articulated bodies.
+        tree_extents: Gives the bounds of chains, ropes, nets, ragdolls and articulated bodies.
 
     Raises:
         ValueError: for a plane, or where `tree_extents` is needed and missing.
     """
     if isinstance(body, Static | Rigid | Driven):
         return extents(body.shape, quat, folder)
-    if tree_extents is None or not isinstance(body, Articulated | Chain | Net | Ragdoll):
+    if tree_extents is None or not isinstance(body, Articulated | Chain | Rope | Net | Ragdoll):
         raise ValueError(f"the size of a body of kind {body.kind} is not known")
     return tree_extents(body, quat, folder)
 

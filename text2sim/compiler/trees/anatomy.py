@@ -15,7 +15,7 @@ from text2sim.compiler.trees.filebody import mechanism_parts
 from text2sim.compiler.trees.tree import Tree, tree_bounds, tree_pieces
 from text2sim.spec_schema.errors import AssetError, Problem
 from text2sim.spec_schema.load import LoadedCase
-from text2sim.spec_schema.models.bodies import Articulated, Chain, Net, Ragdoll
+from text2sim.spec_schema.models.bodies import Articulated, Chain, Net, Ragdoll, Rope
 from text2sim.spec_schema.names.cast import Parts
 
 KEPT = 16
@@ -24,7 +24,7 @@ _RECENT: list[tuple[Any, Path, Tree]] = []
 
 
 def tree_of(model: Any, folder: Path) -> Tree:
-    """Return the tree of a chain, net, ragdoll or articulated body, in its own frame.
+    """Return the tree of a chain, rope, net, ragdoll or articulated body, in its own frame.
 
     Raises:
         AssetError: if one of its files cannot be used.
@@ -77,7 +77,7 @@ def known_parts(loaded: LoadedCase, mechanisms: Mechanisms) -> tuple[dict[str, P
                 continue
             parts[name] = mechanism_parts(mechanism, body)
             problems += _check_meaning(loaded, name, body, mechanism)
-        elif isinstance(body, Chain | Net | Ragdoll):
+        elif isinstance(body, Chain | Rope | Net | Ragdoll):
             try:
                 tree = tree_of(body, loaded.folder)
             except AssetError:

@@ -1,12 +1,14 @@
-"""Trees for the generated bodies: chains, nets and ragdolls."""
+"""Trees for the generated bodies: chains, ropes, nets and ragdolls."""
 
 import math
+from dataclasses import replace
 
 from text2sim.compiler.shapes.geometry import Piece
 from text2sim.compiler.shapes.rotation import quat_between
 from text2sim.compiler.trees.tree import IDENTITY, Tree, TreeGeom, TreeJoint, TreeLink, TreeLoop, Vec
 from text2sim.spec_schema.models.bodies import Chain, Net, Ragdoll
 from text2sim.spec_schema.models.materials import JointDynamics, Material
+from text2sim.spec_schema.models.soft_bodies import Rope
 
 Rgba = tuple[float, float, float, float] | None
 
@@ -87,6 +89,47 @@ def chain_tree(chain: Chain, direction: Vec, rgba: Rgba, payload: tuple[tuple[Tr
         )
     assert link is not None
     return Tree((link,))
+
+
+BEND_DAMPING = 0.1
+"""Damping ratio of a link of a rope against the spring that keeps it straight."""
+
+
+def rope_tree(rope: Rope, direction: Vec, rgba: Rgba) -> Tree:
+    """A rope as capsules on ball joints, which cannot stretch.
+
+    A bend of the angle b between two links of length l is a curve of curvature b / l: the bending moment E I b / l is
+    that of a spring of stiffness E I / l. I = pi r^4 / 4 is the second moment of area of a round section. The first
+    joint, which holds the rope, turns freely.
+
+    Args:
+        rope: The body.
+        direction: Unit vector from its first end to its last, in the body's frame.
+        rgba: Colour of the links.
+    """
+    length, radius = rope.length / rope.segments, rope.radius
+    # Round ends make the joints smooth; what they overlap weighs nothing, so that the whole weighs what a cylinder does.
+    mass = density_of(rope.material, math.pi * radius**2 * rope.length) * math.pi * radius**2 * length
+    density = mass / capsule_mass(radius, length, 1.0)
+    spring = rope.youngs_modulus * math.pi * radius**4 / 4 / length
+    joint = ball_joint(JointDynamics(damping=rope.damping), mass, length, damping=0.05)
+    if rope.damping is None and spring > 0.0:
+        inertia = mass * length**2 / 3 + joint.armature
+        joint = replace(joint, damping=max(joint.damping, 2 * BEND_DAMPING * math.sqrt(spring * inertia)))
+    bar = _bar(length, radius, density, rope.material.friction, rgba, (0.0, 0.0, 0.0), (0.0, 0.0, -length))
+    link: TreeLink | None = None
+    for index in reversed(range(rope.segments)):
+        first = index == 0
+        link = TreeLink(
+            f"link_{index}",
+            pos=(0.0, 0.0, 0.0) if first else (0.0, 0.0, -length),
+            quat=quat_between((0.0, 0.0, -1.0), direction) if first else IDENTITY,
+            joint=(joint if rope.anchored else TreeJoint("free")) if first else replace(joint, spring=spring),
+            geoms=(bar,),
+            children=() if link is None else (link,),
+        )
+    assert link is not None
+    return Tree((link,), self_collision=rope.self_collision)
 
 
 def net_tree(net: Net, rgba: Rgba) -> Tree:

@@ -126,8 +126,8 @@ def _tearing(facts: Facts) -> Iterator[Problem]:
         if strain > TEARS:
             text = (
                 f"{force:.3g} N on {area * 1e4:.3g} cm2 of `{body.name}` stretch it there by {strain:.2g} of its "
-                f"length (E {young:.3g} Pa): particles that come more than two cells apart never hold together again; take "
-                f"{TEARS * 0.6 * area * young:.2g} N or less, a larger region, or `drag` to let it move slowly"
+                f"length (E {young:.3g} Pa): particles that come more than two cells apart never hold together again; "
+                f"take {TEARS * 0.6 * area * young:.2g} N or less, a larger region, or `drag` to let it move slowly"
             )
             yield facts.problem("tearing-force", ("actions", "controls", name, "force"), text)
 

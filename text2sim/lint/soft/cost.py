@@ -76,7 +76,7 @@ RULES = (
 A substep takes, on two cores, about 1 ms and {EACH["mpm"] * 1e6:g} us for each mpm particle, 2.5 ms and
 {EACH["pbd"] * 1e6:g} us for each pbd particle, {EACH["fem"] * 1e6:g} us for each tetrahedron and
 {EACH["sap"] * 1e6:g} us under contact model sap. Half the cell makes eight times as many particles and twice as many
-substeps. The estimate is told where it comes to more than {LONG / 60:g} minutes; it is right within a factor of two.""",
+substeps. From {LONG / 60:g} minutes on the estimate is told; it is right within a factor of two.""",
         way_out="Coarser cells, a shorter duration, softer materials (longer steps), fewer bodies.",
         example="""\
 scene: {duration: 5.0}

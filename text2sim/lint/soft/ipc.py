@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.geometry import SHEET
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import apart
 from text2sim.lint.rule import Rule
@@ -75,8 +76,8 @@ def _coupled(facts: Facts, soft: SoftFacts, copy: Copy) -> bool:
 
 
 def _shell(copy: Copy) -> float:
-    """Half of the thickness [m] of a cloth, which counts from its middle to both sides."""
-    return copy.model.material.thickness / 2 if getattr(copy.model, "kind", None) == "cloth" else 0.0
+    """By how much [m] half of a cloth, which counts from its middle to both sides, sticks out of what is compared."""
+    return max(0.0, copy.model.material.thickness - SHEET) / 2 if getattr(copy.model, "kind", None) == "cloth" else 0.0
 
 
 def _linked(facts: Facts) -> Iterator[Problem]:

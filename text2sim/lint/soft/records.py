@@ -7,6 +7,8 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import soft_facts
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import DEFORMABLE
+from text2sim.spec_schema.models.events import ContactEvent, SeparationEvent
+from text2sim.spec_schema.models.measures import ContactCount, ContactForce, Penetration
 from text2sim.spec_schema.text.document import Path
 
 OTHER = ("sap", "ipc")
@@ -44,8 +46,8 @@ def _no_records(facts: Facts) -> Iterator[Problem]:
         return
     actions = facts.case.actions
     for name, measure in actions.measures.items():
-        if measure.kind in ("contact_force", "contact_count", "penetration"):
-            sides = [side for side in (measure.of, getattr(measure, "by", None)) if side is not None]
+        if isinstance(measure, ContactForce | ContactCount | Penetration):
+            sides = [side for side in (measure.of, measure.by) if side is not None]
             if measure.kind == "penetration" and any(_soft(facts, side) for side in sides):
                 continue
             text = (
@@ -54,7 +56,7 @@ def _no_records(facts: Facts) -> Iterator[Problem]:
             )
             yield facts.problem("contacts-not-recorded", ("actions", "measures", name, "kind"), text)
     for name, event in actions.events.items():
-        if event.kind in ("contact", "separation") and not any(_soft(facts, side) for side in event.between):
+        if isinstance(event, ContactEvent | SeparationEvent) and not any(_soft(facts, side) for side in event.between):
             text = (
                 f"this {event.kind} of rigid bodies is never seen: under contact model {soft.model} the engine returns "
                 "no contacts of theirs; take a `threshold` of their distance"

@@ -29,7 +29,10 @@ class Stretch(Model):
 
 
 class Strain(Model):
-    """Equivalent strain (von Mises) of the inside of soft bodies; 0 is undeformed, whatever the body's turn."""
+    """Equivalent strain (von Mises) of the inside of soft bodies; 0 is undeformed, whatever the body's turn.
+
+    It is that of the Green-Lagrange strain.
+    """
 
     kind: Literal["strain"]
     of: Selector
@@ -39,7 +42,11 @@ class Strain(Model):
 
 
 class FoldedArea(Model):
-    """Area [m2] of cloth that lies over or under another part of it, seen along an axis."""
+    """Area [m2] of a cloth that other parts of it hide, seen along an axis.
+
+    That is the area of all its layers as they are seen, less that of their shadow: a towel folded in half hides half of
+    itself, and what hangs or lies flat nothing.
+    """
 
     kind: Literal["folded_area"]
     of: Selector
@@ -49,11 +56,15 @@ class FoldedArea(Model):
 
 
 class Gap(Model):
-    """Smallest distance [m] between the surfaces of bodies; negative: how deep one is in the other."""
+    """Smallest distance [m] between a body that deforms and another; negative: how deep it is in something rigid.
+
+    It counts from the points of the body: particles of pbd rest half their distance above what carries them, particles
+    of mpm up to a cell.
+    """
 
     kind: Literal["gap"]
     of: Selector
-    """A body that deforms, or its copies."""
+    """A body or its copies; this or the other deforms."""
     to: Selector
     """Another body or static, or its copies."""
 

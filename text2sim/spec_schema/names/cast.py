@@ -74,10 +74,16 @@ class Cast:
     parts: Mapping[str, Parts] = field(default_factory=dict)
     """Of files, chains, nets and ragdolls, by name of the body, as far as they are known."""
     problems: list[Problem] = field(default_factory=list)
+    counts: Mapping[str, int] = field(default_factory=dict)
+    """Copies of what has one for each letter or piece, by name, as far as they are known."""
 
     def __post_init__(self) -> None:
         self.bodies = self.loaded.case.bodies
         self.statics = self.loaded.case.scene.statics
+
+    def copies(self, name: str, model: Any) -> int:
+        """Return how many copies a body or static has."""
+        return self.counts.get(name) or count_copies(model.repeat, getattr(model, "shape", None))
 
     def report(
         self,
@@ -108,7 +114,7 @@ class Cast:
             message = f"there is no body or static `{chosen.body}`" + _listed(known)
             self.report(where, message, "unknown-body", nearest(chosen.body, known))
             return None
-        copies = count_copies(model.repeat)
+        copies = self.copies(chosen.body, model)
         if not self._counted(chosen, model, copies, where):
             return None
         if chosen.part is not None:

@@ -15,7 +15,6 @@ from text2sim.spec_schema.models.controls import (
     Torque,
 )
 from text2sim.spec_schema.names.cast import Cast, Member
-from text2sim.spec_schema.names.copies import count_copies
 from text2sim.spec_schema.names.selectors import parse_selector
 from text2sim.spec_schema.names.soft_control_references import (
     WORLD,
@@ -197,7 +196,7 @@ def _targets(cast: Cast, name: str, control: Attach) -> list[str]:
         return []
     if not cast.loaded.varies(("actions", "controls", name, "to")) or model is None:
         return [control.to]
-    last = count_copies(model.repeat) - 1
+    last = cast.copies(parse_selector(control.body).body, model) - 1
     found = [control.to]
     try:
         copy: Control = cast.loaded.control_copy(name, {"i": last, "n": last + 1, "u": 1.0 if last else 0.0})

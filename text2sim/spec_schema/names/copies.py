@@ -1,14 +1,26 @@
 """How many copies a `repeat` makes."""
 
 import math
+from typing import Any
 
-from text2sim.spec_schema.models.repeat import Grid, Repeat, RunningBond
+from text2sim.spec_schema.models.repeat import Glyphs, Grid, Repeat, RunningBond
+from text2sim.spec_schema.models.shapes import Text
+
+UNKNOWN = 1000
+"""Copies of a sketch that nobody has looked at: at most as many as pieces have numbers."""
 
 
-def count_copies(repeat: Repeat | None) -> int:
-    """Number of copies; 1 without `repeat`. Half ends give every second row of a bond one box more."""
+def count_copies(repeat: Repeat | None, shape: Any = None) -> int:
+    """Number of copies; 1 without `repeat`. Half ends give every second row of a bond one box more.
+
+    Args:
+        repeat: The pattern.
+        shape: Of what is repeated: a text has a copy for each letter.
+    """
     if repeat is None:
         return 1
+    if isinstance(repeat, Glyphs):
+        return sum(not sign.isspace() for sign in shape.text) if isinstance(shape, Text) else UNKNOWN
     if isinstance(repeat, Grid):
         return math.prod(repeat.counts)
     if isinstance(repeat, RunningBond):

@@ -7,6 +7,7 @@ from text2sim.spec_schema.names.cast import Cast
 from text2sim.spec_schema.names.circles import find_circles
 from text2sim.spec_schema.names.control_references import check_joint
 from text2sim.spec_schema.names.measure_references import CONTACT_KINDS, check_contacts_recorded, measured
+from text2sim.spec_schema.names.soft_control_references import deforms
 from text2sim.spec_schema.text.document import Path
 
 
@@ -33,9 +34,14 @@ def check_events(cast: Cast) -> None:
 
 
 def _check_pair(cast: Cast, where: Path, event: events.ContactEvent | events.SeparationEvent) -> None:
-    check_contacts_recorded(cast, where)
     found = [cast.find(selector, (*where, "between", index)) for index, selector in enumerate(event.between)]
     first, second = found
+    if any(member is not None and deforms(member) for member in found):
+        if isinstance(event, events.ContactEvent) and event.min_impulse > 0:
+            message = "the engine tells no forces on bodies that deform, so that no touch can be chosen by its impulse"
+            cast.report((*where, "min_impulse"), message, "contacts-not-recorded", key=True)
+    else:
+        check_contacts_recorded(cast, where)
     if first is None or second is None:
         return
     if first.text == second.text and first.count == 1:

@@ -3,6 +3,8 @@
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.names.cast import Cast, Member
 from text2sim.spec_schema.names.control_references import check_joint
+from text2sim.spec_schema.names.soft_control_references import deforms
+from text2sim.spec_schema.names.soft_measure_references import check_gap, check_other_side, check_soft_measure
 from text2sim.spec_schema.text.document import Path
 
 JOINT_KINDS = (measures.JointPosition, measures.JointVelocity, measures.JointForce)
@@ -18,10 +20,18 @@ def check_measures(cast: Cast) -> None:
         if isinstance(measure, measures.Distance):
             _check_distance(cast, where, measure)
             continue
+        if isinstance(measure, measures.Gap):
+            check_gap(cast, where, measure)
+            continue
         if measure.kind in CONTACT_KINDS:
-            check_contacts_recorded(cast, where)
-            if getattr(measure, "by", None) is not None:
-                cast.find(measure.by, (*where, "by"))  # type: ignore[union-attr]
+            by = getattr(measure, "by", None)
+            other = cast.find(by, (*where, "by")) if by is not None else None
+            if other is not None:
+                check_other_side(cast, where, measure, other)
+            sides = [*measured(cast, measure), other]
+            # How deep the points of what deforms are in something is read from where they are.
+            if measure.kind != "penetration" or not any(side is not None and deforms(side) for side in sides):
+                check_contacts_recorded(cast, where)
         if measure.of is None:
             continue
         joint = isinstance(measure, JOINT_KINDS)
@@ -32,8 +42,13 @@ def check_measures(cast: Cast) -> None:
 
 def measured(cast: Cast, measure: measures.Measure) -> list[Member]:
     """The bodies that a measure is about, without selectors that mean nothing: those are reported already."""
-    quiet = Cast(cast.loaded)
-    selectors = measure.between if isinstance(measure, measures.Distance) else (measure.of,)
+    quiet = Cast(cast.loaded, counts=cast.counts)
+    if isinstance(measure, measures.Distance):
+        selectors = measure.between
+    elif isinstance(measure, measures.Gap):
+        selectors = (measure.of, measure.to)
+    else:
+        selectors = (measure.of,)
     found = [quiet.find(selector, ()) for selector in selectors if selector is not None]
     return [member for member in found if member is not None]
 
@@ -53,12 +68,15 @@ def _check_distance(cast: Cast, where: Path, measure: measures.Distance) -> None
 
 
 def _check_subject(cast: Cast, where: Path, measure: measures.Measure, member: Member) -> None:
+    if check_soft_measure(cast, where, measure, member):
+        return
     if isinstance(measure, JOINT_KINDS):
         check_joint(cast, (*where, "of"), member, "measure")
     elif member.static and measure.kind not in _OF_STATICS:
         cast.report((*where, "of"), f"`{member.name}` is a static, which never moves", "not-dynamic")
         return
-    per_copy = "stat" in type(measure).model_fields and not isinstance(measure, measures.Extent)
+    together = (measures.Extent, measures.Stretch, measures.Strain)
+    per_copy = "stat" in type(measure).model_fields and not isinstance(measure, together)
     if per_copy and measure.stat is None and member.count > 1:  # type: ignore[union-attr]
         message = f"`{member.text}` means {member.count} copies: `stat` says how they become one number"
         cast.report(where, message, "needs-stat", key=True)

@@ -13,7 +13,6 @@ from text2sim.spec_schema.models.render import Follow
 from text2sim.spec_schema.names.cast import Cast, Member, Parts
 from text2sim.spec_schema.names.circles import find_circles
 from text2sim.spec_schema.names.control_references import check_controls
-from text2sim.spec_schema.names.copies import count_copies
 from text2sim.spec_schema.names.event_references import check_events
 from text2sim.spec_schema.names.expect_references import check_expectations
 from text2sim.spec_schema.names.measure_references import check_measures
@@ -23,18 +22,22 @@ from text2sim.spec_schema.names.tree_references import check_mount, check_tree
 from text2sim.spec_schema.text.document import Path
 
 
-def check_references(loaded: LoadedCase, parts: Mapping[str, Parts] | None = None) -> list[Problem]:
+def check_references(
+    loaded: LoadedCase, parts: Mapping[str, Parts] | None = None, counts: Mapping[str, int] | None = None
+) -> list[Problem]:
     """Check every name and selector of a case.
 
     Args:
         loaded: The case.
         parts: Links and joints of files, chains, nets and ragdolls by name of the body, which only the
             compiler knows; those of bodies that are not in it are taken for granted.
+        counts: How many copies bodies and statics have that have one for each letter or piece, which only the
+            compiler knows of pictures.
 
     Returns:
         What is wrong, in the order of the file. Whatever needs geometry is left to the compiler.
     """
-    cast = Cast(loaded, parts or {})
+    cast = Cast(loaded, parts or {}, counts=counts or {})
     _check_names(cast)
     _check_places(cast)
     check_time(cast)
@@ -87,7 +90,7 @@ def _check_place(cast: Cast, where: Path, name: str, model: Any) -> Member | Non
     found = cast.find(place.target, (*where, place.relation), parts=False)
     if found is None:
         return None
-    copies = count_copies(model.repeat)
+    copies = cast.copies(name, model)
     if model.repeat is not None and parse_selector(place.target).indexed and found.count not in (1, copies):
         message = (
             f"copies are placed one by one where brackets name several, and `{found.text}` means {found.count}, "

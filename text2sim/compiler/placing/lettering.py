@@ -1,0 +1,76 @@
+"""`repeat: {kind: glyphs}`: one copy for each letter of a text or piece of a sketch, where it stands in it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from text2sim.compiler.placing.place_error import PatternError
+from text2sim.compiler.shapes.rotation import IDENTITY, quat_rotate
+from text2sim.compiler.shapes.sizes import Spot
+from text2sim.spec_schema.errors import AssetError, Problem
+from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.models.repeat import Glyphs
+from text2sim.spec_schema.models.shapes import Sketch, Text
+
+WRONG_SHAPE = "has one copy for each letter of a text or piece of a sketch; this is neither"
+WITH_PART = "the copies are the parts; leave out `part`"
+
+
+def letter_rows(model: Any, folder: Path) -> list[tuple[int, int]]:
+    """Return the row and column of every copy of a body or static whose copies are letters or pieces.
+
+    Raises:
+        PatternError: if its shape has none.
+        AssetError: if its font or picture cannot be used.
+    """
+    from text2sim.compiler.shapes.glyphs import glyph_parts
+
+    shape = getattr(model, "shape", None)
+    if not isinstance(shape, Text | Sketch):
+        raise PatternError(f"glyphs {WRONG_SHAPE}", "repeat")
+    if shape.part is not None:
+        raise PatternError(WITH_PART, "shape", "part")
+    return [(one.row, one.column) for one in glyph_parts(shape, folder)]
+
+
+def letter_counts(loaded: LoadedCase) -> tuple[dict[str, int], list[Problem]]:
+    """Return how many copies those have whose copies are letters or pieces, and what is wrong there."""
+    counts: dict[str, int] = {}
+    problems: list[Problem] = []
+    for root, models in ((("scene", "statics"), loaded.case.scene.statics), (("bodies",), loaded.case.bodies)):
+        for name, model in models.items():
+            if not isinstance(model.repeat, Glyphs):
+                continue
+            try:
+                counts[name] = len(letter_rows(model, loaded.folder))
+            except PatternError as error:
+                problems.append(loaded.problem((*root, name, *error.where), str(error), rule="placement"))
+            except AssetError as error:
+                problems.append(loaded.problem((*root, name, "shape"), str(error), rule="asset"))
+    return counts, problems
+
+
+def lettered(spots: Sequence[Spot], folder: Path) -> list[Spot]:
+    """Return the copies, each with its own part of the shape, where that stands.
+
+    Raises:
+        PatternError: if a copy's shape has not as many parts as there are copies.
+        AssetError: if its font or picture cannot be used.
+    """
+    from text2sim.compiler.shapes.glyphs import glyph_parts
+
+    # Copies share what does not differ: what is made of a shape is remembered by it.
+    found = []
+    for index, spot in enumerate(spots):
+        shape = spot.shape
+        if not isinstance(shape, Text | Sketch):
+            raise PatternError(f"glyphs {WRONG_SHAPE}", "repeat")
+        parts = glyph_parts(shape, folder)
+        if len(parts) != len(spots):
+            raise PatternError(f"copy {index}: its text has {len(parts)} letters, that of copy 0 {len(spots)}", "shape")
+        x, z = parts[index].offset
+        a, b, c = (x, 0.0, z) if spot.quat == IDENTITY else quat_rotate(spot.quat, (x, 0.0, z))
+        pos = (spot.pos[0] + a, spot.pos[1] + b, spot.pos[2] + c)
+        own = shape.model_copy(update={"part": index})
+        found.append(spot._replace(pos=pos, shape=own, model=spot.model.model_copy(update={"shape": own})))
+    return found
