@@ -28,6 +28,8 @@ class WrittenRun:
         self.dofs: list[tuple[Any, Any, Any]] = []
         self.contacts: list[tuple[Any, ...]] = []
         self.geometry: dict[str, list[dict[str, Any]]] = {}
+        self.soft: list[dict[str, Any]] = []
+        self.soft_arrays: list[tuple[np.ndarray, np.ndarray | None, dict[str, Any]]] = []
 
     def add_link(
         self, body: str, *, link: str | None = None, mass: float = 1.0, fixed: bool = False,
@@ -106,11 +108,40 @@ class WrittenRun:
         row = {"mesh": f"{name}.npz", "pos": list(pos), "quat": list(quat), "color": [1, 1, 1, 1]}
         self.geometry.setdefault(str(link), []).append(row)
 
+    def add_soft(
+        self, body: str, points: Any, *, kind: str = "soft", solver: str = "mpm", spacing: float = 0.1,
+        mass: float = 1.0, surface: Any = None, pos: Any = ORIGIN, quat: Any = IDENTITY, domain: Any = None,
+        vel: Any = ORIGIN, kinetic: Any = 0.0, speed: Any = 0.0, **geometry: Any,
+    ) -> None:  # fmt: skip
+        """Add a body that deforms; `points` and `surface` are arrays over all frames (F, n, 3), or constant (n, 3)."""
+        frames = len(self.time)
+        points, seen = (
+            None if x is None else np.broadcast_to(np.asarray(x, float), (frames, *np.shape(x)[-2:]))
+            for x in (points, surface)
+        )
+        assert points is not None
+        done = [0, 0]
+        for before, drawn, _ in self.soft_arrays:
+            done[0] += before.shape[1]
+            done[1] += 0 if drawn is None else drawn.shape[1]
+        row = {"body": body, "kind": kind, "solver": solver, "points": [done[0], done[0] + points.shape[1]]}
+        row["surface"] = None if seen is None else [done[1], done[1] + seen.shape[1]]
+        row |= {"spacing": spacing, "mass": mass, "pos": list(pos), "quat": list(quat)}
+        self.soft.append(row | ({"domain": domain} if domain is not None else {}))
+        arrays = {"rest": points[0], "masses": np.full(points.shape[1], mass / points.shape[1])} | geometry
+        (self.folder / "geometry").mkdir(parents=True, exist_ok=True)
+        np.savez(self.folder / "geometry" / f"soft_{len(self.soft) - 1}.npz", **arrays)
+        motion = {"soft_velocity": np.broadcast_to(vel, (frames, 3))}
+        motion |= {"soft_kinetic": np.broadcast_to(kinetic, frames), "soft_speed": np.broadcast_to(speed, frames)}
+        self.soft_arrays.append((points, seen, motion))
+
     def write(self, state: str = "finished", chunk: int = 40, upto: int | None = None, **status: Any) -> Path:
         """Write it down; frames from `upto` on are left out."""
         states = self.folder / "states"
         states.mkdir(parents=True, exist_ok=True)
         layout = {"dt": self.dt, "every": self.every, "duration": self.duration, "gravity": [0.0, 0.0, -9.81]}
+        if self.soft:
+            layout["deformables"] = self.soft
         (states / "layout.json").write_text(json.dumps(layout | {"links": self.links, "joints": self.joints}))
         if self.geometry:
             (self.folder / "geometry" / "index.json").write_text(json.dumps(self.geometry))
@@ -122,6 +153,8 @@ class WrittenRun:
         for number, name in enumerate(("qpos", "dofs_velocity", "dofs_control_force")):
             rows = [np.broadcast_to(dof[number], len(self.time)) for dof in self.dofs]
             arrays[name] = np.stack(rows, 1) if rows else np.zeros((len(self.time), 0))
+        if self.soft:
+            arrays |= self._soft()
         arrays = {name: array.astype(np.float32) for name, array in arrays.items()} | {"time": self.time}
         done = -1
         for number, first in enumerate(range(0, frames, chunk)):
@@ -136,7 +169,17 @@ class WrittenRun:
 
     def _stack(self, name: str, width: int) -> np.ndarray:
         columns = [np.broadcast_to(np.asarray(c[name], float), (len(self.time), width)) for c in self.columns]
-        return np.stack(columns, axis=1)
+        return np.stack(columns, axis=1) if columns else np.zeros((len(self.time), 0, width))
+
+    def _soft(self) -> dict[str, np.ndarray]:
+        points = [points for points, _, _ in self.soft_arrays]
+        seen = [np.zeros((len(self.time), 0, 3)), *(seen for _, seen, _ in self.soft_arrays if seen is not None)]
+        motions = [motion for _, _, motion in self.soft_arrays]
+        return {
+            "soft_points": np.concatenate(points, axis=1),
+            "soft_surface": np.concatenate(seen, axis=1),
+            **{name: np.stack([motion[name] for motion in motions], axis=1) for name in motions[0]},
+        }
 
     def _contacts(self, after: int, until: int) -> dict[str, np.ndarray]:
         rows = sorted((row for row in self.contacts if after < row[0] <= until), key=lambda row: row[:2])

@@ -10,6 +10,7 @@ from small_case import only_problem, problems_of, small
 
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.text.canonical import format_text
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import MAX_BYTES, Source, check_source, decode_source, read_source
 
@@ -170,7 +171,7 @@ def test_any_text_loads_or_is_refused_with_places_inside_it(text):
         ("prompt what falls", 0, "a key needs a colon and a space after it"),
         ("params: {color: #ff8800}", 16, "`#` begins a comment; put the colour in quotes"),
         ('params: {a: "${pi}, b: {c: 1}}', 12, "the quote that starts here is never closed"),
-        ('params: {a: {h: "${pi"}}', 17, "`${` has no closing brace where its text ends"),
+        ("params: {a: ${pi", 12, "`${` has no closing brace"),
     ],
 )
 def test_slips_are_blamed_where_they_are(line, at, words):
@@ -180,6 +181,17 @@ def test_slips_are_blamed_where_they_are(line, at, words):
     (problem,) = caught.value.problems
     assert words in problem.message
     assert (problem.line, problem.column) == (2, at + 1)
+
+
+@pytest.mark.parametrize("quote", ['"', "'"])
+def test_an_expression_that_is_not_closed_ends_with_its_quotes(quote):
+    """The brace behind the quote is that of the mapping: the file is YAML, and everything in it is looked at."""
+    text = f"text2sim: 2\nname: x\nparams: {{a: {{h: {quote}${{pi{quote}}}, b: 1}}\nscene: {{duration: -1}}\n"
+    assert parse_document(Source(text)).data["params"] == {"a": {"h": "${pi"}, "b": 1}
+    assert f"h: {quote}${{pi{quote}" in format_text(text).replace('"', quote)
+    found = {(problem.line, problem.column): problem.message for problem in problems_of(text)}
+    assert "`${` has no closing brace" in found[3, 17]
+    assert (4, 19) in found
 
 
 def test_a_brace_that_is_not_closed_says_where_it_was_opened():

@@ -27,6 +27,7 @@ from text2sim.compiler.soft.scales import scales
 from text2sim.compiler.soft.settings import derive_soft
 from text2sim.compiler.soft.solvers import contact_model, is_soft
 from text2sim.compiler.trees.anatomy import known_parts, named_parts, tree_extents, tree_standing
+from text2sim.compiler.trees.generators import rope_frequency
 from text2sim.compiler.watches import lower_watches
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.load import LoadedCase
@@ -211,6 +212,7 @@ def _traits(
         fastest=max(known_speeds(lowering, groups, moving, rows).values(), default=0.0),
         thinnest=lowering.thinnest,
         bounciest=max(bounce.values(), default=0.0),
+        swiftest=max((rope_frequency(copy.model) for copy in moving if copy.model.kind == "rope"), default=0.0),
     )
 
 

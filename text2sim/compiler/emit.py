@@ -122,7 +122,10 @@ def _context(plan: Plan) -> dict[str, Any]:
         "soft": soft,
         "soft_why": _reasons(soft),
         "masses": {name: facts.mass for name, facts in plan.deformables.items() if facts.solver == "mpm"},
-        "deformables": {name: vars(facts) for name, facts in plan.deformables.items()},
+        "deformables": {
+            name: {key: value for key, value in vars(facts).items() if key != "mass"}
+            for name, facts in plan.deformables.items()
+        },
         "statics": [_group(group) for group in plan.statics],
         "bodies": [_group(group) for group in plan.bodies],
         "uses_models": any(e.morph in FROM_FILE for g in groups for e in g.entities),

@@ -25,7 +25,7 @@ from text2sim.spec_schema.models.materials import Look, Material
 from text2sim.spec_schema.models.motion import Oscillate, Spin
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.shapes import Compound, Mesh, Part
-from text2sim.spec_schema.models.soft_bodies import Cloth, Granular, Liquid, Snow, Soft
+from text2sim.spec_schema.models.soft_bodies import Cloth, Granular, Liquid, Rope, Snow, Soft
 
 if TYPE_CHECKING:
     from text2sim.compiler.soft.lowering import SoftLowering

@@ -32,12 +32,12 @@ class SoftFacts:
     """mpm, pbd, fem or ipc."""
     spacing: float
     """Distance [m] of neighbouring points at rest."""
-    mass: float
-    """[kg]"""
     pos: Vec
     """Where its frame is placed [m]."""
     quat: Quaternion
     """How its frame is turned; the engine may be given a mesh that is turned already."""
+    mass: float
+    """[kg]"""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ CRISPNESS = 0.25
 moment of touch within a step; at 0.85, near the end of what is stable, by 0.15, and contacts can gain energy."""
 RIGID_SUBSTEPS = 50
 """Most substeps that rigid bodies get without being asked for."""
-SPRING_STEP = 0.5
+SPRING_STEP = 0.8
 """Substep times angular frequency of a rope's springs, which the engine takes explicitly: at 2 they explode."""
 BOUNCE_STEP = 0.0005
 """Longest substep [s] for contacts that bounce; at this one they last 6 ms."""

@@ -9,11 +9,14 @@ import numpy as np
 from text2sim.assets.mechanism import Mechanism, MechanismLink
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan
+from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply
 from text2sim.compiler.shapes.surface import VisualMesh
+from text2sim.compiler.soft.solvers import is_soft
 from text2sim.compiler.trees.filebody import geom_of
 from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeLink, tree_links
+from text2sim.drawing.cloths import cloth_surfaces
 from text2sim.drawing.meshes import Triangles, drawn, scale_of, solid, square, unit
 from text2sim.drawing.prop import Prop, Stage
 
@@ -79,6 +82,9 @@ class _Collector:
         """Take in all that is seen of an entity."""
         color: Rgba | None = entity.surface.rgba if entity.surface else None
         finish = entity.surface.finish if entity.surface else copy.model.look.finish
+        if is_soft(copy.model):
+            self._soft(copy, color or PLAIN, finish)
+            return
         tree = self.resolution.lowering.trees.get(entity.name)
         if tree is not None:
             if getattr(copy.model, "file", None) is not None:
@@ -97,6 +103,19 @@ class _Collector:
         options = entity.options
         size = options.get("size") or tuple(options[key] for key in ("radius", "height") if key in options)
         self._piece(Piece(entity.morph.lower(), size=tuple(size)), copy.pos, copy.quat, prop)
+
+    def _soft(self, copy: Copy, color: Rgba, finish: str) -> None:
+        """Take in what deforms, as it is at rest: its solver's points are not known before the engine has made them."""
+        folder, prop = self.resolution.lowering.folder, self._prop(copy, color, finish, True, False)
+        surfaces = cloth_surfaces(copy.shape, folder) or geometry.visual_mesh(copy.shape, folder)
+        if surfaces is None:
+            for piece in geometry.pieces(copy.shape, folder):
+                self._piece(piece, copy.pos, copy.quat, prop)
+            return
+        own = copy.shape.kind == "sheet" or copy.model.look.color is None
+        for mesh in surfaces:
+            key = _Key("surface", (mesh.digest, own and mesh.picture is not None))
+            self._add(key, mesh, _Instance((1.0, 1.0, 1.0), copy.pos, copy.quat, prop))
 
     def _tree(self, tree: Tree, copy: Copy, color: Rgba | None, finish: str, static: bool) -> None:
         # A colour of the entity is for all of it; without one, every part has its own.
@@ -172,21 +191,38 @@ class _Collector:
         """Return every surface in its own frame, with detail by its size and the number of its copies."""
         counts = {key: len(found) for key, found in self.instances.items()}
         boxes = 12 * sum(n for key, n in counts.items() if key.kind == "box")
-        meshed = sum(counts[key] * len(mesh.faces) for key, mesh in self.things.items() if key.kind == "surface")
+        meshes = [(len(mesh.faces), counts[key]) for key, mesh in self.things.items() if key.kind == "surface"]
         room = max(budget - boxes, budget // 4)
-        fewer = min(1.0, (FINE if self.fine else 0.7 * room) / max(meshed, 1))
-        sides = _sides(self.things, counts, max(room - fewer * meshed, 0.3 * room))
+        most = _level(meshes, FINE if self.fine else 0.7 * room)
+        meshed = sum(count * min(faces, most) for faces, count in meshes)
+        sides = _sides(self.things, counts, max(room - meshed, 0.3 * room))
         found = {}
         for key, thing in self.things.items():
             if key.kind == "plane":
                 found[key] = square()
             elif isinstance(thing, VisualMesh):
-                found[key] = drawn(thing, max(48, int(fewer * len(thing.faces))), picture=key.of[1])
+                found[key] = drawn(thing, most, picture=key.of[1])
             elif key.kind in ("box", "ellipsoid", "cylinder"):
                 found[key] = unit(key.kind, sides.get(key, 0))
             else:
                 found[key] = solid(thing, sides.get(key, 0))
         return found
+
+
+def _level(meshes: list[tuple[int, int]], room: float) -> int:
+    """Return how many triangles a mesh may have: coarse ones keep theirs, and the fine ones share what is left.
+
+    Args:
+        meshes: Triangles and copies of each.
+        room: Triangles of all together.
+    """
+    waiting = sum(count for _, count in meshes)
+    for faces, count in sorted(meshes):
+        if faces * waiting > room:
+            return max(48, int(room / waiting))
+        room -= faces * count
+        waiting -= count
+    return max((faces for faces, _ in meshes), default=0)
 
 
 def _sides(things: dict[_Key, Any], counts: dict[_Key, int], room: float) -> dict[_Key, int]:

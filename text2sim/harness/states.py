@@ -114,6 +114,7 @@ class RunStates:
             joints = tuple(_joint(row) for row in layout["joints"])
             dt, every = float(layout["dt"]), int(layout["every"])
             x, y, z = (float(v) for v in layout["gravity"])
+            soft, soft_sizes, soft_losses = read_deformables(run_dir, layout)
         except OSError as error:
             raise RunError(f"{folder / 'layout.json'}: nothing was recorded ({error.strerror})") from error
         except (ValueError, TypeError, KeyError, RecursionError) as error:
@@ -122,7 +123,6 @@ class RunStates:
             raise RunError(f"{folder / 'layout.json'}: not the layout of a recording (dt {dt}, every {every})")
         sizes = {"L": len(links), "Q": max((j.q[1] for j in joints), default=0)}
         sizes["D"] = max((j.dof[1] for j in joints), default=0)
-        soft, soft_sizes, soft_losses = read_deformables(run_dir, layout)
         fields = FRAME_FIELDS | {k: row for k, row in SOFT_FIELDS.items() if soft_sizes.get(str(row[0]))}
         paths, losses = readable(folder, fields, CONTACT_FIELDS, sizes | soft_sizes)
         chunks = Chunks(paths)

@@ -112,17 +112,19 @@ class Holds:
         for hold in self.holds:
             if hold.over:
                 continue
-            if hold.active and any(self._is_time(end, t) for end in hold.until):
+            if hold.active and any(self._is_over(hold, end, t) for end in hold.until):
                 hold.grip.end()
                 hold.active, hold.over = False, True
-            elif not hold.active and self._is_time(hold.start, t):
+            elif not hold.active and t >= hold.start - 1e-9:
                 hold.begin()
             if hold.active:
                 hold.look()
                 hold.grip.step()
 
-    def _is_time(self, when, t):
-        return when in self.happened if isinstance(when, str) else t >= when - 1e-9
+    def _is_over(self, hold, end, t):
+        if isinstance(end, str):  # what happened before it was held does not let it go
+            return self.happened.get(end, -1.0) >= hold.start
+        return t >= end - 1e-9
 
 
 class _Pbd:

@@ -29,12 +29,7 @@ class SoftFilm:
     """
 
     def __init__(self, scene, states: SoftStates, geometry: Path):
-        self._scene, self._states, self._figures = scene, states, None
-        looks = json.loads((geometry / "soft_index.json").read_text())
-        self._makings = [
-            (row, look, np.load(geometry / f"soft_{k}.npz"), geometry)
-            for k, (row, look) in enumerate(zip(states.rows, looks, strict=True))
-        ]
+        self._scene, self._states, self._geometry, self._figures = scene, states, geometry, []
         context = scene.visualizer.context
         for solver in ("mpm", "pbd", "fem"):
             setattr(context, f"on_{solver}", _nothing)
@@ -43,30 +38,40 @@ class SoftFilm:
 
     def show(self, around: tuple[int, int, float]) -> None:
         """Puts every body where it is between two frames; call before a picture is rendered."""
+        self._figures = self._figures or self._make()
+        for figure, places in zip(self._figures, self._places(around), strict=True):
+            figure.show(places)
+
+    def _make(self) -> list:
+        looks = json.loads((self._geometry / "soft_index.json").read_text())
+        figures = []
+        for k, (row, at_rest) in enumerate(zip(self._states.rows, self._places((0, 0, 0.0)), strict=True)):
+            arrays = np.load(self._geometry / f"soft_{k}.npz")
+            if "faces" in arrays:
+                uvs = arrays["uvs"] if "uvs" in arrays else None
+                material = _material(looks[k], self._geometry)
+                figures.append(_Surface(self._scene, row, material, Shell(at_rest, arrays["faces"]), uvs))
+            else:
+                figures.append((_Liquid if row["kind"] == "liquid" else _Grains)(self._scene, row, looks[k]))
+        return figures
+
+    def _places(self, around: tuple[int, int, float]) -> list[np.ndarray]:
+        """Where the vertices, or else the particles, of each body are between two frames."""
         points, surface = self._states.at("soft_points", around), self._states.at("soft_surface", around)
-        if self._figures is None:
-            self._figures = [_figure(self._scene, *making) for making in self._makings]
-        for row, figure in zip(self._states.rows, self._figures, strict=True):
-            figure.show(points[slice(*row["points"])] if row["surface"] is None else surface[slice(*row["surface"])])
+        return [
+            points[slice(*row["points"])] if row["surface"] is None else surface[slice(*row["surface"])]
+            for row in self._states.rows
+        ]
 
     def close(self) -> None:
         """Takes the bodies out of the scene."""
-        for figure in self._figures or ():
+        for figure in self._figures:
             figure.clear()
-        self._figures = None
+        self._figures = []
 
 
 def _nothing(*given, **named) -> None:
     """Stands in for what the engine would draw."""
-
-
-def _figure(scene, row: dict, look: dict, geometry, folder: Path):
-    """Returns what draws one body."""
-    if "faces" in geometry:
-        return _Surface(scene, row, look, geometry, folder)
-    if row["kind"] == "liquid":
-        return _Liquid(scene, row, look)
-    return _Grains(scene, row, look)
 
 
 class _Figure:
@@ -96,20 +101,17 @@ class _Figure:
 class _Surface(_Figure):
     """A body with a mesh; cloth shows both its sides."""
 
-    def __init__(self, scene, row: dict, look: dict, geometry, folder: Path):
+    def __init__(self, scene, row: dict, material, shell: Shell, uvs: np.ndarray | None):
         super().__init__(scene, row)
-        self._geometry, self._material = geometry, _material(look, folder)
-        self._shell = None
+        self._material, self._shell, self._uvs = material, shell, uvs
 
     def show(self, vertices: np.ndarray) -> None:
-        if self._shell is None:
-            self._shell = Shell(vertices, self._geometry["faces"])
         shell = self._shell
         positions, normals = vertices[shell.worn].astype(np.float32), shell.normals(vertices)
         if self._nodes:
             self._update(self._nodes[0], pos=positions, normal=normals)
             return
-        uvs = self._geometry["uvs"][shell.worn] if "uvs" in self._geometry else None
+        uvs = None if self._uvs is None else self._uvs[shell.worn]
         self._add(
             positions=positions,
             normals=normals,

@@ -1,23 +1,19 @@
 """What is drawn in a picture, as flat forms: strokes and filled shapes that are darker than the paper."""
 
-import warnings
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.compiler.shapes.meshfile import case_path
+from text2sim.compiler.shapes.pictures import ENOUGH, open_picture, picture_path
 from text2sim.spec_schema.errors import AssetError
 
 if TYPE_CHECKING:
     import numpy as np
     from shapely import Polygon
 
-SUFFIXES = (".png", ".jpg", ".jpeg")
-MAX_BYTES = 16 * 1024 * 1024
-MAX_PIXELS = 25_000_000
-WORKED = 2400
-"""Pixels of the longer side in which forms are traced; smaller pictures are enlarged, up to four times."""
+LARGER = 4.0
+"""How many times pictures are enlarged at most before forms are traced."""
 BLUR = 0.8
 """Width [pixels of the picture] over which grain and steps are smoothed."""
 SIMPLE = 0.3
@@ -47,12 +43,12 @@ def strokes(file: str, folder: Path) -> list[Stroke]:
     Raises:
         AssetError: if the picture cannot be used, or nothing is drawn in it.
     """
-    path, _ = case_path(file, folder, "picture", SUFFIXES, MAX_BYTES)
+    path = picture_path(file, folder)
     stat = path.stat()
     try:
         return list(_read(path, stat.st_mtime_ns, stat.st_size))
     except AssetError as error:
-        raise AssetError(f"picture `{file}` {error}") from None
+        raise AssetError(f"picture file `{file}` {error}") from None
 
 
 @lru_cache(maxsize=32)
@@ -69,31 +65,17 @@ def _read(path: Path, _mtime: int, _size: int) -> tuple[Stroke, ...]:
 
 
 def _gray(path: Path) -> "np.ndarray":
-    """Return a picture as grey levels (h, w) from 0 to 255, on white paper, turned as the camera says."""
+    """Return a picture as grey levels (h, w) from 0 to 255, on white paper."""
     import numpy as np
-    from PIL import Image, ImageOps
+    from PIL import Image
 
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            with Image.open(path, formats=("PNG", "JPEG")) as image:
-                wide, tall = image.size
-                if wide * tall > MAX_PIXELS:
-                    raise AssetError(
-                        f"has too many pixels ({wide} x {tall}; at most {MAX_PIXELS:,}): make it smaller, "
-                        f"{WORKED} along its longer side are enough"
-                    )
-                image = ImageOps.exif_transpose(image)
-                if image.mode in ("I", "F") or image.mode.startswith("I;"):
-                    levels = np.asarray(image, np.float32)
-                    return levels * (255.0 / (65535.0 if levels.max(initial=0) > 255 else 255.0))
-                image = image.convert("RGBA")
-                paper = Image.new("RGBA", image.size, (255, 255, 255, 255))
-                return np.asarray(Image.alpha_composite(paper, image).convert("L"), np.float32)
-    except AssetError:
-        raise
-    except Exception as error:  # readers of foreign files fail in every way there is
-        raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
+    image = open_picture(path)
+    if image.mode in ("I", "F") or image.mode.startswith("I;"):
+        levels = np.asarray(image, np.float32)
+        return levels * (255.0 / (65535.0 if levels.max(initial=0) > 255 else 255.0))
+    image = image.convert("RGBA")
+    paper = Image.new("RGBA", image.size, (255, 255, 255, 255))
+    return np.asarray(Image.alpha_composite(paper, image).convert("L"), np.float32)
 
 
 def _pieces(gray: "np.ndarray") -> "list[Polygon]":
@@ -106,7 +88,7 @@ def _pieces(gray: "np.ndarray") -> "list[Polygon]":
     from text2sim.compiler.shapes.lettering import areas
 
     tall, wide = gray.shape
-    factor = min(WORKED / max(tall, wide), 4.0)
+    factor = min(ENOUGH / max(tall, wide), LARGER)
     gray = cv2.GaussianBlur(gray, (0, 0), BLUR * max(1.0, 1 / factor))
     size = (max(round(wide * factor), 2), max(round(tall * factor), 2))
     big = cv2.resize(gray, size, interpolation=cv2.INTER_CUBIC if factor > 1 else cv2.INTER_AREA)

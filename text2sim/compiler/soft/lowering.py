@@ -49,6 +49,7 @@ class SoftLowering:
         assert solver is not None
         spacing = self.scales.spacing(copy.body, solver)
         morph, options, turned = self._morph(model, copy, solver, spacing)
+        weight = float(f"{mass(copy, self.meshes.folder):.9g}")
         material, values = made_of(model, "ipc" if self.model == "ipc" and solver == "fem" else solver)
         entity = EntityPlan(
             copy.name,
@@ -60,7 +61,7 @@ class SoftLowering:
             family=FAMILIES[solver],
             material=material,
             material_options=values,
-            soft=SoftFacts(model.kind, solver, spacing, copy.pos, copy.quat),
+            soft=SoftFacts(model.kind, solver, spacing, copy.pos, copy.quat, weight),
         )
         low, high = extents_of(copy, self.meshes.folder)
         middle = ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2)

@@ -108,10 +108,9 @@ def rope_tree(rope: Rope, direction: Vec, rgba: Rgba) -> Tree:
         rgba: Colour of the links.
     """
     length, radius = rope.length / rope.segments, rope.radius
-    # Round ends make the joints smooth; what they overlap weighs nothing, so that the whole weighs what a cylinder does.
-    mass = density_of(rope.material, math.pi * radius**2 * rope.length) * math.pi * radius**2 * length
+    mass, spring = _rope_link(rope)
+    # Round ends make the joints smooth. Where they overlap they weigh nothing: the whole weighs what a cylinder does.
     density = mass / capsule_mass(radius, length, 1.0)
-    spring = rope.youngs_modulus * math.pi * radius**4 / 4 / length
     joint = ball_joint(JointDynamics(damping=rope.damping), mass, length, damping=0.05)
     if rope.damping is None and spring > 0.0:
         inertia = mass * length**2 / 3 + joint.armature
@@ -130,6 +129,19 @@ def rope_tree(rope: Rope, direction: Vec, rgba: Rgba) -> Tree:
         )
     assert link is not None
     return Tree((link,), self_collision=rope.self_collision)
+
+
+def _rope_link(rope: Rope) -> tuple[float, float]:
+    """Mass [kg] of a link of a rope, and stiffness [N m/rad] of the spring at its joint."""
+    length, section = rope.length / rope.segments, math.pi * rope.radius**2
+    mass = density_of(rope.material, section * rope.length) * section * length
+    return mass, rope.youngs_modulus * section * rope.radius**2 / 4 / length
+
+
+def rope_frequency(rope: Rope) -> float:
+    """Largest angular frequency [rad/s] at which a rope bends to and fro, from link to link: 4 sqrt(k / m) / l."""
+    mass, spring = _rope_link(rope)
+    return 4 * math.sqrt(spring / mass) * rope.segments / rope.length
 
 
 def net_tree(net: Net, rgba: Rgba) -> Tree:

@@ -1,4 +1,4 @@
-"""What acts on deformable bodies: motors too weak to press them, pulls that tear them, fields that miss them."""
+"""What acts on deformable bodies: motors too weak to press them, pulls that tear them."""
 
 import math
 from collections.abc import Iterator
@@ -14,7 +14,6 @@ from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.regions import SIDES
 
-FIELDS = ("wind", "drag", "attraction", "vortex", "turbulence")
 SHORT = 0.2
 """A press that stops short by more than this part of its way into a body is reported."""
 MUCH = 0.7
@@ -152,22 +151,6 @@ def _area(facts: Facts, body: SoftBody, region: Any) -> float | None:
     return None
 
 
-def _idle_field(facts: Facts) -> Iterator[Problem]:
-    soft = soft_facts(facts)
-    felt = [*soft.of("pbd"), *(soft.of("mpm") if soft.model in ("rigid", "particle") else [])]
-    if felt:
-        return
-    for name, control in facts.case.actions.controls.items():
-        if control.kind in FIELDS:
-            why = (
-                f"under contact model {soft.model} mpm bodies feel none, and there is no cloth of solver pbd"
-                if soft.of("mpm")
-                else "fields act on mpm bodies and on cloth of solver pbd, and there is none"
-            )
-            text = f"this {control.kind} moves nothing: {why}; rigid bodies are pushed by `force`"
-            yield facts.problem("idle-field", ("actions", "controls", name, "kind"), text)
-
-
 _JELLY = "{kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.11]}"
 
 RULES = (
@@ -230,29 +213,5 @@ actions:
     pull: {{kind: force, body: jelly, region: {{face: right}}, force: [80, 0, 0]}}
 """,
         run=_tearing,
-    ),
-    Rule(
-        id="idle-field",
-        severity="warning",
-        title="A field in a scene in which nothing feels it.",
-        reason="""\
-The engine's fields are accelerations of particles: of mpm bodies (under contact models `rigid` and `particle`) and of
-cloth of solver pbd. Rigid bodies, fem bodies and everything under `ipc` do not feel them, without a word.""",
-        way_out="Push rigid bodies with `force`; give cloth `solver: pbd` and soft bodies `solver: mpm`.",
-        example="""\
-bodies:
-  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, place: {on: floor}}
-actions:
-  controls:
-    breeze: {kind: wind, direction: x, acceleration: 3}
-""",
-        mended="""\
-bodies:
-  flag: {kind: cloth, shape: {kind: sheet, size: [0.6, 0.4]}, pose: {pos: [0, 0, 1]}}
-actions:
-  controls:
-    breeze: {kind: wind, direction: x, acceleration: 3}
-""",
-        run=_idle_field,
     ),
 )

@@ -28,6 +28,8 @@ MEETS = {
     frozenset(("fem",)): "sap",
 }
 """Contact model under which a pair does touch, where one does on every machine."""
+STILL = ("sap", "ipc")
+"""Contact models under which the grid of mpm is never moved: a block of jelly stayed where it was in the air."""
 WORDS = {"mpm": "mpm bodies", "pbd": "cloth of solver pbd", "fem": "fem bodies", "ipc": "cloth of solver ipc"}
 
 
@@ -44,6 +46,26 @@ def _cloth_without_ipc(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("cloth-without-ipc", facts.said(name, "solver"), text, key=True)
 
 
+def _frozen(facts: Facts) -> Iterator[Problem]:
+    soft = soft_facts(facts)
+    if soft.model not in STILL:
+        return
+    needs = next((b for b in soft.bodies if b.solver in ("fem", "ipc")), None)
+    for name in _names(soft.of("mpm")):
+        why = ""
+        if facts.case.scene.contact.model is None and needs is not None:
+            why = f", which `{needs.body}` (solver {needs.solver}) needs"
+        text = (
+            f"`{name}` has solver mpm, which stands still under contact model {soft.model}{why}: gravity and the "
+            "motion of its grid are part of the engine's other coupler; "
+        )
+        if facts.case.bodies[name].kind == "soft":
+            text += "give it `solver: fem`, or let nothing in the scene need another contact model than particle"
+        else:
+            text += "let nothing in the scene need another contact model than particle"
+        yield facts.problem("mpm-stands-still", facts.said(name, "solver"), text, key=True)
+
+
 def _no_contact(facts: Facts) -> Iterator[Problem]:
     """One finding for each body that deforms and each thing that it would pass through."""
     soft = soft_facts(facts)
@@ -51,7 +73,11 @@ def _no_contact(facts: Facts) -> Iterator[Problem]:
     for body in soft.bodies:
         if body.solver == "ipc" and soft.model != "ipc":
             continue  # reported already, and it has no other fault then
+        if body.solver == "mpm" and soft.model in STILL:
+            continue
         for other, family in _others(soft, body):
+            if family == "mpm" and soft.model in STILL:
+                continue
             if (body.body, other.body) in seen or frozenset((family, body.solver)) in TOUCHING[soft.model]:
                 continue
             if not _could_meet(soft, body, other):
@@ -139,16 +165,38 @@ bodies:
         run=_cloth_without_ipc,
     ),
     Rule(
+        id="mpm-stands-still",
+        severity="error",
+        title="An mpm body under contact model sap or ipc.",
+        reason="""\
+The step in which the grid of the material point method gets its velocities, gravity among them, is part of the
+engine's coupler of rigid bodies and particles. Sap and ipc are couplers that take its place and have no such step: a
+block of jelly in the air over nothing stayed where it was for the whole run, while fem bodies and cloth beside it fell.
+There is no error.""",
+        way_out="Give soft bodies `solver: fem`; grains, liquids and snow need contact model particle.",
+        example="""\
+bodies:
+  bar: {kind: soft, solver: fem, cell: 0.05, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.5]}}
+  jelly: {kind: soft, solver: mpm, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [1, 0, 0.5]}}
+""",
+        mended="""\
+bodies:
+  bar: {kind: soft, solver: fem, cell: 0.05, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.5]}}
+  jelly: {kind: soft, solver: fem, cell: 0.05, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [1, 0, 0.5]}}
+""",
+        run=_frozen,
+    ),
+    Rule(
         id="no-contact",
         severity="error",
         title="Bodies of two solvers could meet, and would pass through each other.",
         reason="""\
 Each family of bodies has its own solver, and the contact model says which of them touch. `particle`: rigid bodies with
-mpm and pbd bodies, mpm with pbd. `sap`: rigid bodies with fem bodies, fem bodies with each other and themselves; mpm
-and pbd bodies feel nothing but themselves. `ipc`: rigid bodies, cloth and fem bodies, all with all; mpm and pbd as in
-`sap`. `rigid`: nothing that deforms. There is no contact between fem and pbd bodies under any model, and fem bodies
-without sap or ipc only feel what a corner of their surface is in. Where one starts over the other it is an error, where
-they may only come to each other a warning.""",
+mpm and pbd bodies, mpm with pbd. `sap`: rigid bodies with fem bodies, fem bodies with each other and themselves; cloth
+of solver pbd feels nothing but itself. `ipc`: rigid bodies, cloth and fem bodies, all with all; cloth of solver pbd as
+under `sap`. `rigid`: nothing that deforms. There is no contact between fem and pbd bodies under any model, and
+fem bodies without sap or ipc only feel what a corner of their surface is in. Where one starts over the other it is an
+error, where they may only come to each other a warning.""",
         way_out="""\
 Choose the contact model that the message names, or solvers that go together: soft bodies of solver mpm and cloth of
 solver pbd under `particle`; soft bodies of solver fem and rigid bodies under `sap`.""",

@@ -45,7 +45,7 @@ def _clearance(facts: Facts) -> Iterator[Problem]:
             if gap < need * (1 - 1e-6):
                 _note(found, gap, need, *((b, a) if b.body in facts.case.bodies else (a, b)))
     for gap, need, mover, other, count in found.values():
-        how = "overlap" if gap <= 0.0 else f"are {length(gap)} apart"
+        how = "overlap" if gap < -1e-6 else "touch" if gap < 1e-6 else f"are {length(gap)} apart"
         more = more_copies(count, "pairs of their copies")
         text = (
             f"`{mover.name}` and `{other.name}` {how} at the start{more}: contact model ipc takes no scene in which "

@@ -40,7 +40,7 @@ def _mask_expressions(text: str) -> str:
     pieces, done = [], 0
     while found := _START.search(text, done):
         end = closing_brace(text, found.end())
-        if end is None:
+        if end is None or _leaves_quotes(text, found.start(), end):
             pieces.append(text[done : found.end()])
             done = found.end()
             continue
@@ -61,11 +61,18 @@ def find_unclosed(text: str) -> int | None:
     for found in _START.finditer(text):
         line = text[text.rfind("\n", 0, found.start()) + 1 : found.start()]
         end = closing_brace(text, found.end())
-        # In `{height: "${length"}` the brace is that of the mapping.
-        quoted = line.count('"') % 2 == 1 and text.count('"', found.end(), end or 0) % 2 == 1
-        if (end is None or quoted) and "#" not in line:
+        if (end is None or _leaves_quotes(text, found.start(), end)) and "#" not in line:
             return found.start()
     return None
+
+
+def _leaves_quotes(text: str, start: int, end: int) -> bool:
+    """Whether the brace at `end` is behind the quote in which `${` stands at `start`.
+
+    In `{height: "${length"}` the brace is that of the mapping.
+    """
+    line = text.rfind("\n", 0, start) + 1
+    return any(text.count(q, line, start) % 2 == 1 and text.count(q, start, end) % 2 == 1 for q in "\"'")
 
 
 def closing_brace(text: str, start: int) -> int | None:

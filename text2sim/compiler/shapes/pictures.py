@@ -1,0 +1,77 @@
+"""Pictures of a case: found, checked and limited, whoever made them."""
+
+import warnings
+from functools import lru_cache
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from text2sim.compiler.shapes.meshfile import case_path
+from text2sim.spec_schema.errors import AssetError
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+SUFFIXES = (".png", ".jpg", ".jpeg")
+MAX_BYTES = 16 * 1024 * 1024
+MAX_PIXELS = 25_000_000
+ENOUGH = 2400
+"""Pixels of the longer side that make no visible difference any more."""
+
+
+def picture_path(file: str, folder: Path) -> Path:
+    """Return where a picture of a case is.
+
+    Raises:
+        AssetError: if it is not in the case's folder, is too large, or no .png or .jpg.
+    """
+    return case_path(file, folder, "picture", SUFFIXES, MAX_BYTES)[0]
+
+
+def open_picture(path: Path) -> "Image":
+    """Read a picture, turned as its camera says.
+
+    Raises:
+        AssetError: if it cannot be read, or has too many pixels; a file of a few kilobytes can have billions.
+    """
+    from PIL import Image, ImageOps
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            with Image.open(path, formats=("PNG", "JPEG")) as image:
+                wide, tall = image.size
+                if wide * tall > MAX_PIXELS:
+                    raise AssetError(
+                        f"has too many pixels ({wide} x {tall}; at most {MAX_PIXELS:,}): make it smaller, "
+                        f"{ENOUGH} along its longer side are enough"
+                    )
+                image.load()
+                return ImageOps.exif_transpose(image)
+    except AssetError:
+        raise
+    except Exception as error:  # readers of foreign files fail in every way there is
+        raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
+
+
+def thumbnail(file: str, folder: Path, side: int) -> bytes:
+    """Return a picture of a case as a .png in three channels, at most `side` pixels long.
+
+    Raises:
+        AssetError: if it cannot be used.
+    """
+    path = picture_path(file, folder)
+    stat = path.stat()
+    try:
+        return _thumbnail(path, side, stat.st_mtime_ns, stat.st_size)
+    except AssetError as error:
+        raise AssetError(f"picture file `{file}` {error}") from None
+
+
+@lru_cache(maxsize=32)
+def _thumbnail(path: Path, side: int, _mtime: int, _size: int) -> bytes:
+    image = open_picture(path).convert("RGB")
+    image.thumbnail((side, side))
+    stream = BytesIO()
+    image.save(stream, "PNG")
+    return stream.getvalue()
