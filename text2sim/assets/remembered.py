@@ -8,14 +8,18 @@ import json
 import os
 import sys
 import tempfile
+from base64 import b64decode, b64encode
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-ASKED = ("mujoco", "numpy", "yourdfpy")
+if TYPE_CHECKING:
+    import numpy as np
+
+ASKED = ("mujoco", "numpy", "pymeshlab", "trimesh", "yourdfpy")
 """Packages on whose versions answers depend."""
 MANY = 300
 """Answers that are kept; then the oldest go."""
@@ -40,6 +44,26 @@ def remembered(
         if found.keys() == members.keys():
             _keep(key, found)
     return found
+
+
+def packed(array: "np.ndarray") -> str:
+    """Return an array as text; see `unpacked`."""
+    return b64encode(array.astype("<f8" if array.dtype.kind == "f" else "<i8").tobytes()).decode()
+
+
+def unpacked(text: str, kind: str, columns: int) -> "np.ndarray | None":
+    """Return an array (n, columns) of kind `f8` or `i8`, or None if that is not what the text says."""
+    import numpy as np
+
+    try:
+        return np.frombuffer(b64decode(text, validate=True), f"<{kind}").reshape(-1, columns)
+    except ValueError:
+        return None
+
+
+def meets(index: "np.ndarray | None", table: "np.ndarray") -> bool:
+    """Whether indices are there, and mean rows of a table."""
+    return index is not None and len(index) > 0 and bool(index.min() >= 0) and bool(index.max() < len(table))
 
 
 def _key_of(question: Iterable[bytes]) -> str:

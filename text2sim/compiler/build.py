@@ -16,16 +16,10 @@ from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.lettering import letter_counts
 from text2sim.compiler.placing.placement import Copy, place_all
 from text2sim.compiler.plan import EntityPlan, Group, Plan
-from text2sim.compiler.selection import split
 from text2sim.compiler.settings import Settings, Traits, derive
-from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.shapes.sizes import MAX_PIECES
 from text2sim.compiler.soft.controls import SoftControls
-from text2sim.compiler.soft.lowering import SoftLowering
-from text2sim.compiler.soft.meshes import MeshFiles
-from text2sim.compiler.soft.scales import scales
-from text2sim.compiler.soft.settings import derive_soft
-from text2sim.compiler.soft.solvers import contact_model, is_soft
+from text2sim.compiler.soft.resolution import soft_lowering, soft_settings
 from text2sim.compiler.trees.anatomy import known_parts, named_parts, tree_extents, tree_standing
 from text2sim.compiler.trees.generators import rope_frequency
 from text2sim.compiler.watches import lower_watches
@@ -70,8 +64,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     _stop_at_errors(problems)
     lowering = Lowering(loaded.folder, named_parts(loaded), mechanisms=mechanisms)
     case, scene = loaded.case, loaded.case.scene
-    if any(is_soft(body) for body in case.bodies.values()):
-        lowering.soft = _soft_lowering(loaded, placed, lowering)
+    lowering.soft = soft_lowering(loaded, placed, lowering.files)
     statics = _groups(loaded, placed, tuple(scene.statics), "scene", lowering, problems)
     bodies = _groups(loaded, placed, tuple(case.bodies), None, lowering, problems)
     _stop_at_errors(problems)
@@ -83,10 +76,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     _stop_at_errors(problems)
     moving = [copy for name in case.bodies for copy in placed[name]]
     bounce = {c.name: e for group in placed.values() for c in group if (e := _restitution(c)) is not None}
-    soft = None
-    if lowering.soft is not None:
-        speeds: dict[str, Vec] = {row.entity: row.linear for row in rows.velocities}
-        soft = derive_soft(scene, lowering.soft.model, lowering.soft.scales, placed, speeds, loaded.folder)
+    soft = soft_settings(loaded, placed, lowering.soft, bodies, rows)
     settings = derive(scene, _traits(lowering, bodies, moving, rows, bounce), soft)
     every = max(1, round(1.0 / (case.record_rate * scene.dt)))
     plan = Plan(
@@ -178,19 +168,6 @@ def _groups(
             )
         groups.append(Group(name, loaded.line(pointer), tuple(entities)))
     return tuple(groups)
-
-
-def _soft_lowering(loaded: LoadedCase, placed: dict[str, list[Copy]], lowering: Lowering) -> SoftLowering:
-    """What lowers deformable bodies, with how fine they are cut."""
-    case = loaded.case
-    try:
-        fine = scales(case.scene, placed, loaded.folder)
-    except AssetError as error:
-        raise SpecError([loaded.problem(("bodies",), str(error), rule="asset")]) from error
-    model = contact_model(case.bodies.values(), case.scene)
-    names = (getattr(control, "body", None) for control in case.actions.controls.values())
-    acted_on = frozenset(split(name)[0] for name in names if name is not None)
-    return SoftLowering(case.scene, model, fine, MeshFiles(loaded.folder, lowering.files), acted_on)
 
 
 def _traits(

@@ -4,10 +4,13 @@ import logging
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.assets.remembered import meets, packed, remembered, unpacked
 from text2sim.assets.shelf import shelf_of
+from text2sim.compiler.shapes.hulls import hull_of
 from text2sim.spec_schema.errors import AssetError
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
@@ -17,6 +20,8 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".obj", ".stl", ".ply", ".glb", ".gltf")
 MAX_BYTES = 64 * 1024 * 1024
+LARGE, WHOLE = 512 * 1024, (".obj", ".stl", ".ply")
+"""What was read from files that are larger [bytes], and that need no others, is remembered: it takes seconds."""
 MAX_FACES = 200_000
 """What MuJoCo reads of a mesh."""
 MAX_COORDINATE = 1e9
@@ -39,6 +44,8 @@ class MeshFile:
     """Enclosed volume, or that of the hull where the surface is not closed."""
     closed: bool
     """Whether the surface encloses a volume."""
+    flat: bool = False
+    """Whether it lies in a plane, as a cloth may; its hull is a little thicker."""
 
     def obj(self) -> str:
         """Return the surface as the text of an .obj file."""
@@ -142,7 +149,42 @@ def turn_upright(vectors: "np.ndarray", path: Path) -> "np.ndarray":
 
 
 @lru_cache(maxsize=64)
-def _read(path: Path, root: Path, _mtime: int, _size: int) -> MeshFile:
+def _read(path: Path, root: Path, _mtime: int, size: int) -> MeshFile:
+    if size < LARGE or path.suffix.lower() not in WHOLE:
+        return _made(path, root)
+    with path.open("rb") as stream:
+        digest = file_digest(stream, "sha256").digest()
+    question = (b"mesh", path.suffix.lower().encode(), digest)
+    members = {
+        "vertices": str,
+        "faces": str,
+        "corners": str,
+        "sides": str,
+        "volume": float,
+        "closed": bool,
+        "flat": bool,
+    }
+    made: list[MeshFile] = []
+
+    def ask() -> dict[str, Any]:
+        made.append(_made(path, root))
+        one = made[0]
+        texts = (packed(array) for array in (one.vertices, one.faces, one.hull_vertices, one.hull_faces))
+        return dict(zip(members, (*texts, one.volume, one.closed, one.flat), strict=True))
+
+    found = remembered(question, members, ask)
+    if made:
+        return made[0]
+    vertices, corners = unpacked(found["vertices"], "f8", 3), unpacked(found["corners"], "f8", 3)
+    faces, sides = unpacked(found["faces"], "i8", 3), unpacked(found["sides"], "i8", 3)
+    if vertices is None or faces is None or corners is None or sides is None:
+        return _made(path, root)
+    if not (meets(faces, vertices) and meets(sides, corners)):
+        return _made(path, root)
+    return MeshFile(vertices, faces, corners, sides, found["volume"], found["closed"], found["flat"])
+
+
+def _made(path: Path, root: Path) -> MeshFile:
     import numpy as np
     import trimesh
 
@@ -161,14 +203,11 @@ def _read(path: Path, root: Path, _mtime: int, _size: int) -> MeshFile:
     if (largest := float(np.abs(vertices).max())) > MAX_COORDINATE:
         raise AssetError(f"has a coordinate of {largest:.3g}; at most {MAX_COORDINATE:g} is possible")
     mesh = trimesh.Trimesh(vertices, faces, process=True)
-    try:
-        hull = mesh.convex_hull
-    except Exception as error:
-        raise AssetError("is flat: a body needs thickness") from error
-    closed = bool(mesh.is_volume)
+    hull, flat = hull_of(np.asarray(mesh.vertices))
+    closed = not flat and bool(mesh.is_volume)
     volume = float(mesh.volume if closed else hull.volume)
     arrays = [np.asarray(array) for array in (mesh.vertices, mesh.faces, hull.vertices, hull.faces)]
-    return MeshFile(arrays[0], arrays[1], arrays[2], arrays[3], volume, closed)
+    return MeshFile(arrays[0], arrays[1], arrays[2], arrays[3], volume, closed, flat)
 
 
 class _Resolver(Mapping[str, bytes]):

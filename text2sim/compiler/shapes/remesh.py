@@ -1,12 +1,13 @@
 """Meshes from files in triangles of a wanted size: large ones are divided, small ones melted together."""
 
-from base64 import b85decode, b85encode
+from dataclasses import dataclass
 from functools import lru_cache
+from hashlib import file_digest
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.remembered import remembered
-from text2sim.compiler.shapes.meshfile import load_mesh, mesh_path, open_mesh, turn_upright
+from text2sim.assets.remembered import meets, packed, remembered, unpacked
+from text2sim.compiler.shapes.meshfile import WHOLE, load_mesh, mesh_path, open_mesh, turn_upright
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.shapes import Mesh
 
@@ -139,21 +140,13 @@ def evened(vertices: "np.ndarray", faces: "np.ndarray", edge: float) -> "tuple[n
         return vertices, faces
     question = (b"evened", np.float64(edge).tobytes(), vertices.tobytes(), faces.astype(np.int64).tobytes())
     found = remembered(question, {"vertices": str, "faces": str}, lambda: _answer(vertices, faces, edge, count))
-    try:
-        points = np.frombuffer(b85decode(found["vertices"])).reshape(-1, 3)
-        net = np.frombuffer(b85decode(found["faces"]), np.int64).reshape(-1, 3)
-    except ValueError:
-        return vertices, faces
-    good = len(net) > 0 and 0 <= net.min() and net.max() < len(points)
-    return (points, net) if good else (vertices, faces)
+    points, net = unpacked(found["vertices"], "f8", 3), unpacked(found["faces"], "i8", 3)
+    return (points, net) if points is not None and net is not None and meets(net, points) else (vertices, faces)
 
 
 def _answer(vertices: "np.ndarray", faces: "np.ndarray", edge: float, count: int) -> dict[str, str]:
     points, net = _even(vertices, faces, edge, count)
-    return {
-        "vertices": b85encode(points.astype("<f8").tobytes()).decode(),
-        "faces": b85encode(net.astype("<i8").tobytes()).decode(),
-    }
+    return {"vertices": packed(points), "faces": packed(net)}
 
 
 def _even(vertices: "np.ndarray", faces: "np.ndarray", edge: float, count: int) -> "tuple[np.ndarray, np.ndarray]":
@@ -223,22 +216,50 @@ def _places(file: str, folder: Path, vertices: "np.ndarray") -> "tuple[np.ndarra
     """Return the place of each vertex in the picture, or None and how many have several."""
     path, root = mesh_path(file, folder)
     stat = path.stat()
-    found = _read_places(path, root, stat.st_mtime_ns, stat.st_size)
-    return (None, 0) if found is None else _matched(found[0], found[1], vertices)
+    return _read_places(path, root, stat.st_mtime_ns, stat.st_size, Rows(vertices))
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Vertices of a file that was read: for the same file they are the same."""
+
+    vertices: "np.ndarray"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Rows) and other.vertices is self.vertices
+
+    def __hash__(self) -> int:
+        return id(self.vertices)
 
 
 @lru_cache(maxsize=16)
-def _read_places(path: Path, root: Path, _mtime: int, _size: int) -> "tuple[np.ndarray, np.ndarray] | None":
+def _read_places(path: Path, root: Path, _mtime: int, _size: int, rows: Rows) -> "tuple[np.ndarray | None, int]":
+    if path.suffix.lower() not in WHOLE:
+        return _found_places(path, root, rows.vertices)
+    import numpy as np
+
+    def ask() -> dict[str, Any]:
+        uvs, seams = _found_places(path, root, rows.vertices)
+        return {"uvs": packed(np.zeros((0, 2)) if uvs is None else uvs), "seams": seams}
+
+    with path.open("rb") as stream:
+        digest = file_digest(stream, "sha256").digest()
+    found = remembered((b"places", path.suffix.lower().encode(), digest), {"uvs": str, "seams": int}, ask)
+    uvs = unpacked(found["uvs"], "f8", 2)
+    return (uvs, 0) if uvs is not None and len(uvs) == len(rows.vertices) else (None, found["seams"])
+
+
+def _found_places(path: Path, root: Path, vertices: "np.ndarray") -> "tuple[np.ndarray | None, int]":
     import numpy as np
 
     try:
-        mesh = open_mesh(path, root, force="mesh")
+        mesh = open_mesh(path, root, force="mesh", skip_materials=True)
     except AssetError:
-        return None  # a picture that is missing is no reason not to have the shape
+        return None, 0
     uvs = getattr(mesh.visual, "uv", None)
     if uvs is None or len(uvs) != len(mesh.vertices) or not np.isfinite(uvs).all():
-        return None
-    return turn_upright(np.asarray(mesh.vertices, float), path), np.asarray(uvs, float)
+        return None, 0
+    return _matched(turn_upright(np.asarray(mesh.vertices, float), path), np.asarray(uvs, float), vertices)
 
 
 def _matched(points: "np.ndarray", uvs: "np.ndarray", vertices: "np.ndarray") -> "tuple[np.ndarray | None, int]":

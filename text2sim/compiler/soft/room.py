@@ -1,6 +1,9 @@
 """Where deformable bodies can come to: the space that their solvers must cover."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
+from math import dist, prod
 from pathlib import Path
 
 from text2sim.compiler.placing.placement import Copy
@@ -8,11 +11,10 @@ from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.geometry import Bounds
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate
 from text2sim.compiler.soft.solvers import is_soft
+from text2sim.compiler.soft.travel import FARTHEST, NOWHERE, Travel
 from text2sim.compiler.trees.anatomy import tree_extents
 from text2sim.spec_schema.models.scene import Scene
 
-LONGEST_FALL = 2.0
-"""How far [m] a body is followed that falls onto nothing."""
 FLUID_SPREAD = 1.5
 """How far what does not hold together spreads on the floor, as a part of the height from which it comes."""
 UPRIGHT = 1.0 - 1e-6
@@ -24,7 +26,7 @@ class Surroundings:
     """What stands around deformable bodies."""
 
     solids: tuple[Bounds, ...]
-    """Bounds [m] of statics and bodies of links, in the world."""
+    """Bounds [m] of statics and bodies of links, in the world, with the way that motors take them."""
     floors: tuple[float, ...]
     """Heights [m] of horizontal planes."""
 
@@ -49,7 +51,7 @@ def floor_height(copy: Copy) -> float | None:
     return copy.pos[2] if quat_rotate(copy.quat, (0.0, 0.0, 1.0))[2] > UPRIGHT else None
 
 
-def surroundings(placed: dict[str, list[Copy]], folder: Path) -> Surroundings:
+def surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) -> Surroundings:
     """Return what stands around deformable bodies.
 
     Raises:
@@ -63,89 +65,110 @@ def surroundings(placed: dict[str, list[Copy]], folder: Path) -> Surroundings:
             if copy.shape is not None and copy.shape.kind == "plane":
                 height = floor_height(copy)
                 floors += [height] if height is not None else []
-            else:
-                solids.append(extents_of(copy, folder))
+                continue
+            box = extents_of(copy, folder)
+            if copy.name in travel.spins:
+                radius = max(dist(copy.pos, (x, y, z)) for x, y, z in product(*zip(*box, strict=True)))
+                box = _grown((copy.pos, copy.pos), radius)
+            solids.append(_swept(box, travel.motors.get(copy.name, NOWHERE)))
     return Surroundings(tuple(solids), tuple(floors))
 
 
 def room(
-    copies: list[Copy],
-    around: Surroundings,
-    scene: Scene,
-    speeds: dict[str, Vec],
-    folder: Path,
-    margin: float,
+    copies: list[Copy], around: Surroundings, scene: Scene, travel: Travel, folder: Path, margin: float, volume: float
 ) -> Bounds:
     """Return a box [m] that deformable bodies stay in.
+
+    Where it would have too many cells, less is left for what bounces, rolls and spreads.
 
     Args:
         copies: The bodies.
         around: What else there is.
         scene: Gravity and duration.
-        speeds: Initial velocity [m/s] by copy.
+        travel: How far things are taken.
         folder: The case's folder.
         margin: Kept free on every side [m]; below a floor, too.
+        volume: What it should not have more of [m3].
 
     Raises:
         AssetError: if a file of a shape cannot be used.
     """
-    own = [extents_of(copy, folder) for copy in copies]
+    own = [_swept(extents_of(copy, folder), travel.holds.get(copy.name, NOWHERE)) for copy in copies]
+    length = max(max(b - a for a, b in zip(*extents_of(copy, folder), strict=True)) for copy in copies)
     low, high = _union(own)
     fall = _fall(low, high, around, scene)
-    # What falls bounces, rolls and spreads; a cloth swings out to half its length.
-    length = max(max(b - a for a, b in zip(*one, strict=True)) for one in own)
+    tall = high[2] - low[2] + abs(fall[2])
     flows = any(copy.model.kind in ("granular", "liquid", "snow") for copy in copies)
-    tall = high[2] - low[2] + max(fall[2], -fall[2])
+    # What falls bounces, rolls and spreads; a cloth swings out to half its length.
     reach = length / 2 + (FLUID_SPREAD if flows else 0.5) * tall
-    gravity = sum(g * g for g in scene.gravity) ** 0.5
-    sweep = [_sweep(speeds[c.name], gravity, scene.duration) for c in copies if c.name in speeds] or [(0.0,) * 3]
-    least = [low[k] - reach * (k < 2) + min(0.0, fall[k], *(s[k] for s in sweep)) for k in range(3)]
-    most = [high[k] + reach * (k < 2) + max(0.0, fall[k], *(s[k] for s in sweep)) for k in range(3)]
-    most[2] += length / 2 + 0.25 * abs(fall[2])
-    box = (least[0], least[1], least[2]), (most[0], most[1], most[2])
-    box = _with_neighbours(box, around, reach)
-    lowest = [max(box[0][2], max(floors))] if (floors := [f for f in around.floors if f <= low[2] + margin]) else []
-    bottom = lowest[0] if lowest else box[0][2]
-    (x, y, _), (a, b, top) = box
-    return (x - margin, y - margin, bottom - margin), (a + margin, b + margin, top + margin)
+    for part in (1.0, 0.5, 0.25):
+        box = _room(copies, own, around, scene, travel, margin, length, part * reach)
+        if prod(b - a for a, b in zip(*box, strict=True)) <= volume:
+            break
+    return box
+
+
+def _room(
+    copies: list[Copy],
+    own: list[Bounds],
+    around: Surroundings,
+    scene: Scene,
+    travel: Travel,
+    margin: float,
+    length: float,
+    reach: float,
+) -> Bounds:
+    fall = _fall(*_union(own), around, scene)
+    flown = [_swept(box, _box(travel.flights.get(c.name))) for c, box in zip(copies, own, strict=True)]
+    low, high = _swept(_union(flown), _box(fall))
+    box = (low[0] - reach, low[1] - reach, low[2]), (high[0] + reach, high[1] + reach, high[2])
+    box = _union([box, *_near(box, around, reach)])
+    floors = [floor for floor in around.floors if floor <= _union(own)[0][2] + margin]
+    low, high = box
+    bottom = max([low[2], *floors]) if floors else low[2]
+    top = high[2] + length / 2 + 0.25 * abs(fall[2])
+    return (low[0] - margin, low[1] - margin, bottom - margin), (high[0] + margin, high[1] + margin, top + margin)
 
 
 def _fall(low: Vec, high: Vec, around: Surroundings, scene: Scene) -> Vec:
-    """Way [m] that gravity takes bodies: to the floor, or to what stands below, or as far as they are followed."""
+    """Way [m] that gravity takes bodies: to the floor, or to what stands lowest, or as far as they are followed."""
     size = sum(g * g for g in scene.gravity) ** 0.5
     if size == 0.0:
         return (0.0, 0.0, 0.0)
-    free = min(0.5 * size * scene.duration**2, LONGEST_FALL)
+    free = min(0.5 * size * scene.duration**2, FARTHEST)
     x, y, z = (free * g / size for g in scene.gravity)
     if z < 0.0:
-        floors = [f for f in around.floors if f < high[2]]
+        floors = [floor for floor in around.floors if floor < high[2]]
         below = [a[2] for a, _ in around.solids if a[2] < low[2]]
-        ground = max(floors) if floors else min(below, default=low[2] + z)
-        z = max(min(ground - low[2], 0.0), -1e9 if floors or below else z)
+        if floors or below:
+            # Of a floor, all of the way: it is no farther than it looks, and time may be enough.
+            z = min((max(floors) if floors else min(below)) - low[2], 0.0)
     return (x, y, z)
 
 
-def _sweep(velocity: Vec, gravity: float, duration: float) -> Vec:
-    """How far [m] something comes at a speed: until gravity and friction have stopped it, or time is up."""
-    speed = sum(v * v for v in velocity) ** 0.5
-    time = min(duration, 2 * speed / gravity) if gravity else min(duration, 1.0)
-    return (velocity[0] * time, velocity[1] * time, velocity[2] * time)
-
-
-def _with_neighbours(box: Bounds, around: Surroundings, reach: float) -> Bounds:
-    """The box and all solids near it, of which no more counts than lies within `reach`."""
+def _near(box: Bounds, around: Surroundings, reach: float) -> list[Bounds]:
+    """What stands in a box, as far as it lies within `reach` of it."""
     far = _grown(box, reach)
-    near = [
+    return [
         (_pick(max, a, far[0]), _pick(min, b, far[1]))
         for a, b in around.solids
         if all(a[k] < box[1][k] and b[k] > box[0][k] for k in range(3))
     ]
-    return _union([box, *near])
+
+
+def _box(way: Vec | None) -> Bounds:
+    """The box around a way and its beginning."""
+    way = way or (0.0, 0.0, 0.0)
+    return _pick(min, way, (0.0, 0.0, 0.0)), _pick(max, way, (0.0, 0.0, 0.0))
+
+
+def _swept(box: Bounds, ways: Bounds) -> Bounds:
+    """A box, and where it comes to on ways that lie in another box around zero."""
+    return _moved(box[0], ways[0]), _moved(box[1], ways[1])
 
 
 def _grown(box: Bounds, by: float) -> Bounds:
-    low, high = box
-    return _moved(low, (-by, -by, -by)), _moved(high, (by, by, by))
+    return _moved(box[0], (-by, -by, -by)), _moved(box[1], (by, by, by))
 
 
 def _union(boxes: list[Bounds]) -> Bounds:
@@ -155,9 +178,8 @@ def _union(boxes: list[Bounds]) -> Bounds:
     return low, high
 
 
-def _pick(choose: object, a: Vec, b: Vec) -> Vec:
-    x, y, z = (choose(p, q) for p, q in zip(a, b, strict=True))  # type: ignore[operator]
-    return (x, y, z)
+def _pick(choose: Callable[[float, float], float], a: Vec, b: Vec) -> Vec:
+    return (choose(a[0], b[0]), choose(a[1], b[1]), choose(a[2], b[2]))
 
 
 def _moved(point: Vec, by: Vec) -> Vec:

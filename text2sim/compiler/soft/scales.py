@@ -13,8 +13,9 @@ from text2sim.spec_schema.models.scene import Scene
 
 PARTICLE = 0.64
 """Distance of mpm particles in cells of the grid, as the engine chooses it."""
-MPM_THROUGH, FEM_THROUGH, PBD_ACROSS = 5, 3, 40
-"""Cells through the thinnest part of a body, elements through it, particles across the shorter side of a sheet."""
+MPM_THROUGH, FLOW_THROUGH, FEM_THROUGH, PBD_ACROSS = 5, 8, 4, 40
+"""Cells through the thinnest part of a soft body and of what flows, elements through a fem body, particles across the
+shorter side of a sheet."""
 MPM_BUDGET, FEM_BUDGET, PBD_BUDGET = 20_000, 4_000, 4_000
 """Particles, tetrahedra and particles in a scene that two cores still simulate in minutes."""
 STROKE = 1 / 6
@@ -104,11 +105,12 @@ def _mpm_cell(scene: Scene, copies: list[Copy], folder: Path, why: dict[str, str
     if given is not None:
         why["mpm_cell"] = "the smallest cell of its bodies"
         return given
-    thin = min(thickness(copy.shape, folder) for copy in copies)
+    through = {copy.body: MPM_THROUGH if copy.model.kind == "soft" else FLOW_THROUGH for copy in copies}
+    thin = [(thickness(copy.shape, folder) / through[copy.body], copy.body) for copy in copies]
     volume = sum(geometry.volume(copy.shape, folder) for copy in copies)
-    fine, coarse = thin / MPM_THROUGH, (volume / MPM_BUDGET) ** (1 / 3) / PARTICLE
+    (fine, body), coarse = min(thin), (volume / MPM_BUDGET) ** (1 / 3) / PARTICLE
     if fine >= coarse:
-        why["mpm_cell"] = f"{MPM_THROUGH} cells through the thinnest body ({thin:.3g} m)"
+        why["mpm_cell"] = f"{through[body]} cells through the thinnest part of `{body}`"
         return _rounded(fine)
     why["mpm_cell"] = f"{MPM_BUDGET} particles fill its bodies ({volume:.3g} m3); finer is slow"
     return _rounded(coarse)

@@ -6,13 +6,13 @@ from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.geometry import Bounds
-from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.materials import DAMPING
 from text2sim.compiler.soft.room import Surroundings, floor_height, room, surroundings
 from text2sim.compiler.soft.scales import Scales
 from text2sim.compiler.soft.setup import FemSettings, MpmSettings, PbdSettings, SapSettings, SoftSettings
 from text2sim.compiler.soft.solvers import is_soft, solver_of
+from text2sim.compiler.soft.travel import Travel
 from text2sim.spec_schema.models.scene import Scene
 from text2sim.spec_schema.models.soft_bodies import Liquid, Snow
 
@@ -22,6 +22,9 @@ COURANT = 0.5
 """Part of a cell that a sound wave crosses in a substep. From 0.74 on stiff bodies diverge, with finite numbers."""
 GRID_STEP = 0.02
 """Longest substep [s] per metre of cell: the engine's own suggestion."""
+MPM_CELLS, PBD_CELLS = 3_000_000, 1_000_000
+"""Most cells of the grid, and of the hash in which cloth looks for neighbours: both are gone through in each substep,
+in about 5 ns a cell."""
 HARDENING = exp(10 * 0.1)
 """How much stiffer snow gets that was pressed by a tenth (the engine's law, exp(10 (1 - Jp)))."""
 PBD_STEP = 0.0005
@@ -31,7 +34,13 @@ FEM_STEP = 0.01
 
 
 def derive_soft(
-    scene: Scene, model: str, scales: Scales, placed: dict[str, list[Copy]], speeds: dict[str, Vec], folder: Path
+    scene: Scene,
+    model: str,
+    scales: Scales,
+    placed: dict[str, list[Copy]],
+    travel: Travel,
+    fastest: float,
+    folder: Path,
 ) -> SoftSettings | None:
     """Choose what the author left open; None for a scene without deformable bodies.
 
@@ -40,7 +49,8 @@ def derive_soft(
         model: Its contact model.
         scales: How fine bodies are cut.
         placed: Copies by static and body.
-        speeds: Initial velocity [m/s] by copy.
+        travel: How far things are taken.
+        fastest: Largest initial velocity [m/s] of a pbd body.
         folder: The case's folder.
 
     Raises:
@@ -60,15 +70,14 @@ def derive_soft(
             "sap": "fem bodies touch rigid bodies and each other in this model alone",
             "ipc": "cloth with solver ipc needs it",
         }[model]
-    around = surroundings(placed, folder)
+    around = surroundings(placed, travel, folder)
     substeps: list[tuple[float, str]] = []
     mpm = pbd = fem = sap = coupler = None
     if "mpm" in by_solver:
-        mpm = _mpm(scene, scales, by_solver["mpm"], around, speeds, folder, why)
+        mpm = _mpm(scene, scales, by_solver["mpm"], around, travel, folder, why)
         substeps += _mpm_steps(mpm.cell, by_solver["mpm"])
     if "pbd" in by_solver:
-        pbd = _pbd(scene, scales, by_solver["pbd"], around, speeds, folder, why)
-        fastest = max((sum(v * v for v in speeds.get(c.name, (0, 0, 0))) ** 0.5 for c in by_solver["pbd"]), default=0.0)
+        pbd = _pbd(scene, scales, by_solver["pbd"], around, travel, folder, why)
         substeps.append((PBD_STEP, "cloth stretches at longer steps"))
         if fastest:
             reason = f"at {fastest:g} m/s a particle may not cross half its own size in one step"
@@ -104,7 +113,7 @@ def _mpm(
     scales: Scales,
     copies: list[Copy],
     around: Surroundings,
-    speeds: dict[str, Vec],
+    travel: Travel,
     folder: Path,
     why: dict[str, str],
 ) -> MpmSettings:
@@ -114,7 +123,8 @@ def _mpm(
         low, high = scene.mpm.bounds.min, scene.mpm.bounds.max
     else:
         margin = (PADDING + 1) * cell
-        low, high = _whole(room(copies, around, scene, speeds, folder, margin), cell)
+        most = MPM_CELLS * cell**3
+        low, high = _whole(room(copies, around, scene, travel, folder, margin, most), cell)
         why["mpm_bounds"] = (
             f"where its bodies can come to, and {PADDING + 1} cells more: three of them are the grid's own wall"
         )
@@ -134,7 +144,7 @@ def _pbd(
     scales: Scales,
     copies: list[Copy],
     around: Surroundings,
-    speeds: dict[str, Vec],
+    travel: Travel,
     folder: Path,
     why: dict[str, str],
 ) -> PbdSettings:
@@ -143,7 +153,8 @@ def _pbd(
     if scene.pbd.bounds is not None:
         low, high = scene.pbd.bounds.min, scene.pbd.bounds.max
     else:
-        low, high = _whole(room(copies, around, scene, speeds, folder, 4 * size), size)
+        most = PBD_CELLS * (1.25 * size) ** 3
+        low, high = _whole(room(copies, around, scene, travel, folder, 4 * size, most), size)
         why["pbd_bounds"] = "where its bodies can come to; a wider space costs time, and its sides are walls"
     stretch, bending = scene.pbd.stretch_iterations, scene.pbd.bending_iterations
     if stretch is None:

@@ -119,6 +119,8 @@ class ModelFiles:
     def _mesh(self, file: str) -> str:
         """Put the surface of a mesh file beside the models, as contact and mass need it."""
         mesh = load_mesh(file, self.folder)
+        if mesh.flat:
+            raise AssetError(f"mesh file `{file}` is flat: a body of links needs thickness")
         stem = re.sub(r"\W+", "_", PurePosixPath(file).stem)
         digest = sha256(mesh.vertices.tobytes() + mesh.faces.tobytes()).hexdigest()
         return self._add(f"{stem}_{digest[:12]}.obj", lambda: mesh.obj())

@@ -31,9 +31,7 @@ def check_push_kind(cast: Cast, where: Path, control: Impulse | Force | Torque, 
         cast.report((*where, "kind"), message, "soft-torque")
     elif isinstance(control, Impulse):
         if control.point is not None and not isinstance(control.point, BodyRegion):
-            message = (
-                f"`{member.name}` deforms: say which region of it is struck, such as a sphere"
-            )
+            message = f"`{member.name}` deforms: say which region of it is struck, such as a sphere"
             cast.report((*where, "point"), message, "soft-point", key=True)
     else:
         if control.point is not None:

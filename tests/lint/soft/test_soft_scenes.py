@@ -1,0 +1,221 @@
+"""Sound scenes with deformable bodies give rise to nothing, and what is found is what was measured."""
+
+import re
+from pathlib import Path
+
+import pytest
+from lint_support import findings, report_on
+
+from text2sim.spec_schema.errors import Problem
+
+FUZZ = Path(__file__).resolve().parents[2] / "fuzz" / "soft"
+
+PRESS = """\
+scene: {statics: {cup: {shape: {kind: cup, radius: 0.12, height: 0.2, thickness: 0.02}, place: {on: floor}}}}
+bodies:
+  block:
+    kind: soft
+    cell: 0.0156
+    shape: {kind: box, size: [0.07, 0.07, 0.07]}
+    material: {youngs_modulus: 50000.0}
+    pose: {pos: [0, 0, 0.07]}
+  piston:
+    kind: rigid
+    shape: {kind: cylinder, radius: 0.08, height: 0.08}
+    pose: {pos: [0, 0, 0.2]}
+    mount: {kind: slider, axis: z, actuator: {stiffness: 20000, damping: 400}}
+actions:
+  controls:
+    press: {kind: drive, joint: piston, position: {kind: ramp, to: -0.08, end: 1.0}}
+"""
+DRUM = """\
+bodies:
+  drum:
+    kind: rigid
+    shape:
+      kind: compound
+      parts:
+        wall: {shape: {kind: tube, outer_radius: 0.34, inner_radius: 0.3, height: 0.3}}
+        back: {shape: {kind: cylinder, radius: 0.34, height: 0.04}, pose: {pos: [0, 0, -0.17]}}
+        front: {shape: {kind: cylinder, radius: 0.34, height: 0.04}, pose: {pos: [0, 0, 0.17]}}
+        lifter: {shape: {kind: box, size: [0.06, 0.03, 0.3]}, pose: {pos: [0.27, 0, 0]}}
+    pose: {pos: [0, 0, 0.6], euler_deg: [90, 0, 0]}
+    mount: {kind: hinge, axis: y, actuator: {damping: 400}}
+  cloth:
+    kind: cloth
+    cell: 0.02
+    shape: {kind: sheet, size: [0.22, 0.22]}
+    pose: {pos: [0, 0, 0.55]}
+    repeat: {kind: stack, count: 3, gap: 0.03}
+actions:
+  controls:
+    turn: {kind: drive, joint: drum, velocity: 4}
+"""
+TRAMPOLINE = """\
+scene: {pbd: {stretch_iterations: 20}}
+bodies:
+  sheet: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.6, 0.6]}, pose: {pos: [0, 0, 0.6]}}
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.06}, material: {density: 500}, pose: {pos: [0, 0, 1.2]}}
+actions:
+  controls:
+    left: {kind: attach, body: sheet, region: {edge: left}, to: world}
+    right: {kind: attach, body: sheet, region: {edge: right}, to: world}
+"""
+HOURGLASS = """\
+scene:
+  statics:
+    upper:
+      shape: {kind: funnel, top_radius: 0.15, bottom_radius: 0.04, height: 0.2, thickness: 0.05}
+      pose: {pos: [0, 0, 0.5]}
+bodies:
+  sand: {kind: granular, cell: 0.0156, shape: {kind: sphere, radius: 0.07}, pose: {pos: [0, 0, 0.62]}}
+"""
+BAR = """\
+scene: {gravity: [0, 0, 0]}
+bodies:
+  bar: {kind: soft, solver: fem, cell: 0.02, shape: {kind: box, size: [0.4, 0.08, 0.08]}, pose: {pos: [0, 0, 0.5]}}
+actions:
+  controls:
+    hold: {kind: attach, body: bar, region: {face: left}, to: world}
+"""
+
+
+def soft_findings(folder: Path, *parts: str) -> list[Problem]:
+    """What the rules of `lint.soft` find, without what they say of the film."""
+    from text2sim.lint.rules import RULES
+
+    ids = {rule.id for rule in RULES if ".soft." in rule.run.__module__}
+    return [problem for problem in report_on(folder, *parts).problems if problem.rule in ids]
+
+
+@pytest.mark.parametrize(
+    "part", [PRESS, DRUM, TRAMPOLINE, HOURGLASS, BAR], ids=["press", "drum", "sheet", "sand", "bar"]
+)
+def test_sound_scenes_are_quiet(tmp_path: Path, part: str) -> None:
+    assert [str(problem) for problem in soft_findings(tmp_path, part)] == []
+
+
+@pytest.mark.parametrize("name", ["press", "curtain", "bar", "towel"])
+def test_the_bases_of_the_fuzz_have_no_errors(name: str) -> None:
+    from text2sim.compiler.build import resolve_case
+    from text2sim.lint import lint_case
+    from text2sim.spec_schema.load import load_case
+
+    problems = lint_case(resolve_case(load_case(FUZZ / name))).problems
+    assert [str(problem) for problem in problems if problem.severity == "error"] == []
+
+
+@pytest.mark.parametrize(("cell", "lacking"), [(0.05 / 1.9, 23), (0.05 / 3.3, 10)])
+def test_a_coarse_cantilever_lacks_what_it_lacked_in_the_engine(tmp_path: Path, cell: float, lacking: int) -> None:
+    part = f"""\
+bodies:
+  bar: {{kind: soft, solver: fem, cell: {cell:.6f}, shape: {{kind: box, size: [0.5, 0.05, 0.05]}}, pose: {{pos: [0, 0, 1]}}}}
+"""
+    (problem,) = findings(tmp_path, "too-few-elements", part)
+    found = re.search(r"by about (\d+)% too little", problem.message)
+    assert found
+    assert int(found[1]) == pytest.approx(lacking, abs=1)
+
+
+def test_a_block_is_no_bar(tmp_path: Path) -> None:
+    part = "bodies: {b: {kind: soft, solver: fem, cell: 0.1, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 1]}}}"
+    assert findings(tmp_path, "too-few-elements", part) == []
+
+
+RUBBER = """\
+scene: {{dt: 0.004, substeps: {0}}}
+bodies:
+  rubber:
+    kind: soft
+    cell: 0.015625
+    shape: {{kind: box, size: [0.2, 0.2, 0.2]}}
+    material: {{youngs_modulus: 1.0e+7, poisson_ratio: 0.3, density: 1000}}
+    pose: {{pos: [0, 0, 0.3]}}
+"""
+
+
+@pytest.mark.parametrize(("substeps", "severity"), [(40, "error"), (55, "warning"), (70, "")])
+def test_sound_may_cross_half_a_cell(tmp_path: Path, substeps: int, severity: str) -> None:
+    # 116 m/s: 0.74 of a cell at 40 substeps, which diverged in the engine; 0.54 at 55, 0.42 at 70.
+    found = findings(tmp_path, "sound-too-fast", RUBBER.format(substeps))
+    assert [problem.severity for problem in found] == ([severity] if severity else [])
+    if severity == "error":
+        assert "crosses 0.74 cells" in found[0].message
+        needed = re.search(r"scene.substeps of (\d+)", found[0].message)
+        assert needed
+        assert findings(tmp_path, "sound-too-fast", RUBBER.format(needed[1])) == []
+
+
+@pytest.mark.parametrize(("height", "severity"), [(0.02, "error"), (0.03, "error"), (0.045, "warning"), (0.08, "")])
+def test_pistons_leak_as_they_did(tmp_path: Path, height: float, severity: str) -> None:
+    piston = f"bodies: {{piston: {{shape: {{height: {height}}}}}}}"
+    found = findings(tmp_path, "thin-wall", PRESS, piston)
+    assert [problem.severity for problem in found] == ([severity] if severity else [])
+
+
+def test_a_piston_that_only_holds_is_not_felt(tmp_path: Path) -> None:
+    piston = "bodies: {piston: {shape: {height: 0.02}, material: {touch_soft: false}}}"
+    assert findings(tmp_path, "thin-wall", PRESS, piston) == []
+
+
+def test_a_weak_piston_is_told_what_it_needs(tmp_path: Path) -> None:
+    stiff = "bodies: {block: {material: {youngs_modulus: 3.0e+6}}}"
+    (found,) = findings(tmp_path, "weak-press", PRESS, stiff)
+    assert found.path == "/actions/controls/press"
+    needed = re.search(r"a stiffness of ([\d.e+]+) N/m", found.message)
+    assert needed
+    better = f"bodies: {{piston: {{mount: {{actuator: {{stiffness: {float(needed[1]):g}, damping: 4000}}}}}}}}"
+    assert findings(tmp_path, "weak-press", PRESS, stiff, better) == []
+
+
+@pytest.mark.parametrize(("speed", "iterations", "found"), [(4, 4, 0), (8, 4, 0), (16, 4, 1), (16, 20, 0), (32, 20, 1)])
+def test_a_sheet_catches_what_it_caught(tmp_path: Path, speed: int, iterations: int, found: int) -> None:
+    thrown = f"""\
+scene: {{gravity: [0, 0, 0], pbd: {{stretch_iterations: {iterations}}}}}
+actions: {{controls: {{go: {{kind: initial_velocity, body: ball, linear: [0, 0, {-speed}]}}}}}}
+"""
+    assert len(findings(tmp_path, "cloth-too-fast", TRAMPOLINE, thrown)) == found
+
+
+def test_what_never_meets_needs_no_contact(tmp_path: Path) -> None:
+    part = """\
+scene: {duration: 0.5, statics: {floor: null}}
+bodies:
+  bar: {kind: soft, solver: fem, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [0, 0, 5]}}
+  sheet: {kind: cloth, solver: pbd, shape: {kind: sheet, size: [0.3, 0.3]}, pose: {pos: [3, 0, %s]}}
+"""
+    assert findings(tmp_path, "no-contact", part % 5) == []
+    below = "bodies: {sheet: {pose: {pos: [0, 0, 4.5]}}}"
+    assert [p.severity for p in findings(tmp_path, "no-contact", part % 5, below)] == ["error"]
+
+
+def test_cloth_that_something_else_holds_does_not_slide(tmp_path: Path) -> None:
+    post = """\
+scene: {statics: {post: {shape: {kind: cylinder, radius: 0.1, height: 0.5}, place: {on: floor}}}}
+bodies:
+  sheet: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.6, 0.6]}, pose: {pos: [0, 0, 0.55]}}
+"""
+    assert findings(tmp_path, "cloth-slides", post)
+    assert findings(tmp_path, "cloth-slides", post, "bodies: {sheet: {pose: {pos: [2, 0, 0.55]}}}") == []
+
+
+DISHES = """\
+scene: {{statics: {{table: {{shape: {{kind: box, size: [1, 0.6, 0.7]}}, place: {{on: floor, clearance: {0}}}}}}}}}
+bodies:
+  towel:
+    kind: cloth
+    solver: ipc
+    shape: {{kind: sheet, size: [0.6, 0.4]}}
+    material: {{thickness: 0.002}}
+    place: {{on: table, clearance: {0}}}
+  plate: {{kind: rigid, shape: {{kind: cylinder, radius: 0.1, height: 0.02}}, place: {{on: towel, clearance: {0}}}}}
+"""
+
+
+def test_ipc_needs_room_between_all_bodies(tmp_path: Path) -> None:
+    found = findings(tmp_path, "ipc-clearance", DISHES.format(0))
+    assert {problem.path.split("/")[-2] for problem in found} == {"table", "towel", "plate"}
+    said = [float(x) for problem in found for x in re.findall(r"`clearance: ([\d.e-]+)`", problem.message)]
+    # The cloth is 2 mm thick, of which 1 mm is in the sheet that is placed.
+    assert max(said) == pytest.approx(0.0006)
+    assert findings(tmp_path, "ipc-clearance", DISHES.format(0.0007)) == []

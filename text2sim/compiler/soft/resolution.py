@@ -1,0 +1,67 @@
+"""Deformable bodies in the resolution of a case: what lowers them, and what settings their solvers get."""
+
+from math import hypot
+
+from text2sim.compiler.controls import Rows
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.plan import Group
+from text2sim.compiler.selection import split
+from text2sim.compiler.soft.lowering import SoftLowering
+from text2sim.compiler.soft.meshes import MeshFiles
+from text2sim.compiler.soft.scales import scales
+from text2sim.compiler.soft.settings import derive_soft
+from text2sim.compiler.soft.setup import SoftSettings
+from text2sim.compiler.soft.solvers import contact_model, is_soft
+from text2sim.compiler.soft.travel import travel
+from text2sim.spec_schema.errors import AssetError, SpecError
+from text2sim.spec_schema.load import LoadedCase
+
+
+def soft_lowering(loaded: LoadedCase, placed: dict[str, list[Copy]], files: dict[str, bytes]) -> SoftLowering | None:
+    """Return what lowers deformable bodies, with how fine they are cut; None if there are none.
+
+    Args:
+        loaded: The case.
+        placed: Copies by static and body.
+        files: Files of the program, to which meshes are added.
+
+    Raises:
+        SpecError: if the file of a shape cannot be used.
+    """
+    case = loaded.case
+    if not any(is_soft(body) for body in case.bodies.values()):
+        return None
+    try:
+        fine = scales(case.scene, placed, loaded.folder)
+    except AssetError as error:
+        raise SpecError([loaded.problem(("bodies",), str(error), rule="asset")]) from error
+    model = contact_model(case.bodies.values(), case.scene)
+    names = (getattr(control, "body", None) for control in case.actions.controls.values())
+    acted_on = frozenset(split(name)[0] for name in names if name is not None)
+    return SoftLowering(case.scene, model, fine, MeshFiles(loaded.folder, files), acted_on)
+
+
+def soft_settings(
+    loaded: LoadedCase,
+    placed: dict[str, list[Copy]],
+    lowering: SoftLowering | None,
+    bodies: tuple[Group, ...],
+    rows: Rows,
+) -> SoftSettings | None:
+    """Return the settings of the solvers of deformable bodies; None if there are none.
+
+    Args:
+        loaded: The case.
+        placed: Copies by static and body.
+        lowering: What has lowered them.
+        bodies: What came of it.
+        rows: Controls, lowered.
+    """
+    if lowering is None:
+        return None
+    case, scene = loaded.case, loaded.case.scene
+    masses = {entity.name: entity.soft.mass for group in bodies for entity in group.entities if entity.soft}
+    gravity = hypot(*scene.gravity)
+    ways = travel(rows, case.actions.controls.values(), placed, masses, gravity, scene.duration)
+    fastest = max((hypot(*row.linear) for row in rows.velocities if row.entity in masses), default=0.0)
+    return derive_soft(scene, lowering.model, lowering.scales, placed, ways, fastest, loaded.folder)

@@ -1,0 +1,144 @@
+"""How far things are taken: by motors, by prescribed motion, by speed, by forces and wind."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from itertools import pairwise
+from math import dist
+
+from text2sim.compiler.controls import Rows
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.schedules import value_at
+from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_unit
+from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid, SliderMount
+from text2sim.spec_schema.models.controls import Control
+from text2sim.spec_schema.models.fields import Wind
+from text2sim.spec_schema.models.motion import Oscillate, Schedule, Spin, Waypoints
+
+LOOKS = 200
+"""Moments at which a schedule is looked at."""
+FARTHEST = 2.0
+"""How far [m] a body is followed that nothing stops."""
+NOWHERE: Bounds = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True)
+class Travel:
+    """Displacements from the start, as boxes [m], by copy; what is not in here stays where it is."""
+
+    motors: dict[str, Bounds] = field(default_factory=dict)
+    """Of bodies of links."""
+    spins: frozenset[str] = frozenset()
+    """Bodies that turn by decree."""
+    holds: dict[str, Bounds] = field(default_factory=dict)
+    """Of deformable bodies, by what holds them."""
+    flights: dict[str, Vec] = field(default_factory=dict)
+    """Of deformable bodies, by their speed at the start and by forces."""
+
+
+def travel(
+    rows: Rows,
+    controls: Iterable[Control],
+    placed: dict[str, list[Copy]],
+    masses: dict[str, float],
+    gravity: float,
+    duration: float,
+) -> Travel:
+    """Return how far things are taken.
+
+    Args:
+        rows: Controls, lowered.
+        controls: The same as the case has them.
+        placed: Copies by static and body.
+        masses: Mass [kg] of deformable bodies by copy.
+        gravity: Its size [m/s2].
+        duration: Of the run [s].
+    """
+    copies = {copy.name: copy for group in placed.values() for copy in group}
+    motors: dict[str, Bounds] = {}
+    for copy in copies.values():
+        if isinstance(copy.model, Driven):
+            motors[copy.name] = _driven(copy)
+    for (name, joint), targets in rows.targets.items():
+        axis = _slider(copies[name], joint)
+        if axis is None:
+            continue
+        low, high = _reach([(mode, schedule) for _, mode, schedule, *_ in targets], duration)
+        ends = [(axis[0] * s, axis[1] * s, axis[2] * s) for s in (low, high)]
+        motors[name] = _around([*motors.get(name, NOWHERE), *ends])
+    holds: dict[str, Bounds] = {}
+    for hold in rows.holds:
+        corners = [corner for name in hold.to for corner in motors.get(name, NOWHERE)]
+        if corners:
+            holds[hold.entity] = _around([*holds.get(hold.entity, NOWHERE), *corners])
+    flights: dict[str, Vec] = {}
+    for row in rows.velocities:
+        speed = dist(row.linear, (0.0, 0.0, 0.0))
+        # Until gravity and friction have stopped it, or time is up.
+        time = min(duration, 2 * speed / gravity) if gravity else duration
+        _fly(flights, row.entity, row.linear, min(time, FARTHEST / speed) if speed else 0.0)
+    for push in rows.pushes:
+        force, mass = dist(push.force, (0.0, 0.0, 0.0)), masses.get(push.entity, 1.0)
+        if not force:
+            continue
+        span = min(push.end, duration) - push.start
+        way = force / mass * (span**2 / 2 if span > 0 else duration)
+        if push.drag:
+            way = min(way, force / push.drag * span)
+        _fly(flights, push.entity, push.force, min(way, FARTHEST) / force)
+    for wind in controls:
+        if isinstance(wind, Wind):
+            start, end = wind.during or (0.0, duration)
+            way = min(wind.acceleration * (min(end, duration) - start) ** 2 / 2, FARTHEST / 2)
+            for name in masses:
+                _fly(flights, name, vector_unit(wind.direction), way)
+    spins = {name for name, copy in copies.items() if isinstance(copy.model, Driven) and _spins(copy)}
+    return Travel(motors, frozenset(spins), holds, flights)
+
+
+def _fly(flights: dict[str, Vec], name: str, way: Vec, times: float) -> None:
+    x, y, z = flights.get(name, (0.0, 0.0, 0.0))
+    flights[name] = (x + way[0] * times, y + way[1] * times, z + way[2] * times)
+
+
+def _spins(copy: Copy) -> bool:
+    return isinstance(copy.model.motion, Spin)
+
+
+def _driven(copy: Copy) -> Bounds:
+    motion = copy.model.motion
+    if isinstance(motion, Oscillate):
+        x, y, z = (abs(c) * motion.amplitude for c in vector_unit(motion.axis))
+        return (-x, -y, -z), (x, y, z)
+    if isinstance(motion, Waypoints):
+        return _around([(0.0, 0.0, 0.0), *motion.positions])
+    return NOWHERE
+
+
+def _slider(copy: Copy, joint: str) -> Vec | None:
+    """Direction, in the world, of the slider that a drive moves; None for a joint of another kind."""
+    model = copy.model
+    mount = model.mount if isinstance(model, Rigid) else None
+    if isinstance(model, Articulated) and model.links is not None and joint in model.links:
+        mount = model.links[joint].joint
+    return quat_rotate(copy.quat, vector_unit(mount.axis)) if isinstance(mount, SliderMount) else None
+
+
+def _reach(targets: list[tuple[str, Schedule]], duration: float) -> tuple[float, float]:
+    """Lowest and highest position [m] that drives of a slider ask for."""
+    times = [duration * k / LOOKS for k in range(LOOKS + 1)]
+    values = [0.0]
+    for mode, schedule in targets:
+        if mode == "position":
+            values += [value_at(schedule, t) for t in times]
+        elif mode == "velocity":
+            position = 0.0
+            for a, b in pairwise(times):
+                position += value_at(schedule, (a + b) / 2) * (b - a)
+                values.append(position)
+    return max(min(values), -FARTHEST), min(max(values), FARTHEST)
+
+
+def _around(points: Iterable[Vec]) -> Bounds:
+    x, y, z = zip(*points, strict=True)
+    return (min(x), min(y), min(z)), (max(x), max(y), max(z))
