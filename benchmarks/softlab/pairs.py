@@ -166,7 +166,8 @@ def _body(name: str, family: str, pos: tuple[float, float, float], *, lies: bool
         turn = "" if lies else ", euler_deg: [0, 90, 0]"
         return (
             f"  {name}: {{kind: cloth, solver: pbd, shape: {{kind: sheet, size: [0.12, 0.12]}}, "
-            f"material: {{area_density: 5, friction: {FRICTION}}}, pose: {{pos: {_rounded(pos)}{turn}}}}}"
+            f"material: {{area_density: 5, friction: {FRICTION}, air_resistance: 0}}, "
+            f"pose: {{pos: {_rounded(pos)}{turn}}}}}"
         )
     return f"  {name}: {_solid(family, 0.08 if lies else 0.1)}, pose: {{pos: {_rounded(pos)}}}}}"
 
@@ -186,7 +187,7 @@ def _bed(family: str) -> str:
     if family == "cloth":
         return (
             f"  bed: {{kind: cloth, solver: pbd, shape: {{kind: sheet, size: [0.6, 0.24]}}, "
-            f"material: {{area_density: 5, friction: {FRICTION}}}, pose: {{pos: [0, 0, {GRAIN / 2}]}}}}"
+            f"material: {{area_density: 5, friction: {FRICTION}, air_resistance: 0}}, pose: {{pos: [0, 0, {GRAIN / 2}]}}}}"
         )
     size = (0.4, 0.16, 0.05)
     return f"  bed: {_solid(family, *size)}, pose: {{pos: [0, 0, 0.026]}}}}"

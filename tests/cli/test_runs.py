@@ -5,7 +5,10 @@ from pathlib import Path
 import pytest
 from handmade import CASE, Cli, prepare_run, write_case
 
+from text2sim.cli.cases import Examined
+from text2sim.harness.folder import Work
 from text2sim.harness.lock import RunLock
+from text2sim.harness.result import RunResult
 
 
 def test_run_ends_with_film_and_report(cli: Cli, case: Path, folder: Path):
@@ -50,7 +53,7 @@ def test_a_run_in_use_is_said_in_a_line(cli: Cli, case: Path, folder: Path):
     with RunLock(Path("runs"), folder.name):
         answer = cli("run", case)
         document = cli("run", case, "--json").json
-    assert answer.code == 2
+    assert answer.code == 3
     assert answer.err.splitlines()[-1].startswith("cases/fall/case.yaml: ")
     assert "is being run by another text2sim" in answer.err
     assert "another text2sim" in document["runs"][0]["error"]
@@ -61,6 +64,20 @@ def test_a_file_in_place_of_the_runs_is_said_in_a_line(cli: Cli, case: Path, tmp
     answer = cli("run", case, "--runs", "file")
     assert answer.code == 2
     assert "not a folder" in answer.err
+
+
+@pytest.mark.parametrize(
+    ("state", "code"),
+    [("timeout", 3), ("out_of_memory", 3), ("diverged", 1), ("crashed", 1), ("failed", 2), ("interrupted", 130)],
+)
+def test_how_a_run_ended_decides_the_exit_code(
+    cli: Cli, case: Path, monkeypatch: pytest.MonkeyPatch, state: str, code: int
+):
+    def ended(row: Examined, **_: object) -> RunResult:
+        return RunResult("fall", Path("runs/x"), Work.SIMULATE, state, 0.2, "it did", None, None, None, "", None, False)
+
+    monkeypatch.setattr("text2sim.cli.attempt.attempt", ended)
+    assert cli("run", case).code == code
 
 
 def test_what_the_machine_lacks_is_exit_code_three(cli: Cli, case: Path, monkeypatch: pytest.MonkeyPatch):

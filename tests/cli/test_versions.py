@@ -319,7 +319,9 @@ def test_what_plain_git_cannot_merge_merges_by_meaning(cli: Cli, git: Git, monke
     monkeypatch.chdir("repo")
     answer = cli("git", "install")
     assert answer.code == 0
-    assert Path(".gitattributes").read_text() == "case.yaml diff=text2sim merge=text2sim\n"
+    assert Path(".gitattributes").read_text() == (
+        "case.yaml diff=text2sim merge=text2sim\n**/prefabs/*.yaml diff=text2sim merge=text2sim\n"
+    )
     assert "unchanged" in cli("git", "install").out
     git("merge", "theirs", "-m", "both")
     merged = Path("cases/fall/case.yaml").read_text()
@@ -383,8 +385,51 @@ def test_changes_that_only_together_are_wrong_are_left_to_the_lines(
     commit(git, "theirs", NEW + "    stays: {measure: height, at: 0.2, above: 0}\n")
     git("checkout", "-q", "ours")
     said = git("merge", "theirs", code=1)
-    assert "both changes together are no valid case" in said
+    assert "both changes together are not valid" in said
     assert "merged line by line" in said
+
+
+PIN = """\
+text2sim: 2
+prefab: pin
+doc: A pin that is thrown at things.
+params:
+  size: {kind: length, default: 0.1, doc: Its radius.}
+body: {kind: rigid, shape: {kind: sphere, radius: "${size}"}, material: {density: 500}}
+"""
+
+
+def test_prefabs_are_merged_by_meaning_too(cli: Cli, git: Git, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir("repo")
+    file = Path("cases/fall/prefabs/pin.yaml")
+
+    def branch(name: str, text: str) -> None:
+        git("checkout", "-q", "-B", name, "base")
+        file.write_text(text)
+        git("commit", "-qam", name)
+
+    file.parent.mkdir()
+    file.write_text(PIN)
+    git("checkout", "-qb", "base")
+    git("add", ".")
+    git("commit", "-qm", "pin")
+    branch("theirs", PIN.replace("density: 500", "density: 900"))
+    branch("ours", PIN.replace("kind: sphere, radius", "kind: capsule, length: 0.3, radius"))
+    git("merge", "theirs", code=1)  # both changed one line
+    git("merge", "--abort")
+    assert cli("git", "install").code == 0
+    git("merge", "theirs", "-m", "both")
+    merged = file.read_text()
+    assert all(word in merged for word in ("kind: capsule", "length: 0.3", "density: 900"))
+    said = git("diff", "HEAD~1", "HEAD", "--", "cases")
+    assert said == "cases/fall/prefabs/pin.yaml\n  prefab:\n    ~ body.material.density  500 → 900\n"
+    # One side drops a parameter, the other takes it up: no prefab.
+    branch("theirs", PIN.replace('radius: "${size}"', "radius: 0.1").replace("  size: {kind: length, default: 0.1, doc: Its radius.}", "  wide: {kind: length, default: 0.1, doc: Nothing.}"))  # fmt: skip
+    branch("ours", PIN.replace("density: 500", 'density: "${5000 * size}"'))
+    assert "both changes together are not valid" in git("merge", "theirs", code=1)
+    git("merge", "--abort")
+    git("rm", "-q", str(file))
+    assert "the prefab is gone" in git("diff", "HEAD")
 
 
 def test_drivers_that_do_not_start_leave_a_difference_of_the_lines(git: Git, cli: Cli, monkeypatch: pytest.MonkeyPatch):
@@ -426,7 +471,7 @@ def test_an_error_of_ours_does_not_stop_git(cli: Cli, case: Path, monkeypatch: p
 def test_installing_for_all_repositories(cli: Cli, git: Git, tmp_path: Path):
     cli("git", "install", "--global")
     attributes = tmp_path / "home" / "config" / "git" / "attributes"
-    assert attributes.read_text() == "case.yaml diff=text2sim merge=text2sim\n"
+    assert attributes.read_text().splitlines()[0] == "case.yaml diff=text2sim merge=text2sim"
     assert "text2sim git merge" in git("config", "--global", "merge.text2sim.driver")
     assert "text2sim" in git("check-attr", "merge", "cases/fall/case.yaml")
     attributes.write_text("*.png binary\n" + attributes.read_text())

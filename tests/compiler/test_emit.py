@@ -29,6 +29,7 @@ ALLOWED = {
     "files",
     "soft",
     "soft_film",
+    "soft_states",
     "engine",
     "quadrants",  # the compiler of the engine, which comes with it
     *sys.stdlib_module_names,

@@ -24,7 +24,7 @@ from text2sim.harness.lock import RunLock
 from text2sim.harness.progress import PHASES, Progress
 from text2sim.harness.result import RunResult
 from text2sim.harness.run import run_case
-from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.errors import MachineError, RunError
 from text2sim.spec_schema.load import load_case
 
 CASE = """\
@@ -232,7 +232,7 @@ def test_a_linked_run_folder_is_refused(silent: Stage, tmp_path: Path):
 
 def test_two_runs_of_one_case_do_not_meet(silent: Stage):
     first = silent.run(film=False)
-    with RunLock(silent.runs, first.folder.name), pytest.raises(RunError, match="by another text2sim"):
+    with RunLock(silent.runs, first.folder.name), pytest.raises(MachineError, match="by another text2sim"):
         silent.run(film=False)
     assert silent.run(film=False).work is not Work.SIMULATE
 
@@ -241,7 +241,7 @@ def test_a_lock_lasts_as_long_as_a_program_that_inherited_it(tmp_path: Path):
     with RunLock(tmp_path, "case") as lock:
         command = [sys.executable, "-c", "input()"]
         child = subprocess.Popen(command, stdin=subprocess.PIPE, pass_fds=(lock.fileno,))
-    with pytest.raises(RunError), RunLock(tmp_path, "case"):
+    with pytest.raises(MachineError), RunLock(tmp_path, "case"):
         pass
     child.communicate(b"\n")
     with RunLock(tmp_path, "case"):

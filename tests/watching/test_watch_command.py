@@ -271,7 +271,7 @@ def test_nothing_but_a_preview_lies_in_its_folder(warm):
         [sys.executable, "-m", "text2sim", "watch", str(warm.case.parent), "--runs", str(warm.runs), "--no-browser"],
         capture_output=True, text=True, timeout=60, check=False,
     )  # fmt: skip
-    assert done.returncode == 2
+    assert done.returncode == 3
     assert "watch-knock is being run by another text2sim" in done.stderr
 
 

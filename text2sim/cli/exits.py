@@ -6,7 +6,7 @@ PHYSICS = 1
 INPUT = 2
 """Something that the user wrote is wrong."""
 MACHINE = 3
-"""This machine cannot do it."""
+"""This machine cannot do it, or not now: something is missing, in use, or at its limit of time or memory."""
 BUG = 70
 """Something that we wrote is wrong."""
 INTERRUPTED = 130

@@ -24,10 +24,11 @@ _File = Annotated[Path, typer.Argument()]
 def install(everywhere: _Global = False) -> None:
     """Set the repository up: `git diff` speaks of meaning, and changes of different values merge without conflict."""
     from text2sim.cli.output import say, shown
-    from text2sim.revision.installation import LINE, install, settings
+    from text2sim.revision.installation import LINES, install, settings
 
     file, changed = install(Path.cwd(), everywhere=everywhere)
-    say(f"{shown(file)}: {LINE}" if changed else f"{shown(file)}: unchanged")
+    for row in LINES if changed else ("unchanged",):
+        say(f"{shown(file)}: {row}")
     say(f"git config: {', '.join(settings(''))}")
 
 
@@ -94,17 +95,19 @@ def _difference(name: str, files: list[str]) -> list[str]:
     from text2sim.cli.diff import report_lines
     from text2sim.revision.compare import compare
     from text2sim.revision.driver import driver_side, text_difference
+    from text2sim.spec_schema.load import CASE_FILE
 
     if len(files) < 6:
         return [f"{name}: not merged yet"]
     old, new = Path(files[0]), Path(files[3])
     title = f"{name} → {files[6]}" if len(files) > 6 else name
+    thing = "case" if Path(name).name == CASE_FILE else "prefab"
     if "/dev/null" in (files[0], files[3]):
-        return [title, f"  {'a new case' if files[0] == '/dev/null' else 'the case is gone'}"]
+        return [title, f"  a new {thing}" if files[0] == "/dev/null" else f"  the {thing} is gone"]
     one, other = driver_side(old, name, f"a/{name}"), driver_side(new, name, f"b/{name}")
     if one is None or other is None:
         return text_difference(old, new, name)
     found = compare(one, other)
     if found.same:
         return [f"{title}: the meaning is the same", *text_difference(old, new, name)]
-    return [title, *(f"  {line}" for line in report_lines(found))]
+    return [title, *(f"  {f'{thing}:' if line == 'case:' else line}" for line in report_lines(found))]

@@ -28,7 +28,7 @@ app = typer.Typer(
     name="text2sim",
     help="A case in YAML becomes a Genesis program, a run, and evidence.",
     epilog="Exit codes: 0 fine; 1 the physics did not do what was expected; 2 the input is wrong; "
-    "3 this machine cannot; 70 a bug of ours.",
+    "3 this machine cannot, or not now; 70 a bug of ours.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode="rich",

@@ -10,7 +10,12 @@ if TYPE_CHECKING:
     from text2sim.cli.cases import Examined
     from text2sim.harness.result import RunResult
 
-_EXITS = {"failed": exits.INPUT, "out_of_memory": exits.MACHINE, "interrupted": exits.INTERRUPTED}
+_EXITS = {
+    "failed": exits.INPUT,
+    "timeout": exits.MACHINE,
+    "out_of_memory": exits.MACHINE,
+    "interrupted": exits.INTERRUPTED,
+}
 
 
 def exit_of(result: "RunResult") -> int:

@@ -11,7 +11,9 @@ from text2sim.cli import exits
 from text2sim.cli.options import Sets, Variants, overlay_of
 
 if TYPE_CHECKING:
+    from text2sim.cli.cases import Examined
     from text2sim.spec_schema.errors import Problem
+    from text2sim.spec_schema.reuse.overlay import Overlay
     from text2sim.watching.parties import Checked
     from text2sim.watching.take import Take
 
@@ -37,7 +39,7 @@ def watch(
 
     Ctrl-C ends it.
     """
-    from text2sim.cli.cases import case_file, examine
+    from text2sim.cli.cases import case_file
     from text2sim.cli.output import say, shown
     from text2sim.harness.lock import RunLock
     from text2sim.harness.stop import Stop
@@ -69,13 +71,28 @@ def watch(
             say(f"page: {server.url}")
             sys.stdout.flush()
             options = Options(width=width, timeout=timeout, memory=int(memory * 1e9))
-            session = Session(path, folder, lambda: examine(path, overlay=overlay), board, _Terminal(), options)
+            session = Session(path, folder, lambda: _examine(path, overlay), board, _Terminal(), options)
             if browser:
                 _open(server.url)
             session.run(lambda: stop.count)
         finally:
             server.close()
     raise typer.Exit(exits.INTERRUPTED)
+
+
+def _examine(path: Path, overlay: "Overlay") -> "Examined":
+    """Read a case, and look whether this machine can run it."""
+    from text2sim.cli.cases import examine
+    from text2sim.harness.ability import check_ability
+    from text2sim.spec_schema.errors import MachineError
+
+    found = examine(path, overlay=overlay)
+    if found.ok and found.loaded is not None:
+        try:
+            check_ability(found.loaded)
+        except MachineError as error:
+            found.blame(error)
+    return found
 
 
 class _Terminal:

@@ -216,7 +216,7 @@ def _add_color(found: Explicit, root: Path, model: Any, copies: list[Copy]) -> N
     if model.look.color is not None or "mesh" in kinds or getattr(model, "file", None) is not None:
         return
     data = _at(found.data, root)
-    data["look"] = {"color": default_color(str(root[-1]), static=root[0] == "scene"), **data["look"]}
+    data["look"] = {"color": default_color(str(root[-1]), model), **data["look"]}
     found.comments[*root, "look"] = "derived: by its name" if root[0] == "bodies" else "derived: what never moves"
 
 

@@ -2,6 +2,7 @@
 
 import colorsys
 import random
+from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.spec_schema.models.colors import rgb
@@ -14,12 +15,16 @@ Rgba = tuple[float, float, float, float]
 # (https://jfly.uni-koeln.de/color/), for bodies that were given no colour.
 STAGE = "#98a1a9"
 """What never moves stands back."""
+STUFF = {"granular": "#c8a96a", "liquid": "#3f88c5", "snow": "#f1f4f7"}
+"""Sand, water and snow look like what they are."""
 PALETTE = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
 
 
-def default_color(name: str, *, static: bool) -> str:
+def default_color(name: str, model: Any) -> str:
     """Return the colour of a body or static that was given none."""
-    return STAGE if static else PALETTE[sum(name.encode()) % len(PALETTE)]
+    if isinstance(model, Static):
+        return STAGE
+    return STUFF.get(model.kind) or PALETTE[sum(name.encode()) % len(PALETTE)]
 
 
 def rgba_of(look: Look, copy: Copy) -> Rgba:
@@ -27,7 +32,7 @@ def rgba_of(look: Look, copy: Copy) -> Rgba:
     index = copy.index or 0
     color = look.color
     if color is None:
-        color = default_color(copy.body, static=isinstance(copy.model, Static))
+        color = default_color(copy.body, copy.model)
     elif isinstance(color, list):
         color = color[index % len(color)]
     red, green, blue = rgb(color)

@@ -31,15 +31,13 @@ def stretches(body: Deformable) -> Array:
     else:
         faces, points = triangles(body)
         pairs = np.unique(np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
+    if len(points):
+        pairs = pairs[(points[0, pairs[:, 0]] != points[0, pairs[:, 1]]).any(axis=1)]
     ratio = np.empty((len(points), len(pairs)), np.float32)
-    first = np.zeros(len(pairs))
     for span in spans(points, len(pairs)):
-        block = points[span].astype(float)
-        length = np.linalg.norm(block[:, pairs[:, 1]] - block[:, pairs[:, 0]], axis=2)
-        if span.start == 0:
-            first = length[0]
-        ratio[span] = length / first
-    return ratio[:, first > 0]
+        x = np.ascontiguousarray(points[span].transpose(2, 0, 1))
+        ratio[span] = np.sqrt(sum((side[:, pairs[:, 1]] - side[:, pairs[:, 0]]) ** 2 for side in x))
+    return ratio / ratio[:1]
 
 
 def triangles(body: Deformable) -> tuple[Array, Array]:
@@ -73,12 +71,12 @@ def volumes(body: Deformable) -> Array:
     if not closed(seen[0].astype(float), faces):
         raise DeformationError(f"the surface of {body.body} is not closed: it has no inside")
 
-    def inside(x: Array) -> Array:
-        x = x - x.mean(axis=1, keepdims=True)
-        a, b, c = (x[:, faces[:, k]] for k in range(3))
-        return np.einsum("fni,fni->f", a, np.cross(b, c)) / 6
-
-    return np.abs(_summed(seen, inside))
+    parts = []
+    for span in spans(seen, len(faces)):
+        x = seen[span] - seen[span].mean(axis=1, keepdims=True)  # digits are for differences
+        corners = np.ascontiguousarray(x.transpose(2, 1, 0))
+        parts.append(_triple(*(corners[:, faces[:, k]] for k in range(3))).sum(axis=0, dtype=float) / 6)
+    return np.abs(np.concatenate(parts))
 
 
 def inverted(body: Deformable) -> Array | None:
@@ -215,11 +213,10 @@ def sum_over_tets(body: Deformable, of: Callable[[Array, Array], Array]) -> Arra
 def _tet_volumes(x: Array, tets: Array) -> Array:
     """Signed volumes [m3] of tetrahedra with corners among points (3, p, F), shape (t, F)."""
     first = x[:, tets[:, 0]]
-    (a, b, c), (d, e, f), (g, h, i) = (x[:, tets[:, k]] - first for k in (1, 2, 3))
-    return (a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)) / 6
+    return _triple(*(x[:, tets[:, k]] - first for k in (1, 2, 3))) / 6
 
 
-def _summed(points: Array, of: Callable[[Array], Array]) -> Array:
-    """What a function makes of runs of frames, put together, shape (F,)."""
-    parts = [of(points[span].astype(float)) for span in spans(points)]
-    return np.concatenate(parts) if parts else np.zeros(0)
+def _triple(u: Array, v: Array, w: Array) -> Array:
+    """u . (v x w) of vectors (3, ...)."""
+    (a, b, c), (d, e, f), (g, h, i) = u, v, w
+    return a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)

@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.errors import MachineError
 
 if os.name == "posix":
     import fcntl
@@ -37,7 +37,7 @@ class RunLock:
             holder = os.read(descriptor, 100).decode("ascii", "replace").strip()
             os.close(descriptor)
             who = f" (process {holder})" if holder.isdigit() else ""
-            raise RunError(f"{self._name} is being run by another text2sim{who}; wait for it, or end it")
+            raise MachineError(f"{self._name} is being run by another text2sim{who}; wait for it, or end it")
         os.truncate(descriptor, 0)
         os.write(descriptor, f"{os.getpid()}\n".encode())
         self._descriptor = descriptor

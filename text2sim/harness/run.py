@@ -68,8 +68,8 @@ def run_case(
 
     Raises:
         SpecError: if the case cannot be compiled.
-        MachineError: if this machine cannot run it.
-        RunError: if its run folder is in use, or in the way.
+        MachineError: if this machine cannot run it, or another process does at the moment.
+        RunError: if its run folder is in the way.
     """
     if compile_to is None:
         from text2sim.compiler.build import compile_case

@@ -15,6 +15,7 @@ from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.paths import dotted
+from text2sim.spec_schema.reuse.library import prefab_problems
 from text2sim.spec_schema.text.document import Path, parse_document
 from text2sim.spec_schema.text.layout import Entry, plain_data, written_layout
 from text2sim.spec_schema.text.source import Source, read_source
@@ -110,7 +111,7 @@ def merge_files(base: FilePath, ours: FilePath, theirs: FilePath, name: str, mar
     wrong = _first_problem(merged.text, name)
     if wrong is None or any(_first_problem(source.text, name) for source in (two, three)):
         return MergeResult(merged.text.encode(), True, _lost(merged))
-    remark = f"both changes together are no valid case, so it was merged line by line: {wrong}"
+    remark = f"both changes together are not valid, so it was merged line by line: {wrong}"
     clean = clean and _first_problem(lines.decode("utf-8", "replace"), name) is None
     return MergeResult(lines, clean, [remark])
 
@@ -138,9 +139,12 @@ def _says_the_same(lines: bytes, text: str, name: str) -> bool:
 
 
 def _first_problem(text: str, name: str) -> str | None:
-    """What keeps a text from being a case whose references hold; None if nothing does."""
+    """What keeps a text from being a case whose references hold, or a prefab; None if nothing does."""
+    source = Source(text, name)
     try:
-        problems = check_references(load_text(text, FilePath(name)))
+        data = parse_document(source).data
+        prefab = isinstance(data, dict) and "prefab" in data
+        problems = prefab_problems(source) if prefab else check_references(load_text(text, FilePath(name)))
     except SpecError as error:
         problems = error.problems
     return next((str(problem) for problem in problems if problem.severity == "error"), None)

@@ -10,7 +10,8 @@ import text2sim
 from text2sim.revision.repository import run_git, run_git_status
 from text2sim.spec_schema.errors import RunError
 
-LINE = "case.yaml diff=text2sim merge=text2sim"
+LINES = tuple(f"{pattern} diff=text2sim merge=text2sim" for pattern in ("case.yaml", "**/prefabs/*.yaml"))
+"""Of `.gitattributes`: cases, and the prefabs beside them."""
 CONFLICT = 10
 """Exit code of a merge with conflicts: no other failure has it."""
 _SECTIONS = ("diff.text2sim", "merge.text2sim")
@@ -54,10 +55,11 @@ def install(folder: Path, *, everywhere: bool = False) -> tuple[Path, bool]:
     for key, value in settings(own_command()).items():
         run_git(["config", _scope(everywhere), key, value], folder)
     rows = _rows(file)
-    if LINE in rows:
+    missing = [line for line in LINES if line not in rows]
+    if not missing:
         return file, False
     file.parent.mkdir(parents=True, exist_ok=True)
-    _write(file, [*rows, LINE])
+    _write(file, [*rows, *missing])
     return file, True
 
 
@@ -68,9 +70,9 @@ def uninstall(folder: Path, *, everywhere: bool = False) -> tuple[Path, bool]:
         # It is no error if there is none.
         run_git_status(["config", _scope(everywhere), "--remove-section", section], folder)
     rows = _rows(file)
-    if LINE not in rows:
+    rest = [row for row in rows if row not in LINES]
+    if rest == rows:
         return file, False
-    rest = [row for row in rows if row != LINE]
     if rest or file.is_symlink():
         _write(file, rest)
     else:

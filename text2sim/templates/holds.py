@@ -2,7 +2,7 @@
 
 A hold goes one way: a link moves the points, and does not feel them.
 
-    fem   vertices are where the link carries them, in every substep
+    fem   vertices are put where the link carries them in every substep
     pbd   particles are put there in every step, and go on with the link's velocity meanwhile
     mpm   particles are pulled there by springs as stiff as a substep bears: at a speed v they trail by 4 substeps of v
 """
@@ -10,6 +10,7 @@ A hold goes one way: a link moves the points, and does not feel them.
 import genesis as gs
 import numpy as np
 import torch
+from genesis.engine.couplers import SAPCoupler
 from points import INVERSE, Points, array, assign, choose, each_substep, rotate, tensor
 
 FIRM, SHAKY = 0.5, 1.0
@@ -75,8 +76,7 @@ class Hold:
         self.grip.begin()
 
     def look(self):
-        """Look where the links are, and how they move, at the beginning of a step."""
-        self.clock = 0
+        """Look where the links are, and how they move."""
         if self.links:
             get = (
                 self.rigid.get_links_pos,
@@ -118,7 +118,6 @@ class Holds:
             elif not hold.active and t >= hold.start - 1e-9:
                 hold.begin()
             if hold.active:
-                hold.look()
                 hold.grip.step()
 
     def _is_over(self, hold, end, t):
@@ -135,6 +134,7 @@ class _Pbd:
         self.entity.fix_particles(self.hold.chosen, zero_velocity=False)
 
     def step(self):
+        self.hold.look()
         places, speeds = self.hold.carried(0.0)
         self.entity.set_particles_pos(tensor(places), self.hold.chosen)
         self.entity.set_particles_vel(tensor(speeds), self.hold.chosen)
@@ -193,6 +193,8 @@ class _Fem:
 
     def __init__(self, hold):
         self.hold, self.entity, self.hooked = hold, hold.points.entity, False
+        # Under this coupler links have not moved yet when a substep of the vertices begins, under the other they have.
+        self.ahead = hold.h if isinstance(self.entity.sim.coupler, SAPCoupler) else 0.0
 
     def begin(self):
         if self.hold.stiffness is None:
@@ -212,8 +214,8 @@ class _Fem:
         hold = self.hold
         if not hold.active:
             return
-        hold.clock += 1
-        places, speeds = hold.carried(hold.clock * hold.h)
+        hold.look()
+        places, speeds = hold.carried(self.ahead)
         if hold.stiffness is None:
             self.entity.update_constraint_targets(hold.chosen, tensor(places))
             return

@@ -63,6 +63,7 @@ class Engine:
         self._deaths = 0
         self._killed = False
         self._lost = 0
+        self._precision: str | None = None
         self.job: Job | None = None
         self.peak = 0
         """Largest resident memory [bytes] seen."""
@@ -91,7 +92,22 @@ class Engine:
     def start(self) -> None:
         """Start it."""
         self._child, self._ready, self._started = self._spawn(), False, monotonic()
+        self._precision = None
         self._log_begin = self._log.stat().st_size if self._log.is_file() else 0
+
+    def fits(self, precision: str) -> bool:
+        """Whether it can compute with so many bits; if not, another process starts that can.
+
+        Genesis decides on its precision once in a process.
+        """
+        if self._precision in (None, precision):
+            self._precision = precision
+            return True
+        assert self._child is not None and self.job is None
+        self._child.end()
+        self._leaving.append(self._child)
+        self.start()
+        return False
 
     def simulate(self, order: int, program: Path, out: Path, limit: float) -> None:
         """Let it simulate a program."""
@@ -197,7 +213,7 @@ class Engine:
         self._child.end()
         self._leaving.append(self._child)
         self._child, self._successor, self._successor_ready = self._successor, None, False
-        self._ready = True
+        self._ready, self._precision = True, None
         self.renewals += 1
 
     def _finish(self, data: dict[str, Any]) -> dict[str, Any]:
@@ -225,7 +241,7 @@ class Engine:
         self.words = outcome.message
         if self._successor is not None:
             self._child, self._ready, self._started = self._successor, self._successor_ready, monotonic()
-            self._successor, self._successor_ready = None, False
+            self._successor, self._successor_ready, self._precision = None, False, None
         elif self.hopeless:
             self._child, self._ready = None, False
         else:

@@ -36,6 +36,7 @@ class Warm:
         self._gs: Any = genesis
         self._started = False
         self._kept: dict[Any, Any] = {}
+        self._path: str | None = None
         # The file of a kernel's function must stay readable, and programs come and go: theirs is a copy of this one.
         sys.path.insert(0, str(templates))
         importlib.import_module("engine")
@@ -51,11 +52,11 @@ class Warm:
         for name in names:
             sys.modules.pop(name, None)
         importlib.invalidate_caches()
-        sys.path.insert(0, str(folder))
-        try:
-            program = importlib.import_module("main")
-        finally:
-            sys.path.remove(str(folder))
+        if self._path is not None:
+            sys.path.remove(self._path)
+        self._path = str(folder)  # stays until the next: some modules are imported only when they are needed
+        sys.path.insert(0, self._path)
+        program = importlib.import_module("main")
         sys.modules["recorder"].FRAMES_PER_CHUNK = FRAMES_PER_CHUNK  # type: ignore[attr-defined]
         return program
 

@@ -172,6 +172,10 @@ class Session:
             return
         if self.engine.hopeless or not self.engine.idle:
             return
+        soft = version.plan.settings.soft
+        if not self.engine.fits("32" if soft is None else soft.precision):
+            self._listener.status("a fresh engine is being started, for another precision of numbers")
+            return
         self.painting.cancel()
         self._takes += 1
         self._take = take = Take(self._takes, self._folder / f"take-{self._takes}", version)

@@ -28,7 +28,7 @@ bodies:
 
 POOL = """
 scene:
-  duration: 1.2
+  duration: 0.8
   dt: 0.0025
   mpm: {bounds: {min: [-0.2, -0.2, -0.08], max: [0.2, 0.2, 0.3]}}
   statics:
@@ -54,7 +54,7 @@ def check(lab: Lab) -> list[Row]:
         speed = np.polyfit(run.time[running], front[running], 1)[0]
         rows.append(Row("dam break: speed of the front [m/s]", f"mpm, {HEIGHT / cell:.0f} cells high", float(ideal), float(speed)))
     run = lab.run(POOL, "pool")
-    late = run.time > 0.6
+    late = run.time > 0.5
     level = float(np.quantile(run.points("water")[late][:, :, 2], 0.99, axis=1).mean()) + 0.005
     bottom = float(run.center("float")[late, 2].mean()) - 0.048
     rows.append(Row("float of half the density: part under water", "mpm, 6 cells wide", 0.5, (level - bottom) / 0.096))

@@ -88,12 +88,17 @@ def divided(
     """
     import numpy as np
 
+    faces = faces.astype(np.int64)
     for _ in range(PASSES):
-        corners = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
-        edges, of = np.unique(corners, axis=0, return_inverse=True)
-        of = of.reshape(-1, 3)
-        length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
-        own = length[of]
+        ahead = np.roll(faces, -1, axis=1)
+        own = np.linalg.norm(vertices[faces] - vertices[ahead], axis=2)
+        if own.max(initial=0.0) <= LONG * edge:
+            break
+        keys = np.minimum(faces, ahead) * len(vertices) + np.maximum(faces, ahead)
+        keys, of = np.unique(keys, return_inverse=True)
+        of, edges = of.reshape(-1, 3), np.stack([keys // len(vertices), keys % len(vertices)], axis=1)
+        # Both triangles of an edge see the same length, whichever way they go along it.
+        own = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)[of]
         wanted = np.zeros(len(edges), bool)
         wanted[of[(own >= 0.999 * own.max(axis=1, keepdims=True)) & (own > LONG * edge)]] = True
         if not wanted.any():

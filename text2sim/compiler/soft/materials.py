@@ -11,7 +11,7 @@ YIELD = 0.1
 """Yield stress of an elasto-plastic body that gives none, as a part of its stiffness."""
 STRETCH, BENDING, AIR = 1e-7, 1e-4, 1e-3
 """Of a pbd cloth that says nothing: compliance of threads [m/N] and of folds [rad/N], and drag in the engine's unit.
-Threads and air are the engine's own; its folds, ten times stiffer, make a cloth of a few broad waves."""
+Threads and air are the engine's own; its folds are ten times stiffer, and make a few broad waves."""
 DAMPING = 0.5
 """Part of the velocity [1/s] that a fem body loses that says nothing; the engine's own."""
 
@@ -35,12 +35,12 @@ def open_values(model: Any, solver: str) -> dict[str, tuple[float, str]]:
         return {"yield_stress": (YIELD * material.youngs_modulus, "a tenth of its stiffness")}
     if solver == "pbd":
         return {
-            "stretch_compliance": (STRETCH, "the engine's own"),
-            "bending_compliance": (BENDING, "softer than the engine's own: folds, not broad waves"),
-            "air_resistance": (AIR, "the engine's own"),
+            "stretch_compliance": (STRETCH, "as the engine has it"),
+            "bending_compliance": (BENDING, "ten times what the engine has: folds, not broad waves"),
+            "air_resistance": (AIR, "as the engine has it"),
         }
     if solver == "fem":
-        return {"damping": (DAMPING, "the engine's own")}
+        return {"damping": (DAMPING, "as the engine has it")}
     if model.kind == "cloth":
         return {
             "youngs_modulus": (ipc.YOUNG, "a woven cloth"),

@@ -126,7 +126,7 @@ def _mpm(
         most = MPM_CELLS * cell**3
         low, high = _whole(room(copies, around, scene, travel, folder, margin, most), cell)
         why["mpm_bounds"] = (
-            f"where its bodies can come to, and {PADDING + 1} cells more: three of them are the grid's own wall"
+            f"where its bodies can come to, and {PADDING + 1} cells more: three of them are a wall of the grid"
         )
     return MpmSettings(cell, float(f"{1 / cell:.6g}"), low, high)
 
@@ -134,7 +134,7 @@ def _mpm(
 def _mpm_steps(cell: float, copies: list[Copy]) -> list[tuple[float, str]]:
     fastest = max(wave_speed(copy.model.material, copy.model) for copy in copies)
     return [
-        (GRID_STEP * cell, f"a grid of {cell:g} m cells; the engine's own suggestion"),
+        (GRID_STEP * cell, f"as the engine suggests for a grid of {cell:g} m cells"),
         (COURANT * cell / fastest, f"sound runs at {fastest:.3g} m/s in the stiffest mpm body: half a cell in a step"),
     ]
 
@@ -158,9 +158,9 @@ def _pbd(
         why["pbd_bounds"] = "where its bodies can come to; a wider space costs time, and its sides are walls"
     stretch, bending = scene.pbd.stretch_iterations, scene.pbd.bending_iterations
     if stretch is None:
-        stretch, why["stretch_iterations"] = 4, "the cloth's own weight stretches it by half a percent"
+        stretch, why["stretch_iterations"] = 4, "its own weight then stretches a cloth by half a percent"
     if bending is None:
-        bending, why["bending_iterations"] = 1, "the engine's own"
+        bending, why["bending_iterations"] = 1, "as the engine has it"
     return PbdSettings(size, low, high, stretch, bending)
 
 
@@ -171,10 +171,10 @@ def _fem(scene: Scene, copies: list[Copy], placed: dict[str, list[Copy]], why: d
     given = [copy.model.material.damping for copy in copies if copy.model.material.damping is not None]
     alpha = max(given, default=DAMPING)
     if not given:
-        why["damping_alpha"] = "half of the velocity is lost in 1.4 s, the engine's own"
+        why["damping_alpha"] = "as the engine has it: half of the velocity is lost in 1.4 s"
     beta = scene.fem.damping_beta
     if beta is None:
-        beta, why["damping_beta"] = 5e-4, "the engine's own"
+        beta, why["damping_beta"] = 5e-4, "as the engine has it"
     floors = [h for copies in placed.values() for copy in copies if (h := floor_height(copy)) is not None]
     return FemSettings(newton, alpha, beta, max(floors, default=None))
 

@@ -69,7 +69,8 @@ def _surface(mesh: MeshFile) -> _Surface:
     faces = mesh.faces
     directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     ways = np.where(directed[:, 0] < directed[:, 1], 1, -1)
-    _, index, counts = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
+    keys = directed.min(axis=1) * len(mesh.vertices) + directed.max(axis=1)
+    _, index, counts = np.unique(keys, return_inverse=True, return_counts=True)
     balance = np.bincount(index.ravel(), weights=ways)
     a, b, c = (mesh.vertices[faces[:, k]] for k in range(3))
     volume = float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)

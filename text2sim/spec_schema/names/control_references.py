@@ -3,7 +3,7 @@
 from typing import Any
 
 from text2sim.spec_schema.errors import SpecError, nearest
-from text2sim.spec_schema.models.bodies import Articulated, HingeMount, Ragdoll, Rigid, SliderMount
+from text2sim.spec_schema.models.bodies import Articulated, HingeMount, Ragdoll, Rigid, Rope, SliderMount
 from text2sim.spec_schema.models.controls import (
     Attach,
     Control,
@@ -125,9 +125,10 @@ def _check_initial_velocity(cast: Cast, where: Path, control: InitialVelocity) -
     if member is None:
         return
     model = member.model
-    if isinstance(model, Ragdoll) or (isinstance(model, Rigid) and model.mount.kind == "free") or deforms(member):
+    loose = isinstance(model, Ragdoll) or (isinstance(model, Rope) and not model.anchored)
+    if loose or (isinstance(model, Rigid) and model.mount.kind == "free") or deforms(member):
         return
-    ones = "only a free rigid body, a ragdoll or a body that deforms can start with a velocity"
+    ones = "only a free rigid body, a ragdoll, a loose rope or a body that deforms can start with a velocity"
     message = f"{ones}, and `{member.name}` is none"
     if not member.dynamic:
         message = f"{member.why_not_dynamic}; {ones}"

@@ -16,7 +16,7 @@ from text2sim.spec_schema.reuse.migration import migrate
 from text2sim.spec_schema.reuse.overlay_check import check_names
 from text2sim.spec_schema.reuse.trees import Tree
 from text2sim.spec_schema.text.document import Document, Path, parse_document
-from text2sim.spec_schema.text.source import MAX_BYTES, read_source
+from text2sim.spec_schema.text.source import MAX_BYTES, Source, read_source
 from text2sim.spec_schema.vocabulary.diagnosis import diagnose
 from text2sim.spec_schema.vocabulary.reach import Face
 from text2sim.spec_schema.vocabulary.words import bounds_of, slot_of
@@ -182,16 +182,35 @@ class Library:
                 raise Missing(
                     f"with `{name}`, the prefabs are larger than {MAX_BYTES // 1_000_000} MB in all ({place})"
                 )
-            document = parse_document(source)
-            if not isinstance(document.data, dict):
-                message = "a prefab is a mapping with the keys text2sim, prefab, doc, params, body"
-                raise SpecError([document.problem((), message, rule="type")])
-            document, problems = migrate(document)
-            if problems:
-                raise SpecError(problems)
+            document = _parse(source)
         except SpecError as error:
             raise Missing(f"the prefab `{name}` is broken", problems=tuple(error.problems)) from None
         return _define(name, place, document, (), PrefabFile)
+
+
+def prefab_problems(source: Source) -> list[Problem]:
+    """Return what is wrong with the text of a prefab in a file of its own."""
+    try:
+        document = _parse(source)
+        name = document.data.get("prefab")
+        _define(name if isinstance(name, str) else "", source.file, document, (), PrefabFile)
+    except SpecError as error:
+        return error.problems
+    except Missing as missing:
+        return list(missing.problems)
+    return []
+
+
+def _parse(source: Source) -> Document:
+    """A prefab in a file of its own, in the latest version of the language."""
+    document = parse_document(source)
+    if not isinstance(document.data, dict):
+        message = "a prefab is a mapping with the keys text2sim, prefab, doc, params, body"
+        raise SpecError([document.problem((), message, rule="type")])
+    document, problems = migrate(document)
+    if problems:
+        raise SpecError(problems)
+    return document
 
 
 def _define(name: str, place: str, document: Document, root: Path, model: type[Prefab]) -> Definition:

@@ -1,0 +1,162 @@
+"""Solvers, sizes of elements, domains and time steps that are derived for deformable bodies."""
+
+from math import sqrt
+from typing import Any
+
+import pytest
+
+from text2sim.compiler.build import Resolution, resolve_case
+from text2sim.compiler.soft.setup import MpmSettings, PbdSettings
+from text2sim.spec_schema.load import load_text
+
+FLOOR = "statics: {floor: {shape: {kind: plane}}}"
+CUBE = "{kind: soft, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [0, 0, 0.3]}"
+SHEET = "{kind: cloth, shape: {kind: sheet, size: [0.4, 0.2]}, pose: {pos: [0, 0, 0.5]}}"
+
+
+def resolve(bodies: str, scene: str = FLOOR, actions: str = "") -> Resolution:
+    return resolve_case(
+        load_text(f"text2sim: 2\nname: soft\nscene: {{duration: 1, {scene}}}\nbodies:\n{bodies}\n{actions}\n")
+    )
+
+
+def mpm(case: Resolution) -> MpmSettings:
+    assert case.settings.soft is not None and case.settings.soft.mpm is not None
+    return case.settings.soft.mpm
+
+
+def pbd(case: Resolution) -> PbdSettings:
+    assert case.settings.soft is not None and case.settings.soft.pbd is not None
+    return case.settings.soft.pbd
+
+
+@pytest.mark.parametrize(
+    ("bodies", "scene", "model", "solver"),
+    [
+        (f"  a: {CUBE}}}", FLOOR, "particle", "mpm"),
+        (f"  a: {SHEET}", FLOOR, "particle", "pbd"),
+        (f"  a: {CUBE}, solver: fem}}", FLOOR, "sap", "fem"),
+        (f"  a: {CUBE}}}", f"contact: {{model: sap}}, {FLOOR}", "sap", "fem"),
+        (f"  a: {SHEET}", f"contact: {{model: ipc}}, {FLOOR}", "ipc", "ipc"),
+        (f"  a: {CUBE}}}\n  b: {SHEET[:-1]}, solver: ipc}}", FLOOR, "ipc", "mpm"),
+        (f"  a: {CUBE}}}", f"contact: {{model: rigid}}, {FLOOR}", "rigid", "mpm"),
+    ],
+)
+def test_contact_model_and_solver_go_together(bodies: str, scene: str, model: str, solver: str) -> None:
+    case = resolve(bodies, scene)
+    assert case.settings.soft is not None
+    assert case.settings.soft.model == model
+    assert case.plan.deformables["a"].solver == solver
+
+
+def test_a_rigid_scene_has_none() -> None:
+    case = resolve("  a: {kind: rigid, shape: {kind: sphere, radius: 0.1}}")
+    assert case.settings.soft is None
+    assert case.plan.bodies[0].entities[0].material_options == {}
+    assert "soft" not in case.plan.files
+
+
+def test_cell_comes_from_the_thinnest_body_and_can_be_said() -> None:
+    thin = "  b: {kind: soft, shape: {kind: box, size: [0.2, 0.2, 0.05]}, pose: {pos: [1, 0, 0.3]}}"
+    assert mpm(resolve(f"  a: {CUBE}}}")).cell == pytest.approx(0.02)
+    assert mpm(resolve(f"  a: {CUBE}}}\n{thin}")).cell == pytest.approx(0.01)
+    assert mpm(resolve(f"  a: {CUBE}, cell: 0.016}}\n{thin}")).cell == 0.016
+    case = resolve(f"  a: {CUBE}, cell: 0.016}}", f"mpm: {{cell: 0.03}}, {FLOOR}")
+    assert mpm(case).cell == 0.03
+    assert "mpm_cell" not in case.settings.soft.why  # type: ignore[union-attr]
+    assert mpm(case).density == pytest.approx(1 / 0.03, rel=1e-5)
+
+
+def test_a_large_body_is_cut_as_fine_as_there_are_particles() -> None:
+    plate = "  a: {kind: soft, shape: {kind: box, size: [1, 1, 0.02]}, pose: {pos: [0, 0, 0.3]}}"
+    cell = mpm(resolve(plate)).cell
+    assert 0.02 / (0.64 * cell) ** 3 == pytest.approx(20_000, rel=0.02)
+
+
+def test_substeps_keep_sound_within_half_a_cell() -> None:
+    def step(material: str) -> tuple[float, float]:
+        case = resolve(f"  a: {CUBE}, material: {material}}}")
+        return 0.01 / case.settings.substeps, mpm(case).cell
+
+    step_s, cell = step("{youngs_modulus: 2.0e6, poisson_ratio: 0.45, density: 500.0}")
+    speed = sqrt(2e6 * 0.55 / (1.45 * 0.1 * 500))
+    assert 0.45 * cell / speed < step_s <= 0.5 * cell / speed
+    step_s, cell = step("{youngs_modulus: 1.0e4}")
+    assert step_s == pytest.approx(0.02 * cell), "a soft one: what the engine suggests for its grid"
+
+
+def test_bounds_hold_the_start_the_fall_and_the_walls_of_the_grid() -> None:
+    case = resolve(f"  a: {CUBE}}}")
+    found = mpm(case)
+    assert found.low[2] <= -4 * found.cell + 1e-9, "it rests on the floor, not on the grid's wall"
+    assert found.low[2] > -8 * found.cell
+    assert found.high[2] > 0.35 + 4 * found.cell
+    assert all(value / found.cell == pytest.approx(round(value / found.cell)) for value in (*found.low, *found.high))
+    above = resolve(
+        f"  a: {CUBE}}}", "statics: {table: {shape: {kind: box, size: [1, 1, 0.1]}, pose: {pos: [0, 0, 0.05]}}}"
+    )
+    assert mpm(above).low[2] <= -4 * found.cell + 1e-9, "what slips off a table is followed to its foot"
+
+
+def test_bounds_follow_what_throws_carries_and_pushes() -> None:
+    still = mpm(resolve(f"  a: {CUBE}}}"))
+    thrown = mpm(
+        resolve(
+            f"  a: {CUBE}}}", actions="actions: {controls: {go: {kind: initial_velocity, body: a, linear: [3, 0, 0]}}}"
+        )
+    )
+    assert thrown.high[0] > still.high[0] + 1.0
+    assert thrown.low[0] == pytest.approx(still.low[0], abs=2 * still.cell)
+    slider = """  hook:
+    kind: rigid
+    shape: {kind: sphere, radius: 0.02}
+    pose: {pos: [0, 0, 0.7]}
+    material: {touch_soft: false}
+    mount: {kind: slider, axis: x, actuator: {stiffness: 100, damping: 10}}"""
+    held = "hang: {kind: attach, body: a, region: {edge: back}, to: hook}"
+    drive = "move: {kind: drive, joint: hook, position: {kind: ramp, start: 0, end: 1, to: -1.5}}"
+    before = pbd(resolve(f"  a: {SHEET}\n{slider}", actions=f"actions: {{controls: {{{held}}}}}"))
+    after = pbd(resolve(f"  a: {SHEET}\n{slider}", actions=f"actions: {{controls: {{{held}, {drive}}}}}"))
+    assert after.low[0] < before.low[0] - 1.4
+    assert after.high[0] == pytest.approx(before.high[0], abs=0.02)
+
+
+def test_bounds_can_be_said() -> None:
+    case = resolve(f"  a: {CUBE}}}", f"mpm: {{bounds: {{min: [-1, -1, -0.1], max: [1, 1, 1]}}}}, {FLOOR}")
+    assert mpm(case).low == (-1.0, -1.0, -0.1)
+    assert "mpm_bounds" not in case.settings.soft.why  # type: ignore[union-attr]
+
+
+def test_sap_has_double_precision_and_a_floor_of_its_own() -> None:
+    case = resolve(f"  a: {CUBE}, solver: fem}}", "statics: {floor: {shape: {kind: plane}, pose: {pos: [0, 0, 0.1]}}}")
+    soft = case.settings.soft
+    assert soft is not None and soft.fem is not None and soft.sap is not None
+    assert (soft.precision, soft.fem.floor, soft.sap.floor, soft.sap.rigid) == ("64", 0.1, True, False)
+    assert case.plan.statics[0].entities[0].options["collision"] is False
+    bare = resolve(f"  a: {CUBE}, solver: fem}}", "statics: {}").settings.soft
+    assert bare is not None and bare.sap is not None and not bare.sap.floor
+
+
+def test_damping_of_fem_bodies_goes_to_their_solver() -> None:
+    case = resolve(f"  a: {CUBE}, solver: fem, material: {{damping: 3.0}}}}")
+    assert case.settings.soft is not None and case.settings.soft.fem is not None
+    assert case.settings.soft.fem.damping_alpha == 3.0
+
+
+def test_reasons_are_told() -> None:
+    notes = resolve(f"  a: {CUBE}}}\n  b: {SHEET}").settings.notes()
+    for name in (
+        "model = particle",
+        "mpm_cell = 0.02 m",
+        "mpm_bounds = [",
+        "pbd_size = 0.005 m",
+        "stretch_iterations = 4",
+    ):
+        assert any(note.startswith(name) for note in notes), name
+
+
+def test_soft_scenes_are_recorded_less_often() -> None:
+    assert resolve(f"  a: {CUBE}}}").plan.every == 2
+    assert resolve("  a: {kind: rigid, shape: {kind: sphere, radius: 0.1}}").plan.every == 1
+    said: dict[str, Any] = {"scene": f"record: {{rate: 100}}, {FLOOR}"}
+    assert resolve(f"  a: {CUBE}}}", **said).plan.every == 1

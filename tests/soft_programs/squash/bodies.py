@@ -1,0 +1,118 @@
+"""The bodies of squash: everything that moves."""
+
+from pathlib import Path
+
+import genesis as gs
+from filling import weigh
+
+HERE = Path(__file__).resolve().parent
+
+# What deforms: kind of body, solver, distance of its points at rest [m], where its frame is placed.
+DEFORMABLES = {
+    "block[0]": {
+        "kind": "soft",
+        "solver": "mpm",
+        "spacing": 0.00768,
+        "pos": (-0.1, 0.0, 0.2),
+        "quat": (0.984807753, 0.0, 0.0, 0.173648178),
+    },
+    "block[1]": {
+        "kind": "soft",
+        "solver": "mpm",
+        "spacing": 0.00768,
+        "pos": (0.05, 0.0, 0.22),
+        "quat": (0.984807753, 0.0, 0.0, 0.173648178),
+    },
+    "block[2]": {
+        "kind": "soft",
+        "solver": "mpm",
+        "spacing": 0.00768,
+        "pos": (0.2, 0.0, 0.24),
+        "quat": (0.984807753, 0.0, 0.0, 0.173648178),
+    },
+    "lump": {
+        "kind": "soft",
+        "solver": "mpm",
+        "spacing": 0.00768,
+        "pos": (0.0, 0.15, 0.3),
+        "quat": (1.0, 0.0, 0.0, 0.0),
+    },
+}
+
+# What bodies of particles weigh [kg].
+MASSES = {
+    "block[0]": 0.2592,
+    "block[1]": 0.2592,
+    "block[2]": 0.2592,
+    "lump": 0.268082573,
+}
+
+
+def add_block(scene):
+    """Add 3 copies of block."""
+    copies = [
+        # pos, color, E
+        ((-0.1, 0.0, 0.2), (1.0, 0.0, 0.0, 1.0), 50000.0),
+        ((0.05, 0.0, 0.22), (0.0, 0.502, 0.0, 1.0), 100000.0),
+        ((0.2, 0.0, 0.24), (0.0, 0.0, 1.0, 1.0), 150000.0),
+    ]
+    return {
+        # case.yaml:11
+        f"block[{i}]": scene.add_entity(
+            gs.morphs.Mesh(
+                file=str(HERE / "models/block.obj"),
+                pos=pos,
+                quat=(0.984807753, 0.0, 0.0, 0.173648178),
+            ),
+            material=gs.materials.MPM.Elastic(E=E, nu=0.35, rho=900.0, model="corotation"),
+            surface=gs.surfaces.Default(color=color, roughness=0.9, metallic=0.0, vis_mode="particle"),
+            name=f"block[{i}]",
+        )
+        for i, (pos, color, E) in enumerate(copies)
+    }
+
+
+def add_lump(scene):
+    """Add lump."""
+    return {
+        # case.yaml:18
+        "lump": scene.add_entity(
+            gs.morphs.Mesh(
+                file=str(HERE / "models/lump.obj"),
+                pos=(0.0, 0.15, 0.3),
+            ),
+            material=gs.materials.MPM.ElastoPlastic(E=100000.0, nu=0.3, rho=1000.0, von_mises_yield_stress=1632.99),
+            surface=gs.surfaces.Default(
+                color=(0.8353, 0.3686, 0.0, 1.0), roughness=0.9, metallic=0.0, vis_mode="particle"
+            ),
+            name="lump",
+        )
+    }
+
+
+def add_weight(scene):
+    """Add weight."""
+    return {
+        # case.yaml:23
+        "weight": scene.add_entity(
+            gs.morphs.Box(size=(0.1, 0.1, 0.05), pos=(0.0, 0.15, 0.5)),
+            material=gs.materials.Rigid(rho=2000.0, friction=0.5, coup_friction=0.5, coup_softness=0.0015),
+            surface=gs.surfaces.Default(color=(0.3373, 0.7059, 0.9137, 1.0), roughness=0.9, metallic=0.0),
+            name="weight",
+        )
+    }
+
+
+def add_bodies(scene):
+    """Add everything that moves; return the entities by name."""
+    bodies = {
+        **add_block(scene),
+        **add_lump(scene),
+        **add_weight(scene),
+    }
+    weigh(bodies, MASSES)
+    return bodies
+
+
+def configure(bodies):
+    """Set what can be set only after the scene is built."""
