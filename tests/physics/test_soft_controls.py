@@ -161,7 +161,7 @@ actions:
     carry: {kind: attach, body: "bar[0]", region: {face: left}, to: grip}
     go: {kind: drive, joint: grip, position: {kind: ramp, to: 0.05, start: 0, end: 0.2}}
     push: {kind: force, body: "bar[1]", force: [1, 0, 0]}
-    spring: {kind: attach, body: "bar[2]", to: world, stiffness: 2000, at: 0.1}
+    spring: {kind: attach, body: "bar[2]", to: world, stiffness: 200, at: 0.1}
     start: {kind: initial_velocity, body: "bar[2]", linear: [0.2, 0, 0]}
 """
 
@@ -180,15 +180,19 @@ def test_fem_bodies_are_pushed_and_held(tmp_path, agree):
     grip = next(k for k, link in enumerate(states.links) if link.body == "grip")
     went = (states.pos[:, grip] - states.pos[0, grip]).astype(float)
     assert left.sum() >= 4
-    agree("vertices on a slider [m]", points[:, left] - points[0, left], went[:, None], within=2e-5)
+    # The speed of a link is known as it was a substep ago: its acceleration times the substep squared is not foreseen.
+    unforeseen = np.abs(np.diff(went, 2, axis=0)).max()
+    assert unforeseen < 1e-3
+    agree("vertices on a slider [m]", points[:, left] - points[0, left], went[:, None], within=1.1 * unforeseen + 1e-5)
+    agree("vertices on what stands [m]", (points[-1] - points[0])[left], went[-1][None], within=1e-5)
     _, v = rows(states, "bar[1]")
     agree("1 N gives momentum t [N s]", mass["bar[1]"] * v[:, 0], states.time, within=2e-3)
     points, _ = rows(states, "bar[2]")
     # From t = 0.1 s on a critically damped spring: x = v t exp(-w t), w^2 = k / m.
     since = np.maximum(states.time - 0.1, 0.0)
-    w = np.sqrt(2000 / mass["bar[2]"])
+    w = np.sqrt(200 / mass["bar[2]"])
     way = (points - points[10])[:, :, 0].mean(axis=1)
-    agree("caught by springs at 0.1 s [m]", way[10:], (0.2 * since * np.exp(-w * since))[10:], within=4e-4)
+    agree("caught by springs at 0.1 s [m]", way[10:], (0.2 * since * np.exp(-w * since))[10:], within=8e-4)
 
 
 @pytest.mark.parametrize(

@@ -226,6 +226,20 @@ def test_an_engine_that_has_grown_is_replaced_between_takes(watch):
     assert not [words for kind, words in watched.said if kind == "trouble"]
 
 
+def test_another_precision_takes_another_process(watch):
+    watched = watch()
+    watched.wait("done")
+    said = len(watched.said)
+    cube = "cube: {kind: soft, solver: fem, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [1, 0, 0.2]}}"
+    watched.save(("bodies:\n", f"bodies:\n  {cube}\n"))
+    assert watched.wait("done", said)["state"] == "finished"
+    assert ("status", "a fresh engine is being started, for another precision of numbers") in watched.said[said:]
+    said = len(watched.said)
+    watched.save(("size: [0.1, 0.1, 0.1]", "size: [0.2, 0.1, 0.1]"))
+    assert watched.wait("done", said)["state"] == "finished"
+    assert "fresh" not in str(watched.said[said:]), "of the same precision, the same process"
+
+
 def test_an_engine_that_does_not_start_is_given_up(watch):
     watched = watch(engine="no_such_module")
     words, _ = watched.wait("trouble")

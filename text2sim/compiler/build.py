@@ -109,7 +109,6 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
         notes=(*settings.notes(), *lowering.notes),
         warnings=tuple(problems),
     )
-    plan = replace(plan, sim_digest=_sim_digest(plan), render_digest=_render_digest(plan))
     return Resolution(loaded, placed, lowering, rows, settings, plan)
 
 
@@ -214,33 +213,3 @@ def _damping(
             time, ratio = settings.contact_damping(restitution, step)
             values[copy.name] = (round(time, 9), round(ratio, 6))
     return values
-
-
-# --- digests --------------------------------------------------------------------------------------------------
-
-
-def _digest(content: Any) -> str:
-    return sha256(json.dumps(content, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
-
-
-def _sim_digest(plan: Plan) -> str:
-    """Digest of what the simulation depends on: no looks, no lines of the case, no film, no notes."""
-    skipped = {"render", "notes", "warnings", "sim_digest", "render_digest", "why", "line", "surface", "control"}
-    return _digest({"plan": _plain(plan, skipped), "compiler": __version__})
-
-
-def _render_digest(plan: Plan) -> str:
-    """Digest of what the film depends on besides the states."""
-    surfaces = [_plain(e.surface, set()) for g in (*plan.statics, *plan.bodies) for e in g.entities]
-    return _digest({"render": plan.render, "surfaces": surfaces, "compiler": __version__})
-
-
-def _plain(value: Any, skipped: set[str]) -> Any:
-    """Return a value as data that JSON can hold, without the fields named in `skipped`."""
-    if is_dataclass(value):
-        return {f.name: _plain(getattr(value, f.name), skipped) for f in fields(value) if f.name not in skipped}
-    if isinstance(value, dict):
-        return {key: _plain(item, skipped) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item, skipped) for item in value]
-    return sha256(value).hexdigest() if isinstance(value, bytes) else value

@@ -217,6 +217,6 @@ def _tet_volumes(x: Array, tets: Array) -> Array:
 
 
 def _triple(u: Array, v: Array, w: Array) -> Array:
-    """u . (v x w) of vectors (3, ...)."""
+    """Return u . (v x w) of vectors (3, ...)."""
     (a, b, c), (d, e, f), (g, h, i) = u, v, w
     return a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)

@@ -57,7 +57,7 @@ class Solid:
         """
         if self.kind == "hull":
             normals, offsets = self._planes
-            height = (points @ normals.T - offsets).max(axis=1)
+            height = (normals @ points.T - offsets[:, None]).max(axis=0)
             return height, height <= 0.0
         if self.kind == "surface":
             return self.distance(points), np.ones(len(points), bool)

@@ -20,5 +20,6 @@ def lint_case(resolution: Resolution) -> Report:
     from text2sim.lint.rules import EARLIER, RULES
 
     facts = Facts(resolution)
-    found = [problem for rule in RULES for problem in rule.run(facts)]
+    asked = [rule for rule in RULES if facts.own_contact or not rule.own_contact]
+    found = [problem for rule in asked for problem in rule.run(facts)]
     return sift(resolution.loaded, [*resolution.plan.warnings, *found], [*(rule.id for rule in RULES), *EARLIER])

@@ -252,6 +252,12 @@ class Facts:
         return found
 
     @property
+    def own_contact(self) -> bool:
+        """Whether rigid bodies touch by the engine's own contacts, which sap and ipc take the place of."""
+        soft = self.settings.soft
+        return soft is None or soft.model not in ("sap", "ipc")
+
+    @property
     def substep(self) -> float:
         """Solver step [s]."""
         return self.case.scene.dt / self.settings.substeps

@@ -30,6 +30,9 @@ class Rule:
     """Yields the findings, made with `Facts.problem`."""
     mended: str = ""
     """The same parts as they should be; empty where the example has no such simple cure."""
+    own_contact: bool = False
+    """Whether it is about the engine's own contacts between rigid bodies: it is not asked where contact models sap and
+    ipc take their place."""
 
 
 EXAMPLE_BASE = """\

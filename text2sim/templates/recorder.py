@@ -125,8 +125,10 @@ class Recorder:
             # What the last substep applied, clipped; `get_dofs_control_force` gives what the next one is going to.
             "dofs_control_force": _reader(dofs.qf_applied),
         }
-        if not self._solver.is_active:  # then every field has one row, which stands for nothing
-            self._reads = {name: lambda read=read: read()[:0] for name, read in self._reads.items()}
+        # What the scene has none of has one row all the same, which stands for nothing.
+        empty = [*self._reads] if not self._solver.is_active else ["qpos", "dofs_velocity", "dofs_control_force"]
+        if not self._solver.n_dofs:
+            self._reads |= {name: lambda read=self._reads[name]: read()[:0] for name in empty}
 
     def start(self) -> None:
         """Writes layout and geometry and records frame 0; call when initial conditions are set."""

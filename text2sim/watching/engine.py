@@ -103,7 +103,7 @@ class Engine:
         if self._precision in (None, precision):
             self._precision = precision
             return True
-        assert self._child is not None and self.job is None
+        assert self._child is not None
         self._child.end()
         self._leaving.append(self._child)
         self.start()

@@ -43,8 +43,13 @@ def letters(text: str, font: str | None, folder: Path) -> "list[Letter]":
     Raises:
         AssetError: if the font cannot be used, or lacks a letter, or there is nothing but blanks.
     """
+    if not text.strip():
+        raise AssetError("the text has nothing but blanks in it: there is no letter to make a body of")
     if font is None:
-        return list(_set(text, None, 0, 0))
+        try:
+            return list(_set(text, None, 0, 0))
+        except AssetError as error:
+            raise AssetError(f"the built-in font {error}") from None
     path, _ = case_path(font, folder, "font", SUFFIXES, MAX_BYTES)
     stat = path.stat()
     try:
@@ -79,7 +84,7 @@ def _set(text: str, path: Path | None, _mtime: int, _size: int) -> "tuple[Letter
             pen += face.advance(sign)
             before = sign
     if not found:
-        raise AssetError("has no letter with an outline in it" if path is None else "has no outline for this text")
+        raise AssetError("has no outline for anything in this text")
     return tuple(found)
 
 
@@ -120,7 +125,7 @@ class _Face:
                     return form.bounds[3] - form.bounds[1]
         heights = [form.bounds[3] for sign in text if not sign.isspace() and not (form := self.form(sign)).is_empty]
         if not heights or max(heights) <= 0:
-            raise AssetError("has no letter with an outline in it")
+            raise AssetError("has no outline for anything in this text")
         return max(heights)
 
     def _index(self, sign: str) -> Any:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 MAX_TRIANGLES = 400_000
 """Triangles of a surface. No solver here gets through the particles or tetrahedra that go with more."""
+DIGITS = 8
+"""Digits [m] behind the point of every coordinate."""
 _MEMORY = 64
 _KNOWN: dict[Any, "SoftMesh"] = {}
 """Surfaces of shapes: copies, and those who only look, share them."""
@@ -108,8 +110,8 @@ def refuse_many(area: float, edge: float) -> None:
 def _made(vertices: "np.ndarray", faces: "np.ndarray", uvs: "np.ndarray | None" = None, seams: int = 0) -> SoftMesh:
     import numpy as np
 
-    # Nobody may change what others share.
-    found = [np.ascontiguousarray(vertices, np.float64) + 0.0, np.ascontiguousarray(faces, np.int32)]
+    # As they will stand in a file: tetgen answers to every digit. Nobody may change what others share.
+    found = [np.ascontiguousarray(np.round(np.asarray(vertices, np.float64), DIGITS) + 0.0), np.ascontiguousarray(faces, np.int32)]
     if uvs is not None:
         found.append(np.ascontiguousarray(uvs, np.float64))
     for array in found:
@@ -201,12 +203,12 @@ def _ellipsoid(shape: Ellipsoid, edge: float) -> "tuple[np.ndarray, np.ndarray]"
 
 
 def write_obj(mesh: SoftMesh, quat: Quaternion = IDENTITY) -> bytes:
-    """Return a surface as an .obj file, turned by `quat`; to a tenth of a micrometre at a metre."""
+    """Return a surface as an .obj file, turned by `quat`."""
     import numpy as np
 
     vertices = mesh.vertices if quat == IDENTITY else mesh.vertices @ np.array(quat_to_rows(quat)).T
     faces = mesh.faces + 1
-    found = [_rows("v %.7g %.7g %.7g\n", np.round(vertices, 9) + 0.0)]
+    found = [_rows("v %.10g %.10g %.10g\n", np.round(vertices, DIGITS) + 0.0)]
     if mesh.uvs is None:
         found.append(_rows("f %d %d %d\n", faces))
     else:

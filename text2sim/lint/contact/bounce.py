@@ -78,6 +78,7 @@ are shot away.""",
         example=_BALL % "substeps: 1, contact: {timeconst: 0.02}",
         mended=_BALL % "dt: 0.01",
         run=lambda facts: _bounce(facts, "restitution-step"),
+        own_contact=True,
     ),
     Rule(
         id="rough-bounce",
@@ -90,6 +91,7 @@ scatters by up to 0.15 with the moment within a step at which bodies touch.""",
         example=_BALL % "dt: 0.001, substeps: 1, contact: {timeconst: 0.02}",
         mended=_BALL % "dt: 0.01",
         run=lambda facts: _bounce(facts, "rough-bounce"),
+        own_contact=True,
     ),
     Rule(
         id="soft-bounce",
@@ -102,5 +104,6 @@ a dent, and bodies that hit each other in a row no longer do so one after the ot
         example=_BALL % "dt: 0.01, substeps: 2",
         mended=_BALL % "dt: 0.01",
         run=lambda facts: _bounce(facts, "soft-bounce"),
+        own_contact=True,
     ),
 )

@@ -8,6 +8,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Velocity
 from text2sim.compiler.shapes.rotation import Vec, vector_cross
 from text2sim.compiler.shapes.sweep import sweep
+from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.contact.flight import RESTING
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import apart
@@ -69,6 +70,8 @@ def _rolling(slide: _Slide) -> str:
 
 def _slide(facts: Facts, row: Velocity, up: Vec) -> _Slide | None:
     copy = facts.copies[row.entity]
+    if is_soft(copy.model):  # the friction cone is that of rigid contacts
+        return None
     support, normal = _support(facts, copy, up)
     if support is None:
         return None
@@ -98,7 +101,7 @@ def _support(facts: Facts, copy: Copy, up: Vec) -> tuple[Copy | None, Vec]:
             return ground.copy, ground.up
     for other in facts.copies.values():
         its = facts.box(other)
-        if other is copy or its is None or box is None or apart(box, its, -RESTING):
+        if other is copy or is_soft(other.model) or its is None or box is None or apart(box, its, -RESTING):
             continue
         down = (-up[0], -up[1], -up[2])
         way = sweep([part.solid for part in parts], [part.solid for part in facts.parts(other)], down)
@@ -134,5 +137,6 @@ actions:
   controls: {push: {kind: initial_velocity, body: puck, linear: [5, 0, 0]}}
 """,
         run=_sliding,
+        own_contact=True,
     ),
 )

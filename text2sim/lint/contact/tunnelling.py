@@ -139,5 +139,6 @@ actions:
     launch: {kind: initial_velocity, body: shot, linear: [0, 12, 0]}
 """,
         run=_tunnelling,
+        own_contact=True,
     ),
 )

@@ -63,5 +63,6 @@ an error. A body with flat sides that lies on something has four points, and in 
         example=_HEAP % 40,
         mended=_HEAP % 1200,
         run=_pairs,
+        own_contact=True,
     ),
 )

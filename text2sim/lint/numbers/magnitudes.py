@@ -53,7 +53,7 @@ def _too_small(facts: Facts) -> Iterator[Problem]:
             )
             text += "metres?"
             yield facts.problem("too-small", facts.said(name, "shape"), text, key=True, severity="error")
-        elif sag > WALL * thin and scene.contact.timeconst is None:
+        elif facts.own_contact and sag > WALL * thin and scene.contact.timeconst is None:
             longest = _rounded_down(math.sqrt(WALL * thin / (SAG * math.hypot(*scene.gravity))))
             text = (
                 f"`{name}` has a piece of {length(thin)}, and will sink by {length(sag)} ({sag / thin:.0%} of it) into "
@@ -211,6 +211,7 @@ bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {mass: 100}, place: {on: floor}}
 """,
         run=_too_heavy,
+        own_contact=True,
     ),
     Rule(
         id="far-away",

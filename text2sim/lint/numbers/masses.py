@@ -179,6 +179,7 @@ bodies:
   bead: {kind: rigid, shape: {kind: sphere, radius: 0.01}, pose: {pos: [1, 0, 0.5]}}
 """,
         run=_light,
+        own_contact=True,
     ),
     Rule(
         id="mass-ratio",
@@ -192,5 +193,6 @@ on 0.1 kg sank by 5 mm at substeps of 10 ms. Links of one tree (chains, arms) do
         example=_TWO % "0.1",
         mended=_TWO % "5",
         run=_ratio,
+        own_contact=True,
     ),
 )

@@ -191,6 +191,7 @@ contacts no stiffer, a shorter time constant alone does not either: both are nee
         example=_BALL % "substeps: 2, contact: {timeconst: 0.002}",
         mended=_BALL % "substeps: 10, contact: {timeconst: 0.002}",
         run=_contact_time,
+        own_contact=True,
     ),
     Rule(
         id="soft-contact",
@@ -204,6 +205,7 @@ of the thinnest piece of the scene.""",
         example=_BALL % "contact: {timeconst: 0.1}",
         mended=_BALL % "contact: {timeconst: 0.02}",
         run=_soft,
+        own_contact=True,
     ),
     Rule(
         id="fast-spin",

@@ -60,6 +60,8 @@ def _wanted(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> tuple[
         return LOADED, "a motor presses it"
     if not facts.moves(copy):
         return STILL, "walls of less let particles through"
+    if mount == "tree":  # thin limbs and ropes: what they do to the body is seen at their scale
+        return 0.0, ""
     return NEAR, "it is free to lie on the body"
 
 

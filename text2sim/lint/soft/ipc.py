@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.geometry import SHEET
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import apart
+from text2sim.lint.parts import Part, apart
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftFacts, soft_facts, touches_soft
 from text2sim.lint.soft.gaps import Gaps
@@ -103,12 +103,16 @@ def _linked(facts: Facts) -> Iterator[Problem]:
                     break
             if hit is not None:
                 text = (
-                    f"links `{one.link}` and `{hit.link}` of `{name}` overlap at their joint: contact model ipc takes "
+                    f"{_link(one)} and {_link(hit)} of `{name}` overlap at their joint: contact model ipc takes "
                     "each link for a body and no scene in which bodies touch; with `material: {touch_soft: false}` the "
                     "body stays out of it, and touches no cloth"
                 )
                 yield facts.problem("ipc-links", facts.where(name), text, key=True)
                 break
+
+
+def _link(part: Part) -> str:
+    return "what the world holds" if part.link is None else f"`{part.link}`"
 
 
 def _unheard(facts: Facts) -> Iterator[Problem]:

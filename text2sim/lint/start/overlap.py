@@ -216,5 +216,6 @@ bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.05}, place: {right_of: peg}}
 """,
         run=_overlap,
+        own_contact=True,
     ),
 )
