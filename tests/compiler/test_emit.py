@@ -25,6 +25,7 @@ ALLOWED = {
     "actions",
     "render",
     "recorder",
+    "solids",
     "film",
     "files",
     "soft",

@@ -305,7 +305,7 @@ class TestMeshFiles:
             ("missing.obj", None, "does not exist"),
             ("notes.txt", "hello", "must end in"),
             ("empty.obj", "", "wedge|cannot|no triangles"),
-            ("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "flat"),
+            ("line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "no area"),
             ("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "finite"),
         ],
     )

@@ -39,9 +39,7 @@ def test_solids_gaps_and_touches(simulate, agree):
         made = geometry.pieces(trial.case.bodies[name].shape, trial.folder)
         assert len(solids) == len(made), name
         # Whatever the engine makes of a frame, the corners of the pieces have to lie on the recorded solids.
-        corners = np.array(
-            [point for piece in made for point in geometry.points(trial.case.bodies[name].shape, trial.folder)]
-        )
+        corners = np.array(geometry.points(trial.case.bodies[name].shape, trial.folder))
         world = trial.pos(name)[-1] + corners @ trial.turn(name)[-1].T
         nearest = np.full(len(world), np.inf)
         for link, solid in solids:

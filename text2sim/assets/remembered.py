@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 ASKED = ("mujoco", "numpy", "pymeshlab", "trimesh", "yourdfpy")
 """Packages on whose versions answers depend."""
-MANY = 300
+MANY = 1000
 """Answers that are kept; then the oldest go."""
 LARGE = 16 * 1024**2
 """Bytes of an answer that is not kept, nor read."""

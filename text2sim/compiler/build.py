@@ -1,12 +1,8 @@
 """From a loaded case to a plan, and from a plan to the program's folder."""
 
-import json
-from dataclasses import dataclass, fields, is_dataclass, replace
-from hashlib import sha256
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from text2sim import __version__
 from text2sim.assets.mechanism import Mechanisms
 from text2sim.compiler.controls import Rows, lower_controls, lower_motions
 from text2sim.compiler.film import check_targets, resolve_render

@@ -73,7 +73,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
             raise TemplateBug(f"{module}.j2: {error}") from error
     files = {name: text.encode() for name, text in _format(texts).items()}
     copied = (*COPIED, *(COPIED_SOFT if plan.deformables else ()), *copied_actions(plan))
-    return files | {name: (TEMPLATES / name).read_bytes() for name in copied} | plan.files
+    return files | {name: (TEMPLATES / name).read_bytes() for name in copied} | dict(plan.files)
 
 
 def _format(texts: dict[str, str]) -> dict[str, str]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.mechanism import Mechanism, Mechanisms, load_mechanism
+from text2sim.compiler.files import Files
 from text2sim.compiler.looks import Rgba, rgba_of
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
@@ -71,7 +72,7 @@ class Lowering:
         self.models = ModelFiles(self.folder)
 
     @property
-    def files(self) -> dict[str, bytes]:
+    def files(self) -> Files:
         """Models and meshes by path inside the program's folder."""
         return self.models.files
 

@@ -1,8 +1,11 @@
 """The plan: a case with everything resolved, flat enough that templates only print it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
+from text2sim.compiler import digests
 from text2sim.compiler.literal import Code
 from text2sim.compiler.settings import Settings
 
@@ -282,16 +285,22 @@ class Plan:
     """Of joints that came from files."""
     unpowered: tuple[str, ...] = ()
     """Entities to whose joints the engine gives gains that nobody asked for."""
-    files: dict[str, bytes] = field(default_factory=dict)
+    files: Mapping[str, bytes] = field(default_factory=dict)
     """Models and meshes by path inside the program's folder."""
     notes: tuple[str, ...] = ()
     """Why derived settings are what they are."""
     warnings: tuple[Any, ...] = ()
     """Problems that do not stop anything."""
-    sim_digest: str = ""
-    """Digest of all that the simulation depends on."""
-    render_digest: str = ""
-    """Digest of all that the film depends on besides."""
+
+    @cached_property
+    def sim_digest(self) -> str:
+        """Digest of all that the simulation depends on."""
+        return digests.sim_digest(self)
+
+    @cached_property
+    def render_digest(self) -> str:
+        """Digest of all that the film depends on besides."""
+        return digests.render_digest(self)
 
     @property
     def deformables(self) -> dict[str, SoftFacts]:

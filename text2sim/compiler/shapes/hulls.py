@@ -34,7 +34,10 @@ def hull_of(points: "np.ndarray") -> tuple[Any, bool]:
     except Exception:  # what is flat, but along no axis, has no hull
         pass
     middle = points.mean(axis=0)
-    across = np.linalg.svd(points - middle, full_matrices=False)[2][2]
+    _, lengths, axes = np.linalg.svd(points - middle, full_matrices=False)
+    if lengths[1] <= FLAT * lengths[0]:
+        raise AssetError("has no area")
+    across = axes[2]
     half = across * (FLAT * float(size.max()) / 2)
     try:
         return trimesh.Trimesh(np.concatenate([points - half, points + half]), process=False).convex_hull, True

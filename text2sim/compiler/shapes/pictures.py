@@ -36,20 +36,20 @@ def open_picture(path: Path) -> "Image":
     """
     from PIL import Image, ImageOps
 
+    advice = f"at most {MAX_PIXELS:,}: make it smaller, {ENOUGH} along its longer side are enough"
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             with Image.open(path, formats=("PNG", "JPEG")) as image:
                 wide, tall = image.size
                 if wide * tall > MAX_PIXELS:
-                    raise AssetError(
-                        f"has too many pixels ({wide} x {tall}; at most {MAX_PIXELS:,}): make it smaller, "
-                        f"{ENOUGH} along its longer side are enough"
-                    )
+                    raise AssetError(f"has too many pixels ({wide} x {tall}), {advice}")
                 image.load()
                 return ImageOps.exif_transpose(image)
     except AssetError:
         raise
+    except Image.DecompressionBombError:
+        raise AssetError(f"has too many pixels, {advice}") from None
     except Exception as error:  # readers of foreign files fail in every way there is
         raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
 

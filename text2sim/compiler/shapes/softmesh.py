@@ -111,7 +111,10 @@ def _made(vertices: "np.ndarray", faces: "np.ndarray", uvs: "np.ndarray | None" 
     import numpy as np
 
     # As they will stand in a file: tetgen answers to every digit. Nobody may change what others share.
-    found = [np.ascontiguousarray(np.round(np.asarray(vertices, np.float64), DIGITS) + 0.0), np.ascontiguousarray(faces, np.int32)]
+    found = [
+        np.ascontiguousarray(np.round(np.asarray(vertices, np.float64), DIGITS) + 0.0),
+        np.ascontiguousarray(faces, np.int32),
+    ]
     if uvs is not None:
         found.append(np.ascontiguousarray(uvs, np.float64))
     for array in found:

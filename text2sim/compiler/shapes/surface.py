@@ -2,10 +2,13 @@
 
 import hashlib
 import math
+import re
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_to_rows
 from text2sim.spec_schema.models.shapes import Box, Cone, Cup, Cylinder, Funnel, Torus, Tube
@@ -74,12 +77,72 @@ class VisualMesh:
         return "\n".join(lines) + "\n"
 
 
+class LazyMesh(VisualMesh):
+    """A surface that is made when its points are asked for: a check wants no more than its digest.
+
+    Args:
+        make: Makes it.
+        key: All that it depends on.
+        part: Of a compound: name of the part.
+    """
+
+    key: str
+
+    def __init__(self, make: Callable[[], VisualMesh], key: str, part: str | None = None) -> None:
+        # Frozen, as every surface is.
+        self.__dict__.update(key=key, part=part, _make=make)
+
+    @cached_property
+    def _made(self) -> VisualMesh:
+        return self.__dict__["_make"]()
+
+    @cached_property
+    def vertices(self) -> "np.ndarray":  # type: ignore[override]
+        return self._made.vertices
+
+    @cached_property
+    def faces(self) -> "np.ndarray":  # type: ignore[override]
+        return self._made.faces
+
+    @cached_property
+    def normals(self) -> "np.ndarray":  # type: ignore[override]
+        return self._made.normals
+
+    def at(self, pos: Vec, quat: Quaternion, part: str | None) -> VisualMesh:
+        """Return the surface in the frame around (`pos`, `quat`)."""
+        return LazyMesh(lambda: self._made.at(pos, quat, part), f"{self.key} at {pos} {quat}", part)
+
+
+def learn_digests(meshes: Iterable[VisualMesh]) -> None:
+    """Let surfaces that are still to be made know their digests from an earlier time, if there was one."""
+    from text2sim.assets.remembered import remembered
+
+    lazy = [mesh for mesh in meshes if isinstance(mesh, LazyMesh) and "digest" not in mesh.__dict__]
+    if not lazy:
+        return
+
+    def ask() -> dict[str, Any]:
+        return {"digests": [mesh.digest for mesh in lazy]}
+
+    question = (b"surfaces", Path(__file__).read_bytes(), *(mesh.key.encode() for mesh in lazy))
+    found = remembered(question, {"digests": list}, ask)["digests"]
+    if len(found) == len(lazy) and all(isinstance(one, str) and _DIGEST.fullmatch(one) for one in found):
+        for mesh, digest in zip(lazy, found, strict=True):
+            mesh.__dict__["digest"] = digest
+
+
+_DIGEST = re.compile("[0-9a-f]{64}")
+
 Drawn = Box | Cylinder | Cone | Torus | Tube | Cup | Funnel
 """Shapes with edges: drawn by the engine from a model file they would be shaded as if they had none."""
 
 
 def surface(shape: Drawn) -> VisualMesh:
     """Return the surface of a shape, smooth where it is round and sharp at its edges."""
+    return LazyMesh(lambda: _surface(shape), shape.model_dump_json())
+
+
+def _surface(shape: Drawn) -> VisualMesh:
     if isinstance(shape, Box):
         return _box(shape)
     if isinstance(shape, Torus):

@@ -1,5 +1,6 @@
 """Meshes and pictures of deformable bodies as files of the program."""
 
+from collections.abc import MutableMapping
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ class MeshFiles:
         files: Files of the program, to which these are added.
     """
 
-    def __init__(self, folder: Path, files: dict[str, bytes]) -> None:
+    def __init__(self, folder: Path, files: MutableMapping[str, bytes]) -> None:
         self.folder, self.files = folder, files
         self._texts: dict[tuple[int, Quaternion], tuple[Any, bytes]] = {}
 

@@ -3,6 +3,7 @@
 from math import hypot
 
 from text2sim.compiler.controls import Rows
+from text2sim.compiler.files import Files
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Group
 from text2sim.compiler.selection import split
@@ -17,7 +18,7 @@ from text2sim.spec_schema.errors import AssetError, SpecError
 from text2sim.spec_schema.load import LoadedCase
 
 
-def soft_lowering(loaded: LoadedCase, placed: dict[str, list[Copy]], files: dict[str, bytes]) -> SoftLowering | None:
+def soft_lowering(loaded: LoadedCase, placed: dict[str, list[Copy]], files: Files) -> SoftLowering | None:
     """Return what lowers deformable bodies, with how fine they are cut; None if there are none.
 
     Args:

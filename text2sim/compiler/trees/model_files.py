@@ -8,9 +8,11 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from text2sim.assets.mechanism import Mechanism
+from text2sim.compiler.files import Files
 from text2sim.compiler.looks import Rgba
 from text2sim.compiler.shapes.meshfile import load_mesh
 from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.surface import learn_digests
 from text2sim.compiler.trees.mjcf import write_mjcf
 from text2sim.compiler.trees.tree import Tree, link_colors, tree_balls, uncolored
 from text2sim.spec_schema.errors import AssetError
@@ -52,7 +54,7 @@ class ModelFiles:
 
     folder: Path
     """The case's folder, for meshes."""
-    files: dict[str, bytes] = field(default_factory=dict)
+    files: Files = field(default_factory=Files)
     _surfaces: set[str] = field(default_factory=set)
     """Digests of those that were made."""
 
@@ -63,6 +65,7 @@ class ModelFiles:
             AssetError: if the engine cannot take its meshes.
         """
         meshes: dict[str, str] = {}
+        learn_digests(visual.mesh for link in tree.links() for visual in link.visuals)
         decompose: set[bool] = set()
         for link in tree.links():
             for visual in link.visuals:
@@ -105,15 +108,12 @@ class ModelFiles:
         folder = f"models/{body}"
         if any(self.files.get(f"{folder}/{file}", content) != content for file, content in contents.items()):
             folder = f"{folder}_{sha256(contents[name]).hexdigest()[:8]}"
-        self.files |= {f"{folder}/{file}": content for file, content in contents.items()}
+        self.files.update({f"{folder}/{file}": content for file, content in contents.items()})
         return f"{folder}/{name}"
 
     def _add(self, name: str, content: Callable[[], str | bytes]) -> str:
         """Put a file beside the models, once, and return its name."""
-        path = f"models/{name}"
-        if path not in self.files:
-            made = content()
-            self.files[path] = made.encode() if isinstance(made, str) else made
+        self.files.later(f"models/{name}", content)
         return name
 
     def _mesh(self, file: str) -> str:

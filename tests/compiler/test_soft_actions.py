@@ -1,0 +1,243 @@
+"""What acts on bodies that deform: what the program says of it, and how it finds points."""
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from text2sim.compiler.build import plan_case
+from text2sim.compiler.emit import TEMPLATES, emit
+from text2sim.spec_schema.errors import SpecError
+from text2sim.spec_schema.load import load_text
+
+HEAD = """\
+text2sim: 1
+name: acted
+scene: {duration: 1, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  hook:
+    kind: rigid
+    shape: {kind: sphere, radius: 0.01}
+    mount: {kind: slider, axis: x, actuator: {stiffness: 400, damping: 40}}
+    repeat: {kind: line, count: 3, step: [0.2, 0, 0], start: [-0.2, 0, 2]}
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [2, 0, 1]}}
+  cube: {kind: soft, shape: {kind: box, size: [0.2, 0.2, 0.2]}, cell: 0.05, pose: {pos: [0, 1, 0.5]}}
+  sheet: {kind: cloth, shape: {kind: sheet, size: [0.4, 0.6]}, cell: 0.04, pose: {pos: [0, 0, 1.7], euler_deg: [90, 0, 0]}}
+actions:
+  measures:
+    height: {kind: position, of: cube, axis: z, region: {face: bottom}}
+    far: {kind: distance, between: [ball, "hook[*]"]}
+    weight: {kind: energy, of: ball}
+  events:
+    hit: {kind: contact, between: [ball, floor]}
+    low: {kind: threshold, measure: height, below: 0.1, after: hit}
+    away: {kind: leaves, of: "hook[*]", region: {kind: sphere, center: [0, 0, 2], radius: 0.5}}
+    apart: {kind: threshold, measure: far, above: 3}
+    heavy: {kind: threshold, measure: weight, above: 3}
+    rests: {kind: rest, of: ball}
+    slap: {kind: contact, between: [ball, sheet]}
+    hard: {kind: contact, between: [ball, floor], min_impulse: 2}
+  controls:
+"""
+
+
+def plan(controls: str, **changes: str):
+    text = HEAD
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    return plan_case(load_text(text + "".join(f"    {line}\n" for line in controls.splitlines())))
+
+
+def actions(controls: str) -> str:
+    return emit(plan(controls))["actions.py"].decode()
+
+
+def test_points_are_shared_by_all_that_hold():
+    text = actions(
+        'hang: {kind: attach, body: sheet, region: {edge: back}, points: 6, to: "hook[*]", at: 0.1}\n'
+        "off: {kind: release, attach: hang, at: 0.5}\n"
+        "drop: {kind: release, attach: hang, on: low}"
+    )
+    assert (
+        """\
+        # case.yaml:31 hang
+        Hold(
+            scene,
+            bodies["sheet"],
+            pose=((0.0, 0.0, 1.7), (0.707106781, 0.707106781, 0.0, 0.0)),
+            region=sides((1, 1), within=0.02),
+            count=6,
+            to=[main_link(bodies[name]) for name in ("hook[0]", "hook[1]", "hook[2]")],
+            start=0.1,
+            until=(0.5, "low"),
+        ),
+"""
+        in text
+    )
+    assert "Holds(make_holds(scene, bodies), triggers.happened)," in text
+
+
+def test_what_is_waited_for_comes_after_what_has_to_come_first():
+    text = actions("hang: {kind: attach, body: cube, to: world}\noff: {kind: release, attach: hang, on: low}")
+    begin = text.index("return [", text.index("def make_watches"))
+    assert text.index('"hit",', begin) < text.index('"low",', begin)
+    assert 'Touch(scene, [links(bodies["ball"])], [links(bodies["floor"])])' in text
+    assert "below(" in text
+    assert "sides((2, -1), within=0.032)" in text
+    assert "from triggers import Crossing, Touch, Triggers, below, center, coordinate, links\n" in text
+
+
+def test_each_event_has_its_words():
+    for event, words in (
+        ("away", "outside(in_ball(origin(scene, bodies['hook[1]']), (0.0, 0.0, 2.0), 0.5))"),
+        ("apart", "above(distance([(origin(scene, bodies['ball']), origin(scene, bodies['hook[0]'])),"),
+    ):
+        made = plan(f"hang: {{kind: attach, body: cube, to: world}}\noff: {{kind: release, attach: hang, on: {event}}}")
+        assert words in made.watches[0].make
+
+
+@pytest.mark.parametrize(
+    ("event", "words"),
+    [
+        ("heavy", "it sees position, displacement, velocity, speed, distance and joint_position"),
+        ("rests", "it sees contact between bodies of links, enters, leaves, and threshold"),
+        ("slap", "whose contacts the engine does not tell"),
+        ("hard", "leave out min_impulse"),
+    ],
+)
+def test_what_no_program_sees_is_refused(event, words):
+    with pytest.raises(SpecError) as refused:
+        plan(f"hang: {{kind: attach, body: cube, to: world}}\noff: {{kind: release, attach: hang, on: {event}}}")
+    (problem,) = refused.value.problems
+    assert problem.rule == "unseen-event"
+    assert words in problem.message
+    assert problem.path == "/actions/controls/off/on"
+
+
+def test_a_rigid_body_is_let_go_by_an_event():
+    text = actions("weld: {kind: attach, body: ball, to: world}\noff: {kind: release, attach: weld, on: away}")
+    assert '(0.0, True, "ball", None, "floor", None)' in text
+    assert '("away", False, "ball", None, "floor", None)' in text
+    assert "Welds(scene, bodies, triggers.happened)" in text
+
+
+def test_pushes_and_start_velocities():
+    text = actions(
+        "push: {kind: force, body: cube, force: [4, 0, 0], region: {sphere: {center: [0.1, 0, 0], radius: 0.06}}, "
+        "drag: 8, scale: {kind: ramp, from: 0, to: 1, start: 0, end: 0.2}, during: [0, 0.5]}\n"
+        "blow: {kind: impulse, body: sheet, impulse: [0, 1, 0], at: 0.3}\n"
+        "go: {kind: initial_velocity, body: sheet, linear: [0, 2, 0]}"
+    )
+    assert "region=ball((0.1, 0.0, 0.0), 0.06)," in text
+    assert 'scale=ramp(start=0.0, end=0.2, before=0.0, after=1.0, ease="smooth"),\n            drag=8.0,' in text
+    assert "force=(0.0, 1.0, 0.0),\n            start=0.3,\n            end=0.3," in text
+    assert 'set_velocity(bodies["sheet"], (0.0, 2.0, 0.0), (0.0, 0.0, 0.0))' in text
+    assert "set_velocities" not in text  # which is for rigid bodies
+
+
+def test_fields_are_added_before_the_scene_is_built():
+    files = emit(plan("gale: {kind: wind, direction: [3, 0, 4], acceleration: 2, during: [0.2, 0.4]}\n"
+                      "spin: {kind: vortex, swirl: 3, falloff: 1}"))  # fmt: skip
+    text, program = files["actions.py"].decode(), files["main.py"].decode()
+    assert "gs.force_fields.Constant(direction=(0.6, 0.0, 0.8), strength=2.0)), 0.2, 0.4)," in text
+    assert "Whirl(center=(0.0, 0.0, 0.0), swirl=3.0, inward=0.0, falloff=1.0)" in text
+    assert program.index("scene.fields = add_fields(scene)") < program.index("build(scene)")
+    assert {"fields.py", "points.py"} & files.keys() == {"fields.py"}
+
+
+@pytest.mark.parametrize(
+    ("control", "rule", "where"),
+    [
+        ("it: {kind: attach, body: sheet, to: world, stiffness: 10}", "firm-only", "stiffness"),
+        ("it: {kind: attach, body: sheet, region: {edge: top}, to: world}", "empty-region", "region"),
+        (
+            "it: {kind: force, body: cube, force: [1, 0, 0], region: {box: {min: [1, 0, 0], max: [2, 1, 1]}}}",
+            "empty-region",
+            "region",
+        ),
+    ],
+)
+def test_what_a_solver_or_a_shape_has_not_is_refused(control, rule, where):
+    with pytest.raises(SpecError) as refused:
+        plan(control)
+    assert [(p.rule, p.path) for p in refused.value.problems] == [(rule, f"/actions/controls/it/{where}")]
+
+
+def test_fields_that_move_nothing_are_refused():
+    with pytest.raises(SpecError) as refused:
+        plan(
+            "gale: {kind: wind, direction: x, acceleration: 2}",
+            **{"scene: {duration: 1,": "scene: {duration: 1, contact: {model: sap},", "kind: cloth": "kind: rigid",
+               "{kind: sheet, size: [0.4, 0.6]}, cell: 0.04": "{kind: box, size: [0.4, 0.6, 0.1]}"},
+        )  # fmt: skip
+    assert [p.rule for p in refused.value.problems] == ["field-on-nothing"]
+
+
+def test_copies_are_held_one_by_one_or_as_they_say():
+    pair = {
+        "cell: 0.05, pose: {pos: [0, 1, 0.5]}": "cell: 0.05, repeat: {kind: line, count: 3, step: [0.5, 0, 0], start: [0, 1, 0.5]}"
+    }
+    one = plan('it: {kind: attach, body: "cube[*]", to: "hook[*]"}', **pair)
+    assert [(h.entity, h.to) for h in one.holds] == [(f"cube[{k}]", (f"hook[{k}]",)) for k in range(3)]
+    own = plan('it: {kind: attach, body: cube, to: "hook[${2 - i}]"}', **pair)
+    assert [h.to for h in own.holds] == [("hook[2]",), ("hook[1]",), ("hook[0]",)]
+    all_by_one = plan('it: {kind: attach, body: cube, to: "hook[1]"}', **pair)
+    assert [h.to for h in all_by_one.holds] == [("hook[1]",)] * 3
+
+
+# --- how the program finds points -----------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def points():
+    """The module of the program, without the engine."""
+    spec = importlib.util.spec_from_file_location("points_of_a_program", Path(TEMPLATES) / "points.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    missing = {name: ModuleType(name) for name in ("genesis", "torch") if name not in sys.modules}
+    sys.modules.update(missing)
+    try:
+        spec.loader.exec_module(module)
+    finally:
+        for name in missing:
+            del sys.modules[name]
+    return module
+
+
+GRID = np.stack(np.meshgrid(*[np.linspace(0, 1, 11)] * 2, [0.0]), axis=-1).reshape(-1, 3)
+
+
+def test_regions_find_points(points):
+    assert len(points.everything(GRID)) == 121
+    assert len(points.sides((0, -1), within=0.05)(GRID)) == 11
+    assert GRID[points.sides((0, 1), (1, 1), within=0.01)(GRID)].tolist() == [[1, 1, 0]]
+    assert len(points.box((0.25, 0.25, -1), (0.55, 0.55, 1))(GRID)) == 9
+    assert len(points.ball((0.5, 0.5, 0), 0.101)(GRID)) == 5
+    assert GRID[points.nearest((0.32, 0.77, 3))(GRID)].round(6).tolist() == [[0.3, 0.8, 0.0]]
+
+
+def test_points_of_an_edge_are_spread_from_end_to_end(points):
+    edge = np.stack([np.linspace(0, 1, 41), np.zeros(41), np.zeros(41)], axis=1)
+    edge = edge[np.random.default_rng(3).permutation(41)]
+    assert np.sort(edge[points.spread(edge, 5), 0]).tolist() == [0, 0.25, 0.5, 0.75, 1]
+    assert edge[points.spread(edge, 1), 0].tolist() == [0.5]
+
+
+def test_points_of_a_face_are_far_from_each_other(points):
+    chosen = GRID[points.spread(GRID, 9)]
+    apart = np.linalg.norm(chosen[:, None] - chosen[None], axis=2) + 9 * np.eye(9)
+    assert apart.min() >= 0.39  # nine on a square can be 0.5 apart
+
+
+def test_every_holder_takes_its_own_nearest_points(points):
+    row = np.stack([np.linspace(0, 1, 11), np.zeros(11), np.zeros(11)], axis=1)
+    anchors = np.array([[0.0, 0, 1], [0.04, 0, 1], [1.0, 0, 1]])
+    assert points.assign(anchors, row, 1).tolist() == [[0], [1], [10]]
+    taken = points.assign(anchors, row, 3)
+    assert len(set(taken.ravel().tolist())) == 9
+    assert sorted(taken[2].tolist()) == [8, 9, 10]

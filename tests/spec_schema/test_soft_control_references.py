@@ -1,0 +1,66 @@
+"""Controls of bodies that deform: what they may say, and what is said of them where they may not."""
+
+from typing import Any
+
+import pytest
+
+from text2sim.spec_schema.names.references import check_references
+
+CONTROL = "/actions/controls/it"
+PUSH = {"kind": "force", "force": [0, 0, 1]}
+TOP, BACK = {"face": "top"}, {"edge": "back"}
+SAND = {"kind": "granular", "shape": {"kind": "box", "size": [0.2, 0.2, 0.2]}, "pose": {"pos": [3, -3, 1]}}
+
+FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
+    # rule, where, hint, edits
+    ("not-soft", f"{CONTROL}/region", "point", {CONTROL: {**PUSH, "body": "ball", "region": TOP}}),
+    ("not-soft", f"{CONTROL}/drag", None, {CONTROL: {**PUSH, "body": "ball", "drag": 2}}),
+    ("not-soft", f"{CONTROL}/points", None, {CONTROL: {"kind": "attach", "body": "ball", "to": "nail", "points": 2}}),
+    ("soft-torque", f"{CONTROL}/kind", None, {CONTROL: {"kind": "torque", "body": "jelly", "torque": [0, 0, 1]}}),
+    ("soft-point", f"{CONTROL}/point", "region", {CONTROL: {**PUSH, "body": "jelly", "point": [0, 0, 0]}}),
+    ("soft-frame", f"{CONTROL}/frame", None, {CONTROL: {**PUSH, "body": "jelly", "frame": "body"}}),
+    (
+        "soft-point",
+        f"{CONTROL}/point",
+        None,
+        {CONTROL: {"kind": "impulse", "body": "jelly", "impulse": [0, 0, 1], "at": 1, "point": [0, 0, 0.1]}},
+    ),
+    ("unknown-link", f"{CONTROL}/body", "jelly", {CONTROL: {**PUSH, "body": "jelly.top"}}),
+    ("soft-holder", f"{CONTROL}/to", None, {CONTROL: {"kind": "attach", "body": "curtain", "to": "jelly"}}),
+    ("soft-holder", f"{CONTROL}/to", None, {CONTROL: {"kind": "attach", "body": "ball", "to": "jelly"}}),
+    ("not-held", f"{CONTROL}/body", None, {"/bodies/sand": SAND, CONTROL: {"kind": "attach", "body": "sand", "to": "world"}}),
+    ("one-way", f"{CONTROL}/to", None, {CONTROL: {"kind": "attach", "body": "jelly", "region": TOP, "to": "ball"}}),
+    ("points", f"{CONTROL}/points", None, {CONTROL: {"kind": "attach", "body": "curtain", "points": 3, "to": "hook"}}),
+    (
+        "no-world",
+        f"{CONTROL}/to",
+        None,
+        {"/scene/statics": None, "/bodies/brick": None, "/actions/measures": None, "/actions/events": None,
+         "/actions/expect": None, CONTROL: {"kind": "attach", "body": "ball", "to": "world"}},
+    ),
+    ("unknown-event", "/actions/controls/let_go/on", "impact", {"/actions/controls/let_go": {"kind": "release", "attach": "grip", "on": "impct"}}),
+]  # fmt: skip
+
+SILENT: list[dict[str, Any]] = [
+    {CONTROL: {**PUSH, "body": "jelly", "region": TOP, "drag": 3}},
+    {CONTROL: {"kind": "impulse", "body": "jelly", "impulse": [0, 0, 1], "at": 1, "point": TOP}},
+    {CONTROL: {"kind": "initial_velocity", "body": "curtain", "linear": [1, 0, 0], "angular": [0, 0, 1]}},
+    {"/bodies/sand": SAND, CONTROL: {"kind": "initial_velocity", "body": "sand", "linear": [1, 0, 0]}},
+    {CONTROL: {"kind": "attach", "body": "curtain", "region": BACK, "points": 16, "to": "hook[*]"}},
+    {CONTROL: {"kind": "attach", "body": "curtain", "region": BACK, "to": "world", "at": 0.5}},
+    {CONTROL: {"kind": "attach", "body": "jelly", "region": TOP, "to": "drum", "stiffness": 200}},
+    {CONTROL: {"kind": "attach", "body": "ball", "to": "world"}},
+    {"/actions/controls/let_go": {"kind": "release", "attach": "grip", "on": "impact"}},
+    {CONTROL: {"kind": "wind", "direction": "x", "acceleration": 3, "during": [0.5, 1]}},
+]
+
+
+@pytest.mark.parametrize(("rule", "where", "hint", "edits"), FIRING)
+def test_fires_alone(stage, rule, where, hint, edits):
+    problems = check_references(stage(edits))
+    assert [(p.rule, p.path, p.hint) for p in problems] == [(rule, where, hint)]
+
+
+@pytest.mark.parametrize("edits", SILENT)
+def test_stays_silent(stage, edits):
+    assert check_references(stage(edits)) == []

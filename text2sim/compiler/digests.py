@@ -1,0 +1,41 @@
+"""Digests of a plan: of what its simulation depends on, and of what its film depends on besides."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any
+
+from text2sim import __version__
+
+if TYPE_CHECKING:
+    from text2sim.compiler.plan import Plan
+
+_UNSEEN = frozenset({"render", "notes", "warnings", "why", "line", "surface", "control"})
+"""Fields that change no simulation: looks, lines of the case, film, notes."""
+
+
+def sim_digest(plan: "Plan") -> str:
+    """Return the digest of what the simulation depends on."""
+    return _digest({"plan": _plain(plan, _UNSEEN), "compiler": __version__})
+
+
+def render_digest(plan: "Plan") -> str:
+    """Return the digest of what the film depends on besides the states."""
+    surfaces = [_plain(e.surface, frozenset()) for g in (*plan.statics, *plan.bodies) for e in g.entities]
+    return _digest({"render": plan.render, "surfaces": surfaces, "compiler": __version__})
+
+
+def _digest(content: Any) -> str:
+    return sha256(json.dumps(content, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+
+
+def _plain(value: Any, skipped: frozenset[str]) -> Any:
+    """Return a value as data that JSON can hold, without the fields named in `skipped`."""
+    if is_dataclass(value):
+        return {f.name: _plain(getattr(value, f.name), skipped) for f in fields(value) if f.name not in skipped}
+    if isinstance(value, Mapping):
+        return {key: _plain(item, skipped) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item, skipped) for item in value]
+    return sha256(value).hexdigest() if isinstance(value, bytes) else value
