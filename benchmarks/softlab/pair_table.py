@@ -50,9 +50,9 @@ def _friction(finding: Finding) -> str:
 
 
 def _note(finding: Finding) -> str:
+    notes = ["the first stands still in the air"] if finding.frozen else []
     if not finding.touches:
-        return "they pass through each other"
-    notes = []
+        return "; ".join([*notes, "the other goes through it" if finding.through else "they do not meet"])
     if finding.through:
         notes.append("goes on through after the blow")
     if abs((finding.given or 0) - (finding.lost or 0)) > 0.1:

@@ -20,7 +20,7 @@ FRICTION = 0.3
 """Asked of every body."""
 CELL, GRAIN, EDGE = 0.025, 0.02, 0.05
 """Cell of the grid, distance of cloth particles, edge of tetrahedra [m]."""
-FAMILIES = ("rigid", "rope", "soft mpm", "soft fem", "cloth", "granular", "liquid", "snow")
+FAMILIES = ("rigid", "rope", "soft mpm", "granular", "liquid", "snow", "cloth", "soft fem")
 LOOSE = ("granular", "liquid", "snow")
 TOUCH = 0.03
 """Part of the momentum of a plastic blow from which on a body counts as touched."""
@@ -67,7 +67,9 @@ class Finding:
     lost: float | None = None
     """What the flying body lost, over the same."""
     through: bool = False
-    """The flying body ended beyond the struck one, or the sliding one below its bed."""
+    """The flying body ended beyond the struck one."""
+    frozen: bool = False
+    """The struck body did not fall."""
     friction: float | None = None
     """Momentum lost along the bed over momentum gained across it; None where the bed did not carry the body."""
     problem: str | None = None
@@ -202,10 +204,12 @@ def _blow(run: Run) -> dict[str, Any]:
     plastic = masses[0] * masses[1] / sum(masses) * SPEED
     struck, flying = (run.momentum(name)[:, 0] for name in ("struck", "flying"))
     ahead = run.center("flying")[-1, 0] > run.center("struck")[-1, 0]
+    fallen = run.center("struck")[0, 2] - run.center("struck")[-1, 2]
     return {
         "given": round(float(struck[-1] - struck[0]) / plastic, 3),
         "lost": round(float(masses[1] * SPEED - flying[-1]) / plastic, 3),
         "through": bool(ahead),
+        "frozen": bool(fallen < G * run.time[-1] ** 2 / 8),
     }
 
 

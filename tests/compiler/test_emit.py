@@ -27,6 +27,7 @@ ALLOWED = {
     "recorder",
     "solids",
     "film",
+    "contacts",
     "files",
     "soft",
     "soft_film",

@@ -63,8 +63,8 @@ def test_points_are_shared_by_all_that_hold():
         "drop: {kind: release, attach: hang, on: low}"
     )
     assert (
-        """\
-        # case.yaml:31 hang
+        f"""\
+        # case.yaml:{HEAD.count(chr(10)) + 1} hang
         Hold(
             scene,
             bodies["sheet"],
@@ -181,6 +181,7 @@ def test_copies_are_held_one_by_one_or_as_they_say():
     pair = {
         "cell: 0.05, pose: {pos: [0, 1, 0.5]}": "cell: 0.05, repeat: {kind: line, count: 3, step: [0.5, 0, 0], start: [0, 1, 0.5]}"
     }
+    pair["axis: z, region"] = "axis: z, stat: max, region"
     one = plan('it: {kind: attach, body: "cube[*]", to: "hook[*]"}', **pair)
     assert [(h.entity, h.to) for h in one.holds] == [(f"cube[{k}]", (f"hook[{k}]",)) for k in range(3)]
     own = plan('it: {kind: attach, body: cube, to: "hook[${2 - i}]"}', **pair)

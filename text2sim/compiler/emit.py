@@ -17,7 +17,7 @@ from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.soft.setup import SoftSettings
 
 TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
-COPIED = ("engine.py", "files.py", "recorder.py", "film.py")
+COPIED = ("engine.py", "files.py", "contacts.py", "recorder.py", "film.py")
 COPIED_SOFT = ("filling.py", "soft.py", "skins.py", "solids.py", "soft_states.py", "soft_film.py", "shading.py")
 """Besides, in programs with deformable bodies."""
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")

@@ -333,7 +333,8 @@ def _drawn(mesh: VisualMesh, look: Look, copy: Copy) -> TreeVisual:
     """A surface in its own colours, if it has them and the case says no other."""
     if look.color is None and (mesh.picture is not None or mesh.rgba is not None):
         return TreeVisual(mesh, mesh.rgba)
-    return TreeVisual(replace(mesh, picture=None, uvs=None), rgba_of(look, copy))
+    plain = mesh if mesh.picture is None and mesh.uvs is None else replace(mesh, picture=None, uvs=None)
+    return TreeVisual(plain, rgba_of(look, copy))
 
 
 def _hidden(geom: TreeGeom) -> TreeGeom:

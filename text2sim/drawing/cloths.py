@@ -5,15 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.compiler.shapes.pictures import thumbnail
+from text2sim.compiler.shapes.pictures import PREVIEW, thumbnail
 from text2sim.compiler.shapes.softmesh import soft_surface
 from text2sim.compiler.shapes.surface import VisualMesh
 from text2sim.spec_schema.models.shapes import Sheet
 
 NETS = 48
 """Cells along the longer side of a sheet with a picture: every triangle has one colour."""
-SIDE = 512
-"""Pixels of the longer side of a picture, of which a triangle takes one."""
 
 
 def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
@@ -24,7 +22,7 @@ def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
     """
     if not isinstance(shape, Sheet):
         return None
-    picture = None if shape.texture is None else thumbnail(shape.texture, folder, SIDE)
+    picture = None if shape.texture is None else thumbnail(shape.texture, folder, PREVIEW)
     net = soft_surface(shape, folder, max(shape.size) / (NETS if picture else 1))
     normals = np.tile((0.0, 0.0, 1.0), (len(net.vertices), 1))
     return [VisualMesh(net.vertices, net.faces, normals, uvs=net.uvs, picture=picture)]

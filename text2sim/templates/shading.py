@@ -1,4 +1,4 @@
-"""Normals of surfaces that deform: smooth where the surface is smooth at rest, with an edge where it has one."""
+"""How what deforms is drawn: normals of its surface, and which of its particles can be seen."""
 
 import numpy as np
 
@@ -6,7 +6,9 @@ SMOOTH = np.cos(np.radians(40.0))  # of the angle between triangles that are sha
 
 
 class Shell:
-    """Triangles for drawing; a vertex on an edge is drawn once for each side of it.
+    """Triangles for drawing: smooth where the surface is smooth at rest, with an edge where it has one.
+
+    A vertex on an edge is drawn once for each side of it.
 
     Args:
         vertices: At rest, shape (n, 3).
@@ -48,6 +50,18 @@ def smooth_normals(triangles: np.ndarray, spots: np.ndarray, count: int) -> np.n
     length = np.linalg.norm(total, axis=1, keepdims=True)
     up = np.array([0.0, 0.0, 1.0])
     return np.where(length > 1e-20, total / np.maximum(length, 1e-20), up).astype(np.float32)
+
+
+def enclosed(points: np.ndarray, edge: float) -> np.ndarray:
+    """Returns which points have others all around them, in the 26 cells about their own, shape (n,)."""
+    cells = np.floor((points - points.min(axis=0)) / edge).astype(np.int64) + 1
+    size = cells.max(axis=0) + 2
+    steps = np.array([size[1] * size[2], size[2], 1])
+    keys = cells @ steps
+    taken, mine = np.unique(keys, return_inverse=True)
+    around = (np.stack(np.meshgrid(*[[-1, 0, 1]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)) @ steps
+    spots = np.searchsorted(taken, taken[:, None] + around).clip(max=len(taken) - 1)
+    return (taken[spots] == taken[:, None] + around).all(axis=1)[mine.ravel()]
 
 
 def _sides(vertices: np.ndarray, faces: np.ndarray, places: np.ndarray) -> np.ndarray:

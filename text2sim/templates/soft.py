@@ -13,10 +13,11 @@ from pathlib import Path
 
 import genesis as gs
 import numpy as np
+from contacts import in_place
 from files import write_json, write_npz, write_paint
 from genesis.engine.couplers import IPCCoupler
 from genesis.utils.misc import qd_to_numpy
-from recorder import Divergence, in_place
+from recorder import Divergence
 from skins import Skin, follow_sheet, follow_solid
 
 GRANULAR = gs.materials.MPM.Sand, gs.materials.MPM.Liquid, gs.materials.MPM.Snow

@@ -10,13 +10,14 @@ import numpy as np
 from genesis.ext import pyrender
 from genesis.utils.mesh import create_sphere
 from genesis.utils.particle import particles_to_mesh
-from shading import Shell, smooth_normals
+from shading import Shell, enclosed, smooth_normals
 from soft_states import SoftStates
 
 FINISH = {"metallicFactor": 0.2, "roughnessFactor": 0.8}  # as the rasterizer has it for rigid bodies
 SHADES = {"granular": (0.86, 1.0, 1.12), "snow": (0.96, 1.0)}  # of the color, which tell grains apart
 GRAIN = 0.62  # radius of a drawn particle, in distances between particles: they fill a heap without gaps
-ROUND = 10_000  # particles that are drawn as round as they are
+ENCLOSING = 1.5  # edge of the cells that hide a particle if they are full all around it, in distances as well
+ROUND = 3000  # particles that are drawn as round as they are
 
 
 class SoftFilm:
@@ -124,31 +125,23 @@ class _Surface(_Figure):
 
 
 class _Grains(_Figure):
-    """A body of particles, each of which is a ball."""
+    """A body of particles, each of which is a ball; what lies within a heap is left out, which nobody sees."""
 
     def __init__(self, scene, row: dict, look: dict):
         super().__init__(scene, row)
         self._shades = [_material({"color": _shade(look["color"], x)}) for x in SHADES.get(row["kind"], (1.0,))]
 
     def show(self, points: np.ndarray) -> None:
-        parts = [points[k :: len(self._shades)] for k in range(len(self._shades))]
-        parts = [part for part in parts if len(part)]
-        poses = [np.tile(np.eye(4, dtype=np.float32), (len(part), 1, 1)) for part in parts]
-        for pose, part in zip(poses, parts, strict=True):
-            pose[:, :3, 3] = part
-        if self._nodes:
-            for node, pose in zip(self._nodes, poses, strict=True):
-                self._update(node, model=pose.transpose(0, 2, 1))
-            return
-        ball = create_sphere(GRAIN * self._row["spacing"], subdivisions=1 if len(points) <= ROUND else 0)
-        for pose, material in zip(poses, self._shades, strict=False):
-            self._add(
-                positions=ball.vertices,
-                normals=ball.vertex_normals,
-                indices=ball.faces,
-                material=material,
-                poses=pose,
-            )
+        self.clear()
+        outside = ~enclosed(points, ENCLOSING * self._row["spacing"])
+        ball = create_sphere(GRAIN * self._row["spacing"], subdivisions=1 if outside.sum() <= ROUND else 0)
+        for k, material in enumerate(self._shades):
+            mine = points[k :: len(self._shades)][outside[k :: len(self._shades)]]
+            if len(mine):
+                poses = np.tile(np.eye(4, dtype=np.float32), (len(mine), 1, 1))
+                poses[:, :3, 3] = mine
+                shape = {"positions": ball.vertices, "normals": ball.vertex_normals, "indices": ball.faces}
+                self._add(**shape, material=material, poses=poses)
 
 
 class _Liquid(_Figure):

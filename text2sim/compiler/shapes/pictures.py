@@ -18,6 +18,9 @@ MAX_PIXELS = 25_000_000
 ENOUGH = 2400
 """Pixels of the longer side that make no visible difference any more."""
 
+PREVIEW = 512
+"""Pixels of the longer side of a picture as `show` draws it."""
+
 
 def picture_path(file: str, folder: Path) -> Path:
     """Return where a picture of a case is.

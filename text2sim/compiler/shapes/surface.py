@@ -29,11 +29,11 @@ class VisualMesh:
     """A closed surface in the body's frame with a normal for each vertex; sharp edges have them doubled."""
 
     vertices: "np.ndarray"
-    """(n, 3) float [m]"""
+    """(n, 3) float [m]."""
     faces: "np.ndarray"
     """(m, 3) int, counterclockwise from outside"""
     normals: "np.ndarray"
-    """(n, 3) float, unit length"""
+    """(n, 3) float, unit length."""
     part: str | None = None
     """Of a compound: name of the part."""
     uvs: "np.ndarray | None" = None
@@ -98,14 +98,17 @@ class LazyMesh(VisualMesh):
 
     @cached_property
     def vertices(self) -> "np.ndarray":  # type: ignore[override]
+        """(n, 3) float [m]."""
         return self._made.vertices
 
     @cached_property
     def faces(self) -> "np.ndarray":  # type: ignore[override]
+        """(m, 3) int."""
         return self._made.faces
 
     @cached_property
     def normals(self) -> "np.ndarray":  # type: ignore[override]
+        """(n, 3) float, unit length."""
         return self._made.normals
 
     def at(self, pos: Vec, quat: Quaternion, part: str | None) -> VisualMesh:

@@ -5,9 +5,9 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from text2sim.compiler.shapes.pictures import PREVIEW, picture_path, thumbnail
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion
 from text2sim.compiler.shapes.softmesh import soft_surface, write_obj
-from text2sim.spec_schema.errors import AssetError
 
 
 class MeshFiles:
@@ -30,7 +30,9 @@ class MeshFiles:
         """
         mesh = soft_surface(shape, self.folder, edge, coarsen=coarsen)
         # The mesh is kept beside its text, so that its id stays its own: copies share it.
-        _, content = self._texts.setdefault((id(mesh), quat), (mesh, write_obj(mesh, quat)))
+        if (id(mesh), quat) not in self._texts:
+            self._texts[id(mesh), quat] = mesh, write_obj(mesh, quat)
+        content = self._texts[id(mesh), quat][1]
         path = f"models/{body}.obj"
         if self.files.get(path, content) != content:
             path = f"models/{body}_{sha256(content).hexdigest()[:8]}.obj"
@@ -41,13 +43,11 @@ class MeshFiles:
         """Put a picture of the case into the program and return its path.
 
         Raises:
-            AssetError: if there is no such file.
+            AssetError: if there is no such picture in the case's folder, or it cannot be read.
         """
-        source = self.folder / file
-        try:
-            content = source.read_bytes()
-        except OSError as error:
-            raise AssetError(f"the picture {file} cannot be read: {error.strerror}") from error
+        thumbnail(file, self.folder, PREVIEW)  # what cannot be read is said now, not by the engine
+        source = picture_path(file, self.folder)
+        content = source.read_bytes()
         path = f"models/{source.stem}_{sha256(content).hexdigest()[:8]}{source.suffix.lower()}"
         self.files[path] = content
         return path

@@ -34,6 +34,8 @@ def region_finder(region: BodyRegion | None, shape: Any, spacing: float, solver:
         return Code("everything")
     low, high = geometry.extents(shape, IDENTITY, folder)
     if region.sides:
+        if shape.kind == "sheet":  # which counts as a thin plate where bodies are placed
+            low, high = (*low[:2], 0.0), (*high[:2], 0.0)
         _check_flat(region, low, high)
         sides = ", ".join(literal(SIDES[side]) for side in region.sides)
         return Code(f"sides({sides}, within={literal(LAYER[solver] * spacing)})")

@@ -11,6 +11,7 @@ first one on of which it is not known how strong it is (a drive, a driven body, 
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 from math import dist, inf
 
@@ -49,25 +50,34 @@ class Causes:
     unknown: float = inf
     """Time [s] of the first cause whose strength is not known."""
     first: str = ""
-    """Name of what moves first, where nothing does before."""
-    quiet: float = 0.0
-    """Time [s] until which everything stands still."""
+    """Name of the first cause."""
+    onset: float = inf
+    """Time [s] of the first cause."""
 
     def __post_init__(self) -> None:
         found: list[Cause] = [(0.0, "", None)] if self._restless() else []
         found += [*self._starts(), *self._wrenches(), *self._others()]
         self.pushes = [push for _, _, push in found if push is not None]
         self.unknown = min((time for time, _, push in found if push is None), default=inf)
-        if all_still(self.facts):
-            self.quiet, self.first = min(((time, name) for time, name, _ in found), default=(inf, ""))
-            if self._springy():
-                self.unknown = min(self.unknown, self.quiet)
-        elif self._springy():
-            self.unknown = 0.0
+        self.onset, self.first = min(((time, name) for time, name, _ in found), default=(inf, ""))
+        if self._springy():
+            self.unknown = min(self.unknown, self.onset if all_still(self.facts) else 0.0)
 
-    def reach(self, t: float) -> float:
-        """Return how far [m] anything can have gone by a time [s], at the very most."""
-        time = t - self.quiet
+    @cached_property
+    def quiet(self) -> float:
+        """Time [s] until which everything stands still."""
+        return self.onset if self.onset > 0.0 and all_still(self.facts) else 0.0
+
+    def reaches(self, way: float, t: float) -> bool:
+        """Return whether anything may have gone a way [m] by a time [s]."""
+        if way <= 0.0 or t > self.unknown:
+            return True
+        # Whether everything stands still at first takes long to see, and only makes it less.
+        return self._reach(t, 0.0) >= way and self._reach(t, self.quiet) >= way
+
+    def _reach(self, t: float, quiet: float) -> float:
+        """How far [m] anything can have gone by a time [s] at the very most, if nothing moves until `quiet`."""
+        time = t - quiet
         if time <= 0.0:
             return 0.0
         if t > self.unknown:
@@ -84,11 +94,11 @@ class Causes:
         if way <= 0.0:
             return 0.0
         low, high = 0.0, self.facts.case.scene.duration
-        if self.reach(high) < way:
+        if not self.reaches(way, high):
             return inf
         for _ in range(60):
             middle = (low + high) / 2
-            low, high = (middle, high) if self.reach(middle) < way else (low, middle)
+            low, high = (middle, high) if not self.reaches(way, middle) else (low, middle)
         return high
 
     def _restless(self) -> bool:

@@ -33,7 +33,7 @@ def _soon(facts: Facts) -> Iterator[Problem]:
             if expect.never or expect.within is None or expect.count in (0, (0, 0)):
                 continue
             way = _way(facts, actions.events[expect.event])
-            if causes.reach(expect.within[1]) < way:
+            if not causes.reaches(way, expect.within[1]):
                 text = f"`{expect.event}` needs a way of {way:.3g} m" + _late(causes, way, expect.within[1])
                 yield facts.problem("too-soon", (*where, "within"), text)
         elif expect.measure is not None:
@@ -48,7 +48,7 @@ def _soon(facts: Facts) -> Iterator[Problem]:
             way = max(asked.low - values.start, values.start - asked.high)
             if asked.stat in ("max", "min") and (asked.stat == "max") != (asked.low > values.start):
                 continue
-            if by > 0.0 and causes.reach(by) < way:
+            if by > 0.0 and not causes.reaches(way, by):
                 text = f"`{expect.measure}` has {way:.3g} {values.unit} to go from where it starts"
                 text += _late(causes, way, by)
                 yield facts.problem("too-soon", (*where, bound_of(expect)), text)

@@ -93,8 +93,8 @@ def _stands(facts: Facts, copy: Copy, tops: list[Part]) -> bool:
     parts = facts.parts(copy)
     if not parts or any(part.mesh is not None for part in parts):
         return False
-    corners = [point for part in parts for point in _corners(part)]
-    low = min(z for _, _, z in corners)
+    low = min(part.box[0][2] for part in parts)
+    corners = [point for part in parts if part.box[0][2] < low + FLAT for point in _corners(part)]
     sole = _around([(x, y) for x, y, z in corners if z < low + FLAT])
     cx, cy, _ = mechanics_of(facts).lump(copy).center
     for ground in facts.planes:

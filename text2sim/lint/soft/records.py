@@ -30,14 +30,14 @@ def _no_records(facts: Facts) -> Iterator[Problem]:
                 f"{measure.kind} has nothing to count: under contact model {soft.model} the engine returns no contacts "
                 "of rigid bodies; measure a distance, a position or a `gap` instead"
             )
-            yield facts.problem("contacts-not-recorded", ("actions", "measures", name, "kind"), text)
+            yield facts.problem("unseen-contacts", ("actions", "measures", name, "kind"), text)
     for name, event in actions.events.items():
         if isinstance(event, ContactEvent | SeparationEvent) and not any(_soft(facts, side) for side in event.between):
             text = (
                 f"this {event.kind} of rigid bodies is never seen: under contact model {soft.model} the engine returns "
                 "no contacts of theirs; take a `threshold` of their distance"
             )
-            yield facts.problem("contacts-not-recorded", ("actions", "events", name, "kind"), text)
+            yield facts.problem("unseen-contacts", ("actions", "events", name, "kind"), text)
 
 
 def _soft(facts: Facts, selector: str) -> bool:
@@ -63,7 +63,7 @@ _SOFT_BAR = """\
 
 RULES = (
     Rule(
-        id="contacts-not-recorded",
+        id="unseen-contacts",
         severity="error",
         title="A measure or event of contacts between rigid bodies, under a contact model that returns none.",
         reason="""\

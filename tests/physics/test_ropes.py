@@ -1,0 +1,112 @@
+"""Ropes hang, swing and bend as equations say; what is released on an event falls from that moment on."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from text2sim.harness.events import find_events
+from text2sim.harness.geometry import rotate
+from text2sim.harness.measures import evaluate
+
+G = 9.81
+
+HANGING = """
+scene: {duration: 4.0, dt: 0.01, record: {rate: 50}, statics: {wall: {shape: {kind: box, size: [0.02, 0.02, 0.02]}, pose: {pos: [-0.05, 1, 1.5]}}}}
+bodies:
+  line: {kind: rope, length: 1.2, radius: 0.006, segments: 24, direction: x, damping: 2e-3, material: {mass: 0.3}, pose: {pos: [0, 0, 1.5]}}
+  slide:
+    kind: rigid
+    shape: {kind: box, size: [0.04, 0.04, 0.04]}
+    pose: {pos: [1.22, 0, 1.5]}
+    mount: {kind: slider, axis: x, actuator: {stiffness: 4000, damping: 200}}
+  swing: {kind: rope, length: 1.0, radius: 0.006, segments: 20, direction: [0.05, 0, -1], damping: 0, pose: {pos: [0, 2, 1.5]}}
+  stiff: {kind: rope, length: 0.2, radius: 0.005, segments: 8, youngs_modulus: 1e7, direction: x, damping: 1e-3, pose: {pos: [0, 1, 1.5]}}
+actions:
+  controls:
+    tie: {kind: attach, body: line.link_23, to: slide}
+    come: {kind: drive, joint: slide, position: {kind: ramp, to: -0.4, start: 0, end: 1}}
+    clamp: {kind: attach, body: stiff.link_0, to: wall}
+"""
+
+
+def nodes(trial, rope, links, length):
+    """Joints and last end of a rope over time [m], (F, links + 1, 3)."""
+    names = [f"{rope}.link_{k}" for k in range(links)]
+    end = trial.pos(names[-1]) + rotate(trial.quat(names[-1]), np.array([0.0, 0.0, -length / links]))
+    return np.stack([*(trial.pos(name) for name in names), end], axis=1)
+
+
+@pytest.fixture(scope="module")
+def hanging(simulate):
+    return simulate(HANGING)
+
+
+def test_a_rope_between_two_points_hangs_as_a_catenary(hanging, agree):
+    """The last link is welded to the slider, and so level: the other 23 hang between its ends."""
+    x = nodes(hanging, "line", 24, 1.2)
+    lengths = np.linalg.norm(np.diff(x, axis=1), axis=2)
+    agree("a rope does not stretch [m]", lengths, 0.05, within=1e-6)
+    line = x[-1, :24]
+    span, length = float(line[-1, 0] - line[0, 0]), 23 * 0.05
+    a = brentq(lambda a: 2 * a * np.sinh(span / 2 / a) - length, 0.05, 5)
+    along = (np.arange(24) * 0.05 - length / 2) / a
+    theory = a * np.sqrt(1 + along**2) - a * np.sqrt(1 + along[0] ** 2)
+    agree("sag of a catenary [m]", line[:, 2] - line[0, 2], theory, within=0.008)
+
+
+def test_a_hanging_rope_swings_with_its_first_frequency(hanging, agree):
+    """W = j/2 sqrt(g / L), j = 2.405 the first zero of the Bessel function J0."""
+    x = nodes(hanging, "swing", 20, 1.0)[:, -1, 0]
+    t, cross = hanging.time, np.flatnonzero(np.diff(np.sign(x)))
+    moments = t[cross] - x[cross] * (t[cross + 1] - t[cross]) / (x[cross + 1] - x[cross])
+    # Straight, as it starts, it swings in higher ways, too: over two periods they even out.
+    agree(
+        "period of a hanging rope [s]", (moments[4] - moments[0]) / 2, 4 * np.pi / 2.4048 * np.sqrt(1 / G), within=0.03
+    )
+
+
+def test_a_stiff_rope_bends_as_its_springs_say(hanging, agree):
+    """Each joint turns by its moment over k = E I / l: seven links of 25 mm hang on the first, which is clamped."""
+    x = nodes(hanging, "stiff", 8, 0.2)[-1]
+    length, k = 0.025, 1e7 * np.pi * 0.005**4 / 4 / 0.025
+    weight = 1000 * np.pi * 0.005**2 * length * G
+    turns = np.arctan2(-np.diff(x[:, 2]), np.diff(x[:, 0]))
+    middles = (x[1:, 0] + x[:-1, 0]) / 2
+    moments = np.array([(weight * (middles[j:] - x[j, 0])).sum() for j in range(1, 8)])
+    agree("turn of each joint [rad]", np.diff(turns), moments / k, within=0.02 * moments[0] / k)
+    assert x[0, 2] - x[-1, 2] > 0.02
+
+
+WAITING = """
+scene: {duration: 1.0, dt: 0.01, record: {rate: 25}, statics: {floor: {shape: {kind: plane}}, beam: {shape: {kind: box, size: [3, 0.1, 0.1]}, pose: {pos: [0, 0, 2]}}}}
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 0.6]}}
+  box: {kind: rigid, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0.6, 0, 1.5]}}
+  other: {kind: rigid, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [1.2, 0, 1.5]}}
+actions:
+  controls:
+    hang: {kind: attach, body: box, to: beam}
+    hold: {kind: attach, body: other, to: world}
+    drop: {kind: release, attach: hang, on: landed}
+    follow: {kind: release, attach: hold, on: gate}
+  measures:
+    fast: {kind: speed, of: box}
+  events:
+    landed: {kind: contact, between: [ball, floor]}
+    gate: {kind: enters, of: box, region: {kind: box, min: [0, -1, 0.5], max: [1, 1, 1.2]}, after: quick}
+    quick: {kind: threshold, measure: fast, above: 1.0}
+"""
+
+
+def test_what_waits_for_an_event_falls_when_it_is_found_later(simulate, agree):
+    """The program sees it come; the recording, of which every fourth step is kept, says the same."""
+    trial = simulate(WAITING)
+    log = find_events(trial.recording, evaluate(trial.recording))
+    t = trial.time
+    for body, event in (("box", "landed"), ("other", "gate")):
+        speed = trial.vel(body)[:, 2]
+        falling = np.flatnonzero(speed < -0.5)[0]
+        since, found = t[falling] + speed[falling] / G, log.first(event)
+        assert found is not None
+        agree(f"{body} falls from its event on [s]", since, found, within=0.0101)
+    assert not log.problems

@@ -1,0 +1,96 @@
+"""Records what touches what: every contact of every step."""
+
+import genesis as gs
+import numpy as np
+from genesis.utils.misc import qd_to_numpy
+
+CONTACTS_IN_HAND = 200_000
+NO_CONTACTS = [np.zeros(0, int)] * 2 + [np.zeros((0, 3), np.float32)] * 3 + [np.zeros(0, np.float32)]
+
+
+def in_place() -> bool:
+    """Whether fields of the engine can be looked at where they are."""
+    return gs.use_zerocopy and gs.backend == gs.cpu
+
+
+class Contacts:
+    """Every contact of every step, summed per pair of links before it is written.
+
+    On the CPU the solver's buffers are read in place, 10 us a substep against 70 us for `collider.get_contacts`. Forces
+    are the mean over the substeps of a step, so that force times dt is the momentum that went through the contact.
+    """
+
+    def __init__(self, solver):
+        self._n_links, self._collider, self._views = solver.n_links, solver.collider if solver.is_active else None, None
+        self._steps, self._rows, self._sums, self._in_hand = [], [NO_CONTACTS], [], 0
+        if self._collider is not None and in_place():
+            state = self._collider.collider_state
+            data = state.contact_data
+            self._count = qd_to_numpy(state.n_contacts, copy=False)
+            self._order = qd_to_numpy(state.contact_sort_idx, transpose=True, copy=False)[0]
+            fields = data.link_a, data.link_b, data.pos, data.normal, data.force, data.penetration
+            self._views = [qd_to_numpy(field, transpose=True, copy=False)[0] for field in fields]
+
+    def gather(self, step: int) -> None:
+        """Looks at the contacts once; `step` is the number of the step that is being made."""
+        if self._collider is None:
+            return
+        if self._views is not None:
+            live = self._order[: self._count[0]]
+            row = [view[live] for view in self._views]
+        else:
+            contacts = self._collider.get_contacts(as_tensor=True, to_torch=False)
+            row = [contacts[name] for name in ("link_a", "link_b", "position", "normal", "force", "penetration")]
+        self._steps.append((step, len(row[0])))
+        self._rows.append(row)
+        self._in_hand += len(row[0])
+
+    def end_step(self, step: int) -> None:
+        """Looks at the contacts, if nobody did during the step."""
+        if not self._steps or self._steps[-1][0] != step:
+            self.gather(step)
+        if self._in_hand > CONTACTS_IN_HAND:
+            self._sum()
+
+    def take(self) -> dict[str, np.ndarray]:
+        """Contacts since the last call: n pairs of touching links, over all steps, sorted by step, then by link.
+
+        Returns:
+            contact_step (n,): Step in which the pair touched, 1 being the first.
+            contact_links (n, 2): Link indices a < b.
+            contact_force (n, 3): Force on b [N], mean over the substeps; a feels the opposite.
+            contact_normal_force (n,): Sum of the magnitudes along the contact normals [N], mean over the substeps.
+            contact_pos (n, 3): Mean point of contact, weighted by force [m].
+            contact_penetration (n,): Deepest overlap [m].
+            contact_count (n,): Points of contact, mean over the substeps, rounded up.
+        """
+        self._sum()
+        sums, self._sums = self._sums, []
+        return {name: np.concatenate([part[name] for part in sums]) for name in sums[0]}
+
+    def _sum(self) -> None:
+        steps, sizes = np.array(self._steps or [(0, 0)]).T
+        step = np.repeat(steps, sizes)
+        looks = np.bincount(steps - steps[0]).astype(np.float32)
+        a, b, pos, normal, force, depth = (np.concatenate(column) for column in zip(*self._rows, strict=True))
+        low, high = np.minimum(a, b), np.maximum(a, b)
+        key = (step * self._n_links + low) * self._n_links + high
+        order = np.argsort(key, kind="stable")
+        first = np.flatnonzero(np.diff(key[order], prepend=-1))
+        share = 1 / looks[step[order] - steps[0]]
+        force, pos = np.where((a > b)[:, None], -force, force)[order] * share[:, None], pos[order]
+        along = np.abs(np.einsum("ij,ij->i", force, normal[order]))
+        weight = np.linalg.norm(force, axis=1, keepdims=True) + np.float32(1e-9)
+        mean = np.add.reduceat(pos * weight, first) / np.add.reduceat(weight, first)
+        self._sums.append(
+            {
+                "contact_step": step[order][first].astype(np.int32),
+                "contact_links": np.stack([low, high], axis=1)[order][first].astype(np.int32),
+                "contact_force": np.add.reduceat(force, first).astype(np.float32),
+                "contact_normal_force": np.add.reduceat(along, first).astype(np.float32),
+                "contact_pos": mean.astype(np.float32),
+                "contact_penetration": np.maximum.reduceat(depth[order], first).astype(np.float32),
+                "contact_count": np.ceil(np.add.reduceat(share, first) - 1e-3).astype(np.int32),
+            }
+        )
+        self._steps, self._rows, self._in_hand = [], [NO_CONTACTS], 0
