@@ -8,6 +8,7 @@ from pathlib import Path
 program, mode, steps, out = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), Path(sys.argv[4])
 sys.path.insert(0, str(program))
 
+import bodies as bodies_module  # noqa: E402
 import genesis as gs  # noqa: E402
 import main  # noqa: E402
 from actions import Actions  # noqa: E402
@@ -18,17 +19,18 @@ start_engine(gs.cpu)
 scene, bodies, _ = main.assemble(with_cameras=False)
 actions = Actions(scene, bodies)
 if mode == "recorded":
-    recorder = Recorder(scene, bodies, out, DT, RECORD_EVERY, steps * DT, speed_limit=1e3)
+    deforming = {"deformables": bodies_module.DEFORMABLES} if hasattr(bodies_module, "DEFORMABLES") else {}
+    recorder = Recorder(scene, bodies, out, DT, RECORD_EVERY, steps * DT, speed_limit=1e3, **deforming)
     recorder.start()
-    began = time.perf_counter()
+    began, cpu = time.perf_counter(), time.process_time()
     for step in range(steps):
         actions.before_step(step)
         scene.step()
         recorder.after_step(step + 1)
     recorder.close("finished")
 else:
-    began = time.perf_counter()
+    began, cpu = time.perf_counter(), time.process_time()
     for step in range(steps):
         actions.before_step(step)
         scene.step()
-print(json.dumps({"seconds": time.perf_counter() - began}))
+print(json.dumps({"seconds": time.perf_counter() - began, "cpu": time.process_time() - cpu}))

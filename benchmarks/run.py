@@ -14,7 +14,14 @@ from rich.table import Table
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
-SCENES = {"brick_wall": 200, "tumbler": 100, "catch_net": 200}
+SCENES = {
+    "cases/brick_wall": 200,
+    "cases/tumbler": 100,
+    "cases/catch_net": 200,
+    "benchmarks/scenes/soft_pile.yaml": 100,
+    "benchmarks/scenes/cloth_drape.yaml": 100,
+    "benchmarks/scenes/soft_bar.yaml": 40,
+}
 """Case, and how many steps are timed."""
 HEAD = "text2sim: 2\nname: many\nscene: {duration: 1.0, statics: {floor: {shape: {kind: plane, size: 200}}}}\nbodies:\n"
 BODY = """\
@@ -31,37 +38,39 @@ def main() -> None:
     """Run everything and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--pairs", type=int, default=3, help="pairs of processes for each scene")
-    pairs = parser.parse_args().pairs
+    parser.add_argument(
+        "--only", default="", help="part of the names of the scenes that are recorded; nothing else then"
+    )
+    options = parser.parse_args()
     table = Table("benchmark", "measured", "goal")
     with tempfile.TemporaryDirectory() as folder:
-        for case, steps in SCENES.items():
-            table.add_row(*recording(case, steps, pairs, Path(folder)))
-        for row in checking(Path(folder)):
+        scenes = {case: steps for case, steps in SCENES.items() if options.only in case}
+        for case, steps in scenes.items():
+            table.add_row(*recording(case, steps, options.pairs, Path(folder)))
+        for row in () if options.only else checking(Path(folder)):
             table.add_row(*row)
-        for row in disk(Path(folder)):
-            table.add_row(*row)
+        for case, steps in scenes.items():
+            table.add_row(*disk(case, steps, Path(folder)))
     Console().print(table)
 
 
 def recording(case: str, steps: int, pairs: int, folder: Path) -> tuple[str, str, str]:
     """Return the row for the overhead of recording one case."""
-    program = folder / case
-    subprocess.run(
-        [sys.executable, "-m", "text2sim", "compile", str(ROOT / "cases" / case), "-o", str(program)], check=True
-    )
+    name = Path(case).stem
+    program = folder / name
+    subprocess.run([sys.executable, "-m", "text2sim", "compile", str(ROOT / case), "-o", str(program)], check=True)
 
-    def loop(mode: str) -> float:
-        command = [sys.executable, str(HERE / "loop.py"), str(program), mode, str(steps), str(folder / f"out_{case}")]
+    def loop(mode: str) -> dict[str, float]:
+        command = [sys.executable, str(HERE / "loop.py"), str(program), mode, str(steps), str(folder / f"out_{name}")]
         done = subprocess.run(command, check=True, capture_output=True, text=True)
-        return json.loads(done.stdout.strip().splitlines()[-1])["seconds"]
+        return json.loads(done.stdout.strip().splitlines()[-1])
 
-    ratios, bare = [], []
-    for _ in range(pairs):
-        bare.append(loop("bare"))
-        ratios.append(loop("recorded") / bare[-1])
-    spread = f"{min(ratios):.3f} to {max(ratios):.3f}"
-    pace = 1000 * statistics.median(bare) / steps
-    return f"recording {case}", f"x {statistics.median(ratios):.3f} ({spread}; {pace:.1f} ms a bare step)", "x 1.05"
+    taken = [(loop("bare"), loop("recorded")) for _ in range(pairs)]
+    ratios = [recorded["seconds"] / bare["seconds"] for bare, recorded in taken]
+    on_cpu = statistics.median(recorded["cpu"] / bare["cpu"] for bare, recorded in taken)
+    spread = f"{min(ratios):.3f} to {max(ratios):.3f}, of the processor x {on_cpu:.3f}"
+    pace = 1000 * statistics.median(bare["seconds"] for bare, _ in taken) / steps
+    return f"recording {name}", f"x {statistics.median(ratios):.3f} ({spread}; {pace:.1f} ms a bare step)", "x 1.05"
 
 
 def checking(folder: Path) -> list[tuple[str, str, str]]:
@@ -86,17 +95,21 @@ def checking(folder: Path) -> list[tuple[str, str, str]]:
     ]
 
 
-def disk(folder: Path) -> list[tuple[str, str, str]]:
-    """Return the rows for the size of the states that `recording` left."""
-    rows = []
-    for case, steps in SCENES.items():
-        states = folder / f"out_{case}" / "states"
-        layout = json.loads((states / "layout.json").read_text())
+def disk(case: str, steps: int, folder: Path) -> tuple[str, str, str]:
+    """Return the row for the size of the states that `recording` left."""
+    name = Path(case).stem
+    states = folder / f"out_{name}" / "states"
+    layout = json.loads((states / "layout.json").read_text())
+    frames = steps // layout["every"] + 1
+    size = sum(path.stat().st_size for path in states.glob("chunk_*.npz")) / frames
+    deformables = layout.get("deformables", [])
+    if not deformables:
         links = sum(not link["fixed"] for link in layout["links"])
-        frames = steps // layout["every"] + 1
-        size = sum(path.stat().st_size for path in states.glob("chunk_*.npz"))
-        rows.append((f"states {case}", f"{size / links / frames:.0f} bytes a link and frame", "-"))
-    return rows
+        return f"states {name}", f"{size / links:.0f} bytes a link and frame", "-"
+    points = deformables[-1]["points"][1]
+    vertices = max(row["surface"][1] if row["surface"] else 0 for row in deformables)
+    measured = f"{size / (points + vertices):.0f} bytes a point and frame ({points} points, {vertices} vertices)"
+    return f"states {name}", measured, "-"
 
 
 if __name__ == "__main__":

@@ -201,8 +201,9 @@ def test_what_only_the_program_can_see_is_said_of_a_line(tmp_path):
     compile_case(load_case(tmp_path), tmp_path / "program")
     command = [sys.executable, "main.py", "--out", str(tmp_path), "--no-film"]
     done = subprocess.run(command, cwd=tmp_path / "program", capture_output=True, text=True, timeout=540, check=False)
-    assert "99 are asked for" in done.stderr
-    found = provenance(tmp_path / "program", done.stderr)
+    said = done.stdout + done.stderr  # the engine takes over what becomes of exceptions
+    assert "99 are asked for" in said
+    found = provenance(tmp_path / "program", said)
     line = next(k for k, row in enumerate((tmp_path / "case.yaml").read_text().splitlines(), 1) if change in row)
     assert found is not None
     assert found[0] == line

@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from text2sim.spec_schema.changes.naming import Rename, follow
 from text2sim.spec_schema.names.references import check_references
 
 CONTROL = "/actions/controls/it"
@@ -64,3 +65,20 @@ def test_fires_alone(stage, rule, where, hint, edits):
 @pytest.mark.parametrize("edits", SILENT)
 def test_stays_silent(stage, edits):
     assert check_references(stage(edits)) == []
+
+
+def test_a_release_follows_the_event_that_it_waits_for(stage):
+    data = stage({"/actions/controls/let_go": {"kind": "release", "attach": "grip", "on": "impact"}}).data
+    fresh, counts = follow(data, [Rename(("actions", "events"), "impact", "crash")])
+    assert fresh["actions"]["controls"]["let_go"]["on"] == "crash"
+    assert fresh["bodies"]["brick"]["place"]["on"] == "floor"
+    assert counts.total() == data_uses(data, "impact")
+
+
+def data_uses(data: Any, name: str) -> int:
+    """How often a name stands in a case, as a key or a value."""
+    if isinstance(data, dict):
+        return sum((key == name) + data_uses(value, name) for key, value in data.items())
+    if isinstance(data, list):
+        return sum(data_uses(value, name) for value in data)
+    return int(data == name)

@@ -26,7 +26,14 @@ SPACES: dict[Path, str] = {
     ("variants",): "variants",
 }
 """What kind of name the keys of a mapping are, for those that are named elsewhere."""
-_FIELDS = {"measure": "measures", "event": "events", "after": "events", "before": "events", "attach": "controls"}
+_FIELDS = {
+    "measure": "measures",
+    "event": "events",
+    "after": "events",
+    "before": "events",
+    "on": "events",
+    "attach": "controls",
+}
 _SELECTED = ("of", "by", "body", "joint", "to", "between", "look_at", "facing", *RELATIONS)
 """Fields for selectors, in an overlay that does not say of which kind a thing is."""
 _SELECTOR = re.compile(r"(\w+)((?:\[.*\])?)(?:\.(\w+))?", re.ASCII)

@@ -195,7 +195,7 @@ class Text(Model):
 
     kind: Literal["text"]
     text: str = Field(min_length=1, max_length=200)
-    """What it says; a line break begins a new line."""
+    """What it says; after a line break a new line begins, 1.5 heights below, at the left."""
     height: Positive
     """Height [m] of a capital letter."""
     depth: Positive
@@ -209,7 +209,7 @@ class Text(Model):
 class Sketch(Model):
     """What is drawn in a picture, as a solid, upright: width along x, height along z, depth along y; centred.
 
-    Strokes and filled forms count where they are darker than the paper.
+    Strokes and filled forms count where they are darker than the paper. Specks are left out.
     """
 
     kind: Literal["sketch"]
