@@ -53,7 +53,8 @@ class Force(Model):
     body: Selector
     """A body, or one link of it; or a body that deforms."""
     force: Vec3
-    """Direction and size [N]; multiplied by `scale`. On a body that deforms it is shared out by mass."""
+    """Direction and size [N]; multiplied by `scale`. On a body that deforms it is shared out by mass, so that all of
+    what is pushed gets the same acceleration."""
     scale: Schedule = 1.0
     """Factor that may change with time."""
     during: Window | None = None
@@ -68,7 +69,7 @@ class Force(Model):
     left out."""
     drag: NonNegative = 0.0
     """For bodies that deform: resistance [N s/m] to the mean velocity of that part while the force acts, so that it
-    goes on at `force / drag`."""
+    comes to `force / drag` and goes on with that."""
 
 
 class Torque(Model):
@@ -114,7 +115,8 @@ class Drive(Model):
 class Attach(Model):
     """A hold between two bodies, from a time on; they keep the relative pose that they have then.
 
-    Between rigid bodies it is a weld. Of a body that deforms it holds points: pins, hooks, clamps.
+    Between rigid bodies it is a weld. Of a body that deforms it holds points: pins, hooks, clamps. Such a hold goes one
+    way: what holds the points carries them along, and does not feel them.
     """
 
     kind: Literal["attach"]
@@ -127,9 +129,10 @@ class Attach(Model):
     them holds those that are nearest to it."""
     to: Selector
     """What it is attached to: a body or static, or one link, or `world`, which holds it where it is then. Copies pair
-    one to one, or all with the one."""
+    one to one, or all with the one; several copies hold one body that deforms together."""
     stiffness: Positive | None = None
-    """For mpm and fem bodies: hold by springs of this stiffness [N/m] in all, instead of firmly."""
+    """For mpm and fem bodies: hold by springs of this stiffness [N/m] in all, instead of firmly. Firmly means exactly
+    for fem and pbd; mpm particles trail what carries them by four substeps of its way."""
     at: Seconds = 0.0
     """Time [s]."""
 
@@ -143,8 +146,9 @@ class Release(Model):
     at: Seconds | None = None
     """Time [s]."""
     on: Name | None = None
-    """Name of an event: at its first time. The program itself has to see it come: contact of rigid bodies, a region
-    entered or left, a threshold of a position, speed, distance or joint."""
+    """Name of an event: at its first time after it was attached. The program itself has to see it come: contact of
+    bodies of links, a region entered or left, a threshold of a position, displacement, velocity, speed, distance or
+    joint_position."""
 
     @model_validator(mode="after")
     def _one_moment(self) -> "Release":
