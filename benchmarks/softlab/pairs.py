@@ -115,9 +115,7 @@ def scene(pair: Pair) -> str:
         if bed == "cloth":
             top = GRAIN
             sides = ("left", "right", "front", "back")
-            controls += [
-                f"    pin_{s}: {{kind: attach, body: bed, region: {{edge: {s}}}, to: world}}" for s in sides
-            ]
+            controls += [f"    pin_{s}: {{kind: attach, body: bed, region: {{edge: {s}}}, to: world}}" for s in sides]
         half = {"cloth": GRAIN, "rope": 0.02}.get(slider, 0.04)
         bodies.append(_body("slider", slider, (-0.12, 0.0, top + half + (0.03 if bed != "rigid" else 0.01)), lies=True))
     else:
@@ -182,14 +180,16 @@ def _solid(family: str, *size: float) -> str:
     if family in LOOSE:
         return f"{{kind: {family}, {shape}, cell: {CELL}, material: {MATERIALS[family]}"
     solver = family.split()[1]
-    return f"{{kind: soft, solver: {solver}, {shape}, cell: {EDGE if solver == 'fem' else CELL}, material: {MATERIALS['soft']}"
+    cell = EDGE if solver == "fem" else CELL
+    return f"{{kind: soft, solver: {solver}, {shape}, cell: {cell}, material: {MATERIALS['soft']}"
 
 
 def _bed(family: str) -> str:
     if family == "cloth":
         return (
             f"  bed: {{kind: cloth, solver: pbd, shape: {{kind: sheet, size: [0.6, 0.24]}}, "
-            f"material: {{area_density: 5, friction: {FRICTION}, air_resistance: 0}}, pose: {{pos: [0, 0, {GRAIN / 2}]}}}}"
+            f"material: {{area_density: 5, friction: {FRICTION}, air_resistance: 0}}, "
+            f"pose: {{pos: [0, 0, {GRAIN / 2}]}}}}"
         )
     size = (0.4, 0.16, 0.05)
     return f"  bed: {_solid(family, *size)}, pose: {{pos: [0, 0, 0.026]}}}}"

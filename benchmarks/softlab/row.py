@@ -26,6 +26,7 @@ def table(rows: list[Row]) -> str:
     """Return rows as Markdown."""
     lines = ["| check | solver | theory | measured | error |", "|---|---|---|---|---|"]
     lines += [
-        f"| {row.check} | {row.solver} | {row.theory:.4g} | {row.measured:.4g} | {100 * row.error:+.1f} % |" for row in rows
+        f"| {row.check} | {row.solver} | {row.theory:.4g} | {row.measured:.4g} | {100 * row.error:+.1f} % |"
+        for row in rows
     ]
     return "\n".join(lines)

@@ -59,7 +59,9 @@ def check(lab: Lab) -> list[Row]:
     rows.append(Row("cantilever: lowest frequency [Hz]", "fem, 3 edges thick, 5 ms", frequency, 1 / found))
     for through in (3, 4, 6):
         cell = THICK / through
-        run = lab.run(BEAM, "cantilever_mpm", duration=1.7 / frequency, dt=0.002, length=LENGTH, thick=THICK, cell=cell, e=E)
+        run = lab.run(
+            BEAM, "cantilever_mpm", duration=1.7 / frequency, dt=0.002, length=LENGTH, thick=THICK, cell=cell, e=E
+        )
         found, mean = period_and_mean(run.time, _sag(run), 1 / frequency)
         solver = f"mpm, {through} cells thick"
         rows.append(Row("cantilever under its own weight: tip [mm]", solver, 1e3 * tip, 1e3 * mean))

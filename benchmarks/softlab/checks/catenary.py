@@ -18,7 +18,8 @@ bodies:
     material: {touch_soft: false}
     pose: {pos: [0.51, 0, 0]}
     motion: {kind: waypoints, times: [0, 1.2], positions: [[0, 0, 0], [-0.2, 0, 0]]}
-  strip: {kind: cloth, solver: pbd, shape: {kind: sheet, size: [1.0, 0.1]}, cell: 0.02, material: {air_resistance: 0.01}}
+  strip: 
+    {kind: cloth, solver: pbd, shape: {kind: sheet, size: [1.0, 0.1]}, cell: 0.02, material: {air_resistance: 0.01}}
 actions:
   controls:
     left: {kind: attach, body: strip, region: {edge: left}, to: world}
@@ -69,4 +70,9 @@ def _rope(run: Run) -> Row:
     # The ends of the part are level to a hair; the height of their middle counts.
     span = float(np.hypot(part[-1, 0] - part[0, 0], part[-1, 2] - part[0, 2]))
     found = (part[0, 2] + part[-1, 2]) / 2 - part[10, 2]
-    return Row(f"rope of 24 links, {length:.2f} m over {span:.2f} m: sag [mm]", "capsules on ball joints", 1e3 * sag(length, span), 1e3 * float(found))
+    return Row(
+        f"rope of 24 links, {length:.2f} m over {span:.2f} m: sag [mm]",
+        "capsules on ball joints",
+        1e3 * sag(length, span),
+        1e3 * float(found),
+    )

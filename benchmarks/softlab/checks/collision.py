@@ -11,7 +11,8 @@ SPEED = 1.0
 BLOW = """
 scene: {duration: 0.4, dt: 0.0025, gravity: [0, 0, 0]}
 bodies:
-  hard: {kind: rigid, shape: {kind: box, size: [0.1, 0.1, 0.1]}, material: {density: "${density}"}, pose: {pos: [0, 0, 0]}}
+  hard:
+    {kind: rigid, shape: {kind: box, size: [0.1, 0.1, 0.1]}, material: {density: "${density}"}, pose: {pos: [0, 0, 0]}}
   soft:
     kind: soft
     solver: mpm
@@ -25,8 +26,15 @@ actions: {controls: {go: {kind: initial_velocity, body: soft, linear: [1, 0, 0]}
 SHEET = """
 scene: {duration: 0.4, dt: 0.0025, gravity: [0, 0, 0]}
 bodies:
-  hard: {kind: rigid, shape: {kind: box, size: [0.1, 0.1, 0.1]}, material: {density: "${density}"}, pose: {pos: [0, 0, 0]}}
-  soft: {kind: cloth, solver: pbd, cell: "${cell}", shape: {kind: sheet, size: [0.2, 0.2]}, material: {area_density: 10}, pose: {pos: [-0.1, 0, 0], euler_deg: [0, 90, 0]}}
+  hard:
+    {kind: rigid, shape: {kind: box, size: [0.1, 0.1, 0.1]}, material: {density: "${density}"}, pose: {pos: [0, 0, 0]}}
+  soft:
+    kind: cloth
+    solver: pbd
+    cell: "${cell}"
+    shape: {kind: sheet, size: [0.2, 0.2]}
+    material: {area_density: 10}
+    pose: {pos: [-0.1, 0, 0], euler_deg: [0, 90, 0]}
 actions: {controls: {go: {kind: initial_velocity, body: soft, linear: [1, 0, 0]}}}
 """
 
@@ -40,5 +48,7 @@ def check(lab: Lab) -> list[Row]:
             before, after = (sum(run.momentum(b)[k, 0] for b in ("hard", "soft")) for k in (0, -1))
             label = f"{solver}, {100 * cell:g} cm"
             ratio = run.mass("hard") / run.mass("soft")
-            rows.append(Row(f"blow on a rigid cube of {ratio:.2g} times its mass: momentum [kg m/s]", label, before, after))
+            rows.append(
+                Row(f"blow on a rigid cube of {ratio:.2g} times its mass: momentum [kg m/s]", label, before, after)
+            )
     return rows

@@ -23,7 +23,12 @@ scene:
     near: {shape: {kind: box, size: [2, 0.1, 0.6]}, material: {friction: 0.01}, pose: {pos: [0.5, -0.095, 0.3]}}
     far: {shape: {kind: box, size: [2, 0.1, 0.6]}, material: {friction: 0.01}, pose: {pos: [0.5, 0.095, 0.3]}}
 bodies:
-  water: {kind: liquid, shape: {kind: box, size: [0.15, 0.08, 0.15]}, cell: "${cell}", material: {stiffness: 1e5}, pose: {pos: [0.079, 0, 0.079]}}
+  water:
+    kind: liquid
+    shape: {kind: box, size: [0.15, 0.08, 0.15]}
+    cell: "${cell}"
+    material: {stiffness: 1e5}
+    pose: {pos: [0.079, 0, 0.079]}
 """
 
 POOL = """
@@ -38,8 +43,18 @@ scene:
     near: {shape: {kind: box, size: [0.6, 0.1, 0.6]}, material: {friction: 0.01}, pose: {pos: [0, -0.15, 0.3]}}
     far: {shape: {kind: box, size: [0.6, 0.1, 0.6]}, material: {friction: 0.01}, pose: {pos: [0, 0.15, 0.3]}}
 bodies:
-  water: {kind: liquid, shape: {kind: box, size: [0.192, 0.192, 0.12]}, cell: 0.016, material: {stiffness: 1e5}, pose: {pos: [0, 0, 0.062]}}
-  float: {kind: rigid, shape: {kind: box, size: [0.096, 0.096, 0.096]}, material: {density: 500, friction: 0.01}, pose: {pos: [0, 0, 0.18]}, mount: {kind: slider, axis: z}}
+  water:
+    kind: liquid
+    shape: {kind: box, size: [0.192, 0.192, 0.12]}
+    cell: 0.016
+    material: {stiffness: 1e5}
+    pose: {pos: [0, 0, 0.062]}
+  float:
+    kind: rigid
+    shape: {kind: box, size: [0.096, 0.096, 0.096]}
+    material: {density: 500, friction: 0.01}
+    pose: {pos: [0, 0, 0.18]}
+    mount: {kind: slider, axis: z}
 """
 
 
@@ -52,12 +67,17 @@ def check(lab: Lab) -> list[Row]:
         front = np.quantile(run.points("water")[:, :, 0], 0.995, axis=1)
         running = (front > 0.3) & (front < 0.7)
         speed = np.polyfit(run.time[running], front[running], 1)[0]
-        rows.append(Row("dam break: speed of the front [m/s]", f"mpm, {HEIGHT / cell:.0f} cells high", float(ideal), float(speed)))
+        rows.append(
+            Row(
+                "dam break: speed of the front [m/s]",
+                f"mpm, {HEIGHT / cell:.0f} cells high",
+                float(ideal),
+                float(speed),
+            )
+        )
     run = lab.run(POOL, "pool")
     late = run.time > 0.5
     level = float(np.quantile(run.points("water")[late][:, :, 2], 0.99, axis=1).mean()) + 0.005
     bottom = float(run.center("float")[late, 2].mean()) - 0.048
     rows.append(Row("float of half the density: part under water", "mpm, 6 cells wide", 0.5, (level - bottom) / 0.096))
     return rows
-
-

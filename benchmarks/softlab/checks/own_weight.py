@@ -47,20 +47,31 @@ def check(lab: Lab) -> list[Row]:
         rows.append(Row("bar under its own weight: lengthening [mm]", solver, 1e3 * theory, 1e3 * mean))
         rows.append(Row("bar let go: period of its slowest wave [ms]", solver, 1e3 * period, 1e3 * found))
     fem = BAR.replace("mpm", "fem").replace("scene: {", "scene: {fem: {damping_beta: 0}, ")
-    run = lab.run(fem, "own_weight_fem", duration=2, dt=0.05, substeps=1, width=WIDTH, length=LENGTH, cell=WIDTH / 2, e=E)
+    run = lab.run(
+        fem, "own_weight_fem", duration=2, dt=0.05, substeps=1, width=WIDTH, length=LENGTH, cell=WIDTH / 2, e=E
+    )
     rows.append(
-        Row("bar under its own weight: lengthening [mm]", "fem, 2 edges thick", 1e3 * theory, 1e3 * _lengthening(run)[-1])
+        Row(
+            "bar under its own weight: lengthening [mm]",
+            "fem, 2 edges thick",
+            1e3 * theory,
+            1e3 * _lengthening(run)[-1],
+        )
     )
     run = lab.run(
         fem, "wave_fem", duration=0.25, dt=0.0025, substeps=1, width=WIDTH, length=LENGTH, cell=WIDTH / 2, e=E
     )
     found, _ = period_and_mean(run.time, _lengthening(run), period)
-    rows.append(Row("bar let go: period of its slowest wave [ms]", "fem, 2 edges thick, 2.5 ms", 1e3 * period, 1e3 * found))
+    rows.append(
+        Row("bar let go: period of its slowest wave [ms]", "fem, 2 edges thick, 2.5 ms", 1e3 * period, 1e3 * found)
+    )
     run = lab.run(STRIP, "strip")
     low = run.rest("strip")["rest"][:, 2] < -0.49
     drop = -(run.points("strip")[:, low, 2].mean(axis=1) - run.rest("strip")["rest"][low, 2].mean())
     last = run.time > 1.0
-    rows.append(Row("cloth strip, 1 m, under its own weight: lengthening [mm]", "pbd, 2 cm", 0.0, 1e3 * drop[last].mean(), 1e3))
+    rows.append(
+        Row("cloth strip, 1 m, under its own weight: lengthening [mm]", "pbd, 2 cm", 0.0, 1e3 * drop[last].mean(), 1e3)
+    )
     return rows
 
 

@@ -1,8 +1,8 @@
 """A cube between two smooth plates: stress and bulge.
 
 Between frictionless plates it is under plain uniaxial stress: F = E A e, and its sides go out by nu e (Hooke), so that
-with nu near 0.5 the volume stays. Strain is that of the points of its inside, force that of the plate's motor. The strain
-that the plate's way stands for is compared with it apart: a grid feels a plate where its nodes are, up to half a cell
+with nu near 0.5 the volume stays. Strain is that of the points of its inside, force that of the plate's motor. The
+strain that the plate's way stands for is compared with it apart: a grid feels a plate where its nodes are, up to half a cell
 from where it is, on either side, so that a short way is not followed.
 
 An elasto-plastic cube carries no more than its yield stress (von Mises: in uniaxial stress, that stress itself).
@@ -58,7 +58,9 @@ def check(lab: Lab) -> list[Row]:
             bulge = -np.polyfit(upright[small], sideways[small], 1)[0]
             rows.append(Row(f"{what}: stress / strain [kPa]", fine, E / 1e3, float(modulus) / 1e3))
             rows.append(Row(f"{what}: bulge / strain", fine, nu, float(bulge), max(nu, 0.3)))
-        rows.append(Row(f"{what}: strain of the inside / way of the plate", fine, 1.0, float(upright[-1] * SIDE / way[-1])))
+        rows.append(
+            Row(f"{what}: strain of the inside / way of the plate", fine, 1.0, float(upright[-1] * SIDE / way[-1]))
+        )
     flow = 4e3
     text = PRESS.replace("density: 1000,", f"density: 1000, model: elasto_plastic, yield_stress: {flow:g},")
     run = lab.run(text, "press_plastic", side=SIDE, cell=SIDE / 6, dt=0.0025, e=E, nu=0.3, way=WAY)

@@ -1,9 +1,9 @@
 """Sand on a slope: the angle from which on it flows.
 
-A layer on a rough slope stays where it is up to tan(angle) = mu, and runs off with g (sin - mu cos) beyond. The engine's
-sand is Drucker and Prager's cone through the corners of compression of Mohr and Coulomb's (Klár et al. 2016), and flows
-without changing its volume; in plane shear its strength is then mu = 2 sqrt(3) sin(phi) / (3 - sin(phi)), a few degrees
-more than tan(phi).
+A layer on a rough slope stays where it is up to tan(angle) = mu, and runs off with g (sin - mu cos) beyond. The
+engine's sand is Drucker and Prager's cone through the corners of compression of Mohr and Coulomb's (Klár et al. 2016),
+and flows without changing its volume; in plane shear its strength is then mu = 2 sqrt(3) sin(phi) / (3 - sin(phi)), a
+few degrees more than tan(phi).
 """
 
 from math import cos, degrees, radians, sin, sqrt

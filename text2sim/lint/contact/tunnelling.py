@@ -118,8 +118,9 @@ thicknesses is past the middle, and is pushed out on the far side (measured: bal
 2 to 50 mm; up to that bound none passes, at 1.15 times as much a quarter does, at 1.7 times half of them). A plane is
 passed by what is wholly below it when it is first seen.
 
-Looked at are bodies that are thrown or that fall from where they start, up to what they meet first, and driven bodies
-with what is in their way at the start. Substeps that the compiler derives heed start velocities and blows, not falls.""",
+Looked at are bodies that are thrown or that fall from where they start, up to what they meet first, and driven
+bodies with what is in their way at the start. Substeps that the compiler derives heed start velocities and blows, not
+falls.""",
         way_out="""\
 More `scene.substeps`; the timeconst follows, unless the case gives it. Or make the body, or what it meets, thicker.""",
         example="""\

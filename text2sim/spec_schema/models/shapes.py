@@ -255,7 +255,21 @@ Shape = Annotated[
     Field(discriminator="kind"),
 ]
 StaticShape = Annotated[
-    Plane | Box | Sphere | Cylinder | Capsule | Cone | Ellipsoid | Torus | Tube | Cup | Funnel | Mesh | Text | Sketch | Compound,
+    Plane
+    | Box
+    | Sphere
+    | Cylinder
+    | Capsule
+    | Cone
+    | Ellipsoid
+    | Torus
+    | Tube
+    | Cup
+    | Funnel
+    | Mesh
+    | Text
+    | Sketch
+    | Compound,
     Field(discriminator="kind"),
 ]
 SoftShape = SolidShape
