@@ -18,7 +18,7 @@ bodies:
     material: {touch_soft: false}
     pose: {pos: [0.51, 0, 0]}
     motion: {kind: waypoints, times: [0, 1.2], positions: [[0, 0, 0], [-0.2, 0, 0]]}
-  strip: 
+  strip:
     {kind: cloth, solver: pbd, shape: {kind: sheet, size: [1.0, 0.1]}, cell: 0.02, material: {air_resistance: 0.01}}
 actions:
   controls:

@@ -2,8 +2,8 @@
 
 Between frictionless plates it is under plain uniaxial stress: F = E A e, and its sides go out by nu e (Hooke), so that
 with nu near 0.5 the volume stays. Strain is that of the points of its inside, force that of the plate's motor. The
-strain that the plate's way stands for is compared with it apart: a grid feels a plate where its nodes are, up to half a cell
-from where it is, on either side, so that a short way is not followed.
+strain that the plate's way stands for is compared with it apart: a grid feels a plate where its nodes are, up to half a
+cell from where it is, on either side, so that a short way is not followed.
 
 An elasto-plastic cube carries no more than its yield stress (von Mises: in uniaxial stress, that stress itself).
 """
