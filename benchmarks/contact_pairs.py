@@ -4,7 +4,8 @@
     python -m benchmarks.contact_pairs --only rigid-mpm …   these again
     python -m benchmarks.contact_pairs --all --docs         all again, and the table into docs/contact.md
 
-Run in the repository's root. What a pair is, and how it is judged: `benchmarks/softlab/pairs.py`.
+Run in the repository's root. What a pair is, and how it is judged: `benchmarks/softlab/pairs.py`,
+`benchmarks/softlab/pair_scene.py`.
 """
 
 import argparse
@@ -12,9 +13,10 @@ import sys
 import time
 
 from benchmarks.softlab.documents import engine, keep, known, paste
+from benchmarks.softlab.families import pairs
 from benchmarks.softlab.lab import Lab
 from benchmarks.softlab.pair_table import markdown
-from benchmarks.softlab.pairs import Finding, as_row, examine, pairs
+from benchmarks.softlab.pairs import Finding, as_row, batches, examine
 
 
 def main() -> None:
@@ -30,11 +32,12 @@ def main() -> None:
     results = known("contact_pairs")
     wanted = options.only or [name for name in by_name if options.all or name not in results]
     with Lab() as lab:
-        for name in wanted:
+        for batch in batches([by_name[name] for name in wanted]):
             began = time.monotonic()
-            results[name] = as_row(examine(lab, by_name[name]))
+            found = examine(lab, batch)
+            results |= {finding.pair: as_row(finding) for finding in found}
             keep("contact_pairs", results)
-            print(f"{name}: {time.monotonic() - began:.0f} s  {results[name]}", file=sys.stderr, flush=True)
+            print(*found, f"{time.monotonic() - began:.0f} s", sep="\n", file=sys.stderr, flush=True)
     findings = [Finding(**results[name]) for name in by_name if name in results]
     text = f"{markdown(findings)}\n\nMeasured with {engine()}."
     print(text)

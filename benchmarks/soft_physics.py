@@ -18,7 +18,7 @@ from benchmarks.softlab.documents import engine, keep, known, paste
 from benchmarks.softlab.lab import Lab
 from benchmarks.softlab.row import Row, table
 
-CHECKS = ("own_weight", "cantilever", "press", "collision", "catenary", "repose", "dam_break")
+CHECKS = ("own_weight", "cantilever", "press", "collision", "catenary", "rest", "repose", "dam_break")
 
 
 def main() -> None:

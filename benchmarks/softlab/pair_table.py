@@ -1,6 +1,7 @@
 """The table of the pairs."""
 
-from benchmarks.softlab.pairs import FRICTION, Finding, pairs
+from benchmarks.softlab.families import FRICTION, pairs
+from benchmarks.softlab.pairs import Finding
 
 
 def markdown(findings: list[Finding]) -> str:

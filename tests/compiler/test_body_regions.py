@@ -195,13 +195,13 @@ class TestUse:
         ],
     )
     def test_cameras_look_there(self, camera, point):
-        cameras = {row["name"]: row for row in resolve_case(load_text(CASE)).plan.render["cameras"]}
+        cameras = resolve_case(load_text(CASE)).plan.render["cameras"]
         assert cameras[camera]["look_at"] == pytest.approx(point, abs=1e-5)
 
     def test_a_follow_camera_knows_copies_and_links(self):
         follow = "    all: {kind: follow, body: arm.elbow, from: [9, 9, 9]}\n    b: {kind: follow, body: 'brick[2]', offset: [1, 0, 0]}\n"
         text = CASE.split("    all:")[0] + follow
-        rows = resolve_case(load_text(text)).plan.render["cameras"]
+        rows = resolve_case(load_text(text)).plan.render["cameras"].values()
         assert [(row["body"], row["link"]) for row in rows] == [("arm", "elbow"), ("brick[2]", None)]
 
     @pytest.mark.parametrize(
@@ -256,6 +256,6 @@ def test_turning_does_not_move_a_region_on_its_body():
     cameras = resolve_case(load_text(CASE.replace("euler_deg: [0, 0, 90]", "euler_deg: [0, 0, 30]"))).plan.render[
         "cameras"
     ]
-    ends = next(row for row in cameras if row["name"] == "ends")
+    ends = cameras["ends"]
     half = math.radians(30)
     assert ends["look_at"] == pytest.approx((0.5 + 0.1 * math.cos(half), 0.1 * math.sin(half), 1), abs=1e-5)

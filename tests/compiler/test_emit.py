@@ -11,31 +11,15 @@ import numpy as np
 import pytest
 
 from text2sim.compiler.build import compile_case, plan_case
+from text2sim.compiler.emit import COPIED, COPIED_SOFT, MODULES
+from text2sim.compiler.emit_actions import COPIED_ACTIONS
 from text2sim.compiler.literal import Code, comment, identifier, literal
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_case
 
-ALLOWED = {
-    "genesis",
-    "numpy",
-    "av",
-    "PIL",
-    "scene",
-    "bodies",
-    "actions",
-    "render",
-    "recorder",
-    "solids",
-    "film",
-    "contacts",
-    "files",
-    "soft",
-    "soft_film",
-    "soft_states",
-    "engine",
-    "quadrants",  # the compiler of the engine, which comes with it
-    *sys.stdlib_module_names,
-}
+PROGRAM = (*MODULES, *COPIED, *COPIED_SOFT, *COPIED_ACTIONS)
+# `quadrants` is the compiler of the engine, which comes with it.
+ALLOWED = {"genesis", "quadrants", "numpy", "av", "PIL", *(Path(n).stem for n in PROGRAM), *sys.stdlib_module_names}
 
 CASE = """\
 text2sim: 1
@@ -116,7 +100,7 @@ def test_a_crowd_that_no_machine_can_hold_is_refused(tmp_path: Path) -> None:
 def test_a_derived_camera_just_sees_everything(tmp_path: Path, resolution: tuple[int, int]) -> None:
     row = "pose: {pos: [-3, 2, 1]}\n    repeat: {kind: line, count: 7, step: [1, 0, 0]}"
     text = CASE.replace("pose: {pos: [0, 0, 1]}", row) + f"render: {{resolution: {list(resolution)}}}\n"
-    (camera,) = plan_case(load_case(write(tmp_path, text))).render["cameras"]
+    (camera,) = plan_case(load_case(write(tmp_path, text))).render["cameras"].values()
     forward = np.subtract(camera["look_at"], camera["pos"])
     forward /= np.linalg.norm(forward)
     right = np.cross(forward, (0, 0, 1)) / np.linalg.norm(np.cross(forward, (0, 0, 1)))
@@ -148,8 +132,7 @@ STAND_INS = {
     "genesis.py": "cpu = gpu = None\nclass GenesisException(Exception): pass\n",
     "actions.py": "class Actions:\n    def __init__(self, *given): pass\n",
     "bodies.py": "def add_bodies(scene): return {}\ndef configure(bodies): pass\n",
-    "film.py": "class NoOpenGL(Exception): pass\ndef film(*given, **named): pass\n",
-    "render.py": "END = FPS = SPEED = START = 1\nadd_cameras = camera_pose = vis_options = lambda *given: {}\n",
+    "film.py": "class NoOpenGL(Exception): pass\nadd_cameras = film = vis_options = lambda *given: {}\n",
     "scene.py": "DT = MAX_SPEED = RECORD_EVERY = STEPS = 1\nadd_statics = make_scene = start_engine = lambda given: {}\n",
     "recorder.py": """\
 import signal

@@ -100,8 +100,8 @@ def test_places_masses_and_default_colours_are_told() -> None:
 def test_the_camera_and_the_light_that_nobody_gave_are_written_out() -> None:
     case = case_of(CASE)
     render = explicit(case).data["render"]
-    assert render["cameras"]["main"]["from"] == list(case.plan.render["cameras"][0]["pos"])
-    assert render["lights"]["light"]["kind"] == "sun"
+    assert render["cameras"]["main"]["frame"] == case.plan.render["cameras"]["main"]["frame"]["bodies"]
+    assert render["lighting"] == "studio"
     assert again(case).plan.render == case.plan.render
 
 

@@ -1,4 +1,4 @@
-"""The program of every case in the repository, byte for byte."""
+"""The program of every case in the repository, byte for byte; of its meshes and pictures, the names."""
 
 import difflib
 from pathlib import Path
@@ -6,19 +6,23 @@ from pathlib import Path
 import pytest
 
 from text2sim.compiler.build import compile_case
-from text2sim.compiler.emit import COPIED
+from text2sim.compiler.emit import COPIED, COPIED_SOFT
+from text2sim.compiler.emit_actions import COPIED_ACTIONS
 from text2sim.spec_schema.load import load_case
 
 ROOT = Path(__file__).resolve().parent.parent
 GOLDEN = ROOT / "golden"
+PRINTED = (".py", ".xml", ".json")
 CASES = sorted(path.parent for path in (ROOT.parent / "cases").glob("*/case.yaml"))
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda path: path.name)
 def test_program_is_golden(case: Path, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     compile_case(load_case(case), tmp_path)
-    made = {str(p.relative_to(tmp_path)): p.read_text() for p in sorted(tmp_path.rglob("*")) if p.is_file()}
-    made = {name: text for name, text in made.items() if name not in COPIED}
+    paths = {str(p.relative_to(tmp_path)): p for p in sorted(tmp_path.rglob("*")) if p.is_file()}
+    paths = {name: path for name, path in paths.items() if name not in (*COPIED, *COPIED_SOFT, *COPIED_ACTIONS)}
+    made = {name: path.read_text() for name, path in paths.items() if path.suffix in PRINTED}
+    made["others.txt"] = "".join(f"{name}\n" for name in paths if name not in made)
     folder = GOLDEN / case.name
     if request.config.getoption("--update-goldens"):
         for old in sorted(folder.rglob("*"), reverse=True):

@@ -121,6 +121,43 @@ def test_bounds_follow_what_throws_carries_and_pushes() -> None:
     assert after.high[0] == pytest.approx(before.high[0], abs=0.02)
 
 
+def test_bounds_follow_what_is_carried_and_pushed_ahead() -> None:
+    def x_of(kind: str, pos: str, size: str) -> float:
+        solid = f"""  plate:
+    kind: driven
+    shape: {{kind: box, size: {size}}}
+    pose: {{pos: {pos}}}
+    motion: {{kind: waypoints, times: [0, 1], positions: [[0, 0, 0], [0.8, 0, 0]]}}"""
+        return mpm(resolve(f"  a: {CUBE.replace('soft', kind)}, cell: 0.02}}\n{solid}")).high[0]
+
+    far = x_of("soft", "[0, 3, 0.1]", "[0.4, 0.4, 0.1]")
+    assert x_of("soft", "[0, 0, 0.195]", "[0.4, 0.4, 0.1]") == pytest.approx(far + 0.8, abs=0.03), "it lies on a tray"
+    assert x_of("soft", "[-0.3, 0, 0.2]", "[0.1, 0.4, 0.4]") > far + 0.4, "it is in front of a blade"
+    assert x_of("snow", "[-0.3, 0, 0.2]", "[0.1, 0.4, 0.4]") < x_of("soft", "[-0.3, 0, 0.2]", "[0.1, 0.4, 0.4]")
+
+
+def test_sand_needs_the_room_of_its_run_out() -> None:
+    """A column of aspect 1 runs out by 1.24 of its height (Lube et al. 2004), not by what it fell."""
+    sand = "{kind: granular, cell: 0.02, shape: {kind: cylinder, radius: 0.1, height: 0.1}, pose: {pos: [0, 0, 0.05]}}"
+    assert mpm(resolve(f"  a: {sand}")).high[0] == pytest.approx(0.1 + 0.124 + 4 * 0.02, abs=0.02)
+
+
+def test_a_run_stops_at_what_the_scene_cannot_give() -> None:
+    def limit(actions: str = "", scene: str = FLOOR) -> float:
+        return resolve(f"  a: {CUBE}}}", scene, actions).plan.max_speed
+
+    fall = sqrt(2 * 9.81 * 0.35)
+    assert limit() == pytest.approx(5 * fall + 10, rel=0.05)
+    thrown = "actions: {controls: {go: {kind: initial_velocity, body: a, linear: [30, 0, 0]}}}"
+    assert limit(thrown) == pytest.approx(5 * (fall + 30) + 10, rel=0.05)
+    blown = "actions: {controls: {go: {kind: wind, direction: x, acceleration: 4}}}"
+    assert limit(blown) == pytest.approx(5 * (fall + 4) + 10, rel=0.05)
+    assert limit(scene=f"max_speed: 300, {FLOOR}") == 300
+    assert limit(scene="gravity: [0, 0, 0]") == 10
+    rigid = resolve("  a: {kind: rigid, shape: {kind: sphere, radius: 0.1}}")
+    assert rigid.plan.max_speed == 1000
+
+
 def test_bounds_can_be_said() -> None:
     case = resolve(f"  a: {CUBE}}}", f"mpm: {{bounds: {{min: [-1, -1, -0.1], max: [1, 1, 1]}}}}, {FLOOR}")
     assert mpm(case).low == (-1.0, -1.0, -0.1)

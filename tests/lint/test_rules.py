@@ -1,5 +1,6 @@
 """What holds for every rule: its example breaks it, its mended example does not, and it is documented."""
 
+import ast
 import re
 from pathlib import Path
 
@@ -66,6 +67,20 @@ def test_ids_are_unique() -> None:
     ids = [*(rule.id for rule in RULES), *EARLIER]
     assert len(set(ids)) == len(ids)
     assert find_rule("no such rule") is None
+
+
+def test_no_other_check_uses_the_id_of_a_rule() -> None:
+    """What a document breaks and what a simulation breaks must not be told apart by luck."""
+    package = Path(__file__).resolve().parents[2] / "text2sim"
+    ids = {rule.id for rule in RULES}
+    said = {
+        node.value
+        for folder in ("spec_schema", "compiler", "assets")
+        for file in (package / folder).rglob("*.py")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    }
+    assert not ids & said
 
 
 def test_the_page_is_fresh() -> None:

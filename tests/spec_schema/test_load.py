@@ -154,7 +154,7 @@ def test_a_field_that_is_named_like_a_kind_does_not_lead_astray():
 
 def test_names_of_attributes_are_no_keys():
     text = small(top="render: {cameras: {c: {kind: still, from_: [1, 1, 1], look_at: ball}}}")
-    assert [(p.rule, p.hint) for p in problems_of(text)] == [("missing", None), ("unknown-key", "from")]
+    assert [(p.rule, p.hint) for p in problems_of(text)] == [("unknown-key", "from")]
 
 
 def test_a_case_is_a_folder_or_its_file(tmp_path: Path):

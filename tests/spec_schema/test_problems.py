@@ -63,3 +63,16 @@ def test_nearest_words():
     assert nearest("Sphere", ["sphere", "box"]) == "sphere"
     assert nearest("zzz", ["sphere", "box"]) is None
     assert nearest(None, ["sphere"]) is None
+
+
+def test_bounds_that_are_open_are_named():
+    jelly = "{kind: soft, shape: {kind: sphere, radius: 0.1}, material: {poisson_ratio: 0.5}}"
+    (problem,) = problems_of(small().rstrip() + f"\n  a: {jelly}\n")
+    assert problem.message == "must be at least 0, and less than 0.5 (got 0.5)"
+
+
+def test_kinds_go_by_other_names():
+    (problem,) = problems_of(small().rstrip() + "\n  a: {kind: sand, shape: {kind: sphere, radius: 0.1}}\n")
+    assert problem.hint == "granular"
+    (problem,) = problems_of(small().rstrip() + "\n  a: {kind: soft, shape: {kind: sheet, size: [1, 1]}}\n")
+    assert (problem.hint, problem.message.endswith("only a cloth can be a sheet")) == (None, True)

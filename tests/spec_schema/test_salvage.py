@@ -82,3 +82,12 @@ def test_what_cannot_be_mended_is_left(text: str) -> None:
     with pytest.raises(SpecError) as caught:
         load_text(f"text2sim: 2\nname: a\n{text}\n")
     assert not any(problem.rule == "unknown-body" for problem in caught.value.problems)
+
+
+def test_a_release_that_is_wrong_may_be_the_one_that_an_event_waits_for() -> None:
+    controls = "    hold: {kind: attach, body: ball, to: drum}\n    let_go: {kind: release, attach: hold}\n"
+    text = CASE.format(**SOUND).replace("  controls:\n", "  controls:\n" + controls)
+    text = text.replace("  events:\n", "  events:\n    freed: {kind: released, attach: hold}\n")
+    with pytest.raises(SpecError) as caught:
+        load_text(text)
+    assert [problem.path for problem in caught.value.problems] == ["/actions/controls/let_go"]

@@ -10,6 +10,7 @@ import pytest
 from text2sim.compiler.build import plan_case
 from text2sim.compiler.emit import emit
 from text2sim.spec_schema.load import load_text
+from text2sim.templates.cameras import View
 from text2sim.watching.painter import film as film_module
 from text2sim.watching.painter.context import NoOpenGL, open_context
 from text2sim.watching.painter.creases import corners
@@ -117,38 +118,40 @@ def pictures(path):
 
 def test_the_script_says_what_the_case_says(script):
     assert script.resolution == (640, 360)
-    assert (script.fps, script.speed, script.start, script.end) == (10, 1, 0, 1)
-    assert list(script.cameras) == ["main", "round", "after"]
+    assert (script.fps, script.end) == (10, 1)
+    assert script.films == {"video": "main", "video_round": "round", "video_after": "after"}
     assert script.background == (1, 1, 1)
     sun, lamp = script.lights
     assert sun == ((0, 0, -1, 0), (3, 3, 3))
     assert lamp == ((1, 1, 2, 1), (2, 0, 0))
-    assert script.frames(1.0) == 10
-    assert script.frames(0.5) == 5
-    assert script.moment(5) == 0.5
+    assert len(script.pictures("video", 1.0)) == 10
+    assert len(script.pictures("video", 0.5)) == 5
+    assert script.pictures("video_round", 1.0)[5].t == 0.5
 
 
 def test_cameras_stand_where_the_program_puts_them(script, written):
     written.add(0, 1.01)
     recording = Recording(written.folder)
     recording.read()
-    pos, look_at, up = script.camera_pose("round", 1.0, recording)
-    np.testing.assert_allclose(pos, [0, 2, 2], atol=1e-6)
-    np.testing.assert_allclose(look_at, [0, 0, 1])
-    pos, look_at, up = script.camera_pose("after", 0.5, recording)
-    np.testing.assert_allclose(pos, [0, -2, 0.5], atol=1e-6)
-    np.testing.assert_allclose(look_at, [0, 0, 0.5], atol=1e-6)
+    view = script.view(script.pictures("video_round", 1.0)[-1], recording)
+    np.testing.assert_allclose(view.pos, [0, 2, 2], atol=1e-6)
+    np.testing.assert_allclose(view.look_at, [0, 0, 1])
+    view = script.view(script.pictures("video_after", 1.0)[5], recording)
+    np.testing.assert_allclose(view.pos, [0, -2, 0.5], atol=1e-6)
+    np.testing.assert_allclose(view.look_at, [0, 0, 0.5], atol=1e-6)
 
 
 def test_what_the_camera_looks_at_is_in_the_middle():
-    camera = {"fov": 40, "near": 0.1, "far": 100}
-    view = projection([1, -2, 3], [0.5, 0, 1], [0, 0, 1], camera, 16 / 9)
+    def seen(*way):
+        return View(*(np.array(point, float) for point in way), 40.0, 1.0, 0.0)
+
+    view = projection(seen([1, -2, 3], [0.5, 0, 1], [0, 0, 1]), (0.1, 100), 16 / 9)
     x, y, z, w = view @ [0.5, 0, 1, 1]
     assert (x, y) == pytest.approx((0, 0), abs=1e-12)
     assert w == pytest.approx(np.linalg.norm([0.5, -2, 2]))
     above = view @ [0.5, 0, 1.1, 1]
     assert above[1] / above[3] > 0.01
-    assert np.isfinite(projection([0, 0, 3], [0, 0, 0], [0, 0, 1], camera, 1)).all(), "straight down"
+    assert np.isfinite(projection(seen([0, 0, 3], [0, 0, 0], [0, 0, 1]), (0.1, 100), 1)).all(), "straight down"
 
 
 # --- what was recorded ----------------------------------------------------------------------------------------

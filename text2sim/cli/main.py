@@ -19,6 +19,7 @@ from text2sim.cli.migrate import migrate
 from text2sim.cli.new import new
 from text2sim.cli.patch import patch
 from text2sim.cli.prefabs import prefabs
+from text2sim.cli.render import render
 from text2sim.cli.run import run_cases
 from text2sim.cli.schema import schema
 from text2sim.cli.show import show
@@ -40,6 +41,7 @@ app.command("new")(new)
 app.command("check")(check)
 app.command("show")(show)
 app.command("run")(run_cases)
+app.command("render")(render)
 app.command("watch")(watch)
 app.command("test")(run_suite)
 app.command("compare")(compare_runs)

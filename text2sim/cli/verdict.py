@@ -36,6 +36,8 @@ def say_result(case: "Examined", result: "RunResult") -> None:
     if rows:
         _say_table(rows)
     say(f"{result.case}: {summary(result)}")
+    for words in (result.evidence or {}).get("suspicions", []):
+        say(f"suspicious: {words}")
     if result.film is not None:
         say(f"film: {shown(result.film)}")
     elif result.film_message:

@@ -16,6 +16,7 @@ from text2sim.compiler.settings import Settings, Traits, derive
 from text2sim.compiler.shapes.sizes import MAX_PIECES
 from text2sim.compiler.soft.controls import SoftControls
 from text2sim.compiler.soft.resolution import soft_lowering, soft_settings
+from text2sim.compiler.soft.setup import MAX_SPEED
 from text2sim.compiler.trees.anatomy import known_parts, named_parts, tree_extents, tree_standing
 from text2sim.compiler.trees.generators import rope_frequency
 from text2sim.compiler.watches import lower_watches
@@ -82,7 +83,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
         every=every,
         gravity=scene.gravity,
         seed=scene.seed,
-        max_speed=scene.max_speed,
+        max_speed=soft.max_speed if soft else scene.max_speed or MAX_SPEED,
         settings=settings,
         statics=statics,
         bodies=bodies,

@@ -1,5 +1,6 @@
 """Plan to program text: templates, a check that each module is Python, and formatting."""
 
+import json
 import subprocess
 import sys
 import tempfile
@@ -17,7 +18,9 @@ from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.soft.setup import SoftSettings
 
 TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
-COPIED = ("engine.py", "files.py", "contacts.py", "recorder.py", "film.py")
+FILMING = ("cadence.py", "cameras.py", "overlays.py", "playback.py", "viewpoints.py", "video.py", "film.py")
+"""What draws a film, and what it asks."""
+COPIED = ("engine.py", "files.py", "contacts.py", "recorder.py", *FILMING)
 COPIED_SOFT = ("filling.py", "soft.py", "skins.py", "solids.py", "soft_states.py", "soft_film.py", "shading.py")
 """Besides, in programs with deformable bodies."""
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
@@ -73,7 +76,26 @@ def emit(plan: Plan) -> dict[str, bytes]:
             raise TemplateBug(f"{module}.j2: {error}") from error
     files = {name: text.encode() for name, text in _format(texts).items()}
     copied = (*COPIED, *(COPIED_SOFT if plan.deformables else ()), *copied_actions(plan))
-    return files | {name: (TEMPLATES / name).read_bytes() for name in copied} | dict(plan.files)
+    files |= {name: (TEMPLATES / name).read_bytes() for name in copied} | dict(plan.files)
+    return files | {"looks.json": _looks(plan)}
+
+
+def _looks(plan: Plan) -> bytes:
+    """Colour and finish of every copy, for whoever draws recorded states: what was recorded may have had others."""
+    looks = {
+        entity.name: {
+            "color": list(entity.surface.rgba[:3]),
+            "opacity": entity.surface.rgba[3],
+            "finish": entity.surface.finish,
+            "visible": bool(entity.options.get("visualization", True)),
+            "picture": entity.surface.picture,
+        }
+        for group in (*plan.statics, *plan.bodies)
+        for entity in group.entities
+        if entity.surface is not None
+    }
+    rows = [f"  {json.dumps(name)}: {json.dumps(look)}" for name, look in looks.items()]
+    return ("{\n" + ",\n".join(rows) + "\n}\n").encode()
 
 
 def _format(texts: dict[str, str]) -> dict[str, str]:
@@ -137,7 +159,6 @@ def _context(plan: Plan) -> dict[str, Any]:
         "contact": plan.contact,
         **action_context(plan),
         "render": plan.render,
-        "kinds": {camera["kind"] for camera in plan.render["cameras"]},
     }
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from text2sim.compiler.build import Resolution
-from text2sim.compiler.film import DEFAULT_LIGHTS
+from text2sim.compiler.film_lights import STUDIOS
 from text2sim.compiler.folding import escaped, folded
 from text2sim.compiler.looks import default_color
 from text2sim.compiler.masses import masses
@@ -141,6 +141,7 @@ def _add_settings(found: Explicit, resolution: Resolution) -> None:
         "friction_cone": (("contact", "friction_cone"), settings.cone),
         "max_pairs": (("contact", "max_pairs"), settings.max_pairs),
         "timeconst": (("contact", "timeconst"), settings.timeconst),
+        "max_speed": (("max_speed",), resolution.plan.max_speed),
     }
     for name, (path, value) in places.items():
         why = settings.why.get(name)
@@ -170,20 +171,22 @@ def _add_render(found: Explicit, resolution: Resolution) -> None:
         render["during"] = [plan["start"], plan["end"]]
         found.comments["render", "during"] = "the whole run"
     if not render["cameras"]:
-        (camera,) = plan["cameras"]
-        render["cameras"][camera["name"]] = {
+        ((name, camera),) = plan["cameras"].items()
+        render["cameras"][name] = {
             "kind": "still",
-            "from": list(camera["pos"]),
-            "look_at": list(camera["look_at"]),
+            "frame": list(camera["frame"]["bodies"]),
+            "direction": list(camera["frame"]["direction"]),
             "fov_deg": camera["fov"],
+            "margin": camera["frame"]["margin"],
+            "within": dict(zip(("min", "max"), map(list, camera["frame"]["within"]), strict=True)),
             "up": list(camera["up"]),
         }
-        found.comments["render", "cameras"] = "derived: it sees everything that moves, where it starts"
+        found.comments["render", "cameras"] = (
+            "derived: it shows everything that moves, from the first moment to the last"
+        )
     if not render["lights"]:
-        render["lights"] = {
-            f"light_{number}" if number else "light": _plain(light) for number, light in enumerate(DEFAULT_LIGHTS)
-        }
-        found.comments["render", "lights"] = "derived: the case has none"
+        studio = STUDIOS[resolution.loaded.case.render.lighting]
+        found.comments["render", "lighting"] = f"means {', '.join(studio.lights)}, on: {studio.backdrop}"
 
 
 # --- what came of it ------------------------------------------------------------------------------------------

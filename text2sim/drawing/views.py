@@ -1,7 +1,6 @@
 """The cameras of a case at its start, and what they see."""
 
 from collections.abc import Mapping
-from math import cos, sin
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,6 +11,7 @@ from text2sim.drawing.prop import Stage
 from text2sim.drawing.raster import Raster
 from text2sim.drawing.stage import stage
 from text2sim.drawing.view import View, perspective
+from text2sim.templates.viewpoints import clip, place
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
@@ -34,7 +34,7 @@ class CameraPose(NamedTuple):
 
 def cameras(resolution: "Resolution") -> dict[str, dict[str, Any]]:
     """Return the cameras of a case by name, as the plan has them; one is derived if the case has none."""
-    return {camera["name"]: camera for camera in resolution.plan.render["cameras"]}
+    return resolution.plan.render["cameras"]
 
 
 def camera_pose(resolution: "Resolution", name: str, t: float = 0.0) -> CameraPose:
@@ -47,21 +47,8 @@ def camera_pose(resolution: "Resolution", name: str, t: float = 0.0) -> CameraPo
     camera = cameras(resolution)[name]
     span = render["end"] - render["start"]
     part = min(max((t - render["start"]) / span, 0.0), 1.0) if span > 0 else 0.0
-    up = camera["up"]
-    if camera["kind"] == "follow":
-        body = _start(resolution, camera["body"], camera["link"])
-        offset = camera.get("offset")
-        return CameraPose(camera["pos"] if offset is None else _sum(body, offset), body, up)
-    target = camera["look_at"]
-    if camera["kind"] == "orbit":
-        angle = camera["start"] + camera["turn"] * part
-        arm = (camera["radius"] * cos(angle), camera["radius"] * sin(angle), camera["height"])
-        return CameraPose(_sum(target, arm), target, up)
-    pos = camera["pos"]
-    if camera["kind"] == "dolly":
-        x, y, z = (a + (b - a) * part for a, b in zip(pos, camera["to"], strict=True))
-        pos = (x, y, z)
-    return CameraPose(pos, target, up)
+    pos, target = place(camera, t, part, _Start(resolution))
+    return CameraPose(pos, target, camera["up"])
 
 
 def field_of_view(camera: Mapping[str, Any]) -> float:
@@ -75,7 +62,7 @@ def film_view(resolution: "Resolution", name: str, size: tuple[int, int], t: flo
     wide, tall = resolution.plan.render["resolution"]
     shrink = min(size[0] / wide, size[1] / tall)
     fitting = max(round(wide * shrink), 1), max(round(tall * shrink), 1)
-    return perspective(*pose, field_of_view(camera), fitting, near=camera["near"])
+    return perspective(*pose, field_of_view(camera), fitting, near=clip(camera)[0])
 
 
 def visible(resolution: "Resolution", camera: str, size: tuple[int, int] = (160, 90)) -> dict[str, float]:
@@ -126,15 +113,18 @@ def _peeping(props: Stage, raster: Raster, wanted: np.ndarray) -> np.ndarray:
     return found
 
 
-def _start(resolution: "Resolution", name: str, link: str | None) -> Vec:
-    """Position [m] of a copy's link at the start; of its first if none is named."""
-    copy: Copy = next(copy for group in resolution.placed.values() for copy in group if copy.name == name)
-    tree = resolution.lowering.trees.get(name)
-    if tree is None:
-        return copy.pos
-    standing = {one.link.name: one.pos for one in tree_links(tree, copy.pos, copy.quat)}
-    return standing[link if link is not None else tree.roots[0].name]
+class _Start:
+    """A scene at its start, as cameras ask for it."""
 
+    def __init__(self, resolution: "Resolution") -> None:
+        self._resolution = resolution
 
-def _sum(a: Vec, b: Vec) -> Vec:
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+    def position(self, name: str, t: float, link: str | None) -> Vec:
+        """Position [m] of a copy's link; of its first if none is named."""
+        groups = self._resolution.placed.values()
+        copy: Copy = next(copy for group in groups for copy in group if copy.name == name)
+        tree = self._resolution.lowering.trees.get(name)
+        if tree is None:
+            return copy.pos
+        standing = {one.link.name: one.pos for one in tree_links(tree, copy.pos, copy.quat)}
+        return standing[link if link is not None else tree.roots[0].name]

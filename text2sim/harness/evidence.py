@@ -23,6 +23,7 @@ from text2sim.harness.recording import Recording
 from text2sim.harness.selection import base_name
 from text2sim.harness.soft_diagnostics import soft_diagnostics
 from text2sim.harness.states import Array
+from text2sim.harness.suspicions import suspicions
 from text2sim.harness.visibility import summarise_visibility
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.events import ContactEvent, SeparationEvent
@@ -59,6 +60,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
         findings = judge_expectations(case.actions.expect, states.time, series, events, ending)
         touches, contacts = _touches(recording)
         verdict, why = _verdict(findings, state, message)
+        deforming = soft_diagnostics(recording)
         evidence = {
             "case": case.name,
             "verdict": verdict,
@@ -80,7 +82,8 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
             "non_finite": diagnostics.first_non_finite(recording),
             "speeds": diagnostics.speed_extremes(recording),
             "joint_limits": diagnostics.limit_overshoots(recording)[:JOINTS],
-            "deformables": soft_diagnostics(recording),
+            "deformables": deforming,
+            "suspicions": suspicions(recording, deforming),
             "driven": recording.cast.driven,
             "contacts": contacts,
             "visibility": summarise_visibility(run_dir, list(case.bodies)),

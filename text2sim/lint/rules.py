@@ -6,7 +6,21 @@ from text2sim.lint.joints import angles, following, holding, idle, joints
 from text2sim.lint.numbers import densities, limits, magnitudes, masses, meshes, steps, stiffness
 from text2sim.lint.rule import EXAMPLE_BASE, Rule
 from text2sim.lint.script import at_rest, contradictions, energy, names, outcomes, pushes, script, soon
-from text2sim.lint.soft import acting, cloths, cost, elements, families, grid, ipc, records, room, sap, starts, walls
+from text2sim.lint.soft import (
+    acting,
+    cloths,
+    cost,
+    elements,
+    families,
+    grid,
+    ipc,
+    proportions,
+    records,
+    room,
+    sap,
+    starts,
+    walls,
+)
 from text2sim.lint.start import floor, nowhere, overlap, selfcontact
 
 __all__ = ["EARLIER", "EXAMPLE_BASE", "RULES", "Rule", "find_rule"]
@@ -52,6 +66,7 @@ RULES: tuple[Rule, ...] = (
     *room.RULES,
     *cloths.RULES,
     *elements.RULES,
+    *proportions.RULES,
     *sap.RULES,
     *records.RULES,
     *ipc.RULES,

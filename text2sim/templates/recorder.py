@@ -45,10 +45,12 @@ class Divergence(RuntimeError):
         quantity: `position`, `speed`, `domain` or `solver`.
         time: Simulated time [s].
         value: Offending value, in SI units; may be nan or inf.
+        limit: What it should not have been more than; 0 if that goes without saying.
     """
 
-    def __init__(self, body: str, quantity: str, time: float, value: float):
-        super().__init__(f"diverged at t = {time:.4g} s: {quantity} of {body} is {value:.4g}")
+    def __init__(self, body: str, quantity: str, time: float, value: float, limit: float = 0.0):
+        more = f", more than {limit:.4g}" if limit else ""
+        super().__init__(f"diverged at t = {time:.4g} s: {quantity} of {body} is {value:.4g}{more}")
         self.body, self.quantity, self.time, self.value = body, quantity, time, value
 
 
@@ -235,7 +237,7 @@ class Recorder:
         fastest = int(speed.argmax())  # nan counts as the largest
         if speed[fastest] <= self._speed_limit:
             return None
-        return Divergence(self._link_bodies[fastest], "speed", t, float(speed[fastest]))
+        return Divergence(self._link_bodies[fastest], "speed", t, float(speed[fastest]), self._speed_limit)
 
     def _flush(self) -> None:
         self._flushed = time.monotonic()

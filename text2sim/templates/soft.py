@@ -136,7 +136,7 @@ class Soft:
         squares = np.einsum("ij,ij->i", velocities, velocities)
         fastest = int(squares.argmax())  # nan counts as the largest
         if not squares[fastest] <= self._speed_limit**2:
-            return Divergence(self._owner(fastest), "speed", t, float(np.sqrt(squares[fastest])))
+            return Divergence(self._owner(fastest), "speed", t, float(np.sqrt(squares[fastest])), self._speed_limit)
         for name, body, here in zip(self.names, self._bodies, self._rows, strict=True):
             if body.domain is not None:
                 at_walls = (positions[here] <= body.domain[0]) | (positions[here] >= body.domain[1])

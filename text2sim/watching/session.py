@@ -9,6 +9,7 @@ from time import monotonic, sleep
 from typing import Any
 
 from text2sim.harness.progress import ProgressTail
+from text2sim.templates.cadence import reels
 from text2sim.watching import engine, painting, wording
 from text2sim.watching.board import Board
 from text2sim.watching.case_files import CaseFiles
@@ -132,7 +133,7 @@ class Session:
         if again and take is not None and not take.running and take.state not in ENDED_WELL:
             self._take = None  # it may have been bad luck: whoever saves once more wants it tried once more
         self._version = version
-        self._board.keep_cameras([str(camera["name"]) for camera in version.plan.render["cameras"]])
+        self._board.keep_cameras([reel[0]["camera"] for reel in reels(version.plan.render).values()])
         self._reconcile()
 
     def _compile(self, checked: Checked) -> Version | None:

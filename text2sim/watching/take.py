@@ -42,7 +42,7 @@ class Version:
     @cached_property
     def ahead(self) -> float:
         """How far [s] cameras look ahead."""
-        return max((camera.get("smooth", 0.0) / 2 for camera in self.plan.render["cameras"]), default=0.0)
+        return max((camera.get("smooth", 0.0) / 2 for camera in self.plan.render["cameras"].values()), default=0.0)
 
     @cached_property
     def colors(self) -> dict[str, list[float]]:

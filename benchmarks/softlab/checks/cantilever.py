@@ -18,17 +18,21 @@ from benchmarks.softlab.swing import period_and_mean
 G, RHO, E, NU = 9.81, 1000.0, 2e6, 0.3
 LENGTH, THICK = 0.3, 0.06
 
-BEAM = """
-scene: {duration: "${duration}", dt: "${dt}", record: {rate: "${1 / dt}"}}
+HEAD = """
+scene: {duration: "${duration}", dt: "${dt}", record: {rate: "${1 / dt}"}SOLVER}
 bodies:
-  beam:
-    kind: soft
-    solver: mpm
-    shape: {kind: box, size: ["${length}", "${thick}", "${thick}"]}
-    cell: "${cell}"
-    material: {youngs_modulus: "${e}", poisson_ratio: 0.3, density: 1000}
-actions: {controls: {clamp: {kind: attach, body: beam, region: {face: left}, to: world}}}
 """
+BEAM = """
+  beam_{k}:
+    kind: soft
+    solver: {solver}
+    shape: {{kind: box, size: [{length}, {thick}, {thick}]}}
+    cell: {cell}
+    material: {{youngs_modulus: {e}, poisson_ratio: {nu}, density: {rho}{more}}}
+    pose: {{pos: [0, {y}, 0]}}
+"""
+CLAMP = "    clamp_{k}: {{kind: attach, body: beam_{k}, region: {{face: left}}, to: world}}\n"
+IMPLICIT = ", fem: {damping_beta: 0}, substeps: 1"
 
 
 def tip_and_frequency() -> tuple[float, float]:
@@ -44,33 +48,34 @@ def tip_and_frequency() -> tuple[float, float]:
 def check(lab: Lab) -> list[Row]:
     """Run it with each solver, at several resolutions."""
     tip, frequency = tip_and_frequency()
-    rows = []
-    fem = BEAM.replace("mpm", "fem").replace("scene: {", "scene: {fem: {damping_beta: 0}, substeps: 1, ")
-    for through in (1, 2, 3, 4, 6):
-        cell = THICK / through
-        run = lab.run(fem, "cantilever", duration=1.5, dt=0.05, length=LENGTH, thick=THICK, cell=cell, e=E)
+    rows, fine = [], (1, 2, 3, 4, 6)
+    run = lab.run(_text("fem", fine), "cantilever", duration=1.5, dt=0.05)
+    for k, through in enumerate(fine):
         solver = f"fem, {through} edge{'s' if through > 1 else ''} thick"
-        rows.append(Row("cantilever under its own weight: tip [mm]", solver, 1e3 * tip, 1e3 * _sag(run)[-1]))
-    undamped = fem.replace("density: 1000}", "density: 1000, damping: 0}")
-    run = lab.run(
-        undamped, "frequency", duration=1.7 / frequency, dt=0.005, length=LENGTH, thick=THICK, cell=THICK / 3, e=E
-    )
-    found, _ = period_and_mean(run.time, _sag(run), 1 / frequency)
+        rows.append(Row("cantilever under its own weight: tip [mm]", solver, 1e3 * tip, 1e3 * _sag(run, k)[-1]))
+    run = lab.run(_text("fem", (3,), ", damping: 0"), "frequency", duration=1.7 / frequency, dt=0.005)
+    found, _ = period_and_mean(run.time, _sag(run, 0), 1 / frequency)
     rows.append(Row("cantilever: lowest frequency [Hz]", "fem, 3 edges thick, 5 ms", frequency, 1 / found))
-    for through in (3, 4, 6):
-        cell = THICK / through
-        run = lab.run(
-            BEAM, "cantilever_mpm", duration=1.7 / frequency, dt=0.002, length=LENGTH, thick=THICK, cell=cell, e=E
-        )
-        found, mean = period_and_mean(run.time, _sag(run), 1 / frequency)
+    for through in (3, 6):
+        run = lab.run(_text("mpm", (through,)), "cantilever_mpm", duration=1.7 / frequency, dt=0.002)
+        found, mean = period_and_mean(run.time, _sag(run, 0), 1 / frequency)
         solver = f"mpm, {through} cells thick"
         rows.append(Row("cantilever under its own weight: tip [mm]", solver, 1e3 * tip, 1e3 * mean))
         rows.append(Row("cantilever: lowest frequency [Hz]", solver, frequency, 1 / found))
     return rows
 
 
-def _sag(run: Run) -> np.ndarray:
-    """How far the free end has come down [m], shape (F,)."""
-    rest = run.rest("beam")["rest"]
+def _text(solver: str, fine: tuple[int, ...], more: str = "") -> str:
+    """Return a case with a beam for each number of elements through the thickness."""
+    values = {"solver": solver, "length": LENGTH, "thick": THICK, "e": E, "nu": NU, "rho": RHO, "more": more}
+    beams = [BEAM.format(k=k, cell=THICK / n, y=0.2 * k, **values) for k, n in enumerate(fine)]
+    clamps = [CLAMP.format(k=k) for k in range(len(fine))]
+    head = HEAD.replace("SOLVER", IMPLICIT if solver == "fem" else "")
+    return head + "".join(beams) + "actions:\n  controls:\n" + "".join(clamps)
+
+
+def _sag(run: Run, k: int) -> np.ndarray:
+    """How far the free end of a beam has come down [m], shape (F,)."""
+    rest = run.rest(f"beam_{k}")["rest"]
     end = rest[:, 0] > rest[:, 0].max() - 0.1 * THICK
-    return -(run.points("beam")[:, end, 2].mean(axis=1) - rest[end, 2].mean())
+    return -(run.points(f"beam_{k}")[:, end, 2].mean(axis=1) - rest[end, 2].mean())

@@ -13,13 +13,15 @@ import sys
 from pathlib import Path
 
 import genesis as gs
+import render
 from actions import Actions
 from bodies import add_bodies, configure
-from film import NoOpenGL, film
+from cadence import film_of
+from film import NoOpenGL, add_cameras, film, vis_options
 from recorder import Divergence, Progress, Recorder, build
-from render import END, FPS, SPEED, START, add_cameras, camera_pose, vis_options
 from scene import DT, MAX_SPEED, RECORD_EVERY, STEPS, add_statics, make_scene, start_engine
 
+FILM = film_of(render)
 FINISHED, DIVERGED, FAILED, INTERRUPTED = 0, 3, 4, 130
 
 signals = []  # that came so far
@@ -31,9 +33,9 @@ class Interrupted(KeyboardInterrupt):
 
 def assemble(with_cameras=True):
     """Make and build the scene; return it with its entities and cameras by name."""
-    scene = make_scene(vis_options())
+    scene = make_scene(vis_options(FILM))
     bodies = {**add_statics(scene), **add_bodies(scene)}
-    cameras = add_cameras(scene) if with_cameras else {}
+    cameras = add_cameras(scene, FILM) if with_cameras else {}
     build(scene)
     configure(bodies)
     heed()
@@ -104,7 +106,7 @@ def main():
         write_status(out, status)
     if code in (FINISHED, DIVERGED) and not options.no_film:
         try:
-            film(scene, cameras, out, fps=FPS, speed=SPEED, start=START, end=END, camera_pose=camera_pose)
+            film(scene, cameras, out, FILM)
         except NoOpenGL as error:
             print(f"no film: {error}", file=sys.stderr)
         except Interrupted:

@@ -1,34 +1,65 @@
-"""The film of tumbler: cameras, lights and cadence. Nothing here can touch the physics."""
+"""The film of tumbler: cadence, cameras, shots and light, as plain data. Nothing here can touch the physics.
 
-import genesis as gs
+`cameras.py` and `cadence.py` say what the words mean; `film.py` draws the preview. Positions are in m, times in simulated s,
+angles in rad but for fields of view [deg]. Lights say which way they go; their strength is the irradiance at what they light,
+or in a distance of 1 m.
+"""
 
 RESOLUTION = (1280, 720)  # width and height [pixels]
 FPS = 25.0  # frames per second of film
 SPEED = 1.0  # simulated seconds per second of film
-START, END = 0.0, 7.0  # the part of the run that is shown [s]
+START = 0.0  # the part of the run that is shown [s]
+END = 7.0
+MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
 
+# The first makes `video.mp4`, unless there are shots.
+CAMERAS = {
+    "main": {
+        "kind": "still",
+        "up": (0.0, 0.0, 1.0),
+        "fov": 34.0,
+        "pos": (0.35, -2.35, 0.28),
+        "look_at": (0.0, 0.0, -0.06),
+    },
+}
+# One after the other.
+SHOTS = []
 
-def vis_options():
-    """Background and lights, which the scene must know when it is made."""
-    return gs.options.VisOptions(
-        background_color=(0.851, 0.8863, 0.9255),
-        ambient_light=(0.35, 0.35, 0.35),
-        lights=[
-            gs.options.vis.DirectionalLight(dir=(-0.3, 1.0, -0.6), color=(1.0, 1.0, 1.0), intensity=3.2),
-            gs.options.vis.DirectionalLight(dir=(0.8, 0.6, -0.5), color=(1.0, 1.0, 1.0), intensity=1.2),
-        ],
-    )
-
-
-def add_cameras(scene):
-    """Add the cameras; return them by name. The first makes `video.mp4`."""
-    return {
-        "main": scene.add_camera(res=RESOLUTION, fov=34.0, near=0.048, far=60.0),
-    }
-
-
-def camera_pose(name, t, states):
-    """Return where a camera stands, what it looks at, and which way is up, at simulated time `t` [s]."""
-    if name == "main":
-        return (0.35, -2.35, 0.28), (0.0, 0.0, -0.06), (0.0, 0.0, 1.0)
-    raise KeyError(name)
+BACKGROUND = (0.7882, 0.8078, 0.8314)
+AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
+LIGHTS = {
+    "key": {
+        "kind": "softbox",
+        "strength": 3.2,
+        "color": (1.0, 1.0, 1.0),
+        "direction": (-0.3, 1.0, -0.6),
+        "at": (0.0, 0.0, -0.1729),
+        "distance": 5.237,
+        "size": 2.619,
+    },
+    "fill": {
+        "kind": "softbox",
+        "strength": 1.2,
+        "color": (1.0, 1.0, 1.0),
+        "direction": (0.8, 0.6, -0.5),
+        "at": (0.0, 0.0, -0.1729),
+        "distance": 5.237,
+        "size": 2.619,
+    },
+    "ambient": {
+        "kind": "environment",
+        "strength": 0.16,
+        "color": (1.0, 1.0, 1.0),
+        "horizon": (1.0, 1.0, 1.0),
+    },
+}
+BACKDROP = {
+    "kind": "cyclorama",
+    "level": -0.75,
+    "center": (0.0, 0.0, -0.1729),
+    "radius": 18.33,
+    "planes": [],
+}
+GAIN = 0.8485  # brightness: this makes a white sheet white that faces the strongest light
+TONE = "agx"
+OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

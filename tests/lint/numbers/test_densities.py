@@ -72,3 +72,22 @@ bodies:
 """
     found = [problem.path for problem in findings(tmp_path, "implausible-density", links)]
     assert found == ["/bodies/arm/links/hub/material/mass"] * wanted
+
+
+@pytest.mark.parametrize(
+    ("body", "key", "value", "hint"),
+    [
+        ("kind: soft, shape: {kind: sphere, radius: 0.1}", "density", 0.9, "900"),
+        ("kind: granular, shape: {kind: sphere, radius: 0.1}", "density", 1.6, "1600"),
+        ("kind: liquid, shape: {kind: sphere, radius: 0.1}", "density", 1.0, "1000"),
+        ("kind: cloth, shape: {kind: sheet, size: [1, 1]}", "area_density", 300, "0.3"),
+        ("kind: soft, shape: {kind: sphere, radius: 0.1}", "density", 1e9, None),
+        ("kind: cloth, shape: {kind: sheet, size: [1, 1]}", "area_density", 0.0001, None),
+    ],
+)
+def test_densities_of_what_deforms(tmp_path: Path, body: str, key: str, value: float, hint: str | None) -> None:
+    case = "bodies: {{a: {{{}, pose: {{pos: [0, 0, 1]}}, material: {{{}: {}}}}}}}"
+    (found,) = findings(tmp_path, "implausible-density", case.format(body, key, value))
+    assert (found.path, found.hint) == (f"/bodies/a/material/{key}", hint)
+    fine = hint or {"density": "900", "area_density": "0.2"}[key]
+    assert findings(tmp_path, "implausible-density", case.format(body, key, fine)) == []

@@ -31,14 +31,14 @@ def test_without_gravity_nothing_sinks(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("radius", "severity"), [(20, None), (120, "warning"), (1e7, "error")])
 def test_too_large(tmp_path: Path, radius: float, severity: str | None) -> None:
-    found = findings(tmp_path, "too-large", BALL.format(radius, ""))
+    found = findings(tmp_path, "huge-body", BALL.format(radius, ""))
     assert [problem.severity for problem in found] == ([severity] if severity else [])
 
 
 def test_a_brick_in_millimetres(tmp_path: Path) -> None:
     (found,) = findings(
         tmp_path,
-        "too-large",
+        "huge-body",
         "bodies: {b: {kind: rigid, shape: {kind: box, size: [240, 115, 71]}, place: {on: floor}}}",
     )
     assert "240 mm are 0.24 m" in found.message
@@ -48,14 +48,14 @@ def test_a_brick_in_millimetres(tmp_path: Path) -> None:
 def test_a_table_in_millimetres_among_things_in_metres(tmp_path: Path, size: list[float], count: int) -> None:
     """A ground that is thin, and a house, may be large."""
     table = f"scene: {{statics: {{table: {{shape: {{kind: box, size: {size}}}, place: {{on: floor}}}}}}}}"
-    found = findings(tmp_path, "too-large", table, BALL.format(0.1, "").replace("floor", "table"))
+    found = findings(tmp_path, "huge-body", table, BALL.format(0.1, "").replace("floor", "table"))
     assert [problem.path for problem in found] == ["/scene/statics/table/shape"] * count
 
 
 def test_the_unit_of_a_mesh(assets: Path) -> None:
     mesh = "bodies: {ring: {kind: rigid, shape: {kind: mesh, file: ring.obj%s}, pose: {pos: [0, 0, 5000]}}}"
-    assert findings(assets, "too-large", mesh % "") == []
-    (found,) = findings(assets, "too-large", mesh % ", scale: 400")
+    assert findings(assets, "huge-body", mesh % "") == []
+    (found,) = findings(assets, "huge-body", mesh % ", scale: 400")
     assert "scale: 0.001" not in found.message
     big = (assets / "ring.obj").read_text().splitlines()
     lines = [
@@ -63,7 +63,7 @@ def test_the_unit_of_a_mesh(assets: Path) -> None:
         for line in big
     ]
     (assets / "big.obj").write_text("\n".join(lines))
-    (found,) = findings(assets, "too-large", mesh.replace("ring.obj", "big.obj") % "")
+    (found,) = findings(assets, "huge-body", mesh.replace("ring.obj", "big.obj") % "")
     assert "`scale: 0.001` if the file is in millimetres" in found.message
 
 

@@ -6,7 +6,7 @@ from engine import mend
 DT = 0.01  # time step [s]
 STEPS = 30  # 0.3 s of simulated time
 RECORD_EVERY = 2  # steps from one recorded frame to the next
-MAX_SPEED = 1000.0  # a body faster than this [m/s] has diverged
+MAX_SPEED = 22.0  # a body faster than this [m/s] has diverged
 
 
 def start_engine(backend):

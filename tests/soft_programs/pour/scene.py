@@ -9,7 +9,7 @@ HERE = Path(__file__).resolve().parent
 DT = 0.01  # time step [s]
 STEPS = 50  # 0.5 s of simulated time
 RECORD_EVERY = 2  # steps from one recorded frame to the next
-MAX_SPEED = 1000.0  # a body faster than this [m/s] has diverged
+MAX_SPEED = 20.0  # a body faster than this [m/s] has diverged
 
 
 def start_engine(backend):
@@ -37,8 +37,8 @@ def make_scene(vis_options=None):
         mpm_options=gs.options.MPMOptions(
             grid_density=100.0,  # cells of 0.01 m: 8 cells through the thinnest part of `snow`
             # where its bodies can come to, and 4 cells more: three of them are a wall of the grid
-            lower_bound=(-0.76, -0.46, -0.04),
-            upper_bound=(0.76, 0.46, 0.33),
+            lower_bound=(-0.71, -0.41, -0.04),
+            upper_bound=(0.71, 0.41, 0.33),
         ),
         vis_options=vis_options or gs.options.VisOptions(),
         show_viewer=False,

@@ -6,7 +6,7 @@ from engine import mend
 DT = 0.01  # time step [s]
 STEPS = 50  # 0.5 s of simulated time
 RECORD_EVERY = 2  # steps from one recorded frame to the next
-MAX_SPEED = 1000.0  # a body faster than this [m/s] has diverged
+MAX_SPEED = 30.0  # a body faster than this [m/s] has diverged
 
 
 def start_engine(backend):
@@ -34,7 +34,7 @@ def make_scene(vis_options=None):
         mpm_options=gs.options.MPMOptions(
             grid_density=83.3333,  # cells of 0.012 m: 5 cells through the thinnest part of `block`
             # where its bodies can come to, and 4 cells more: three of them are a wall of the grid
-            lower_bound=(-0.42, -0.312, -0.048),
+            lower_bound=(-0.408, -0.3, -0.048),
             upper_bound=(0.516, 0.456, 0.48),
         ),
         vis_options=vis_options or gs.options.VisOptions(),

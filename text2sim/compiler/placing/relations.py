@@ -225,6 +225,10 @@ def _inside(place: Place, subject: Group, target: Group, x: float, y: float) -> 
     """
     if target.planes:
         raise PlaceError("a plane has no inside", "inside")
+    if len(target.members) == 1 and len(target.solids()) == 1:
+        raise PlaceError(
+            f"`{place.target}` is one solid piece and has no inside; the others are on, below, beside, …", "inside"
+        )
     (low, high), (bottom, top) = subject.bounds(), target.bounds()
     across = all(bottom[k] <= low[k] + s and high[k] + s <= top[k] for k, s in enumerate((x, y)))
     if across:

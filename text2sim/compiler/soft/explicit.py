@@ -27,6 +27,8 @@ def add_soft(data: dict[str, Any], comments: dict[Path, str], resolution: Resolu
     if soft is None:
         scene["contact"]["model"] = "rigid"
         return
+    if "max_speed" in soft.why:
+        comments["scene", "max_speed"] = f"derived: {soft.why['max_speed']}"
     places: dict[str, tuple[Path, Any]] = {"model": (("contact", "model"), soft.model)}
     if soft.mpm is not None:
         places["mpm_cell"] = ("mpm", "cell"), soft.mpm.cell

@@ -1,5 +1,6 @@
 """Deformable bodies in the resolution of a case: what lowers them, and what settings their solvers get."""
 
+from dataclasses import replace
 from math import hypot
 
 from text2sim.compiler.controls import Rows
@@ -13,6 +14,7 @@ from text2sim.compiler.soft.scales import scales
 from text2sim.compiler.soft.settings import derive_soft
 from text2sim.compiler.soft.setup import SoftSettings
 from text2sim.compiler.soft.solvers import contact_model, is_soft
+from text2sim.compiler.soft.speeds import speed_limit
 from text2sim.compiler.soft.travel import travel
 from text2sim.spec_schema.errors import AssetError, SpecError
 from text2sim.spec_schema.load import LoadedCase
@@ -65,4 +67,10 @@ def soft_settings(
     gravity = hypot(*scene.gravity)
     ways = travel(rows, case.actions.controls.values(), placed, masses, gravity, scene.duration)
     fastest = max((hypot(*row.linear) for row in rows.velocities if row.entity in masses), default=0.0)
-    return derive_soft(scene, lowering.model, lowering.scales, placed, ways, fastest, loaded.folder)
+    settings = derive_soft(scene, lowering.model, lowering.scales, placed, ways, fastest, loaded.folder)
+    if settings is None:
+        return None
+    if scene.max_speed is not None:
+        return replace(settings, max_speed=scene.max_speed)
+    limit, why = speed_limit(scene, case.actions.controls.values(), rows, placed, masses, loaded.folder)
+    return replace(settings, max_speed=limit, why=settings.why | {"max_speed": why})

@@ -1,9 +1,10 @@
 """Where deformable bodies can come to: the space that their solvers must cover."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
-from math import dist, prod
+from math import dist, prod, sqrt
 from pathlib import Path
 
 from text2sim.compiler.placing.placement import Copy
@@ -16,7 +17,12 @@ from text2sim.compiler.trees.anatomy import tree_extents
 from text2sim.spec_schema.models.scene import Scene
 
 FLUID_SPREAD = 1.5
-"""How far what does not hold together spreads on the floor, as a part of the height from which it comes."""
+"""How far a liquid spreads on the floor, as a part of the height from which it comes."""
+FLAT, TALL, IMPACT = 1.24, 1.6, 0.25
+"""How far a column of sand runs out when it is let go: so many times its height if that is less than 1.7 radii, and so
+many times the root of height and radius above (Lube et al. 2004, J. Fluid Mech. 508); and as a part of its fall."""
+NEAR = 0.01
+"""How far [m] what lies on a solid may be from it."""
 UPRIGHT = 1.0 - 1e-6
 """Cosine of the angle between a floor's normal and the vertical."""
 
@@ -29,6 +35,8 @@ class Surroundings:
     """Bounds [m] of statics and bodies of links, in the world, with the way that motors take them."""
     floors: tuple[float, ...]
     """Heights [m] of horizontal planes."""
+    moved: tuple[tuple[Bounds, Bounds], ...] = ()
+    """Of solids that motors or decrees move: bounds [m] at the start, and displacements."""
 
 
 def extents_of(copy: Copy, folder: Path) -> Bounds:
@@ -57,7 +65,7 @@ def surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) ->
     Raises:
         AssetError: if a file of a shape cannot be used.
     """
-    solids, floors = [], []
+    solids, floors, moved = [], [], []
     for copies in placed.values():
         for copy in copies:
             if is_soft(copy.model):
@@ -70,8 +78,11 @@ def surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) ->
             if copy.name in travel.spins:
                 radius = max(dist(copy.pos, (x, y, z)) for x, y, z in product(*zip(*box, strict=True)))
                 box = _grown((copy.pos, copy.pos), radius)
-            solids.append(_swept(box, travel.motors.get(copy.name, NOWHERE)))
-    return Surroundings(tuple(solids), tuple(floors))
+            ways = travel.motors.get(copy.name, NOWHERE)
+            solids.append(_swept(box, ways))
+            if ways != NOWHERE:
+                moved.append((box, ways))
+    return Surroundings(tuple(solids), tuple(floors), tuple(moved))
 
 
 def room(
@@ -94,18 +105,94 @@ def room(
         AssetError: if a file of a shape cannot be used.
     """
     own = [_swept(extents_of(copy, folder), travel.holds.get(copy.name, NOWHERE)) for copy in copies]
-    length = max(max(b - a for a, b in zip(*extents_of(copy, folder), strict=True)) for copy in copies)
-    low, high = _union(own)
-    fall = _fall(low, high, around, scene)
-    tall = high[2] - low[2] + abs(fall[2])
-    flows = any(copy.model.kind in ("granular", "liquid", "snow") for copy in copies)
-    # What falls bounces, rolls and spreads; a cloth swings out to half its length.
-    reach = length / 2 + (FLUID_SPREAD if flows else 0.5) * tall
+    boxes = [extents_of(copy, folder) for copy in copies]
+    reach = max(_spread(c.model.kind, box, _fall(*box, around, scene)[2]) for c, box in zip(copies, boxes, strict=True))
+    length = max(max(b - a for a, b in zip(*box, strict=True)) for box in boxes)
     for part in (1.0, 0.5, 0.25):
         box = _room(copies, own, around, scene, travel, margin, length, part * reach)
         if prod(b - a for a, b in zip(*box, strict=True)) <= volume:
             break
     return box
+
+
+def way_of(copy: Copy, around: Surroundings, scene: Scene, travel: Travel, folder: Path) -> Bounds:
+    """Return the box [m] of where a body gets by what holds it, throws it, pushes it and carries it, and by its fall.
+
+    Raises:
+        AssetError: if a file of a shape cannot be used.
+    """
+    box = _swept(extents_of(copy, folder), travel.holds.get(copy.name, NOWHERE))
+    x, y, z = _fall(*box, around, scene, math.inf)
+    middle = (box[0][0] + box[1][0]) / 2, (box[0][1] + box[1][1]) / 2
+    below = [
+        b[2] for a, b in around.solids if all(a[k] < middle[k] < b[k] for k in (0, 1)) and b[2] <= box[0][2] + NEAR
+    ]
+    z = max(z, min(max(below, default=-FARTHEST) - box[0][2], 0.0)) if z < 0.0 else z
+    return _flown(copy, box, (x, y, z), around, scene, travel, math.inf)
+
+
+def _flown(
+    copy: Copy, box: Bounds, fall: Vec, around: Surroundings, scene: Scene, travel: Travel, farthest: float = FARTHEST
+) -> Bounds:
+    floors = [floor for floor in around.floors if floor <= box[0][2] + NEAR]
+    box = _swept(box, _box(travel.flights.get(copy.name)))
+    box = _swept(box, _box(_thrown(travel.starts.get(copy.name), fall, scene, farthest)))
+    fallen = _swept(box, _box(fall))
+    for start, ways in around.moved:
+        if _meet(_grown(_swept(start, ways), NEAR), fallen):
+            fallen = _union([fallen, _taken(copy.model.kind, fallen, start, ways)])
+    (x, y, z), high = fallen
+    return (x, y, max([z, *floors])), high
+
+
+def _taken(kind: str, box: Bounds, start: Bounds, ways: Bounds) -> Bounds:
+    """Where a solid takes what lies on it, or in its way, on its ways from where it starts."""
+    there = _swept(box, ways)
+    if start[1][2] <= box[0][2] + NEAR:
+        return there  # it carries it
+    # What it pushes is in front of it: a whole body, or no more than it can heap up.
+    size = 0.0 if kind in ("granular", "liquid", "snow") else max(b - a for a, b in zip(*box, strict=True))
+    front = _grown(_swept(start, ways), size)
+    return _pick(max, there[0], front[0]), _pick(min, there[1], front[1])
+
+
+def _thrown(velocity: Vec | None, fall: Vec, scene: Scene, farthest: float) -> Vec | None:
+    """Way [m] that a speed at the start takes a body: through the air, and then until friction has stopped it."""
+    size = dist(scene.gravity, (0.0, 0.0, 0.0))
+    if velocity is None:
+        return None
+    x, y, z = velocity
+    if size == 0.0:
+        return _shorter((x * scene.duration, y * scene.duration, z * scene.duration), farthest)
+    if z > 0.0 > scene.gravity[2]:
+        up = min(z * z / (2 * size), z * scene.duration)
+        time = z / size + sqrt(2 * (abs(fall[2]) + up) / size)
+    else:
+        up, time = 0.0, sqrt(2 * dist(fall, (0.0, 0.0, 0.0)) / size)
+    # With friction of a half it slides v^2 / g on.
+    time = min(time + dist((x, y), (0.0, 0.0)) / size, scene.duration)
+    return _shorter((x * time, y * time, up if scene.gravity[2] < 0.0 else z * time), farthest)
+
+
+def _shorter(way: Vec, farthest: float) -> Vec:
+    part = min(1.0, farthest / max(dist(way, (0.0, 0.0, 0.0)), 1e-12))
+    return way[0] * part, way[1] * part, way[2] * part
+
+
+def _spread(kind: str, box: Bounds, fall: float) -> float:
+    """How far [m] a body gets to the sides when it falls: it swings out, bounces, rolls, or runs."""
+    x, y, tall = (b - a for a, b in zip(*box, strict=True))
+    if kind == "liquid":
+        return FLUID_SPREAD * (tall + abs(fall))
+    if kind in ("granular", "snow"):
+        radius = max(x, y) / 2
+        return (FLAT * tall if tall < 1.7 * radius else TALL * sqrt(tall * radius)) + IMPACT * abs(fall)
+    # A cloth swings out to half its length.
+    return max(x, y, tall) / 2 + 0.5 * (tall + abs(fall))
+
+
+def _meet(a: Bounds, b: Bounds) -> bool:
+    return all(a[0][k] < b[1][k] and b[0][k] < a[1][k] for k in range(3))
 
 
 def _room(
@@ -119,8 +206,7 @@ def _room(
     reach: float,
 ) -> Bounds:
     fall = _fall(*_union(own), around, scene)
-    flown = [_swept(box, _box(travel.flights.get(c.name))) for c, box in zip(copies, own, strict=True)]
-    low, high = _swept(_union(flown), _box(fall))
+    low, high = _union([_flown(c, box, fall, around, scene, travel) for c, box in zip(copies, own, strict=True)])
     box = (low[0] - reach, low[1] - reach, low[2]), (high[0] + reach, high[1] + reach, high[2])
     box = _union([box, *_near(box, around, reach)])
     floors = [floor for floor in around.floors if floor <= _union(own)[0][2] + margin]
@@ -130,12 +216,12 @@ def _room(
     return (low[0] - margin, low[1] - margin, bottom - margin), (high[0] + margin, high[1] + margin, top + margin)
 
 
-def _fall(low: Vec, high: Vec, around: Surroundings, scene: Scene) -> Vec:
+def _fall(low: Vec, high: Vec, around: Surroundings, scene: Scene, farthest: float = FARTHEST) -> Vec:
     """Way [m] that gravity takes bodies: to the floor, or to what stands lowest, or as far as they are followed."""
     size = sum(g * g for g in scene.gravity) ** 0.5
     if size == 0.0:
         return (0.0, 0.0, 0.0)
-    free = min(0.5 * size * scene.duration**2, FARTHEST)
+    free = min(0.5 * size * scene.duration**2, farthest)
     x, y, z = (free * g / size for g in scene.gravity)
     if z < 0.0:
         floors = [floor for floor in around.floors if floor < high[2]]

@@ -4,6 +4,9 @@ from dataclasses import dataclass, field
 
 from text2sim.compiler.shapes.rotation import Vec
 
+MAX_SPEED = 1000.0
+"""Speed [m/s] at which a run stops as diverged, if nothing else is said: faster than any body of ours."""
+
 
 @dataclass(frozen=True)
 class MpmSettings:
@@ -75,10 +78,12 @@ class SoftSettings:
     """Longest substeps [s] that solvers bear, each with a reason."""
     why: dict[str, str] = field(default_factory=dict)
     ipc: IpcSettings | None = None
+    max_speed: float = MAX_SPEED
+    """Speed [m/s] of a point or a link at which the run has diverged."""
 
     def values(self) -> dict[str, str]:
         """What was derived, in words, by the names of `why`."""
-        found = {"model": self.model, "precision": self.precision}
+        found = {"model": self.model, "precision": self.precision, "max_speed": f"{self.max_speed:g} m/s"}
         if self.mpm is not None:
             found |= {"mpm_cell": f"{self.mpm.cell:g} m", "mpm_bounds": _words(self.mpm.low, self.mpm.high)}
         if self.pbd is not None:

@@ -12,7 +12,7 @@ from text2sim.compiler.shapes.geometry import Bounds
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_unit
 from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid, SliderMount
 from text2sim.spec_schema.models.controls import Control
-from text2sim.spec_schema.models.fields import Wind
+from text2sim.spec_schema.models.fields import Attraction, Vortex, Wind
 from text2sim.spec_schema.models.motion import Oscillate, Schedule, Spin, Waypoints
 
 LOOKS = 200
@@ -33,7 +33,9 @@ class Travel:
     holds: dict[str, Bounds] = field(default_factory=dict)
     """Of deformable bodies, by what holds them."""
     flights: dict[str, Vec] = field(default_factory=dict)
-    """Of deformable bodies, by their speed at the start and by forces."""
+    """Of deformable bodies, by forces and fields."""
+    starts: dict[str, Vec] = field(default_factory=dict)
+    """Velocities [m/s] of deformable bodies at the start."""
 
 
 def travel(
@@ -72,33 +74,48 @@ def travel(
         if corners:
             holds[hold.entity] = _around([*holds.get(hold.entity, NOWHERE), *corners])
     flights: dict[str, Vec] = {}
-    for row in rows.velocities:
-        speed = dist(row.linear, (0.0, 0.0, 0.0))
-        # Until gravity and friction have stopped it, or time is up.
-        time = min(duration, 2 * speed / gravity) if gravity else duration
-        _fly(flights, row.entity, row.linear, min(time, FARTHEST / speed) if speed else 0.0)
+    starts = {row.entity: row.linear for row in rows.velocities if row.entity in masses}
     for push in rows.pushes:
         force, mass = dist(push.force, (0.0, 0.0, 0.0)), masses.get(push.entity, 1.0)
         if not force:
             continue
         span = min(push.end, duration) - push.start
-        way = force / mass * (span**2 / 2 if span > 0 else duration)
-        if push.drag:
+        way = force / mass * span**2 / 2
+        if push.start == push.end:  # a blow: until gravity and friction have stopped it, or time is up
+            way = force / mass * (min(duration, 2 * force / mass / gravity) if gravity else duration)
+        elif push.drag:
             way = min(way, force / push.drag * span)
         _fly(flights, push.entity, push.force, min(way, FARTHEST) / force)
-    for wind in controls:
-        if isinstance(wind, Wind):
-            start, end = wind.during or (0.0, duration)
-            way = min(wind.acceleration * (min(end, duration) - start) ** 2 / 2, FARTHEST / 2)
-            for name in masses:
-                _fly(flights, name, vector_unit(wind.direction), way)
+    for control in controls:
+        for name in masses:
+            _blow(flights, control, copies[name], duration)
     spins = {name for name, copy in copies.items() if isinstance(copy.model, Driven) and _spins(copy)}
-    return Travel(motors, frozenset(spins), holds, flights)
+    return Travel(motors, frozenset(spins), holds, flights, starts)
 
 
 def _fly(flights: dict[str, Vec], name: str, way: Vec, times: float) -> None:
     x, y, z = flights.get(name, (0.0, 0.0, 0.0))
     flights[name] = (x + way[0] * times, y + way[1] * times, z + way[2] * times)
+
+
+def _blow(flights: dict[str, Vec], field: Control, copy: Copy, duration: float) -> None:
+    """Take in how far a field takes a body: along a wind, around a whirl, to what attracts it."""
+    if not isinstance(field, Wind | Vortex | Attraction):
+        return
+    start, end = field.during or (0.0, duration)
+    square = max(min(end, duration) - start, 0.0) ** 2 / 2
+    if isinstance(field, Wind):
+        _fly(flights, copy.name, vector_unit(field.direction), min(field.acceleration * square, FARTHEST / 2))
+        return
+    x, y, z = (c - p for c, p in zip(field.center, copy.pos, strict=True))
+    if isinstance(field, Attraction):
+        size = dist((x, y, z), (0.0, 0.0, 0.0))
+        way = min(field.strength * square, 2 * size) if field.strength > 0 else -min(-field.strength * square, FARTHEST)
+        _fly(flights, copy.name, (x, y, z), way / size if size else 0.0)
+        return
+    size = dist((x, y), (0.0, 0.0))
+    sign = 1.0 if field.swirl > 0 else -1.0
+    _fly(flights, copy.name, (y * sign, -x * sign, 0.0), min(abs(field.swirl) * square, FARTHEST) / size if size else 0)
 
 
 def _spins(copy: Copy) -> bool:

@@ -3,11 +3,11 @@
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
 
-from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_unit
+from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.trees.tree import tree_links
 from text2sim.lint.facts import Facts
+from text2sim.templates.viewpoints import basis, place
 
 Offset = Callable[[str, float], Vec]
 """Displacement [m] of a copy from its start at a time [s], as far as it is known."""
@@ -71,37 +71,33 @@ class Shot:
 
 def shots(facts: Facts, t: float, offset: Offset = _still) -> list[Shot]:
     """Return all cameras at a time [s] of the simulation."""
-    return [shot(facts, camera, t, offset) for camera in facts.plan.render["cameras"]]
+    return [shot(facts, name, t, offset) for name in facts.plan.render["cameras"]]
 
 
-def shot(facts: Facts, camera: dict[str, Any], t: float, offset: Offset = _still) -> Shot:
+def shot(facts: Facts, name: str, t: float, offset: Offset = _still) -> Shot:
     """Return a camera of the plan at a time [s]; what `offset` does not know of is where it starts."""
     render = facts.plan.render
+    camera = render["cameras"][name]
     span = render["end"] - render["start"]
     part = min(max((t - render["start"]) / span, 0.0), 1.0) if span > 0 else 0.0
-    if camera["kind"] == "follow":
-        target = _plus(_body(facts, camera["body"], camera["link"]), offset(camera["body"], t))
-        pos = camera["pos"] if camera.get("offset") is None else _plus(target, camera["offset"])
-    else:
-        target = camera["look_at"]
-        if camera["kind"] == "orbit":
-            angle = camera["start"] + camera["turn"] * part
-            arm = (camera["radius"] * math.cos(angle), camera["radius"] * math.sin(angle), camera["height"])
-            pos = _plus(target, arm)
-        elif camera["kind"] == "dolly":
-            x, y, z = (a + (b - a) * part for a, b in zip(camera["pos"], camera["to"], strict=True))
-            pos = (x, y, z)
-        else:
-            pos = camera["pos"]
-    away = (target[0] - pos[0], target[1] - pos[1], target[2] - pos[2])
-    ahead = vector_unit(away) if math.hypot(*away) > 1e-9 else (0.0, 1.0, 0.0)
-    right = vector_cross(ahead, vector_unit(camera["up"]))
-    if math.hypot(*right) < 1e-3:  # straight up or down: +y is up in the picture
-        right = vector_cross(ahead, (0.0, 1.0, 0.0))
-    right = vector_unit(right)
+    pos, target = place(camera, t, part, _Known(facts, t, offset))
+    right, up, ahead = basis(pos, target, camera["up"])
     tall = math.tan(math.radians(camera["fov"]) / 2)
     wide = tall * render["resolution"][0] / render["resolution"][1]
-    return Shot(camera["name"], pos, target, right, vector_cross(right, ahead), ahead, tall, wide)
+    return Shot(name, pos, target, right, up, ahead, tall, wide)
+
+
+class _Known:
+    """Where things are at a moment, as far as it is known, as cameras ask for it."""
+
+    def __init__(self, facts: Facts, t: float, offset: Offset) -> None:
+        self._facts, self._t, self._offset = facts, t, offset
+
+    def position(self, body: str, t: float, link: str | None) -> Vec:
+        """Position [m] of a copy's link; no motion is so quick that it counts within the moment."""
+        x, y, z = _body(self._facts, body, link)
+        a, b, c = self._offset(body, self._t)
+        return (x + a, y + b, z + c)
 
 
 def _body(facts: Facts, name: str, link: str | None) -> Vec:
@@ -112,10 +108,6 @@ def _body(facts: Facts, name: str, link: str | None) -> Vec:
         return copy.pos
     standing = {one.link.name: one.pos for one in tree_links(tree, copy.pos, copy.quat)}
     return standing.get(link if link is not None else tree.roots[0].name, copy.pos)
-
-
-def _plus(a: Vec, b: Vec) -> Vec:
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
 def _dot(a: Vec, b: Vec) -> float:

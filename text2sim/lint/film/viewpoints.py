@@ -44,8 +44,8 @@ def _solid(part: Part) -> bool:
 
 
 def _path(facts: Facts) -> Iterator[Problem]:
-    for camera in facts.plan.render["cameras"]:
-        where = ("render", "cameras", camera["name"])
+    for name, camera in facts.plan.render["cameras"].items():
+        where = ("render", "cameras", name)
         if not facts.case.render.cameras:
             return
         if camera["kind"] == "dolly":
@@ -53,12 +53,12 @@ def _path(facts: Facts) -> Iterator[Problem]:
             far = max(math.dist(camera["pos"], camera["look_at"]), math.dist(camera["to"], camera["look_at"]))
             if near < far / 50:
                 text = (
-                    f"`{camera['name']}` passes what it looks at in a distance of {length(near)}: the picture turns "
+                    f"`{name}` passes what it looks at in a distance of {length(near)}: the picture turns "
                     "round there; lead its way past it, or let it look at something else"
                 )
                 yield facts.problem("camera-path", (*where, "to"), text)
         elif camera["kind"] == "still" and math.dist(camera["pos"], camera["look_at"]) < 1e-6:
-            text = f"`{camera['name']}` stands where it looks at, so that it looks nowhere; move it away"
+            text = f"`{name}` stands where it looks at, so that it looks nowhere; move it away"
             yield facts.problem("camera-path", (*where, "look_at"), text, severity="error")
 
 

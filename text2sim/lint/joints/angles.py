@@ -22,6 +22,8 @@ from text2sim.spec_schema.text.document import Path
 
 TURNS = 10.0
 """Angle [rad] from which a target that is a round number of degrees is taken for degrees."""
+HEAP, FLATTEST = "friction_angle_deg", 1.4
+"""Field of an angle that is never as small [deg]: so flat a heap would be a liquid, and 1.4 rad are 80 deg."""
 PARTS = (12, 8, 6, 5, 4, 3, 2.4, 2, 1.5, 4 / 3, 1.2, 1, 2 / 3, 0.5)
 """Half turns divided by these are angles that people mean: 15, 22.5, 30, 36 … 360 degrees."""
 
@@ -44,7 +46,8 @@ def _radians(facts: Facts) -> Iterator[Problem]:
     for section in ("bodies", "scene", "actions", "render"):
         for where, value in _in_degrees(facts.raw((section,)), (section,)):
             numbers = value if isinstance(value, list) else [value]
-            found = [n for n in numbers if isinstance(n, int | float) and not isinstance(n, bool) and in_radians(n)]
+            found = [n for n in numbers if isinstance(n, int | float) and not isinstance(n, bool)]
+            found = [n for n in found if in_radians(n) or (where[-1] == HEAP and n < FLATTEST)]
             if found:
                 text = (
                     f"`{where[-1]}` is in degrees, and {found[0]:g} looks like radians: that would be "

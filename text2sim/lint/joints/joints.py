@@ -7,7 +7,7 @@ of the joint: a pendulum with as much armature as inertia of its own swings sqrt
 """
 
 from collections.abc import Iterator
-from math import degrees, dist, inf, radians, sqrt
+from math import degrees, dist, inf, pi, radians, sqrt
 
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
@@ -53,7 +53,7 @@ def _range(facts: Facts) -> Iterator[Problem]:
             hint = ""
             if swing.hinge:
                 limits += f" ({degrees(low):.4g} to {degrees(high):.4g} deg)"
-                if low - slack <= radians(target) <= high + slack and abs(target) >= 1.0:
+                if low - slack <= radians(target) <= high + slack and abs(target) > pi:
                     hint = f"; targets are in radians: {target:g} deg is ${{radians({target:g})}}"
             text = (
                 f"asks for {target:.4g} {unit}, and `{mechanics.label(swing)}` goes {limits}: it will stop at "

@@ -1,6 +1,7 @@
 """Densities of no material: most often the slip of a unit."""
 
 from collections.abc import Iterator
+from typing import Any
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.numbers.magnitudes import kinds_of
@@ -13,6 +14,14 @@ SOLID = (20.0, 23_000.0)
 """Densities [kg/m3] of what is solid: from styrofoam to osmium (22,600). In g/cm3 no solid has more than 23."""
 MATTER = (0.05, 30_000.0)
 """The same of anything at all: what a `mass` comes to, with room for shapes that are only near."""
+DEFORMING = {
+    "soft": (5.0, 23_000.0, "solid (rubber has 1100, foam 20 or more)"),
+    "granular": (20.0, 23_000.0, "heap (sand has 1600)"),
+    "liquid": (50.0, 20_000.0, "liquid (petrol has 700, water 1000, mercury 13,500)"),
+    "snow": (10.0, 1000.0, "snow (fresh snow has 100, ice 917)"),
+    "cloth": (0.002, 30.0, "cloth (a shirt has 0.15, canvas 0.5, a carpet 3)"),
+}
+"""The same of what deforms, and what has such densities: of a cloth [kg/m2], of all else [kg/m3]."""
 GAS = 1.5
 """Density [kg/m3] up to which a part of a body stands for the air in it."""
 PACKED = 1e5
@@ -24,12 +33,29 @@ def _density(facts: Facts) -> Iterator[Problem]:
     yield from _link_masses(facts)
     for name, body in facts.case.bodies.items():
         if body.kind in DEFORMABLE:
+            yield from _deforming(facts, name, body)
             continue
         where: Path = ("bodies", name)
         for place, density in _densities(facts.raw(where), where):
             low = MATTER[0] if "parts" in place and density <= GAS else SOLID[0]
             if not low <= density <= SOLID[1]:
                 yield _unlikely(facts, place, density)
+
+
+def _deforming(facts: Facts, name: str, body: Any) -> Iterator[Problem]:
+    """The same of what deforms: a density, or the mass of an area of cloth."""
+    key, unit, power = ("area_density", "kg/m2", 2) if body.kind == "cloth" else ("density", "kg/m3", 3)
+    where = facts.where(name, "material", key)
+    value, (low, high, known) = getattr(body.material, key), DEFORMING[body.kind]
+    if low <= value <= high or facts.raw(where) is None:
+        return
+    text = f"{'an area density' if power == 2 else 'a density'} of {value:g} {unit} is that of no {known}"
+    meant, other = (1000 * value, "g/cm3") if value < low else (value / 1000, f"g/m{power}")
+    if (power == 2 and value < low) or not low <= meant <= high:
+        yield facts.problem("implausible-density", where, text)
+    else:
+        text += f": {value:g} {other} are {meant:g} {unit}"
+        yield facts.problem("implausible-density", where, text, hint=f"{meant:g}")
 
 
 def _unlikely(facts: Facts, where: Path, density: float) -> Problem:
@@ -125,7 +151,8 @@ Densities are in kg/m3: styrofoam has 20, wood 600, water 1000, steel 7800, osmi
 {SOLID[0]:g} or above {SOLID[1]:g} is rather a slip of the unit: 7.8 for steel is in g/cm3, and such a ball moves
 nothing that it hits. A part of a compound may have up to {GAS:g}, if it stands for the air in a bottle. A `mass` is
 divided by the volume of the shape, and may be that of {MATTER[0]:g} to {PACKED:g} kg/m3: balloons are hollow, and a
-small body often stands for a heavy one.""",
+small body often stands for a heavy one. What deforms has bounds of its own: of a cloth it is the mass of an area, which
+shops give in g/m2.""",
         way_out="Multiply a density in g/cm3 by 1000; give a `mass` where that is what counts, as for a hollow body.",
         example="""\
 bodies:

@@ -89,7 +89,7 @@ def _too_large(facts: Facts) -> Iterator[Problem]:
                 text += f", and the largest that moves is {length(largest)}"
             text += f"; was it meant in metres ({size:.4g} mm are {size / 1000:.4g} m)?"
             severity = "error" if size > VAST else None
-            yield facts.problem("too-large", facts.said(name, "shape"), text, key=True, severity=severity)
+            yield facts.problem("huge-body", facts.said(name, "shape"), text, key=True, severity=severity)
             break
 
 
@@ -174,7 +174,7 @@ bodies:
         run=_too_small,
     ),
     Rule(
-        id="too-large",
+        id="huge-body",
         severity="warning",
         title="A body is so large that its unit is rather a slip.",
         reason=f"""\

@@ -5,6 +5,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from text2sim.compiler.shapes.meshfile import MeshFile, load_mesh
+from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
@@ -23,6 +24,8 @@ class _Use(NamedTuple):
     shape: Mesh
     weighs: bool
     """Whether its mass follows from its volume, and counts."""
+    filled: bool = False
+    """Whether it is filled with particles or tetrahedra."""
 
 
 def _uses(facts: Facts) -> Iterator[_Use]:
@@ -38,8 +41,11 @@ def _uses(facts: Facts) -> Iterator[_Use]:
             if model.payload is not None:
                 own = model.payload.material.mass is None
                 yield from _meshes(model.payload.shape, (*where, "payload", "shape"), own)
+        elif is_soft(model):
+            if isinstance(model.shape, Mesh) and model.kind != "cloth":
+                yield _Use((*where, "shape"), model.shape, weighs=False, filled=True)
         elif (shape := getattr(model, "shape", None)) is not None:
-            own = facts.moves(copy) and getattr(model.material, "mass", None) is None and facts.mount(copy) != "soft"
+            own = facts.moves(copy) and getattr(model.material, "mass", None) is None
             yield from _meshes(shape, (*where, "shape"), own)
 
 
@@ -113,6 +119,26 @@ def _inside_out(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("inside-out-mesh", (*use.where, "file"), text)
 
 
+def _unfilled(facts: Facts) -> Iterator[Problem]:
+    for use in _uses(facts):
+        mesh = load_mesh(use.shape.file, facts.folder)
+        if mesh.closed or not use.filled:
+            continue
+        found = _surface(mesh)
+        if found.open_edges == 0 and found.turned_edges == 0:
+            continue
+        fault = (
+            f"{found.open_edges} of its edges do not join two triangles"
+            if found.open_edges
+            else f"{found.turned_edges} of its edges join triangles that look to different sides"
+        )
+        text = (
+            f"`{use.shape.file}` has no inside to be filled: {fault}; close the surface (in Blender `Fill holes`, then "
+            "`Recalculate outside`), or take `kind: cloth` for a skin"
+        )
+        yield facts.problem("open-soft-body", (*use.where, "file"), text)
+
+
 def _slow(facts: Facts) -> Iterator[Problem]:
     for use in _uses(facts):
         if use.shape.collision != "decompose":
@@ -165,6 +191,24 @@ bodies:
   mug: {kind: rigid, shape: {kind: mesh, file: closed.obj}, pose: {pos: [0, 0, 0.5]}}
 """,
         run=_inside_out,
+    ),
+    Rule(
+        id="open-soft-body",
+        severity="error",
+        title="A body that is to be filled has an open surface.",
+        reason="""\
+Soft bodies, grains, liquids and snow are filled with particles or cut into tetrahedra, and an open surface has no
+inside: the engine's filler fills what it takes for it, and its cutter (tetgen) gives up, or ends the process.""",
+        way_out="Close the surface in the tool that made the file; a skin without volume is a `cloth`.",
+        example="""\
+bodies:
+  mug: {kind: soft, shape: {kind: mesh, file: open.obj}, pose: {pos: [0, 0, 0.5]}}
+""",
+        mended="""\
+bodies:
+  mug: {kind: soft, shape: {kind: mesh, file: closed.obj}, pose: {pos: [0, 0, 0.5]}}
+""",
+        run=_unfilled,
     ),
     Rule(
         id="slow-mesh",

@@ -37,7 +37,7 @@ def _length(facts: Facts, entity: str) -> float:
 
 
 def _launched(facts: Facts) -> Iterator[Problem]:
-    most = facts.case.scene.max_speed
+    most = facts.plan.max_speed
     for row in facts.rows.velocities:
         if (speed := _norm(row.linear)) > most:
             where = ("actions", "controls", row.control, "linear")
@@ -61,7 +61,7 @@ def _pushed(facts: Facts) -> Iterator[Problem]:
 
 
 def _blow(facts: Facts, row: Wrench, speed: float, mass: float) -> Iterator[Problem]:
-    h, most, size = facts.substep, facts.case.scene.max_speed, _length(facts, row.entity)
+    h, most, size = facts.substep, facts.plan.max_speed, _length(facts, row.entity)
     where = ("actions", "controls", row.control, "impulse")
     gives = f"gives `{row.entity}` ({mass:.3g} kg) {speed:.4g} m/s at once"
     if speed > most:
@@ -81,7 +81,7 @@ def _blow(facts: Facts, row: Wrench, speed: float, mass: float) -> Iterator[Prob
 
 def _force(facts: Facts, row: Wrench, acceleration: float, mass: float) -> Iterator[Problem]:
     scene = facts.case.scene
-    dt, h, size = scene.dt, facts.substep, _length(facts, row.entity)
+    dt, h, size, most = scene.dt, facts.substep, _length(facts, row.entity), facts.plan.max_speed
     where = ("actions", "controls", row.control, "force")
     time = min(row.end, scene.duration) - row.start
     if acceleration * dt * h > size:
@@ -90,11 +90,11 @@ def _force(facts: Facts, row: Wrench, acceleration: float, mass: float) -> Itera
             f"more than it is long ({amount(size, 'm')}); for a mass like this, {size / (dt * h) * mass:.2g} N is much"
         )
         yield facts.problem("violent-push", where, text)
-    elif row.scale is None and acceleration * time > scene.max_speed:
+    elif row.scale is None and acceleration * time > most:
         text = (
             f"gives `{row.entity}` ({mass:.3g} kg) {acceleration * time:.3g} m/s within {time:.3g} s unless something "
-            f"holds it, and the run stops as diverged at scene.max_speed ({scene.max_speed:g} m/s); "
-            f"{scene.max_speed / time * mass:.2g} N stays below, or a shorter `during`"
+            f"holds it, and the run stops as diverged at scene.max_speed ({most:g} m/s); "
+            f"{most / time * mass:.2g} N stays below, or a shorter `during`"
         )
         yield facts.problem("violent-push", where, text)
 

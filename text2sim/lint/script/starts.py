@@ -20,6 +20,10 @@ MANY = 10_000
 
 def start_of(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
     """Return the value of a measure in the first frame; None if it is not known."""
+    if measure.kind in UNDEFORMED:
+        return UNDEFORMED[measure.kind]
+    if measure.kind == "volume" and measure.relative:
+        return 1.0
     if not targets or any(target.driven or not target.known for target in targets):
         return None
     if measure.kind in _TOGETHER:
@@ -153,6 +157,8 @@ _TOGETHER: dict[str, Callable[[Facts, Any, Sequence[Target]], float | None]] = {
     "momentum": _momentum,
     "energy": _energy,
 }
+UNDEFORMED = {"stretch": 1.0, "strain": 0.0}
+"""Measures of deformation at the start, wherever a body is."""
 
 
 def norm(vector: Sequence[float]) -> float:

@@ -27,7 +27,9 @@ UNITS = {
 OF_THE_FRAME = ("position", "displacement", "tilt", "angular_speed", "distance", "count_in")
 """Measures of the frame of a body's root; the others are of all its links."""
 OF_CONTACTS = ("contact_force", "contact_count", "penetration")
-NOT_NEGATIVE = ("angular_speed", "distance", *OF_CONTACTS)
+NOT_NEGATIVE = ("angular_speed", "distance", "strain", "self_penetration", *OF_CONTACTS)
+TINY = 1e-6
+"""No edge shrinks to this part of its length."""
 ROUND = 0.02
 """Part of its size by which the engine's mesh of a round shape may fall short of it."""
 
@@ -109,7 +111,7 @@ def _reduced(facts: Facts, measure: Any, targets: list[Target], stat: str | None
 
 
 def _of_one(facts: Facts, measure: Any, targets: list[Target]) -> Bounds:
-    kind, fastest = measure.kind, facts.case.scene.max_speed
+    kind, fastest = measure.kind, facts.plan.max_speed
     if kind == "velocity":
         return -fastest, fastest, f"the run stops at scene.max_speed ({fastest:g} m/s)"
     if kind == "speed":
@@ -118,6 +120,10 @@ def _of_one(facts: Facts, measure: Any, targets: list[Target]) -> Bounds:
         return 0.0, 180.0, "a tilt is 0 to 180 deg"
     if kind == "count_in":
         return 0.0, float(len(targets)), f"`{measure.of}` means {len(targets)}"
+    if kind == "share_in":
+        return 0.0, 1.0, "a share is 0 to 1"
+    if kind == "stretch":
+        return TINY, inf, "it is a length over a length, and 1 is unstretched"
     if kind == "contact_count" and measure.by is not None:
         pairs = len(targets) * len(targets_of(facts).select(measure.by))
         return 0.0, float(pairs), f"there are {pairs} pairs"

@@ -6,6 +6,7 @@ from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.soft.scales import PARTICLE
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.rule import Rule
@@ -148,6 +149,11 @@ def _area(facts: Facts, body: SoftBody, region: Any) -> float | None:
         high = [min(p, s / 2) for p, s in zip(region.box.max, size, strict=True)]
         widths = sorted(max(0.0, q - p) for p, q in zip(low, high, strict=True))
         return widths[1] * widths[2]
+    if region.edge is not None or region.corner is not None:
+        # One row of particles, or one of them.
+        grain = PARTICLE * soft_facts(facts).cell
+        along = [size[k] for k in range(3) if k not in {SIDES[side][0] for side in sides}]
+        return grain * (along[0] if len(along) == 1 else grain)
     return None
 
 

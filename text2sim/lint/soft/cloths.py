@@ -122,19 +122,20 @@ def _pulled(facts: Facts, body: SoftBody) -> bool:
 
 
 def _one_way(facts: Facts) -> Iterator[Problem]:
-    """Cloth that is attached to something free: it never pulls it."""
+    """Points that are attached to something free: they never pull it."""
     soft = soft_facts(facts)
-    cloths = {body.body for body in soft.of("pbd")}
+    solvers = {body.body: body.solver for body in soft.of("pbd", "mpm", "fem")}
     for name, control in facts.case.actions.controls.items():
-        if control.kind != "attach" or control.body.split("[")[0] not in cloths or control.to == "world":
+        if control.kind != "attach" or control.to == "world":
             continue
+        solver = solvers.get(control.body.split("[")[0])
         holders = facts.placed.get(control.to.split("[")[0].split(".")[0], [])
         loose = [copy for copy in holders if facts.free(copy)]
-        if loose:
+        if solver and loose:
             text = (
-                f"`{loose[0].name}`{more_copies(len(loose))} is free, and `{control.body}` is attached to it: cloth of "
-                "solver pbd follows what holds it but never pulls it; hold it by something that is fixed, driven, or "
-                "on a joint with a motor"
+                f"`{loose[0].name}`{more_copies(len(loose))} is free, and `{control.body}` is attached to it: points "
+                f"of solver {solver} follow what holds them but never pull it; hold them by something that is fixed, "
+                "driven, or on a joint with a motor"
             )
             yield facts.problem("one-way-hold", ("actions", "controls", name, "to"), text)
 
@@ -198,13 +199,13 @@ actions:
     Rule(
         id="one-way-hold",
         severity="warning",
-        title="A cloth is attached to a free body, which does not feel it.",
+        title="A cloth or soft body is attached to a free body, which does not feel it.",
         reason="""\
-The engine moves the held particles of a pbd cloth with the link that holds them, and gives the link nothing back: a
-free body to which a hanging cloth is attached falls as if there were no cloth, and takes the cloth along.""",
+The engine moves the held points of cloth and soft bodies with the link that holds them, and gives the link nothing
+back: a free body to which a hanging cloth is attached falls as if there were no cloth, and takes the cloth along.""",
         way_out="""\
-Attach it to what is fixed, driven, or moved by a motor, or to the `world`; for a load that hangs on a cloth, take
-`solver: ipc`.""",
+Attach it to what is fixed, driven, or moved by a motor, or to the `world`; a load can lie in a cloth or on a soft body,
+which feels it.""",
         example="""\
 bodies:
   sheet: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.6, 0.6]}, pose: {pos: [0, 0, 1.0]}}

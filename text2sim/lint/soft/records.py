@@ -1,4 +1,7 @@
-"""What contact models sap and ipc leave out of rigid bodies: records of contacts, and bounce."""
+"""What solvers leave out.
+
+Of rigid bodies under contact models sap and ipc: records of contacts, and bounce. Of cloth: the other solver's stuff.
+"""
 
 from collections.abc import Iterator
 
@@ -56,7 +59,34 @@ def _bounce(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("restitution-unused", where, text)
 
 
+UNHEEDED = {
+    "pbd": (("youngs_modulus", "poisson_ratio", "bending_stiffness"), "stretch_compliance and bending_compliance"),
+    "ipc": (("stretch_compliance", "bending_compliance", "air_resistance"), "youngs_modulus and bending_stiffness"),
+}
+"""What the material of a cloth may say that its solver takes no notice of, and what it takes instead."""
+
+
+def _stuff(facts: Facts) -> Iterator[Problem]:
+    """One finding for each value that changes nothing."""
+    soft = soft_facts(facts)
+    seen = set()
+    for body in soft.of("pbd", "ipc"):
+        if body.model.kind != "cloth" or body.body in seen:
+            continue
+        seen.add(body.body)
+        unheeded, instead = UNHEEDED[body.solver]
+        for key in unheeded:
+            where: Path = facts.where(body.body, "material", key)
+            if facts.raw(where) is not None:
+                text = f"`{body.body}` has solver {body.solver}, which takes no notice of {key}; it takes {instead}"
+                yield facts.problem("unheeded-stuff", where, text, key=True)
+
+
 _BALL = "ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [1, 0, 0.5]}"
+_RAG = """\
+bodies:
+  rag: {kind: cloth, shape: {kind: sheet, size: [0.5, 0.5]}, material: {%s}, pose: {pos: [0, 0, 1]}}
+"""
 _SOFT_BAR = """\
   bar: {kind: soft, solver: fem, cell: 0.05, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.5]}}
 """
@@ -106,5 +136,18 @@ bodies:
 {_SOFT_BAR}  {_BALL}}}
 """,
         run=_bounce,
+    ),
+    Rule(
+        id="unheeded-stuff",
+        severity="warning",
+        title="A value in the material of a cloth that its solver takes no notice of.",
+        reason="""\
+Cloth of solver pbd knows how much its threads and folds give, in units of that method; cloth of solver ipc is an
+elastic shell with a stiffness in Pa. Neither takes what is meant for the other, and nothing translates between
+them.""",
+        way_out="Give what the solver takes, or leave the value out.",
+        example=_RAG % "youngs_modulus: 1.0e+6",
+        mended=_RAG % "bending_compliance: 0.001",
+        run=_stuff,
     ),
 )

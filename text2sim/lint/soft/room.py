@@ -1,8 +1,11 @@
 """Deformable bodies outside of the space that their solver covers, and what that space does to them."""
 
+import math
 from collections.abc import Iterator
 
 from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.soft.room import surroundings, way_of
+from text2sim.compiler.soft.travel import travel
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, soft_facts
@@ -72,6 +75,49 @@ def _floor_of_space(facts: Facts) -> Iterator[Problem]:
                 yield facts.problem("floats-on-bounds", ("scene", solver, "bounds"), text, key=True)
 
 
+def _leaving(facts: Facts) -> Iterator[Problem]:
+    """Bodies that what throws, pushes, holds or pulls them takes out of the space of their solver."""
+    settings = facts.plan.settings.soft
+    if settings is None:
+        return
+    soft, case = soft_facts(facts), facts.case
+    spaces = {"mpm": (settings.mpm, PADDING * soft.cell), "pbd": (settings.pbd, 0.0)}
+    spaces = {solver: (space, pad) for solver, (space, pad) in spaces.items() if space is not None and soft.of(solver)}
+    if not spaces:
+        return
+    masses = {body.name: soft.mass(body) for body in soft.bodies}
+    controls, gravity = case.actions.controls.values(), math.hypot(*case.scene.gravity)
+    ways = travel(facts.rows, controls, facts.placed, masses, gravity, case.scene.duration)
+    around = surroundings(facts.placed, ways, facts.folder)
+    for solver, (space, pad) in spaces.items():
+        said = getattr(case.scene, solver).bounds is not None
+        seen = set()
+        for body in soft.of(solver):
+            if body.body in seen or _beyond(body.box, (space.low, space.high), pad):
+                continue
+            there = way_of(body.copy, around, case.scene, ways, facts.folder)
+            out = [
+                row
+                for row in _beyond(there, (space.low, space.high), pad)
+                if row[0] > soft.scales.spacing(body.body, solver)
+            ]
+            if not out:
+                continue
+            seen.add(body.body)
+            away, side = max(out)
+            text = (
+                f"`{body.name}` may get {length(away)} beyond the {side} side of the space of {solver} "
+                f"({vector(space.low)} to {vector(space.high)}), by its fall and by what throws, pushes or carries it: "
+                "there is a wall that nobody sees; "
+                + ("leave the bounds out, or make them larger" if said else _WIDER.format(solver=solver))
+            )
+            where = ("scene", solver, "bounds") if said else facts.where(body.body)
+            yield facts.problem("leaves-bounds", where, text, key=True)
+
+
+_WIDER = "give `scene.{solver}.bounds` as far as it matters, make `cell` larger, or end the run before"
+
+
 RULES = (
     Rule(
         id="outside-bounds",
@@ -112,5 +158,27 @@ bodies:
   jelly: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.3]}}
 """,
         run=_floor_of_space,
+    ),
+    Rule(
+        id="leaves-bounds",
+        severity="warning",
+        title="A deformable body may leave the space of its solver, whose sides are walls.",
+        reason="""\
+The grid of mpm and the hash of pbd cover a box, and stop at its sides what comes there, without a word. Derived bounds
+have room for what bodies do by their fall, their speed at the start, forces, fields, and what carries them; but a body
+is followed for 2 m at most, and each step goes through all cells: 3 million of mpm, or one of pbd, are the most.""",
+        way_out="Leave the bounds out, or make them as large as the message says; or let the body not get so far.",
+        example="""\
+scene: {mpm: {bounds: {min: [-0.5, -0.5, -0.2], max: [0.5, 0.5, 1.0]}}}
+bodies:
+  jelly: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.5]}}
+actions: {controls: {throw: {kind: initial_velocity, body: jelly, linear: [3, 0, 0]}}}
+""",
+        mended="""\
+bodies:
+  jelly: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.5]}}
+actions: {controls: {throw: {kind: initial_velocity, body: jelly, linear: [3, 0, 0]}}}
+""",
+        run=_leaving,
     ),
 )

@@ -8,12 +8,15 @@ from text2sim.lint.parts import Part, apart
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
 from text2sim.lint.soft.families import TOUCHING
-from text2sim.lint.start.escape import Effort, inside, overlap_of, plain
+from text2sim.lint.soft.gaps import Gaps
+from text2sim.lint.start.escape import Effort, Way, inside, overlap_of, plain
 from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
 
 LEAST = 1e-3
 """Depth [m] that is nothing."""
+PERSONAL = 0.9
+"""How near particles of two cloths may be, in their distances from each other: contact keeps them one apart."""
 STEPS = 4000
 """Steps for finding depths; then overlaps are only counted."""
 
@@ -72,9 +75,47 @@ def _overlap(facts: Facts, body: SoftBody, copy: Copy, least: float, effort: Eff
     if not pairs or effort.left <= 0:
         return None
     overlap = overlap_of(facts.parts(body.copy), facts.parts(copy), pairs, effort)
-    ways = plain(overlap.ways)
+    ways = plain([way for way in overlap.ways if not _grounded(soft_facts(facts), body, way)])
     depth = ways[0].length if ways and body.model.kind == "cloth" else overlap.depth
     return (depth, f"towards {ways[0].words}" if ways else "") if depth > least else None
+
+
+def _grounded(soft: SoftFacts, body: SoftBody, way: Way) -> bool:
+    """Whether a way leads down to where a body is under the ground."""
+    down = -way.direction[2] * way.length
+    lowest = body.box[0][2] - down
+    return down > 0.0 and any(ground.up[2] > 0.99 and lowest < ground.level - LEAST for ground in soft.planes)
+
+
+def _into_each_other(facts: Facts) -> Iterator[Problem]:
+    """One finding for each pair of fem bodies, or of cloths, that start in each other."""
+    soft = soft_facts(facts)
+    gaps = Gaps(facts)
+    found: dict[tuple[str, str], list[tuple[float, SoftBody, SoftBody]]] = {}
+    for solver, room in (("fem", LEAST), ("pbd", PERSONAL * soft.particle)):
+        bodies = soft.of(solver)
+        for k, a in enumerate(bodies):
+            for b in bodies[k + 1 :]:
+                gap = gaps.between(a.copy, b.copy, room)
+                if gap < room * (1 - 1e-3) and (gap <= 0.0 or solver == "pbd"):
+                    found.setdefault((a.body, b.body), []).append((gap, a, b))
+    for rows in found.values():
+        gap, a, b = min(rows, key=lambda row: row[0])
+        fem = a.solver == "fem"
+        text = (
+            f"`{a.name}` and `{b.name}` "
+            + (f"are {length(gap)} apart" if gap > 0 else "start in each other")
+            + f"{more_copies(len(rows), 'pairs of their copies')}: "
+            + ("contact throws them apart with all of its stiffness" if fem else _THROWN.format(length(soft.particle)))
+            + "; move one of them"
+        )
+        same = a.body == b.body
+        where = facts.said(b.body, "repeat", "place", "pose") if same else facts.said(b.body, "place", "pose")
+        severity = "error" if fem else None
+        yield facts.problem("soft-in-soft", where, text, key=True, severity=severity)
+
+
+_THROWN = "particles of cloth are {} thick, and those that are nearer are put apart at once, or lie on the wrong side"
 
 
 RULES = (
@@ -96,5 +137,26 @@ bodies:
   jelly: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, place: {on: floor}}
 """,
         run=_inside,
+    ),
+    Rule(
+        id="soft-in-soft",
+        severity="warning",
+        title="Two fem bodies, or two cloths, start in each other.",
+        reason=f"""\
+Contact of points and tetrahedra only knows where they are: what starts in each other is thrown apart, or stays
+entangled for good. Cloths count as in each other when they are nearer than {PERSONAL:g} of the distance of their
+particles. For bodies of mpm there is `soft-too-near`.""",
+        way_out="Move one of them, or say where it is with `place`.",
+        example="""\
+bodies:
+  lower: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.4, 0.4]}, pose: {pos: [0, 0, 0.3]}}
+  upper: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.4, 0.4]}, pose: {pos: [0.1, 0, 0.302]}}
+""",
+        mended="""\
+bodies:
+  lower: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.4, 0.4]}, pose: {pos: [0, 0, 0.3]}}
+  upper: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.4, 0.4]}, pose: {pos: [0.1, 0, 0.33]}}
+""",
+        run=_into_each_other,
     ),
 )

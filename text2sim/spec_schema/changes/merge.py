@@ -15,7 +15,7 @@ _CONTAINERS: tuple[Path, ...] = (
     *((name,) for name in ("variants", "sweeps", "waive")),
     ("scene", "statics"),
     *(("actions", name) for name in ("controls", "measures", "events", "expect")),
-    *(("render", name) for name in ("cameras", "lights")),
+    *(("render", name) for name in ("cameras", "lights", "shots")),
 )
 """Mappings that both may have begun without meaning the same thing by it."""
 

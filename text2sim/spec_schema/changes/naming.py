@@ -23,6 +23,7 @@ SPACES: dict[Path, str] = {
     ("actions", "controls"): "controls",
     ("actions", "measures"): "measures",
     ("actions", "events"): "events",
+    ("render", "cameras"): "cameras",
     ("variants",): "variants",
 }
 """What kind of name the keys of a mapping are, for those that are named elsewhere."""
@@ -33,6 +34,8 @@ _FIELDS = {
     "before": "events",
     "on": "events",
     "attach": "controls",
+    "camera": "cameras",
+    "values": "measures",
 }
 _SELECTED = ("of", "by", "body", "joint", "to", "between", "look_at", "facing", *RELATIONS)
 """Fields for selectors, in an overlay that does not say of which kind a thing is."""

@@ -15,6 +15,7 @@ STAGES: tuple[tuple[Path, ...], ...] = (
     (("actions", "controls"), ("actions", "measures")),
     (("actions", "events"),),
     (("actions", "expect"), ("render", "cameras"), ("render", "lights"), ("variants",)),
+    (("render", "shots"),),
     (("sweeps",),),
 )
 """Mappings from names, after those whose names they mention."""

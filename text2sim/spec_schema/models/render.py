@@ -2,10 +2,11 @@
 
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, StringConstraints, model_validator
 
 from text2sim.spec_schema.models.base import (
-    Direction,
+    Bool,
+    Fraction,
     Integer,
     Model,
     Name,
@@ -13,128 +14,13 @@ from text2sim.spec_schema.models.base import (
     Positive,
     Real,
     Seconds,
-    Selector,
-    Vec3,
     Window,
 )
+from text2sim.spec_schema.models.cameras import Camera
 from text2sim.spec_schema.models.colors import Color
-from text2sim.spec_schema.models.regions import BodyPoint
+from text2sim.spec_schema.models.lights import Light
 
-Target = Vec3 | Selector | BodyPoint
-"""A point [m], or a body that is looked at (the middle of its copies, if there are several), or a region of it."""
-
-
-class _Camera(Model):
-    fov: Positive = Field(default=40.0, ge=2.0, le=140.0, alias="fov_deg")
-    """Vertical field of view [deg]."""
-    up: Direction = (0.0, 0.0, 1.0)
-    """Which way is up in the picture; +y where it looks straight up or down."""
-
-
-class Still(_Camera):
-    """A camera on a tripod."""
-
-    kind: Literal["still"]
-    from_: Vec3 = Field(alias="from")
-    """Where it stands [m]."""
-    look_at: Target
-    """What it looks at (a body: where that is at the start)."""
-
-    @model_validator(mode="after")
-    def _apart(self) -> "Still":
-        if self.from_ == self.look_at:
-            raise ValueError("from and look_at are the same point")
-        return self
-
-
-class Follow(_Camera):
-    """A camera that stands still or travels along, and keeps looking at a body."""
-
-    kind: Literal["follow"]
-    body: Selector
-    """The body it looks at."""
-    from_: Vec3 | None = Field(default=None, alias="from")
-    """Where it stands [m]; give either this or `offset`."""
-    offset: Direction | None = None
-    """Its place relative to the body [m]: it travels along."""
-    smooth: Seconds = 0.3
-    """Time [s] over which its motion is averaged."""
-
-    @model_validator(mode="after")
-    def _one_place(self) -> "Follow":
-        if (self.from_ is None) == (self.offset is None):
-            raise ValueError("give either from or offset")
-        return self
-
-
-class Orbit(_Camera):
-    """A camera on a circle about a point."""
-
-    kind: Literal["orbit"]
-    look_at: Target
-    """Centre of the circle, and what it looks at."""
-    radius: Positive
-    """Radius [m]."""
-    height: Real
-    """Height [m] above the centre."""
-    start_deg: Real = -90.0
-    """Angle [deg] from +x at the start."""
-    turn_deg: Real = 90.0
-    """How far [deg] it goes round in the whole film."""
-
-
-class Dolly(_Camera):
-    """A camera that moves along a straight line over the whole film."""
-
-    kind: Literal["dolly"]
-    from_: Vec3 = Field(alias="from")
-    """Where it starts [m]."""
-    to: Vec3
-    """Where it ends [m]."""
-    look_at: Target
-    """What it looks at (a body: where that is at the start)."""
-
-
-Camera = Annotated[Still | Follow | Orbit | Dolly, Field(discriminator="kind")]
-
-
-class Sun(Model):
-    """Parallel light."""
-
-    kind: Literal["sun"]
-    direction: Direction = (-0.4, 0.5, -1.0)
-    """The way the light goes."""
-    color: Color = "white"
-    """Colour of the light."""
-    strength: NonNegative = 3.0
-    """Brightness."""
-
-
-class Softbox(Model):
-    """A large lamp that stands away from the scene, against the direction of its light."""
-
-    kind: Literal["softbox"]
-    direction: Direction
-    """The way the light goes."""
-    color: Color = "white"
-    """Colour of the light."""
-    strength: NonNegative = 3.0
-    """Brightness."""
-
-
-class Lamp(Model):
-    """Light from a point."""
-
-    kind: Literal["lamp"]
-    pos: Vec3
-    """Where it stands [m]."""
-    color: Color = "white"
-    """Colour of the light."""
-    strength: NonNegative = 10.0
-    """Brightness."""
-
-
-Light = Annotated[Sun | Softbox | Lamp, Field(discriminator="kind")]
+Speed = Annotated[Positive, Field(ge=0.01, le=100.0)]
 
 
 def _even(size: tuple[int, int]) -> tuple[int, int]:
@@ -152,24 +38,82 @@ def _long(span: tuple[float, float]) -> tuple[float, float]:
 Pixels = Annotated[Integer, Field(ge=64, le=4096)]
 
 
+class Shot(Model):
+    """A piece of the film, from cut to cut. Shots may overlap in time and go back: a replay in slow motion."""
+
+    camera: Name
+    """Which camera takes it."""
+    from_: Seconds | None = Field(default=None, alias="from")
+    """Simulated time [s] of its first picture; the beginning of the film if left out."""
+    to: Seconds | None = None
+    """Simulated time [s] at which it ends; the end of the film if left out."""
+    speed: Speed | None = None
+    """Simulated seconds per second of film: 0.1 is slow motion. That of the film if left out."""
+    hold: Seconds = Field(default=0.0, le=60.0)
+    """How long [s of film] its last moment is held, while a moving camera goes on."""
+
+    @model_validator(mode="after")
+    def _forward(self) -> "Shot":
+        if self.from_ is not None and self.to is not None and self.to <= self.from_:
+            raise ValueError(f"to must come after from (got {self.from_:g} and {self.to:g})")
+        return self
+
+
+class Overlay(Model):
+    """What is written into the pictures of the main film."""
+
+    title: Annotated[str, StringConstraints(min_length=1, max_length=120)] | None = None
+    """A line at the lower left, for the first seconds."""
+    time: Bool = False
+    """Whether the simulated time is shown, and the speed where it is not 1."""
+    values: Annotated[list[Name], Field(max_length=4)] = Field(default_factory=list)
+    """Measures whose value at each moment is shown. Only in films that are made after the run was judged: path
+    traced ones."""
+    inset: Bool = False
+    """Whether the first picture stays in a corner, to compare with."""
+
+
 class Render(Model):
-    """The cinematography."""
+    """The cinematography. A case that says nothing gets a camera that shows all that happens, and studio light."""
 
     resolution: Annotated[tuple[Pixels, Pixels], AfterValidator(_even)] = (1280, 720)
     """Width and height [pixels], both even."""
     fps: Positive = Field(default=25.0, ge=1.0, le=240.0)
     """Frames per second of film."""
-    speed: Positive = Field(default=1.0, ge=0.01, le=100.0)
+    speed: Speed = 1.0
     """Simulated seconds per second of film; 0.25 is slow motion."""
     during: Annotated[Window, AfterValidator(_long)] | None = None
     """The part [s] of the run that is shown."""
+    motion_blur: Fraction = 0.0
+    """Part of the time between two pictures in which the shutter is open: 0.5 is what cinema does, 0 is sharp. Path
+    traced only."""
     quality: Literal["preview", "final"] = "preview"
     """`preview` is rasterised."""
-    background: Color = "#d9e2ec"
-    """Colour behind everything."""
-    ambient: NonNegative = 0.35
-    """Light from everywhere."""
-    cameras: dict[Name, Camera] = Field(default_factory=dict, max_length=20)
-    """By name; the first makes `video.mp4`. One is derived if there is none."""
+    lighting: Literal["studio", "overcast", "golden_hour", "dark_stage"] = "studio"
+    """Lights, backdrop and background in one word, each of which can be said below instead. `studio`: a large soft lamp
+    beside the camera, a cool rim light, little else, on a seamless grey cyclorama. `overcast`: shadowless, under a
+    bright cloud. `golden_hour`: a low warm sun. `dark_stage`: a spot from above, on black."""
     lights: dict[Name, Light] = Field(default_factory=dict, max_length=20)
-    """By name; one is derived if there are none."""
+    """By name, instead of those of `lighting`."""
+    backdrop: Literal["cyclorama", "ground", "horizon", "none"] | None = None
+    """What is under and behind everything. `cyclorama`: a floor that curves up into a seamless wall. `ground`: a floor
+    that fades into the background. `horizon`: ground and sky. `none`: the ground of the scene and the background.
+    The preview draws none of them."""
+    background: Color | None = None
+    """Colour of the backdrop, and behind everything."""
+    ambient: NonNegative | None = Field(default=None, le=100.0)
+    """Light from everywhere: radiance of a dome, 1 alone makes a white sheet white."""
+    exposure: Real = Field(default=0.0, ge=-10.0, le=10.0)
+    """Stops brighter (each doubles) or darker than the lights call for. It is the same in all pictures. Path traced
+    only."""
+    tone: Literal["agx", "aces", "standard"] = "agx"
+    """Curve from light to picture: `agx` is gentle to bright colours, `aces` has more contrast, `standard` has none
+    and cuts off. Path traced only."""
+    cameras: dict[Name, Camera] = Field(default_factory=dict, max_length=20)
+    """By name; the first makes `video.mp4` unless there are `shots`. One that shows all that happens is derived
+    if there is none."""
+    shots: dict[Name, Shot] = Field(default_factory=dict, max_length=100)
+    """By name, in the order in which they follow each other in `video.mp4`. Cameras that no shot uses make films of
+    their own."""
+    overlay: Overlay = Field(default_factory=Overlay)
+    """Title, time and values in the pictures."""

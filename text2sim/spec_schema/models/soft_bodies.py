@@ -1,6 +1,6 @@
 """Bodies that change their shape: soft bodies, cloth, ropes, grains, liquids, snow."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -108,6 +108,10 @@ class Snow(Placed):
     """Mass, stiffness, and when it crumbles."""
 
 
+LINKS = 24
+"""Of a rope that does not say how many."""
+
+
 class Rope(Placed):
     """A rope of capsule links on ball joints, straight at the start; pose is that of its first end.
 
@@ -119,8 +123,8 @@ class Rope(Placed):
     """Length [m]."""
     radius: Positive
     """Radius [m]."""
-    segments: Annotated[Integer, Field(ge=2, le=200)] = 24
-    """How many links."""
+    segments: Annotated[Integer, Field(ge=2, le=200)] = LINKS
+    """How many links; if left out, fewer for a short thick rope, so that each is at least as long as it is thick."""
     direction: Axis = (0.0, 0.0, -1.0)
     """Direction from its first end to its last."""
     anchored: Bool = True
@@ -134,11 +138,22 @@ class Rope(Placed):
     material: Material = Material()
     """Density and friction."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _links(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or "segments" in data:
+            return data
+        length, radius = data.get("length"), data.get("radius")
+        if not isinstance(length, int | float) or not isinstance(radius, int | float) or not 0 < radius < length:
+            return data
+        return data | {"segments": max(2, min(LINKS, int(length / radius / 2 * (1 + 1e-9))))}
+
     @model_validator(mode="after")
     def _slender(self) -> "Rope":
-        if self.length / self.segments < 2 * self.radius:
+        if self.length / self.segments < 2 * self.radius * (1 - 1e-9):
             raise ValueError(
                 f"a link must be at least twice as long as the radius (got {self.length / self.segments:g} and "
-                f"{self.radius:g}); take fewer segments"
+                f"{self.radius:g}); take "
+                + ("fewer segments" if self.segments > 2 else "a longer rope, or a rigid capsule")
             )
         return self

@@ -10,6 +10,9 @@ from text2sim.spec_schema.names.measure_references import CONTACT_KINDS, check_c
 from text2sim.spec_schema.names.soft_control_references import deforms
 from text2sim.spec_schema.text.document import Path
 
+NEVER = "never-released"
+"""Id of what is wrong where an event waits for a release that no control makes."""
+
 
 def check_events(cast: Cast) -> None:
     """Check every event."""
@@ -75,8 +78,11 @@ def _check_released(cast: Cast, where: Path, event: events.ReleasedEvent) -> Non
     if event.attach not in attaches:
         message = f"there is no attach `{event.attach}`"
         cast.report((*where, "attach"), message, "unknown-attach", nearest(event.attach, attaches))
-    elif not any(isinstance(c, Release) and c.attach == event.attach for c in controls.values()):
-        cast.report((*where, "attach"), f"no control releases `{event.attach}`", "unknown-attach")
+        return
+    released = [control.attach for control in controls.values() if isinstance(control, Release)]
+    # A release of nothing that is known may be meant for this one; that it is wrong is said of it.
+    if event.attach not in released and all(name in attaches for name in released):
+        cast.report((*where, "attach"), f"no control releases `{event.attach}`", NEVER)
 
 
 def _check_subject(

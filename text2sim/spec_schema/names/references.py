@@ -8,13 +8,12 @@ from text2sim.spec_schema.load import LoadedCase
 from text2sim.spec_schema.models.bodies import Articulated, Rigid
 from text2sim.spec_schema.models.place_rules import contradictions
 from text2sim.spec_schema.models.placement import Place
-from text2sim.spec_schema.models.regions import BodyPoint
-from text2sim.spec_schema.models.render import Follow
 from text2sim.spec_schema.names.cast import Cast, Member, Parts
 from text2sim.spec_schema.names.circles import find_circles
 from text2sim.spec_schema.names.control_references import check_controls
 from text2sim.spec_schema.names.event_references import check_events
 from text2sim.spec_schema.names.expect_references import check_expectations
+from text2sim.spec_schema.names.film_references import check_film
 from text2sim.spec_schema.names.measure_references import check_measures
 from text2sim.spec_schema.names.selectors import parse_selector
 from text2sim.spec_schema.names.time_references import check_time
@@ -50,7 +49,7 @@ def check_references(
     check_measures(cast)
     check_events(cast)
     check_expectations(cast)
-    _check_cameras(cast)
+    check_film(cast)
     return sort_problems(cast.problems)
 
 
@@ -98,14 +97,3 @@ def _check_place(cast: Cast, where: Path, name: str, model: Any) -> Member | Non
         )
         cast.report((*where, place.relation), message, "pairs", found.name)
     return found
-
-
-def _check_cameras(cast: Cast) -> None:
-    for name, camera in cast.loaded.case.render.cameras.items():
-        where: Path = ("render", "cameras", name)
-        if isinstance(camera, Follow):
-            cast.find(camera.body, (*where, "body"))
-        elif isinstance(camera.look_at, BodyPoint):
-            cast.find(camera.look_at.body, (*where, "look_at", "body"))
-        elif isinstance(camera.look_at, str):
-            cast.find(camera.look_at, (*where, "look_at"))

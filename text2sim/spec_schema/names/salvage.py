@@ -13,6 +13,7 @@ from typing import Any
 
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.names.event_references import NEVER
 from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.text.document import Path, parse_pointer, pointer
 
@@ -29,6 +30,7 @@ PLAIN: dict[Path, Any] = {
     ("actions", "expect"): None,
     ("render", "cameras"): None,
     ("render", "lights"): None,
+    ("render", "shots"): None,
 }
 """Where named entries stand, and what takes the place of one that cannot be mended."""
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,47}")
@@ -138,6 +140,8 @@ def _stands(problem: Problem, data: dict[str, Any], spoilt: set[Path]) -> bool:
     value = _at(data, path)
     if isinstance(value, str) and value.split("[")[0].split(".")[0] in names:
         return False
+    if problem.rule == NEVER and any(entry[:2] == ("actions", "controls") for entry in spoilt):
+        return False  # one of those may release it
     if problem.rule.startswith("unknown"):
         return True
     return _entry(path) not in spoilt and not any(f"`{name}`" in problem.message for name in names)

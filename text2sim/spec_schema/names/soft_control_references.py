@@ -53,7 +53,7 @@ def check_attach_kind(cast: Cast, where: Path, control: Attach, body: Member, ta
         target: What it is attached to; None for the world.
     """
     if not deforms(body):
-        for key in ("region", "points", "stiffness"):
+        for key in ("region", "points", "stiffness") if body.dynamic else ():
             if getattr(control, key) is not None:
                 message = f"{key} is for bodies that deform, and `{body.name}` does not: it is welded as a whole"
                 cast.report((*where, key), message, "not-soft", key=True)

@@ -7,13 +7,11 @@ MAX_STEPS = 10_000_000
 """Time steps of a run: at a millisecond each, three hours."""
 MAX_RECORDED = 1_000_000
 """Recorded frames of a run."""
-MAX_FILMED = 100_000
-"""Frames of a film: at 25 frames per second, more than an hour."""
 
 
 def check_time(cast: Cast) -> None:
-    """Check the time step, the rate of recording, and the film."""
-    scene, render = cast.loaded.case.scene, cast.loaded.case.render
+    """Check the time step and the rate of recording."""
+    scene = cast.loaded.case.scene
     duration, rate = scene.duration, cast.loaded.case.record_rate
     if scene.dt > duration:
         message = f"the time step is longer than the whole run ({duration:g} s)"
@@ -24,15 +22,6 @@ def check_time(cast: Cast) -> None:
     if duration * rate < 1:
         message = f"only the start would be recorded: a run of {duration:g} s needs at least {1 / duration:g}"
         cast.report(("scene", "record", "rate"), message, "rate")
-    start, end = render.during or (0.0, duration)
-    if start >= duration:
-        message = f"the film would start when the run is over ({duration:g} s)"
-        cast.report(("render", "during"), message, "after-end")
-    filmed = (min(end, duration) - start) / render.speed * render.fps
-    _check_amount(cast, ("render",), "frames of film", filmed, MAX_FILMED)
-    if render.quality == "final":
-        message = "there is no path tracing yet: the film will be rasterised, as with `preview`"
-        cast.report(("render", "quality"), message, "no-final", severity="warning")
 
 
 def _check_amount(cast: Cast, where: Path, noun: str, amount: float, most: int) -> None:

@@ -35,6 +35,7 @@ _SPREAD: tuple[Path, ...] = (
     ("render",),
     ("render", "cameras"),
     ("render", "lights"),
+    ("render", "shots"),
     ("prefabs",),
     ("prefabs", ANY),
     ("prefabs", ANY, "params"),

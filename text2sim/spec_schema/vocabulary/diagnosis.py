@@ -219,6 +219,25 @@ def _name_of(place: _Place) -> str:
 _ROOTS = {"PrefabFile": "a prefab", "Prefab": "a prefab", "Sweep": "a sweep"}
 
 
+OTHER_WORDS = {
+    **dict.fromkeys(("sand", "grain", "grains", "gravel", "powder", "particles"), "granular"),
+    **dict.fromkeys(("fluid", "water", "oil", "honey"), "liquid"),
+    **dict.fromkeys(("fabric", "textile", "towel", "curtain"), "cloth"),
+    **dict.fromkeys(("deformable", "jelly", "rubber", "foam", "elastic", "softbody", "soft_body"), "soft"),
+    **dict.fromkeys(("cable", "cord", "string", "thread"), "rope"),
+    **dict.fromkeys(("kinematic", "scripted", "animated"), "driven"),
+    **dict.fromkeys(("robot", "mechanism", "urdf", "mjcf"), "articulated"),
+    **dict.fromkeys(("dynamic", "free_body", "rigidbody", "rigid_body"), "rigid"),
+    **dict.fromkeys(("cube", "cuboid", "block"), "box"),
+    **dict.fromkeys(("rod", "disc", "disk"), "cylinder"),
+    **dict.fromkeys(("ball",), "sphere"),
+    **dict.fromkeys(("revolute", "rotary"), "hinge"),
+    **dict.fromkeys(("prismatic", "linear"), "slider"),
+    **dict.fromkeys(("pin", "weld", "constraint", "grasp"), "attach"),
+}
+"""Kinds as others call them; where there is no such kind, the nearest word is the hint."""
+
+
 def _bad_kind(place: _Place) -> _Finding:
     kinds = list(place.slot.models)
     if "kind" not in place.data:
@@ -227,7 +246,11 @@ def _bad_kind(place: _Place) -> _Finding:
     message = f"unknown kind {_quoted(kind)}; there are {', '.join(kinds)}"
     if kind == "plane":
         message += "; only a static can be a plane"
-    return _Finding((*place.path, "kind"), message, "unknown-kind", nearest(kind, kinds))
+    if kind == "sheet":
+        message += "; only a cloth can be a sheet"
+    meant = OTHER_WORDS.get(kind.lower()) if isinstance(kind, str) else None
+    hint = meant if meant in kinds else None if kind in ("plane", "sheet") else nearest(kind, kinds)
+    return _Finding((*place.path, "kind"), message, "unknown-kind", hint)
 
 
 def _unknown_word(place: _Place) -> _Finding:

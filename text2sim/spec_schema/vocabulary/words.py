@@ -167,10 +167,12 @@ def describe(slot: Slot) -> str:
 def range_of(slot: Slot) -> str:
     """The bounds of a number: ` greater than 0`, ` from 0 to 1`; nothing if there are none."""
     bounds = bounds_of(slot)
-    low, high = bounds.get("ge"), bounds.get("le")
+    low, high, end = bounds.get("ge"), bounds.get("le"), bounds.get("lt")
+    most = f", and less than {end:g}" if end is not None else f", and at most {high:g}" if high is not None else ""
     if "gt" in bounds and (low is None or bounds["gt"] >= low):
-        text = f" greater than {bounds['gt']:g}"
-        return text + (f", and at most {high:g}" if high is not None else "")
+        return f" greater than {bounds['gt']:g}{most}"
+    if low is not None and end is not None:
+        return f" of at least {low:g}{most}"
     if low is not None and high is not None:
         return f" from {low:g} to {high:.12g}"
     if low is not None:

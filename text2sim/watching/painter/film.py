@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from text2sim.watching.painter.context import Canvas
 from text2sim.watching.painter.props import Props
 from text2sim.watching.painter.recording import Recording
@@ -78,14 +76,14 @@ class Studio:
             props = Props(self._gl, self._shader, order.out / "geometry", recording.colors(order.colors))
             stack.callback(props.delete)
             self._shader.light(script.ambient, script.lights)
-            for number, name in enumerate(script.cameras):
-                path = order.out / ("video.mp4" if number == 0 else f"video_{name}.mp4")
+            for name, camera in script.films.items():
+                path = order.out / f"{name}.mp4"
                 video = Video(path, size, script.fps)
-                glimpses = _Glimpses(name, video, path.with_name("glimpse.mp4"), done)
+                glimpses = _Glimpses(camera, video, path.with_name("glimpse.mp4"), done)
                 self._shoot(name, video, script, recording, canvas, props, order.ahead, wanted, glimpses)
                 glimpses.end()
-                done(name, path, True)
-        return script.frames(recording.time[-1])
+                done(camera, path, True)
+        return len(script.pictures(next(iter(script.films)), float(recording.time[-1])))
 
     def _shoot(
         self,
@@ -99,22 +97,23 @@ class Studio:
         wanted: Callable[[], bool],
         glimpses: "_Glimpses",
     ) -> None:
-        frame, aspect = 0, canvas.width / canvas.height
+        aspect = canvas.width / canvas.height
+        pictures, k = script.pictures(name, script.end), 0
         with ExitStack() as stack:
             stack.callback(video.drop)
-            while True:
-                t = script.moment(frame)
-                reach = min(t + ahead, script.end)
+            while k < len(pictures):
+                reach = min(pictures[k].t + ahead, script.end)
                 _wait(recording, wanted, until=lambda reach=reach: recording.time[-1] >= reach - 1e-9)
-                if frame >= script.frames(recording.time[-1] if recording.complete else script.end):
-                    break
-                pos, look_at, up = script.camera_pose(name, t, recording)
-                eye = np.asarray(pos, float)
-                self._shader.look(projection(pos, look_at, up, script.cameras[name], aspect), eye)
+                if recording.complete:
+                    pictures = script.pictures(name, float(recording.time[-1]))  # it may have ended early
+                    if k >= len(pictures):
+                        break
+                view = script.view(pictures[k], recording)
+                self._shader.look(projection(view, script.clip(pictures[k].camera), aspect), view.pos)
                 canvas.clear(script.background)
-                props.draw(*recording.poses(t), eye)
+                props.draw(*recording.poses(pictures[k].t), view.pos)
                 video.write(canvas.read())
-                frame += 1
+                k += 1
                 if not recording.complete:
                     glimpses.show()
             stack.pop_all()

@@ -1,110 +1,72 @@
-"""What a program says about its film: its `render.py`, read without the engine.
+"""What a program says about its film: its `render.py`, read without running it."""
 
-The module makes options and cameras of the engine. Here the engine is a stand-in that only takes notes of what it is
-asked for, so that the cameras of a preview move exactly as those of the film.
-"""
-
-import sys
-from dataclasses import dataclass, field
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-
-@dataclass
-class Noted:
-    """Something that the engine was asked to make."""
-
-    what: str
-    options: dict[str, Any] = field(default_factory=dict)
-
-
-class Engine:
-    """Stands in for the engine's module and all that is in it."""
-
-    def __init__(self, name: str = "genesis") -> None:
-        self._name = name
-
-    def __getattr__(self, name: str) -> "Engine":
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return Engine(f"{self._name}.{name}")
-
-    def __call__(self, **options: Any) -> Noted:
-        """Take note of something that is made."""
-        return Noted(self._name.rpartition(".")[2], options)
+from text2sim.templates.cadence import Frame, frames, read_film, reels
+from text2sim.templates.cameras import Cameras, View
+from text2sim.templates.viewpoints import basis, clip
 
 
 class Script:
-    """Cameras, lights and cadence of a program."""
+    """Cameras, lights and cadence of a program.
+
+    Cameras that frame what happens stand where they show all as it is at the start: while a film is made, nobody
+    knows yet what will happen.
+    """
 
     def __init__(self, text: str) -> None:
-        module = ModuleType("render")
-        before = sys.modules.get("genesis")
-        sys.modules["genesis"] = Engine()  # type: ignore[assignment]
-        try:
-            exec(compile(text, "render.py", "exec"), module.__dict__)
-            options = module.vis_options().options
-            self.cameras: dict[str, dict[str, Any]] = module.add_cameras(self)
-        finally:
-            if before is None:
-                del sys.modules["genesis"]
-            else:
-                sys.modules["genesis"] = before
-        self.resolution: tuple[int, int] = module.RESOLUTION
-        self.fps, self.speed = float(module.FPS), float(module.SPEED)
-        self.start, self.end = float(module.START), float(module.END)
-        self.background, self.ambient = options["background_color"], options["ambient_light"]
-        self.lights = [_light(note) for note in options["lights"]]
-        self.camera_pose = module.camera_pose
+        self._film = read_film(text)
+        self.resolution: tuple[int, int] = self._film["resolution"]
+        self.fps = float(self._film["fps"])
+        self.background, self.ambient = self._film["background"], (self._film["ambient"],) * 3
+        self.lights = [_light(light) for light in self._film["lights"].values() if light["kind"] != "environment"]
+        self.films = {name: str(reel[0]["camera"]) for name, reel in reels(self._film).items()}
+        """The first camera of each film, by the name of its file."""
 
-    def add_camera(self, **options: Any) -> dict[str, Any]:
-        """Take note of a camera: `fov` [deg], `near` and `far` [m]."""
-        return options
+    def pictures(self, film: str, last: float) -> list[Frame]:
+        """The pictures of a film if the recording ends at `last` [s]."""
+        return frames(self._film, reels(self._film)[film], last)
 
-    def frames(self, last: float) -> int:
-        """How many pictures the film has if the recording ends at `last` [s]."""
-        return max(1, round((min(self.end, last) - self.start) / self.speed * self.fps))
+    @property
+    def end(self) -> float:
+        """Simulated time [s] at which nothing more is shown."""
+        return max(float(shot["to"]) for reel in reels(self._film).values() for shot in reel)
 
-    def moment(self, frame: int) -> float:
-        """Simulated time of a picture [s]."""
-        return self.start + frame * self.speed / self.fps
+    def view(self, frame: Frame, states: Any) -> View:
+        """The camera of a picture; `states` has `position`."""
+        return Cameras(self._film, states).view(frame.camera, frame.t, frame.part)
+
+    def clip(self, camera: str) -> tuple[float, float]:
+        """Nearest and farthest distance [m] that is drawn."""
+        return clip(self._film["cameras"][camera])
 
 
-def _light(note: Noted) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    options = note.options
-    color = tuple(options["intensity"] * part for part in options["color"])
-    if "pos" in options:
-        return (*options["pos"], 1.0), color
-    way = np.array(options["dir"], float)
+def _light(light: dict[str, Any]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    color = tuple(light["strength"] * part for part in light.get("color", (1.0, 1.0, 1.0)))
+    if "pos" in light:
+        return (*light["pos"], 1.0), color
+    way = np.array(light["direction"], float)
     return (*(way / np.linalg.norm(way)).tolist(), 0.0), color
 
 
-def projection(pos: Any, look_at: Any, up: Any, camera: dict[str, Any], aspect: float) -> np.ndarray:
+def projection(view: View, clip: tuple[float, float], aspect: float) -> np.ndarray:
     """Return the matrix from the world to the picture, shape (4, 4).
 
     Args:
-        pos: Where the camera stands [m].
-        look_at: What is in the middle [m].
-        up: What is upwards in the picture.
-        camera: `fov` [deg], `near` and `far` [m].
+        view: The camera.
+        clip: Nearest and farthest distance [m] that is drawn.
         aspect: Width of the picture over its height.
     """
-    pos = np.asarray(pos, float)
-    back = pos - np.asarray(look_at, float)
-    back /= np.linalg.norm(back)
-    right = np.cross(np.asarray(up, float), back)
-    if np.linalg.norm(right) < 1e-9:  # straight up or down: any way will do
-        right = np.cross([0.0, 1.0, 0.0], back)
-    right /= np.linalg.norm(right)
-    view = np.eye(4)
-    view[:3, :3] = right, np.cross(back, right), back
-    view[:3, 3] = -view[:3, :3] @ pos
-    near, far = camera["near"], camera["far"]
-    tall = 1.0 / np.tan(np.radians(camera["fov"]) / 2)
+    right, up, ahead = (np.array(axis) for axis in basis(view.pos, view.look_at, view.up))
+    matrix = np.eye(4)
+    matrix[:3, :3] = right, up, -ahead
+    matrix[:3, 3] = -matrix[:3, :3] @ view.pos
+    near, far = clip
+    tall = 1.0 / np.tan(np.radians(view.fov) / 2)
     lens = np.zeros((4, 4))
     lens[0, 0], lens[1, 1] = tall / aspect, tall
     lens[2, 2:] = (near + far) / (near - far), 2 * near * far / (near - far)
     lens[3, 2] = -1.0
-    return lens @ view
+    return lens @ matrix

@@ -1,0 +1,52 @@
+"""The bodies of sand_hourglass: everything that moves."""
+
+from pathlib import Path
+
+import genesis as gs
+from filling import weigh
+
+HERE = Path(__file__).resolve().parent
+
+# What deforms: kind of body, solver, distance of its points at rest [m], where its frame is placed.
+DEFORMABLES = {
+    "sand": {
+        "kind": "granular",
+        "solver": "mpm",
+        "spacing": 0.009984,
+        "pos": (0.0, 0.0, 0.47),
+        "quat": (1.0, 0.0, 0.0, 0.0),
+    },
+}
+
+# What bodies of particles weigh [kg].
+MASSES = {
+    "sand": 5.08435355,
+}
+
+
+def add_sand(scene):
+    """Add sand."""
+    return {
+        # case.yaml:39
+        "sand": scene.add_entity(
+            gs.morphs.Cylinder(radius=0.085, height=0.14, pos=(0.0, 0.0, 0.47)),
+            material=gs.materials.MPM.Sand(E=500000.0, nu=0.2, rho=1600.0, friction_angle=35.0),
+            surface=gs.surfaces.Default(
+                color=(0.8471, 0.698, 0.4157, 1.0), roughness=0.9, metallic=0.0, vis_mode="particle"
+            ),
+            name="sand",
+        )
+    }
+
+
+def add_bodies(scene):
+    """Add everything that moves; return the entities by name."""
+    bodies = {
+        **add_sand(scene),
+    }
+    weigh(bodies, MASSES)
+    return bodies
+
+
+def configure(bodies):
+    """Set what can be set only after the scene is built."""

@@ -1,0 +1,152 @@
+"""The bodies of soft_press: everything that moves."""
+
+from pathlib import Path
+
+import genesis as gs
+from filling import weigh
+
+HERE = Path(__file__).resolve().parent
+
+# What deforms: kind of body, solver, distance of its points at rest [m], where its frame is placed.
+DEFORMABLES = {
+    "block[0]": {
+        "kind": "soft",
+        "solver": "mpm",
+        "spacing": 0.009984,
+        "pos": (-0.051, -0.051, 0.04),
+        "quat": (1.0, 0.0, 0.0, 0.0),
+    },
+    "block[1]": {
+        "kind": "soft",
+        "solver": "mpm",
+        "spacing": 0.009984,
+        "pos": (0.051, -0.051, 0.04),
+        "quat": (1.0, 0.0, 0.0, 0.0),
+    },
+    "block[2]": {
+        "kind": "soft",
+        "solver": "mpm",
+        "spacing": 0.009984,
+        "pos": (-0.051, 0.051, 0.04),
+        "quat": (1.0, 0.0, 0.0, 0.0),
+    },
+    "block[3]": {
+        "kind": "soft",
+        "solver": "mpm",
+        "spacing": 0.009984,
+        "pos": (0.051, 0.051, 0.04),
+        "quat": (1.0, 0.0, 0.0, 0.0),
+    },
+    "block[4]": {
+        "kind": "soft",
+        "solver": "mpm",
+        "spacing": 0.009984,
+        "pos": (-0.051, -0.051, 0.142),
+        "quat": (1.0, 0.0, 0.0, 0.0),
+    },
+    "block[5]": {
+        "kind": "soft",
+        "solver": "mpm",
+        "spacing": 0.009984,
+        "pos": (0.051, -0.051, 0.142),
+        "quat": (1.0, 0.0, 0.0, 0.0),
+    },
+    "block[6]": {
+        "kind": "soft",
+        "solver": "mpm",
+        "spacing": 0.009984,
+        "pos": (-0.051, 0.051, 0.142),
+        "quat": (1.0, 0.0, 0.0, 0.0),
+    },
+    "block[7]": {
+        "kind": "soft",
+        "solver": "mpm",
+        "spacing": 0.009984,
+        "pos": (0.051, 0.051, 0.142),
+        "quat": (1.0, 0.0, 0.0, 0.0),
+    },
+}
+
+# What bodies of particles weigh [kg].
+MASSES = {
+    "block[0]": 0.343,
+    "block[1]": 0.343,
+    "block[2]": 0.343,
+    "block[3]": 0.343,
+    "block[4]": 0.343,
+    "block[5]": 0.343,
+    "block[6]": 0.343,
+    "block[7]": 0.343,
+}
+
+
+def add_block(scene):
+    """Add 8 copies of block."""
+    copies = [
+        # pos, color
+        ((-0.051, -0.051, 0.04), (0.8627, 0.0784, 0.2353, 1.0)),
+        ((0.051, -0.051, 0.04), (1.0, 0.8431, 0.0, 1.0)),
+        ((-0.051, 0.051, 0.04), (0.1804, 0.5451, 0.3412, 1.0)),
+        ((0.051, 0.051, 0.04), (0.2549, 0.4118, 0.8824, 1.0)),
+        ((-0.051, -0.051, 0.142), (1.0, 0.549, 0.0, 1.0)),
+        ((0.051, -0.051, 0.142), (0.502, 0.0, 0.502, 1.0)),
+        ((-0.051, 0.051, 0.142), (0.0, 0.502, 0.502, 1.0)),
+        ((0.051, 0.051, 0.142), (1.0, 0.4118, 0.7059, 1.0)),
+    ]
+    return {
+        # case.yaml:31
+        f"block[{i}]": scene.add_entity(
+            gs.morphs.Mesh(
+                file=str(HERE / "models/block.obj"),
+                pos=pos,
+            ),
+            material=gs.materials.MPM.Elastic(E=50000.0, nu=0.3, rho=1000.0, model="corotation"),
+            surface=gs.surfaces.Default(color=color, roughness=0.9, metallic=0.0, vis_mode="particle"),
+            name=f"block[{i}]",
+        )
+        for i, (pos, color) in enumerate(copies)
+    }
+
+
+def add_piston(scene):
+    """Add piston."""
+    return {
+        # case.yaml:40
+        "piston": scene.add_entity(
+            gs.morphs.MJCF(
+                file=str(HERE / "models/piston.xml"),
+                pos=(0.0, 0.0, 0.68),
+                default_armature=None,  # the engine would add 0.1 to every hinge and slider
+            ),
+            material=gs.materials.Rigid(coup_friction=0.5, coup_softness=0.00195),
+            surface=gs.surfaces.Default(color=(0.7255, 0.7608, 0.8, 1.0), roughness=0.3, metallic=0.8),
+            name="piston",
+        )
+    }
+
+
+def add_bodies(scene):
+    """Add everything that moves; return the entities by name."""
+    bodies = {
+        **add_block(scene),
+        **add_piston(scene),
+    }
+    weigh(bodies, MASSES)
+    return bodies
+
+
+# Body, joint, stiffness kp, damping kv, largest force [N or N m].
+MOTORS = [
+    ("piston", "ram", 20000.0, 800.0, 2000.0),
+    ("piston", "head", 300.0, 10.0, 300.0),
+]
+
+
+def configure(bodies):
+    """Set what can be set only after the scene is built."""
+    for name, joint, kp, kv, limit in MOTORS:
+        dofs = bodies[name].get_joint(joint).dofs_idx_local
+        bodies[name].set_dofs_kp([kp] * len(dofs), dofs)
+        bodies[name].set_dofs_kv([kv] * len(dofs), dofs)
+        if limit is not None:
+            bodies[name].set_dofs_force_range([-limit] * len(dofs), [limit] * len(dofs), dofs)

@@ -1,0 +1,74 @@
+"""The stage of tablecloth_pull: time, gravity, solver, and what never moves."""
+
+import genesis as gs
+from engine import mend
+
+DT = 0.01  # time step [s]
+STEPS = 500  # 5.0 s of simulated time
+RECORD_EVERY = 2  # steps from one recorded frame to the next
+MAX_SPEED = 130.0  # a body faster than this [m/s] has diverged
+
+
+def start_engine(backend):
+    """Start the engine; once in a process."""
+    mend()
+    gs.init(backend=backend, precision="32", seed=0, logging_level="warning")
+
+
+def make_scene(vis_options=None):
+    """Return an empty scene."""
+    return gs.Scene(
+        sim_options=gs.options.SimOptions(
+            dt=DT,
+            substeps=2,  # at 10 ms stacked and piled bodies sink into each other
+            gravity=(0.0, 0.0, -9.81),
+        ),
+        rigid_options=gs.options.RigidOptions(
+            constraint_solver=gs.constraint_solver.Newton,  # few enough bodies for the exact solver
+            iterations=50,
+            tolerance=1e-08,
+            friction_cone=gs.friction_cone.pyramidal,  # survives hard impacts; elliptic does not creep on slopes
+            constraint_timeconst=0.01,  # two substeps: the stiffest contact that stays stable
+            max_collision_pairs=4112,  # 16 for each of 257 convex pieces
+        ),
+        coupler_options=gs.options.IPCCouplerOptions(
+            contact_d_hat=0.002,  # a tenth of the shortest edge, so that gaps are small against folds
+            contact_friction_enable=True,
+        ),
+        vis_options=vis_options or gs.options.VisOptions(),
+        show_viewer=False,
+    )
+
+
+def add_floor(scene):
+    """Add floor."""
+    return {
+        # case.yaml:16
+        "floor": scene.add_entity(
+            gs.morphs.Plane(plane_size=(8.0, 8.0), pos=(0.0, 0.0, 0.0)),
+            material=gs.materials.Rigid(friction=0.5, coup_friction=0.5),
+            surface=gs.surfaces.Default(color=(0.5529, 0.5176, 0.4706, 1.0), roughness=0.9, metallic=0.0),
+            name="floor",
+        )
+    }
+
+
+def add_table(scene):
+    """Add table."""
+    return {
+        # case.yaml:17
+        "table": scene.add_entity(
+            gs.morphs.Box(size=(1.2, 0.8, 0.04), pos=(0.0, 0.0, 0.73), fixed=True),
+            material=gs.materials.Rigid(rho=1000.0, friction=0.2, coup_friction=0.2),
+            surface=gs.surfaces.Default(color=(0.7255, 0.5451, 0.3216, 1.0), roughness=0.7, metallic=0.0),
+            name="table",
+        )
+    }
+
+
+def add_statics(scene):
+    """Add what never moves; return the entities by name."""
+    return {
+        **add_floor(scene),
+        **add_table(scene),
+    }

@@ -1,0 +1,67 @@
+"""The bodies of trampoline: everything that moves."""
+
+from pathlib import Path
+
+import genesis as gs
+
+HERE = Path(__file__).resolve().parent
+
+# What deforms: kind of body, solver, distance of its points at rest [m], where its frame is placed.
+DEFORMABLES = {
+    "sheet": {"kind": "cloth", "solver": "pbd", "spacing": 0.02, "pos": (0.0, 0.0, 0.9), "quat": (1.0, 0.0, 0.0, 0.0)},
+}
+
+
+def add_sheet(scene):
+    """Add sheet."""
+    return {
+        # case.yaml:18
+        "sheet": scene.add_entity(
+            gs.morphs.Mesh(
+                file=str(HERE / "models/sheet.obj"),
+                pos=(0.0, 0.0, 0.9),
+            ),
+            material=gs.materials.PBD.Cloth(
+                rho=0.4,
+                static_friction=0.3,
+                kinetic_friction=0.3,
+                stretch_compliance=1e-07,
+                bending_compliance=0.0001,
+                air_resistance=0.001,
+            ),
+            surface=gs.surfaces.Default(color=(0.2549, 0.4118, 0.8824, 1.0), roughness=0.9, metallic=0.0),
+            name="sheet",
+        )
+    }
+
+
+def add_ball(scene):
+    """Add 3 copies of ball."""
+    copies = [
+        # pos, color
+        ((-0.16, -0.1, 1.5), (0.8627, 0.0784, 0.2353, 1.0)),
+        ((0.0, 0.0, 2.0), (1.0, 0.8431, 0.0, 1.0)),
+        ((0.16, 0.1, 2.5), (0.1804, 0.5451, 0.3412, 1.0)),
+    ]
+    return {
+        # case.yaml:26
+        f"ball[{i}]": scene.add_entity(
+            gs.morphs.Sphere(radius=0.07, pos=pos),
+            material=gs.materials.Rigid(rho=300.0, friction=0.5, coup_friction=0.5),
+            surface=gs.surfaces.Default(color=color, roughness=0.4, metallic=0.0),
+            name=f"ball[{i}]",
+        )
+        for i, (pos, color) in enumerate(copies)
+    }
+
+
+def add_bodies(scene):
+    """Add everything that moves; return the entities by name."""
+    return {
+        **add_sheet(scene),
+        **add_ball(scene),
+    }
+
+
+def configure(bodies):
+    """Set what can be set only after the scene is built."""

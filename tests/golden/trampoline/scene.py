@@ -1,0 +1,64 @@
+"""The stage of trampoline: time, gravity, solver, and what never moves."""
+
+import genesis as gs
+from engine import mend
+
+DT = 0.004  # time step [s]
+STEPS = 1000  # 4.0 s of simulated time
+RECORD_EVERY = 5  # steps from one recorded frame to the next
+MAX_SPEED = 46.0  # a body faster than this [m/s] has diverged
+
+
+def start_engine(backend):
+    """Start the engine; once in a process."""
+    mend()
+    gs.init(backend=backend, precision="32", seed=0, logging_level="warning")
+
+
+def make_scene(vis_options=None):
+    """Return an empty scene."""
+    return gs.Scene(
+        sim_options=gs.options.SimOptions(
+            dt=DT,
+            substeps=8,
+            gravity=(0.0, 0.0, -9.81),
+        ),
+        rigid_options=gs.options.RigidOptions(
+            constraint_solver=gs.constraint_solver.Newton,  # few enough bodies for the exact solver
+            iterations=50,
+            tolerance=1e-08,
+            friction_cone=gs.friction_cone.pyramidal,  # survives hard impacts; elliptic does not creep on slopes
+            constraint_timeconst=0.002,  # two substeps: the stiffest contact that stays stable
+            max_collision_pairs=150,  # 16 for each of 4 convex pieces
+        ),
+        pbd_options=gs.options.PBDOptions(
+            particle_size=0.02,  # the smallest cell of its bodies
+            # where its bodies can come to; a wider space costs time, and its sides are walls
+            lower_bound=(-1.22, -1.22, -0.08),
+            upper_bound=(1.22, 1.22, 1.82),
+            max_stretch_solver_iterations=20,
+            max_bending_solver_iterations=1,  # as the engine has it
+        ),
+        vis_options=vis_options or gs.options.VisOptions(),
+        show_viewer=False,
+    )
+
+
+def add_floor(scene):
+    """Add floor."""
+    return {
+        # case.yaml:15
+        "floor": scene.add_entity(
+            gs.morphs.Plane(plane_size=(8.0, 8.0), pos=(0.0, 0.0, 0.0)),
+            material=gs.materials.Rigid(friction=0.5, coup_friction=0.5),
+            surface=gs.surfaces.Default(color=(0.5529, 0.5961, 0.6392, 1.0), roughness=0.9, metallic=0.0),
+            name="floor",
+        )
+    }
+
+
+def add_statics(scene):
+    """Add what never moves; return the entities by name."""
+    return {
+        **add_floor(scene),
+    }

@@ -1,0 +1,90 @@
+"""Deformable bodies that cannot bear themselves, or cannot fold, and angles and pulls of such bodies."""
+
+from pathlib import Path
+
+import pytest
+from lint_support import findings
+
+BODY = "bodies: {{a: {{kind: {}, pose: {{pos: [0, 0, 1]}}, {}}}}}"
+CUBE = "shape: {kind: box, size: [0.2, 0.2, 0.2]}"
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "hint"), [(0.05, "50000"), (20, "20000"), (1500, None), (2500, ""), (5e4, ""), (1e6, "")]
+)
+def test_the_stiffness_that_was_meant(tmp_path: Path, stiffness: float, hint: str | None) -> None:
+    """A cube of 20 cm weighs 1962 Pa on its foot."""
+    body = BODY.format("soft", f"{CUBE}, material: {{youngs_modulus: {stiffness}}}")
+    found = findings(tmp_path, "squashes-itself", body)
+    assert [problem.hint for problem in found] == ([] if hint == "" else [hint])
+    assert findings(tmp_path, "squashes-itself", body, "scene: {gravity: [0, 0, 0]}") == []
+
+
+def test_a_soft_liquid(tmp_path: Path) -> None:
+    (found,) = findings(tmp_path, "squashes-itself", BODY.format("liquid", f"{CUBE}, material: {{stiffness: 0.5}}"))
+    assert (found.path, found.hint) == ("/bodies/a/material/stiffness", "500000")
+
+
+@pytest.mark.parametrize(("cell", "count"), [(0.3, 1), (0.1, 1), (0.05, 0), (0.02, 0)])
+def test_coarse_cloth(tmp_path: Path, cell: float, count: int) -> None:
+    cloth = BODY.format("cloth", f"shape: {{kind: sheet, size: [0.5, 0.5]}}, cell: {cell}")
+    assert len(findings(tmp_path, "coarse-cloth", cloth)) == count
+
+
+def test_a_ribbon_is_no_coarse_cloth(tmp_path: Path) -> None:
+    ribbon = BODY.format("cloth", "shape: {kind: sheet, size: [0.5, 0.05]}, cell: 0.02")
+    assert findings(tmp_path, "coarse-cloth", ribbon) == []
+
+
+@pytest.mark.parametrize(("angle", "count"), [(0.6, 1), (0.35, 1), (5, 0), (35, 0)])
+def test_a_heap_in_radians(tmp_path: Path, angle: float, count: int) -> None:
+    sand = BODY.format("granular", f"{CUBE}, material: {{friction_angle_deg: {angle}}}")
+    assert len(findings(tmp_path, "looks-like-radians", sand)) == count
+
+
+@pytest.mark.parametrize("region", ["corner: [left, front, top]", "edge: [left, top]"])
+def test_a_corner_is_torn_off(tmp_path: Path, region: str) -> None:
+    pull = "actions: {{controls: {{p: {{kind: force, body: a, region: {{{}}}, force: [{}, 0, 0]}}}}}}"
+    body = BODY.format("soft", CUBE)
+    assert len(findings(tmp_path, "tearing-force", body, pull.format(region, 1e5))) == 1
+    assert findings(tmp_path, "tearing-force", body, pull.format(region, 0.1)) == []
+
+
+@pytest.mark.parametrize(
+    ("measure", "expect", "rule"),
+    [
+        ("kind: stretch, of: rag", "during: all, above: 0", "cannot-fail"),
+        ("kind: strain, of: a", "during: all, above: -0.1", "cannot-fail"),
+        ("kind: stretch, of: rag", "at: start, above: 1.2", "cannot-hold"),
+        ("kind: strain, of: a", "at: start, above: 0.1", "cannot-hold"),
+        ("kind: volume, of: a, relative: true", "at: start, below: 0.9", "cannot-hold"),
+        ("kind: share_in, of: a, region: {kind: sphere, center: [0, 0, 0], radius: 1}", "at: end, above: 2", "cannot-hold"),
+    ],
+)  # fmt: skip
+def test_what_measures_of_deformation_can_be(tmp_path: Path, measure: str, expect: str, rule: str) -> None:
+    rag = "bodies: {rag: {kind: cloth, shape: {kind: sheet, size: [0.5, 0.5]}, pose: {pos: [2, 0, 1]}}}"
+    asked = f"actions: {{measures: {{m: {{{measure}}}}}, expect: {{e: {{measure: m, {expect}}}}}}}"
+    assert len(findings(tmp_path, rule, BODY.format("soft", CUBE), rag, asked)) == 1
+
+
+@pytest.mark.parametrize(
+    ("model", "key", "count"),
+    [
+        ("particle", "youngs_modulus", 1),
+        ("particle", "stretch_compliance", 0),
+        ("ipc", "air_resistance", 1),
+        ("ipc", "youngs_modulus", 0),
+    ],
+)
+def test_stuff_that_a_derived_solver_leaves_out(tmp_path: Path, model: str, key: str, count: int) -> None:
+    """Where the case names the solver, its form is wrong already."""
+    cloth = BODY.format("cloth", f"shape: {{kind: sheet, size: [0.5, 0.5]}}, material: {{{key}: 0.5}}")
+    found = findings(tmp_path, "unheeded-stuff", cloth, f"scene: {{contact: {{model: {model}}}}}")
+    assert [problem.path for problem in found] == [f"/bodies/a/material/{key}"] * count
+
+
+def test_no_way_out_leads_under_the_floor(tmp_path: Path) -> None:
+    table = "scene: {statics: {table: {shape: {kind: box, size: [1, 1, 0.4]}, place: {on: floor}}}}"
+    sand = f"bodies: {{sand: {{kind: granular, {CUBE}, place: {{on: floor}}}}}}"
+    (found,) = findings(tmp_path, "soft-inside", table, sand)
+    assert "-z" not in found.message

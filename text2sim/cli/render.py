@@ -1,0 +1,172 @@
+"""The command `text2sim render`."""
+
+import sys
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from text2sim.cli import exits
+
+if TYPE_CHECKING:
+    from text2sim.rendering.film import Filming, Progress, Reel
+
+EVERY = 15.0
+"""Wall time [s] between lines where nobody watches."""
+
+
+def render(
+    run: Annotated[Path, typer.Argument(help="Folder of a run.")],
+    quality: Annotated[
+        Literal["draft", "final", "still"],
+        typer.Option("--quality", help="draft: 8 samples per pixel; final: 36; still: one picture with 144."),
+    ] = "draft",
+    frames: Annotated[
+        str, typer.Option("--frames", metavar="A:B", help="Only pictures A to B (not included), or only picture A.")
+    ] = "",
+    camera: Annotated[str, typer.Option("--camera", metavar="NAME", help="Only what this camera sees.")] = "",
+    resolution: Annotated[str, typer.Option("--resolution", metavar="WxH", help="Instead of the case's.")] = "",
+    frames_only: Annotated[
+        Literal["png", "exr"] | None,
+        typer.Option("--frames-only", help="Numbered pictures instead of a film; exr keeps radiance."),
+    ] = None,
+    shard: Annotated[
+        str, typer.Option("--shard", metavar="I/N", help="Only the I-th of N parts (from 1), for several processes.")
+    ] = "",
+    join: Annotated[bool, typer.Option("--join", help="Only make the film of pictures that shards have left.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """Make a path-traced film of a recorded run, without simulating again.
+
+    Pictures that are there already and would come out the same are kept, so a render that was stopped goes on, and a
+    change of the case costs only what it touches.
+    """
+    from text2sim.cli.output import say, say_json, shown
+    from text2sim.rendering.film import Filming
+    from text2sim.rendering.recording import read_recording
+    from text2sim.rendering.renderer import find_variant
+
+    span, part, size = _span(frames), _shard(shard), _size(resolution)
+    recording = read_recording(run)
+    if not join:
+        variant = find_variant()
+        if variant.hint and not as_json:
+            say(variant.hint, to=sys.stderr)
+    filming = Filming(recording, quality, size=size)
+    reels = filming.reels(camera, span)
+    if quality == "still":
+        reels = [_still(reel, span) for reel in reels[:1]]
+    teller = _Teller(reels, quiet=as_json)
+    made: list[Path] = []
+    for reel in reels:
+        paths = [] if join else filming.render(reel, teller, shard=part, format=frames_only or "png")
+        if part != (0, 1):
+            continue
+        if quality == "still" or frames_only:
+            made += _numbered(filming, reel, paths or [filming.finished(f, frames_only or "png") for f in reel.frames])
+        else:
+            made.append(filming.encode(reel))
+    if as_json:
+        say_json({"ok": True, "files": [str(path) for path in made], "seconds": teller.mean()})
+    elif part != (0, 1):
+        say(f"part {part[0] + 1} of {part[1]} is rendered; when all are, add --join")
+    else:
+        say(f"{'picture' if len(made) == 1 and made[0].suffix != '.mp4' else 'film'}: {shown(made[0])}" if made else "")
+    raise typer.Exit(exits.OK)
+
+
+class _Teller:
+    """Says how far a render is and how long it will take, on one line of a terminal or now and then."""
+
+    def __init__(self, reels: "list[Reel]", *, quiet: bool) -> None:
+        self._total, self._done, self._traced = sum(len(reel.frames) for reel in reels), 0, 0
+        self._begun = self._next = monotonic()
+        self._quiet, self._sums = quiet, {}
+
+    def __call__(self, progress: "Progress") -> None:
+        self._done += 1
+        if progress.seconds:
+            self._traced += 1
+            for name, value in progress.seconds.items():
+                self._sums[name] = self._sums.get(name, 0.0) + value
+        now = monotonic()
+        live = sys.stderr.isatty()
+        if self._quiet or not (live or now >= self._next or self._done == self._total):
+            return
+        self._next = now + EVERY
+        left = ""
+        if self._traced and self._done < self._total:
+            from text2sim.cli.output import seconds
+
+            each = (now - self._begun) / self._traced
+            left = f", {each:.1f} s each, {seconds(each * (self._total - self._done))} left"
+        text = f"rendering {progress.film}: {self._done} of {self._total} pictures{left}"
+        ending = "\n" if not live or self._done == self._total else ""
+        print(("\r\x1b[K" if live else "") + text, end=ending, file=sys.stderr, flush=True)
+
+    def mean(self) -> dict[str, float]:
+        """Return the time of a picture by part [s]."""
+        return {name: round(value / max(self._traced, 1), 3) for name, value in self._sums.items()}
+
+
+def _still(reel: "Reel", span: tuple[int, int] | None) -> "Reel":
+    """The picture that was asked for, or the one in the middle."""
+    from text2sim.rendering.film import Reel
+
+    return Reel(reel.name, [reel.frames[0 if span else len(reel.frames) // 2]])
+
+
+def _numbered(filming: "Filming", reel: "Reel", paths: list[Path]) -> list[Path]:
+    """Copy finished pictures to where people look for them."""
+    import shutil
+
+    from text2sim.rendering.frames import save
+
+    folder, made = filming.folder / reel.name, []
+    if not paths or paths[0].suffix == ".exr":
+        for frame, path in zip(reel.frames, paths, strict=True):
+            made.append(folder / f"{frame.k:05d}.exr")
+            save(made[-1], lambda part, path=path: shutil.copyfile(path, part))
+        return made
+    from PIL import Image
+
+    for frame, image in zip(reel.frames, filming.pictures(reel, paths), strict=True):
+        single = filming.quality == "still"
+        made.append(filming.folder / f"{reel.name}.png" if single else folder / f"{frame.k:05d}.png")
+        save(made[-1], lambda part, image=image: Image.fromarray(image).save(part, format="png"))
+    return made
+
+
+def _span(text: str) -> tuple[int, int] | None:
+    first, colon, end = text.partition(":")
+    try:
+        if not text:
+            return None
+        start = int(first or 0)
+        span = start, (int(end) if end else sys.maxsize) if colon else start + 1
+    except ValueError:
+        span = (0, 0)
+    if not 0 <= span[0] < span[1]:
+        raise typer.BadParameter(f"{text}: write 10:20, or 10", param_hint="'--frames'")
+    return span
+
+
+def _shard(text: str) -> tuple[int, int]:
+    if not text:
+        return 0, 1
+    number, _, count = text.partition("/")
+    if not (number.isdigit() and count.isdigit() and 1 <= int(number) <= int(count)):
+        raise typer.BadParameter(f"{text}: write 1/4 for the first of four", param_hint="'--shard'")
+    return int(number) - 1, int(count)
+
+
+def _size(text: str) -> tuple[int, int] | None:
+    if not text:
+        return None
+    width, _, height = text.partition("x")
+    if not (width.isdigit() and height.isdigit()) or any(
+        not 16 <= int(n) <= 8192 or int(n) % 2 for n in (width, height)
+    ):
+        raise typer.BadParameter(f"{text}: write 1280x720, even numbers", param_hint="'--resolution'")
+    return int(width), int(height)

@@ -1,0 +1,244 @@
+"""Cameras of the render section as numbers, and one that shows all that happens if there is none."""
+
+from math import dist, radians
+from statistics import median
+from typing import Any, NamedTuple
+
+from text2sim.compiler.placing.body_points import BodyPoints
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.selection import select, split
+from text2sim.compiler.shapes.regions import RegionError
+from text2sim.compiler.shapes.rotation import Vec
+from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.models.cameras import Camera, Dolly, Follow, Keyframed, Orbit, Still
+from text2sim.spec_schema.models.regions import BodyPoint
+
+Ball = tuple[tuple[float, float, float], float]
+
+DEFAULT_VIEW = (0.55, -1.0, 0.5)
+"""Direction from the scene to a camera that nobody placed."""
+DEFAULT_FOV = 32.0
+"""Its vertical field of view [deg]: a lens of 42 mm, which draws things as eyes see them."""
+MARGIN = 0.08
+"""Part of the picture that a frame keeps free at each edge, if nothing is said."""
+ORBIT = 0.45
+"""Height over radius of a circle that follows from what it frames."""
+FALL = 3.0
+"""How far [m] down to the ground a body may be at the start, for the place below it to be in a picture."""
+STRAY, LEGIBLE = 2.5, 20.0
+"""A body that nobody asked for is in the picture as far as it strays this many sizes of the whole, or this many of
+its own, from where all began: farther, and nothing would be large enough to be recognised."""
+AROUND, LARGE = 2.0, 3.0
+"""A static nearer than this many sizes of what moves is shown too, if it is not larger than this many."""
+
+
+class Ground(NamedTuple):
+    """What cameras need to know of the scene at the start."""
+
+    placed: dict[str, list[Copy]]
+    """Copies by body, statics included."""
+    moving: tuple[str, ...]
+    """Names of the bodies."""
+    balls: dict[str, list[Ball]]
+    """Balls around the pieces of each copy, in the world."""
+    points: BodyPoints
+    """Finds links and regions of bodies."""
+    aspect: float
+    """Width of the picture over its height."""
+
+    def around(self, names: Any) -> list[Ball]:
+        """Return balls around the copies of bodies; of a ground without end none."""
+        chosen = [copy for name in names for copy in self.placed[name] if not _is_plane(copy)]
+        return [ball for copy in chosen for ball in self.balls.get(copy.name, [(copy.pos, 0.05)])]
+
+
+def resolve_camera(camera: Camera, ground: Ground) -> dict[str, Any]:
+    """Return a camera as plain numbers; one with a frame stands where it shows all as it is at the start."""
+    plain: dict[str, Any] = {"kind": camera.kind, "up": camera.up, "fov": round(camera.field, 4)}
+    if camera.f_stop is not None:
+        plain["f_stop"] = camera.f_stop
+        if camera.focus is not None:
+            plain["focus"] = _focus(camera.focus, ground)
+    if isinstance(camera, Follow):
+        copies, link = select(camera.body, ground.placed)
+        plain |= {"body": copies[0].name, "link": link, "smooth": camera.smooth}
+        return plain | ({"pos": camera.from_} if camera.from_ is not None else {"offset": camera.offset})
+    if isinstance(camera, Keyframed):
+        listed = isinstance(camera.look_at, list)
+        look_at = camera.look_at if listed else resolve_target(camera.look_at, ground)
+        return plain | {"times": camera.times, "positions": camera.positions, "look_at": look_at}
+    if isinstance(camera, Dolly):
+        return plain | {"pos": camera.from_, "to": camera.to, "look_at": resolve_target(camera.look_at, ground)}
+    if isinstance(camera, Orbit):
+        plain |= {"start": radians(camera.start_deg), "turn": radians(camera.turn_deg)}
+        if camera.radius is not None:
+            plain |= {"radius": camera.radius, "height": camera.height}
+        else:
+            plain |= {"radius": 1.0, "height": ORBIT}
+        if camera.frame is None:
+            return plain | {"look_at": resolve_target(camera.look_at, ground)}
+        frame = _frame(camera, ground) | {"fit": camera.radius is None}
+        return _framed(plain | {"frame": frame}, ground.around(_names(camera.frame)), ground)
+    assert isinstance(camera, Still)
+    if camera.frame is None:
+        return plain | {"pos": camera.from_, "look_at": resolve_target(camera.look_at, ground)}
+    frame = _frame(camera, ground)
+    if camera.from_ is not None:
+        plain |= {"pos": camera.from_}
+    else:
+        frame |= {"direction": camera.direction or DEFAULT_VIEW}
+    return _framed(plain | {"frame": frame}, ground.around(_names(camera.frame)), ground)
+
+
+def derived_camera(ground: Ground) -> dict[str, Any]:
+    """Return a still camera that shows everything that moves, over all of the film."""
+    moving = _to_the_ground(ground.around(ground.moving), ground)
+    statics = _near_statics(moving, ground)
+    balls = moving + ground.around(statics)
+    low, high = _box(balls)
+    size = _longest(low, high)
+    own = 2 * median(radius for _, radius in moving) if moving else size
+    room = max(STRAY * size, LEGIBLE * own)
+    levels = [copy.pos[2] for copy in _planes(ground)]
+    lowest = min(levels) - 0.1 * size if levels else low[2] - size
+    within = _rounded((low[0] - room, low[1] - room, lowest)), _rounded(c + room for c in high)
+    frame = {"bodies": [*ground.moving, *statics], "margin": MARGIN, "within": within, "direction": DEFAULT_VIEW}
+    return _framed({"kind": "still", "up": (0.0, 0.0, 1.0), "fov": DEFAULT_FOV, "frame": frame}, balls, ground)
+
+
+def resolve_target(target: Any, ground: Ground) -> Vec:
+    """Return where something is at the start: the middle of all copies, links or regions that are meant."""
+    region = None
+    if isinstance(target, BodyPoint):
+        target, region = target.body, target.region
+    if not isinstance(target, str):
+        return target
+    copies, link = select(target, ground.placed)
+    found = [ground.points.in_world(copy, link, region) for copy in copies]
+    x, y, z = (round(sum(axis) / len(found), 6) for axis in zip(*found, strict=True))
+    return (x, y, z)
+
+
+def check_targets(loaded: LoadedCase, placed: dict[str, list[Copy]], points: BodyPoints) -> list[Problem]:
+    """Return what is wrong with the regions that cameras and lights look at."""
+    problems = []
+    ground = Ground(placed, (), {}, points, 1.0)
+    render = loaded.case.render
+    for section, things in (("cameras", render.cameras), ("lights", render.lights)):
+        for name, thing in things.items():
+            for key in ("look_at", "focus", "at"):
+                target = getattr(thing, key, None)
+                if not isinstance(target, BodyPoint):
+                    continue
+                try:
+                    resolve_target(target, ground)
+                except RegionError as error:
+                    where = ("render", section, name, key, "region")
+                    problems.append(loaded.problem(where, f"{target.body}: {error}", rule="empty-region"))
+    return problems
+
+
+def extent(ground: Ground) -> tuple[Vec, float]:
+    """Return the middle [m] of what a film is about at the start, and the radius [m] of a ball around it."""
+    moving = ground.around(ground.moving)
+    balls = moving + ground.around(_near_statics(moving, ground)) if moving else ground.around(ground.placed)
+    low, high = _box(_to_the_ground(balls, ground))
+    return _rounded((a + b) / 2 for a, b in zip(low, high, strict=True)), round(dist(low, high) / 2, 4)
+
+
+def ground_planes(ground: Ground) -> list[Copy]:
+    """Return the level grounds of the scene."""
+    return [copy for copy in _planes(ground) if abs(copy.quat[1]) + abs(copy.quat[2]) < 1e-9]
+
+
+def _focus(focus: Any, ground: Ground) -> Any:
+    if not isinstance(focus, str):
+        return resolve_target(focus, ground)
+    copies, link = select(focus, ground.placed)
+    if len(copies) > 1 or split(focus)[0] not in ground.moving:
+        return resolve_target(focus, ground)
+    return {"body": copies[0].name, "link": link}
+
+
+def _frame(camera: Still | Orbit, ground: Ground) -> dict[str, Any]:
+    assert camera.frame is not None
+    margin = MARGIN if camera.margin is None else camera.margin
+    within = None if camera.within is None else (camera.within.min, camera.within.max)
+    return {"bodies": _plain_names(camera.frame, ground), "margin": margin, "within": within}
+
+
+def _plain_names(selectors: list[str], ground: Ground) -> list[str]:
+    """Selectors as recorded states know them: a body for all its copies, or copies one by one, and links of them."""
+    found = []
+    for selector in selectors:
+        body, index, part = split(selector)
+        copies, _ = select(selector, ground.placed)
+        names = [body] if index in (None, "*") else [copy.name for copy in copies]
+        found += [name if part is None else f"{name}.{part}" for name in names]
+    return found
+
+
+def _names(selectors: list[str]) -> list[str]:
+    return list(dict.fromkeys(split(selector)[0] for selector in selectors))
+
+
+def _framed(camera: dict[str, Any], balls: list[Ball], ground: Ground) -> dict[str, Any]:
+    """Where the camera stands if nothing moves, in numbers that are pleasant to read."""
+    from text2sim.templates.cameras import framed_balls  # not before it is needed: arrays take a tenth of a second
+
+    found = framed_balls(camera, balls or [((0.0, 0.0, 0.0), 1.0)], ground.aspect)
+    numbers = {key: round(float(found[key]), 4) for key in ("fov", "radius", "height") if key in found}
+    found |= numbers | {key: _rounded(found[key]) for key in ("pos", "look_at") if key in found}
+    return {key: found[key] for key in [*(key for key in found if key != "frame"), "frame"]}
+
+
+def _to_the_ground(balls: list[Ball], ground: Ground) -> list[Ball]:
+    """Balls, and where they fall to if there is ground below, and not too far."""
+    levels = [copy.pos[2] for copy in ground_planes(ground)]
+    level = max(levels) if levels else None
+    fallen = [] if level is None else [((x, y, level + r), r) for (x, y, z), r in balls if r < z - level < FALL]
+    return balls + fallen
+
+
+def _near_statics(moving: list[Ball], ground: Ground) -> list[str]:
+    """Statics that stand near what moves, and are not too large to be shown with it."""
+    if not moving:
+        return [name for name in ground.placed if ground.around([name])]
+    low, high = _box(moving)
+    size = _longest(low, high)
+    found = []
+    for name in ground.placed:
+        if name in ground.moving or not (balls := ground.around([name])):
+            continue
+        first, last = _box(balls)
+        near = all(
+            a < d + AROUND * size and b > c - AROUND * size for a, b, c, d in zip(first, last, low, high, strict=True)
+        )
+        if near and _longest(first, last) <= LARGE * size:
+            found.append(name)
+    return found
+
+
+def _planes(ground: Ground) -> list[Copy]:
+    return [copy for copies in ground.placed.values() for copy in copies if _is_plane(copy)]
+
+
+def _is_plane(copy: Copy) -> bool:
+    return getattr(getattr(copy.model, "shape", None), "kind", None) == "plane"
+
+
+def _box(balls: list[Ball]) -> tuple[Vec, Vec]:
+    balls = balls or [((0.0, 0.0, 0.0), 1.0)]
+    a, b, c = (min(center[k] - radius for center, radius in balls) for k in range(3))
+    d, e, f = (max(center[k] + radius for center, radius in balls) for k in range(3))
+    return (a, b, c), (d, e, f)
+
+
+def _longest(low: Vec, high: Vec) -> float:
+    return max(b - a for a, b in zip(low, high, strict=True))
+
+
+def _rounded(point: Any) -> Vec:
+    x, y, z = (round(float(c), 4) for c in point)
+    return (x, y, z)

@@ -1,0 +1,193 @@
+"""Lights of the render section as numbers; studios in one word; the brightness that goes with them."""
+
+from math import cos, dist, hypot, pi, radians, sin
+from typing import Any, NamedTuple
+
+from text2sim.compiler.film_cameras import Ground, extent, ground_planes, resolve_target
+from text2sim.compiler.looks import STAGE
+from text2sim.compiler.shapes.rotation import Vec
+from text2sim.spec_schema.models.colors import rgb
+from text2sim.spec_schema.models.lights import Environment, Lamp, Light, Sky, Softbox, Spot, Sun
+from text2sim.spec_schema.models.render import Render
+
+FAR = 4.0
+"""Distance of a soft lamp that says none, in radii of the scene."""
+SOFT = 0.5
+"""Its side, in distances."""
+ROOM = 14.0
+"""Radius of a cyclorama, in radii of the scene: lamps and cameras stand inside."""
+
+
+class Studio(NamedTuple):
+    """What a word for the light means. Directions are across, ahead and up, as the camera sees them."""
+
+    lights: dict[str, Light]
+    backdrop: str
+    background: str
+    ambient: float
+    """For the preview, which has no light that is thrown back."""
+    stops: float = 0.0
+    """Brighter than a white sheet in its light calls for."""
+
+
+def _softbox(direction: Vec, strength: float, color: str = "white") -> Softbox:
+    return Softbox(kind="softbox", direction=direction, strength=strength, color=color)
+
+
+STUDIOS = {
+    # One large key beside the camera, a cool edge from behind, and little else: high fill looks chalky.
+    "studio": Studio(
+        {
+            "key": _softbox((0.75, 0.45, -1.0), 3.2, "#fff6ec"),
+            "rim": _softbox((-0.6, -0.9, -0.75), 1.1, "#d6e4ff"),
+            "fill": Environment(kind="environment", color="#eef3fa", horizon="#dfe3e8", strength=0.16),
+        },
+        "cyclorama",
+        "#c9ced4",
+        0.35,
+    ),
+    "overcast": Studio(
+        {
+            "cloud": Environment(kind="environment", color="#f2f5f8", horizon="#cfd6dc", strength=0.9),
+            "sun": Sun(kind="sun", direction=(0.3, 0.4, -1.0), strength=0.6, angle_deg=40.0),
+        },
+        "ground",
+        "#d3d9de",
+        0.6,
+    ),
+    "golden_hour": Studio(
+        {
+            "sun": Sun(kind="sun", direction=(0.9, 0.3, -0.32), strength=3.4, color="#ffb066", angle_deg=2.0),
+            "sky": Environment(kind="environment", color="#7d9fd0", horizon="#ffd9b0", strength=0.4),
+        },
+        "horizon",
+        "#e6cdb2",
+        0.35,
+    ),
+    "dark_stage": Studio(
+        {
+            "key": _softbox((0.25, 0.5, -1.0), 3.0, "#fff1e0"),
+            "rim": _softbox((-0.7, -1.0, -0.5), 1.6, "#a9c4ff"),
+            "fill": Environment(kind="environment", color="#8090b0", horizon="#404858", strength=0.02),
+        },
+        "cyclorama",
+        "#17181b",
+        0.12,
+        -0.3,
+    ),
+}
+
+
+def resolve_light(render: Render, ground: Ground, camera: dict[str, Any]) -> dict[str, Any]:
+    """Return lights, backdrop and brightness as plain data.
+
+    Args:
+        render: The section.
+        ground: The scene at its start.
+        camera: The first one, as numbers: studios are built around it.
+    """
+    studio = STUDIOS[render.lighting]
+    center, radius = extent(ground)
+    lights = {name: _light(light, ground, center, radius) for name, light in render.lights.items()}
+    if not lights:
+        lights = {name: _light(_turned(light, camera), ground, center, radius) for name, light in studio.lights.items()}
+    elif not any(light["kind"] in ("environment", "sky") for light in lights.values()):
+        strength = render.ambient if render.ambient is not None else 0.16
+        lights["ambient"] = _light(Environment(kind="environment", strength=strength), ground, center, radius)
+    if render.ambient is not None:
+        for light in lights.values():
+            if light["kind"] == "environment":
+                light["strength"] = render.ambient
+    stops = render.exposure + (studio.stops if not render.lights else 0.0)
+    planes = [copy for copy in ground_planes(ground) if copy.model.look.color in (None, STAGE)]
+    levels = [copy.pos[2] for copy in ground_planes(ground)]
+    return {
+        "background": color_of(render.background or studio.background),
+        "ambient": studio.ambient if render.ambient is None else render.ambient,
+        "lights": lights,
+        "gain": round(2.0**stops * _gain(lights, center), 4),
+        "backdrop": {
+            "kind": render.backdrop or studio.backdrop,
+            "level": max(levels) if levels else None,
+            "center": center,
+            "radius": round(ROOM * radius, 3),
+            "planes": [copy.name for copy in planes],
+        },
+    }
+
+
+def color_of(color: Any) -> tuple[float, float, float]:
+    """Return a colour with four digits."""
+    red, green, blue = rgb(color)
+    return (round(red, 4), round(green, 4), round(blue, 4))
+
+
+def _light(light: Light, ground: Ground, center: Vec, radius: float) -> dict[str, Any]:
+    plain: dict[str, Any] = {"kind": light.kind, "strength": light.strength}
+    if isinstance(light, Sky):
+        return plain | {"direction": light.direction, "turbidity": light.turbidity}
+    plain["color"] = color_of(light.color)
+    if isinstance(light, Environment):
+        return plain | {"horizon": plain["color"] if light.horizon is None else color_of(light.horizon)}
+    if isinstance(light, Sun):
+        return plain | {"direction": light.direction, "angle": round(radians(light.angle_deg), 5)}
+    if isinstance(light, Softbox):
+        distance = light.distance or round(FAR * radius, 3)
+        return plain | {
+            "direction": light.direction,
+            "at": center if light.at is None else resolve_target(light.at, ground),
+            "distance": distance,
+            "size": light.size or round(SOFT * distance, 3),
+        }
+    if isinstance(light, Lamp):
+        return plain | {"pos": light.pos, "radius": light.radius or round(0.05 * radius, 4)}
+    assert isinstance(light, Spot)
+    return plain | {
+        "pos": light.pos,
+        "look_at": resolve_target(light.look_at, ground),
+        "angle": round(radians(light.angle_deg), 5),
+        "blur": light.blur,
+    }
+
+
+def _turned(light: Light, camera: dict[str, Any]) -> Light:
+    """A studio's light, whose direction is across, ahead and up, in the world of a camera."""
+    if isinstance(light, Environment):
+        return light
+    assert isinstance(light, Sun | Softbox)
+    ahead = _ahead(camera)
+    across, along, up = light.direction
+    right = (ahead[1], -ahead[0])
+    x, y = (across * r + along * a for r, a in zip(right, ahead, strict=True))
+    return light.model_copy(update={"direction": (round(x, 4), round(y, 4), up)})
+
+
+def _ahead(camera: dict[str, Any]) -> tuple[float, float]:
+    """Where a camera looks at first, on the ground; +y if it looks straight down."""
+    if camera["kind"] == "orbit":
+        x, y = -cos(camera["start"]), -sin(camera["start"])
+    elif "offset" in camera:
+        x, y = -camera["offset"][0], -camera["offset"][1]
+    else:
+        pos = camera["positions"][0] if "positions" in camera else camera["pos"]
+        to = camera.get("look_at", (0.0, 0.0, 0.0))
+        to = to[0] if isinstance(to, list) else to
+        x, y = to[0] - pos[0], to[1] - pos[1]
+    away = hypot(x, y)
+    return (x / away, y / away) if away > 1e-6 else (0.0, 1.0)
+
+
+def _gain(lights: dict[str, Any], center: Vec) -> float:
+    """Return the factor that makes a white sheet white that faces the strongest light, as photographers measure it."""
+    white, strongest = 0.0, 0.0
+    for light in lights.values():
+        power = light["strength"] * (max(light["color"]) if "color" in light else 1.0)
+        if light["kind"] == "environment":
+            white += power
+        elif light["kind"] in ("lamp", "spot"):
+            strongest = max(strongest, power / max(dist(light["pos"], center), 1e-3) ** 2 / pi)
+        elif light["kind"] == "sky":
+            white += power / pi
+        else:
+            strongest = max(strongest, power / pi)
+    return 1.0 / max(white + strongest, 1e-3)

@@ -1,0 +1,129 @@
+"""The speed from which on a scene with deformable bodies cannot be but gone wrong.
+
+Three of the engine's solvers never look at their own numbers: what they give back may be finite and still be far from
+anything that the scene could do. What could do something is counted here, generously.
+"""
+
+from collections.abc import Iterable
+from itertools import pairwise
+from math import hypot, pi, sqrt
+from pathlib import Path
+from typing import Any
+
+from text2sim.compiler.controls import Rows
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.schedules import value_at
+from text2sim.compiler.soft.room import extents_of, floor_height
+from text2sim.compiler.soft.setup import MAX_SPEED
+from text2sim.spec_schema.models.bodies import Driven
+from text2sim.spec_schema.models.controls import Control
+from text2sim.spec_schema.models.fields import Attraction, Turbulence, Vortex, Wind
+from text2sim.spec_schema.models.motion import Oscillate, Spin, Waypoints
+from text2sim.spec_schema.models.scene import Scene
+
+TIMES, ALWAYS = 5.0, 10.0
+"""The bound is so many times what the scene gives, and so much more [m/s]: corners of cloth whip, drops splash, light
+bodies are thrown by heavy ones at twice their speed."""
+MOTORS = 20.0
+"""Speed [m/s] that motors are thought to give whatever they are told: a stiff one jumps to its target."""
+PART = 4.0
+"""How much more a force gives the part of a body on which it acts than it would give all of it."""
+LOOKS = 200
+
+
+def speed_limit(
+    scene: Scene,
+    controls: Iterable[Control],
+    rows: Rows,
+    placed: dict[str, list[Copy]],
+    masses: dict[str, float],
+    folder: Path,
+) -> tuple[float, str]:
+    """Return the speed [m/s] at which a run stops as diverged, and why it is that.
+
+    Args:
+        scene: The section.
+        controls: Of the case.
+        rows: The same, lowered.
+        placed: Copies by static and body.
+        masses: Mass [kg] of deformable bodies by copy.
+        folder: The case's folder.
+
+    Raises:
+        AssetError: if a file of a shape cannot be used.
+    """
+    if rows.wrenches:
+        return MAX_SPEED, "forces push rigid bodies: nothing is said of how fast"
+    time = scene.duration
+    given = {
+        "falling": _fall(scene, placed, folder),
+        "starts": max((hypot(*v.linear) + hypot(*v.angular) for v in rows.velocities), default=0.0),
+        "motors": MOTORS if rows.targets else 0.0,
+        "prescribed motion": max((_driven(c, time, folder) for g in placed.values() for c in g), default=0.0),
+        "forces": sum(_push(push, masses, time) for push in rows.pushes),
+        "fields": sum(_field(control) for control in controls) * time,
+    }
+    most = TIMES * sum(given.values()) + ALWAYS
+    if most >= MAX_SPEED:
+        return MAX_SPEED, "as in every scene"
+    said = ", ".join(f"{what} {speed:.2g}" for what, speed in given.items() if speed >= 0.05)
+    return float(f"{most:.2g}"), f"{TIMES:g} times what the scene gives ({said or 'nothing'} m/s), and {ALWAYS:g} m/s"
+
+
+def _fall(scene: Scene, placed: dict[str, list[Copy]], folder: Path) -> float:
+    """Speed [m/s] of what falls to the lowest floor, or for as long as the run lasts where there is none."""
+    size = hypot(*scene.gravity)
+    free = size * scene.duration
+    floors, tops = [], []
+    for copies in placed.values():
+        for copy in copies:
+            if (height := floor_height(copy)) is not None:
+                floors.append(height)
+            elif copy.shape is None or copy.shape.kind != "plane":
+                tops.append(extents_of(copy, folder)[1][2])
+    if not floors or scene.gravity[2] > -0.9 * size:
+        return free
+    return min(free, sqrt(2 * size * max(max(tops, default=0.0) - min(floors), 0.0)))
+
+
+def _driven(copy: Copy, duration: float, folder: Path) -> float:
+    """Largest speed [m/s] of a point of a body that moves by decree."""
+    if not isinstance(copy.model, Driven):
+        return 0.0
+    motion = copy.model.motion
+    if isinstance(motion, Oscillate):
+        return 2 * pi * motion.frequency * motion.amplitude
+    if isinstance(motion, Waypoints):
+        # `smooth` is half as fast again in the middle.
+        rows = pairwise(zip(motion.times, motion.positions, strict=True))
+        return max(1.5 * hypot(*(q - p for p, q in zip(a, b, strict=True))) / (t - s) for (s, a), (t, b) in rows)
+    if isinstance(motion, Spin):
+        low, high = extents_of(copy, folder)
+        radius = max(hypot(*(x - c for x, c in zip(corner, copy.pos, strict=True))) for corner in (low, high))
+        return _largest(motion.speed, duration) * radius
+    return 0.0
+
+
+def _largest(schedule: Any, duration: float) -> float:
+    return max(abs(value_at(schedule, duration * k / LOOKS)) for k in range(LOOKS + 1))
+
+
+def _push(push: Any, masses: dict[str, float], duration: float) -> float:
+    """Speed [m/s] that a force or a blow gives to the part of a body on which it acts."""
+    force, mass = hypot(*push.force), masses.get(push.entity, 0.0)
+    if not mass:
+        return 0.0
+    if push.scale is not None:
+        return MAX_SPEED  # it may be scaled to anything
+    span = min(push.end, duration) - push.start
+    speed = PART * force / mass * (span if push.end > push.start else 1.0)
+    return min(speed, force / push.drag) if push.drag else speed
+
+
+def _field(control: Control) -> float:
+    """Acceleration [m/s2] that a field gives."""
+    if isinstance(control, Wind):
+        return control.acceleration
+    if isinstance(control, Turbulence | Attraction):
+        return abs(control.strength)
+    return abs(control.swirl) + abs(control.inward) if isinstance(control, Vortex) else 0.0

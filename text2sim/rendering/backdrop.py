@@ -1,0 +1,73 @@
+"""What stands around the scene: a seamless studio wall, or ground without an end.
+
+As in a studio the wall stands only where a camera looks. The open sides let light out and in, which makes a picture
+cheaper: in a closed room no path of light ends before its longest length.
+"""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.rendering.meshes import Mesh, joined, revolved
+
+Array = NDArray[np.floating]
+
+WALL = 0.9
+"""Height of a cyclorama's wall above its curve, in radii."""
+FILLET = 0.45
+"""Radius of the curve between floor and wall, in radii."""
+STEPS = 40
+SIDES = 192
+BEHIND = np.radians(75.0)
+"""How far to both sides of where a camera looks the wall goes."""
+VAST = 60.0
+"""Radius of ground without an end, in radii of the stage."""
+SUNK = 1e-4
+"""How far the floor lies below the level on which things stand [m], so that both are not in one place."""
+
+
+def backdrop_mesh(backdrop: dict[str, Any], eyes: Iterable[Array]) -> Mesh | None:
+    """Return the mesh of a backdrop; None if there is none.
+
+    Args:
+        backdrop: As the film section has it resolved.
+        eyes: Where cameras stand, now and then [m].
+    """
+    kind, radius = backdrop["kind"], float(backdrop["radius"])
+    if kind == "none" or backdrop["level"] is None:
+        return None
+    bounded = kind == "cyclorama"
+    rings = radius * np.geomspace(0.05, 1.0 if bounded else VAST, STEPS)
+    made = _turned(np.column_stack([np.append(0.0, rings), np.zeros(STEPS + 1)]), np.tile([0.0, 1.0], (STEPS + 1, 1)))
+    if bounded:
+        bend = FILLET * radius
+        turn = np.linspace(0, np.pi / 2, STEPS)
+        curve = np.stack([radius + bend * np.sin(turn), bend - bend * np.cos(turn)], axis=1)
+        slopes = np.stack([-np.sin(turn), np.cos(turn)], axis=1)
+        top = [(radius + bend, WALL * radius + bend)]
+        wall = _turned(np.concatenate([curve, top]), np.concatenate([slopes, slopes[-1:]]))
+        made = joined([made, _open(wall, backdrop, eyes)])
+    x, y = backdrop["center"][:2]
+    return Mesh(made.vertices + (x, y, backdrop["level"] - SUNK), made.faces, made.normals)
+
+
+def _turned(profile: Array, slopes: Array) -> Mesh:
+    made = revolved(profile, slopes, sides=SIDES)
+    # The room is inside, so its faces look the other way round.
+    return Mesh(made.vertices, made.faces[:, ::-1], made.normals)
+
+
+def _open(wall: Mesh, backdrop: dict[str, Any], eyes: Iterable[Array]) -> Mesh:
+    """Return the part of a wall that cameras see behind the scene."""
+    middle = wall.vertices[wall.faces].mean(axis=1)
+    angle = np.arctan2(middle[:, 1], middle[:, 0])
+    kept = np.zeros(len(angle), bool)
+    for eye in eyes:
+        x, y = np.subtract(backdrop["center"][:2], np.asarray(eye)[:2])
+        if np.hypot(x, y) < 1e-6:  # straight from above
+            kept[:] = True
+        else:
+            kept |= np.abs((angle - np.arctan2(y, x) + np.pi) % (2 * np.pi) - np.pi) < BEHIND
+    return Mesh(wall.vertices, wall.faces[kept], wall.normals)

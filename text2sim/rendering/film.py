@@ -1,0 +1,195 @@
+"""A film of a recorded run, picture by picture, and what is left of it to do after an interruption.
+
+RUN/render/frames/<digest>.png      finished pictures, without what is written into them
+RUN/render/<quality>.mp4            the film; <quality>_<camera>.mp4 those of other cameras
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Any, Literal
+
+import numpy as np
+
+from text2sim.harness.run_files import read_measures
+from text2sim.rendering import tone
+from text2sim.rendering.frames import Digests, save
+from text2sim.rendering.recording import Recording
+from text2sim.rendering.renderer import mitsuba
+from text2sim.rendering.scene import Stage, sensor
+from text2sim.rendering.trace import QUALITIES, Quality, Traced, trace
+from text2sim.spec_schema.errors import RunError
+from text2sim.templates.cadence import MAIN, Frame, frames, reels
+from text2sim.templates.cameras import Cameras
+from text2sim.templates.overlays import Overlay
+from text2sim.templates.video import Video
+
+Format = Literal["png", "exr"]
+ENCODER = {"draft": (18, "medium"), "final": (16, "slow")}
+"""Loss and effort of the encoder."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a film has come."""
+
+    film: str
+    done: int
+    total: int
+    seconds: dict[str, float]
+    """Time [s] of the last picture by part; empty if it was there already."""
+
+
+@dataclass(frozen=True)
+class Reel:
+    """One film and its pictures."""
+
+    name: str
+    """Of the file, without its ending."""
+    frames: list[Frame]
+
+
+class Filming:
+    """Renders films of a run.
+
+    Args:
+        recording: Of the run.
+        quality: One of `QUALITIES`.
+        size: Width and height [pixels]; the film section's if left out.
+        samples: Per pixel, instead of the quality's.
+    """
+
+    def __init__(
+        self, recording: Recording, quality: str = "draft", *, size: tuple[int, int] | None = None, samples: int = 0
+    ):
+        self.recording, self.quality = recording, quality
+        how = QUALITIES[quality]
+        self._how = Quality(samples, how.depth, how.blur) if samples else how
+        self.size = size or tuple(recording.film["resolution"])
+        self.folder = recording.folder / "render"
+        self._cameras = Cameras(recording.film, recording.states)
+        self._digests = Digests(recording, self._how, self.size)
+        self._stage: Stage | None = None
+
+    def reels(self, camera: str = "", span: tuple[int, int] | None = None) -> list[Reel]:
+        """Return the films of the run.
+
+        Args:
+            camera: Only what this camera sees, all through.
+            span: Only these pictures, from and to (not included).
+
+        Raises:
+            RunError: if there is no such camera, or no such picture.
+        """
+        film = self.recording.film
+        found = reels(film)
+        if camera:
+            if camera not in film["cameras"]:
+                raise RunError(f"there is no camera {camera}; there are {', '.join(film['cameras'])}")
+            whole = {"camera": camera, "from": film["start"], "to": film["end"], "speed": film["speed"], "hold": 0.0}
+            found = {f"{MAIN}_{camera}": [whole]}
+        made = []
+        for name, shots in found.items():
+            pictures = frames(film, shots, self.recording.last)
+            if span is not None:
+                if not pictures[slice(*span)]:
+                    raise RunError(
+                        f"the film has pictures 0 to {len(pictures) - 1}, none of {span[0]} to {span[1] - 1}"
+                    )
+                pictures = pictures[slice(*span)]
+            made.append(Reel(name.replace(MAIN, self.quality, 1), pictures))
+        return made
+
+    def trace(self, frame: Frame) -> Traced:
+        """Trace one picture."""
+        start = perf_counter()
+        self._stage = self._stage or Stage(self.recording)
+        moments = []
+        for t, part in frame.moments(self._how.blur):
+            view = self._cameras.view(frame.camera, t, part)
+            moments.append((self._stage.at(t), sensor(view, self.size)))
+        update = perf_counter() - start
+        made = trace(moments, self._how, self.recording.film["gain"])
+        made.seconds["update"] = update
+        return made
+
+    def develop(self, traced: Traced) -> Any:
+        """Return a traced picture as it is shown, uint8."""
+        film = self.recording.film
+        shown = tone.developed(traced.radiance, film["gain"], film.get("tone", "agx"))
+        return tone.bytes_of(tone.over(shown, traced.alpha, film["background"]))
+
+    def finished(self, frame: Frame, format: Format = "png") -> Path:
+        """Return where a picture lies, or would lie."""
+        return self.folder / "frames" / f"{self._digests(frame)}.{format}"
+
+    def render(
+        self, reel: Reel, tell: Callable[[Progress], None], *, shard: tuple[int, int] = (0, 1), format: Format = "png"
+    ) -> list[Path]:
+        """Trace the pictures that are not there yet; return where all of them lie.
+
+        Args:
+            reel: The film.
+            tell: Told after each picture.
+            shard: Only every n-th picture, from the i-th on.
+            format: png is what is shown, exr is radiance.
+        """
+        mine = reel.frames[shard[0] :: shard[1]]
+        paths = [self.finished(frame, format) for frame in mine]
+        for done, (frame, path) in enumerate(zip(mine, paths, strict=True), 1):
+            seconds: dict[str, float] = {}
+            if not path.is_file():
+                traced = self.trace(frame)
+                save(path, lambda part, traced=traced: self._write(part, traced, format))
+                seconds = traced.seconds
+            tell(Progress(reel.name, done, len(mine), seconds))
+        return paths
+
+    def encode(self, reel: Reel) -> Path:
+        """Make the film file of pictures that are all there.
+
+        Raises:
+            RunError: if some are not.
+        """
+        paths = [self.finished(frame) for frame in reel.frames]
+        missing = [str(k) for k, path in enumerate(paths) if not path.is_file()]
+        if missing:
+            some = ", ".join(missing[:8]) + (", …" if len(missing) > 8 else "")
+            raise RunError(f"{len(missing)} of {len(paths)} pictures of {reel.name} are not rendered yet: {some}")
+        crf, preset = ENCODER.get(self.quality, ENCODER["final"])
+        target = self.folder / f"{reel.name}.mp4"
+        video = Video(target, self.size, self.recording.film["fps"], crf=crf, preset=preset)
+        for image in self.pictures(reel, paths):
+            video.write(image)
+        video.close()
+        return target
+
+    def pictures(self, reel: Reel, paths: list[Path]) -> Iterator[Any]:
+        """Yield finished pictures with what is written into them."""
+        from PIL import Image
+
+        overlay = Overlay(self.recording.film, self._values()) if reel.name == self.quality else None
+        for frame, path in zip(reel.frames, paths, strict=True):
+            with Image.open(path) as picture:
+                image = np.asarray(picture.convert("RGB"))
+            yield image if overlay is None else overlay.draw(image, frame)
+
+    def _values(self) -> Callable[[float], list[str]]:
+        """Return what the film may write of measures at a time [s]."""
+        times, series = read_measures(self.recording.folder)
+        names = [name for name in self.recording.film["overlay"]["values"] if name in series]
+
+        def rows(t: float) -> list[str]:
+            return [f"{name.replace('_', ' ')} {np.interp(t, times, series[name]):.3g}" for name in names]
+
+        return rows
+
+    def _write(self, path: Path, traced: Traced, format: Format) -> None:
+        if format == "exr":
+            layers = np.dstack([traced.radiance, traced.alpha]).astype(np.float32)
+            mitsuba().Bitmap(layers).write(str(path))
+            return
+        from PIL import Image
+
+        Image.fromarray(self.develop(traced)).save(path, format="png", compress_level=4)

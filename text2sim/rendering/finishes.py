@@ -1,0 +1,189 @@
+"""What surfaces are like: Disney's principled material for each finish of the language, with small textures we make.
+
+Colours come from the meshes, vertex by vertex, so all that has one finish is one mesh of one material. Where a surface
+is not even, a texture blends from the colour to a darker or lighter shade of it.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.rendering.renderer import mitsuba
+
+Array = NDArray[np.floating]
+
+COLOR, SHADE = "vertex_color", "vertex_shade"
+"""Attributes of the meshes: linear colour, and what it is blended with."""
+TEXELS = 512
+HAZE = 0.06
+"""Part of the light that clear glass scatters, by which one sees that it is there."""
+MILKY = 0.45
+"""Part of the light that frosted glass scatters; the rest goes straight through, so that its content is seen."""
+
+
+@dataclass(frozen=True)
+class Finish:
+    """A kind of surface."""
+
+    roughness: float
+    specular: float = 0.5
+    metallic: float = 0.0
+    clearcoat: float = 0.0
+    sheen: float = 0.0
+    anisotropic: float = 0.0
+    texture: str = ""
+    """What it is uneven by."""
+    shade: float = 1.0
+    """The other end of the blend, as a factor on the colour."""
+    tile: float = 1.0
+    """Length that the texture covers [m]."""
+    bump: float = 0.0
+    """Depth of its relief, as a part of the tile."""
+    kind: str = "solid"
+    """solid, clear or frosted."""
+
+
+FINISHES = {
+    "rough": Finish(0.62, 0.35),
+    "painted": Finish(0.38, 0.5, clearcoat=0.25),
+    "plastic": Finish(0.28, 0.5),
+    "smooth": Finish(0.12, 0.55, clearcoat=0.6),
+    "rubber": Finish(0.72, 0.25, sheen=0.25),
+    "metal": Finish(0.34, metallic=1.0),
+    "brushed_metal": Finish(0.38, metallic=1.0, anisotropic=0.7, texture="streaks", shade=0.86, tile=0.25),
+    "polished_metal": Finish(0.1, metallic=1.0),
+    "wood": Finish(0.42, 0.4, clearcoat=0.15, texture="grain", shade=0.6, tile=0.5, bump=0.002),
+    "concrete": Finish(0.8, 0.25, texture="clouds", shade=0.72, tile=1.6, bump=0.003),
+    "brick": Finish(0.85, 0.2, texture="pits", shade=0.7, tile=0.25, bump=0.012),
+    "ceramic": Finish(0.09, 0.6, clearcoat=1.0),
+    "glass": Finish(0.0, kind="clear"),
+    "frosted_glass": Finish(0.3, kind="frosted"),
+    "cloth": Finish(0.85, 0.15, sheen=0.7, texture="weave", shade=0.8, tile=0.03, bump=0.01),
+    "silicone": Finish(0.45, 0.35, sheen=0.3, clearcoat=0.1),
+    "paper": Finish(0.9, 0.1, texture="fibres", shade=0.94, tile=0.2),
+    "sand": Finish(0.95, 0.1, texture="specks", shade=0.7, tile=0.12, bump=0.01),
+}
+PLAIN = "rough"
+
+
+def finish_of(name: str) -> Finish:
+    """Return a finish by its name; a plain one if this version does not know it."""
+    return FINISHES.get(name, FINISHES[PLAIN])
+
+
+def material(name: str, *, opacity: float = 1.0, two_sided: bool = False, picture: Array | None = None) -> Any:
+    """Return a material of Mitsuba.
+
+    Args:
+        name: Of the finish.
+        opacity: 1 is solid.
+        two_sided: Whether its back is seen as well.
+        picture: What it wears instead of its colour: sRGB with or without alpha, 0 to 1, upper row first.
+    """
+    mi, finish = mitsuba(), finish_of(name)
+    if finish.kind == "clear":
+        haze = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": _attribute(COLOR)}}
+        return mi.load_dict({
+            "type": "blendbsdf", "weight": HAZE, "bsdf_0": {"type": "thindielectric", "int_ior": 1.6}, "bsdf_1": haze,
+        })  # fmt: skip
+    if finish.kind == "frosted":
+        milky = {"type": "twosided", "bsdf": _principled(finish, _attribute(COLOR))}
+        return mi.load_dict({"type": "mask", "opacity": MILKY, "bsdf": milky})
+    made: dict[str, Any]
+    if picture is not None:
+        made = _principled(finish, _bitmap(picture[..., :3], raw=False))
+    elif finish.texture:
+        weight = _bitmap(_pattern(finish.texture), raw=True, tile=finish.tile)
+        made = {
+            "type": "blendbsdf",
+            "weight": weight,
+            "bsdf_0": _principled(finish, _attribute(SHADE)),
+            "bsdf_1": _principled(finish, _attribute(COLOR)),
+        }
+        if finish.bump:
+            relief = _bitmap(_pattern(finish.texture), raw=True, tile=finish.tile)
+            made = {"type": "bumpmap", "texture": relief, "scale": finish.bump * finish.tile, "bsdf": made}
+    else:
+        made = _principled(finish, _attribute(COLOR))
+    if two_sided:
+        made = {"type": "twosided", "bsdf": made}
+    if picture is not None and picture.shape[-1] == 4 and picture[..., 3].min() < 1:
+        made = {"type": "mask", "opacity": _bitmap(picture[..., 3:], raw=True), "bsdf": made}
+    if opacity < 1:
+        made = {"type": "mask", "opacity": opacity, "bsdf": made}
+    return mi.load_dict(made)
+
+
+def needs_uvs(name: str) -> bool:
+    """Whether a surface needs texture coordinates."""
+    return bool(finish_of(name).texture)
+
+
+def _principled(finish: Finish, color: dict[str, Any]) -> dict[str, Any]:
+    made: dict[str, Any] = {"type": "principled", "base_color": color, "roughness": finish.roughness}
+    made["metallic" if finish.metallic else "specular"] = finish.metallic or finish.specular
+    for name in ("clearcoat", "sheen", "anisotropic"):
+        if getattr(finish, name):
+            made[name] = getattr(finish, name)
+    if finish.clearcoat:
+        made["clearcoat_gloss"] = 0.9
+    return made
+
+
+def _attribute(name: str) -> dict[str, Any]:
+    return {"type": "mesh_attribute", "name": name}
+
+
+def _bitmap(values: Array, *, raw: bool, tile: float = 1.0) -> dict[str, Any]:
+    mi = mitsuba()
+    if values.ndim == 2:
+        values = values[..., None]
+    bitmap = mi.Bitmap(np.ascontiguousarray(values, np.float32))
+    if not raw:
+        bitmap = mi.Bitmap(np.ascontiguousarray((values * 255 + 0.5).astype(np.uint8)))
+    made: dict[str, Any] = {"type": "bitmap", "bitmap": bitmap, "raw": raw}
+    if tile != 1.0:
+        made["to_uv"] = mi.ScalarTransform3f().scale([1 / tile, 1 / tile])
+    return made
+
+
+def _pattern(name: str) -> Array:
+    """Return a texture that joins itself at its edges, 0 to 1, shape (TEXELS, TEXELS)."""
+    chance = np.random.default_rng(sum(name.encode()))
+    if name == "grain":  # along v
+        bent = _noise(chance, 2.5, (3.0, 0.6))
+        fibres = _noise(chance, 1.0, (90.0, 2.0))
+        rings = 0.5 + 0.5 * np.sin(2 * np.pi * (np.linspace(0, 9, TEXELS, endpoint=False)[None] + 2.2 * bent))
+        return _stretched(0.65 * rings**0.6 + 0.45 * fibres)
+    if name == "streaks":
+        return _stretched(_noise(chance, 0.6, (1.0, 120.0)))
+    if name == "clouds":
+        return _stretched(_noise(chance, 1.5, (1, 1)) + 0.35 * _noise(chance, 0.2, (1, 1)))
+    if name == "pits":
+        coarse = _noise(chance, 0.9, (1, 1))
+        return _stretched(np.minimum(coarse, 0.4) + 0.25 * _noise(chance, 0.1, (1, 1)))
+    if name == "weave":
+        x = np.arange(TEXELS) * (2 * np.pi * 16 / TEXELS)
+        over, under = np.abs(np.sin(x))[:, None], np.abs(np.sin(x))[None]
+        upper = np.sin(x / 2)[:, None] * np.sin(x / 2)[None] > 0
+        return _stretched(np.where(upper, over, under))
+    if name == "fibres":
+        return _stretched(_noise(chance, 0.8, (2.0, 6.0)))
+    return _stretched(_noise(chance, 0.05, (1, 1)) ** 2)  # specks
+
+
+def _noise(chance: np.random.Generator, slope: float, stretch: tuple[float, float]) -> Array:
+    """Return noise with a spectrum of 1 / f^slope, stretched along the axes, standard deviation 1/4 about 1/2."""
+    f = np.fft.fftfreq(TEXELS) * TEXELS
+    size = np.hypot(f[None] / stretch[0], f[:, None] / stretch[1])
+    spectrum = np.fft.fft2(chance.standard_normal((TEXELS, TEXELS))) / np.maximum(size, 0.7) ** slope
+    spectrum[0, 0] = 0
+    made = np.fft.ifft2(spectrum).real
+    return 0.5 + 0.25 * made / made.std()
+
+
+def _stretched(values: Array) -> Array:
+    low, high = np.percentile(values, (1, 99))
+    return np.clip((values - low) / (high - low), 0.0, 1.0)

@@ -1,0 +1,79 @@
+"""Finished pictures on disk, each named by all that it depends on: what has not changed is not traced again."""
+
+import hashlib
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from text2sim.rendering.recording import Recording
+from text2sim.rendering.trace import Quality
+from text2sim.templates.cadence import Frame
+from text2sim.templates.cameras import Cameras
+
+LOOKS = 1
+"""Raised whenever this package draws the same thing differently."""
+SHOWN = ("lights", "background", "backdrop", "gain", "tone")
+"""Parts of the film section that every picture depends on."""
+
+
+class Digests:
+    """Names of pictures.
+
+    Args:
+        recording: Of the run.
+        quality: Of the pictures.
+        size: Width and height [pixels].
+    """
+
+    def __init__(self, recording: Recording, quality: Quality, size: tuple[int, int]):
+        self._recording, self._quality = recording, quality
+        self._cameras = Cameras(recording.film, recording.states)
+        parts = [
+            (p.body, p.link, p.mesh.name, p.pos, p.quat, p.look.color, p.look.opacity, p.look.finish, p.look.visible,
+             _content(p.look.picture))
+            for p in recording.parts
+        ]  # fmt: skip
+        soft = [
+            (p.body, p.row, _content(p.geometry), p.look.color, p.look.opacity, p.look.finish, p.look.visible,
+             _content(p.look.picture))
+            for p in recording.soft
+        ]  # fmt: skip
+        film = {name: recording.film.get(name) for name in SHOWN}
+        self._common = hashlib.sha256(
+            json.dumps([LOOKS, film, size, vars(quality), parts, soft, sorted(recording.statics)], default=str).encode()
+        )
+
+    def __call__(self, frame: Frame) -> str:
+        """Return the digest of a picture."""
+        states, digest = self._recording.states, self._common.copy()
+        for t, part in frame.moments(self._quality.blur):
+            view = self._cameras.view(frame.camera, t, part)
+            arrays: list[Any] = [*states.poses(t), *view]
+            if states.soft is not None:
+                arrays += [states.soft.at(name, states.around(t)) for name in ("soft_points", "soft_surface")]
+            for array in arrays:
+                digest.update(np.ascontiguousarray(array, np.float32).tobytes())
+        return digest.hexdigest()[:20]
+
+
+def save(path: Path, write: Any) -> None:
+    """Put a file in place in one motion, so that a kill leaves none that is not whole.
+
+    Args:
+        path: The file.
+        write: Function that writes it to the path it is given.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".{os.getpid()}-{path.name}")
+    try:
+        write(part)
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _content(path: Path | None) -> str:
+    return "" if path is None or not path.is_file() else hashlib.sha256(path.read_bytes()).hexdigest()[:16]

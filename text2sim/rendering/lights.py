@@ -1,0 +1,154 @@
+"""Lights of the film section as emitters of the path tracer. Strengths are irradiances [W/m2] or intensities [W/sr].
+
+Lamps are large enough to be met by chance: a sun is a disc far away, a lamp is a ball. So shadows are soft as in a
+photograph, and there is little noise.
+"""
+
+from math import atan, pi, radians, sin, sqrt, tan
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.rendering.renderer import mitsuba
+from text2sim.rendering.tone import linear
+from text2sim.templates.cameras import basis
+
+Array = NDArray[np.floating]
+
+FAR = 60.0
+"""Distance of a sun [m], in radii of the stage."""
+CLEAR = 0.82
+"""Part of the irradiance of a clear day that comes from the sun itself."""
+SUN_DISC = radians(1.2)
+"""Width of the sun: twice the real one, which costs nothing in looks and halves the noise at the edges of shadows."""
+ROWS = 32
+"""Of a painted sky."""
+GROUND = 0.35
+"""Brightness of what is below the horizon of a painted sky, as a part of the horizon."""
+
+
+def emitters(lights: dict[str, dict[str, Any]], center: Array, radius: float) -> dict[str, Any]:
+    """Return emitters by name, ready for a scene.
+
+    Args:
+        lights: As the film section has them resolved.
+        center: Middle of the stage [m].
+        radius: Of the stage [m].
+    """
+    made: dict[str, Any] = {}
+    domes = []
+    for name, light in lights.items():
+        color = linear(np.asarray(light["color"], float))
+        kind = light["kind"]
+        if kind == "sun":
+            made[f"light_{name}"] = _sun(light, color * light["strength"], center, radius)
+        elif kind == "softbox":
+            made[f"light_{name}"] = _softbox(light, color)
+        elif kind in ("lamp", "spot"):
+            made[f"light_{name}"] = _lamp(light, color)
+        elif kind == "environment":
+            domes.append(_gradient(color, linear(np.asarray(light["horizon"], float))) * light["strength"])
+        elif kind == "sky":
+            low = abs(light["direction"][2]) / np.linalg.norm(light["direction"])
+            warm = np.array([1.0, 0.86 + 0.1 * low, 0.66 + 0.28 * low])
+            # What falls on the ground is told; a low sun meets it at an angle.
+            facing = CLEAR * light["strength"] / max(low, 0.15)
+            made[f"light_{name}"] = _sun(light | {"angle": SUN_DISC}, color * warm * facing, center, radius)
+            domes.append(_sky(light) * color * (1 - CLEAR) * light["strength"])
+    if domes:
+        mi = mitsuba()
+        upright = mi.ScalarTransform4f().rotate([1, 0, 0], 90)
+        bitmap = mi.Bitmap(np.ascontiguousarray(np.sum(domes, axis=0), np.float32))
+        made["dome"] = mi.load_dict({"type": "envmap", "bitmap": bitmap, "to_world": upright})
+    return made
+
+
+def box_irradiance(size: float, distance: float) -> float:
+    """Irradiance [W/m2] on the axis of a square of radiance 1 of this size, at a distance, facing it."""
+    a = size / 2 / distance
+    root = sqrt(1 + a * a)
+    return 4 * a / root * atan(a / root)
+
+
+def _sun(light: dict[str, Any], irradiance: Array, center: Array, radius: float) -> Any:
+    way = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
+    half = max(light["angle"], 0.002) / 2
+    away = FAR * radius
+    return _facing({"type": "disk"}, center - away * way, center, away * tan(half), irradiance / (pi * sin(half) ** 2))
+
+
+def _softbox(light: dict[str, Any], color: Array) -> Any:
+    way = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
+    at = np.asarray(light["at"], float)
+    radiance = color * light["strength"] / box_irradiance(light["size"], light["distance"])
+    return _facing({"type": "rectangle"}, at - light["distance"] * way, at, light["size"] / 2, radiance)
+
+
+def _facing(shape: dict[str, Any], pos: Array, target: Array, scale: float, radiance: Array) -> Any:
+    """Return a flat emitter, whose shape is 2 wide and looks along +z, turned and scaled."""
+    mi = mitsuba()
+    right, up, ahead = basis(pos, target, (0.0, 0.0, 1.0))
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.stack([up, right, ahead], axis=1) * (scale, scale, 1.0)
+    matrix[:3, 3] = pos
+    return mi.load_dict(shape | {"to_world": mi.ScalarTransform4f(matrix), "emitter": _area(radiance)})
+
+
+def _lamp(light: dict[str, Any], color: Array) -> Any:
+    mi, intensity = mitsuba(), color * light["strength"]
+    pos = [float(x) for x in light["pos"]]
+    if light["kind"] == "spot":
+        half = np.degrees(light["angle"]) / 2
+        pose = mi.ScalarTransform4f().look_at(pos, [float(x) for x in light["look_at"]], _upright(light))
+        return mi.load_dict({
+            "type": "spot", "to_world": pose, "cutoff_angle": float(half),
+            "beam_width": float(half * min(1 - light["blur"], 0.99)),
+            "intensity": {"type": "rgb", "value": intensity.tolist()},
+        })  # fmt: skip
+    radius = float(light["radius"])
+    return mi.load_dict({
+        "type": "sphere", "center": pos, "radius": radius, "emitter": _area(intensity / (pi * radius**2)),
+    })  # fmt: skip
+
+
+def _upright(light: dict[str, Any]) -> list[float]:
+    way = np.subtract(light["look_at"], light["pos"])
+    return [0.0, 1.0, 0.0] if np.hypot(way[0], way[1]) < 1e-3 * abs(way[2]) else [0.0, 0.0, 1.0]
+
+
+def _area(radiance: Array) -> dict[str, Any]:
+    return {"type": "area", "radiance": {"type": "rgb", "value": [float(x) for x in radiance]}}
+
+
+def _gradient(above: Array, horizon: Array) -> Array:
+    """Return the radiance of a dome, shape (ROWS, 2 ROWS, 3), from straight up to straight down."""
+    height = np.cos((np.arange(ROWS) + 0.5) * pi / ROWS)[:, None]
+    upper = horizon + (above - horizon) * np.clip(height, 0, 1) ** 0.6
+    lower = horizon * (1 - (1 - GROUND) * np.clip(-6 * height, 0, 1))
+    return np.broadcast_to(np.where(height > 0, upper, lower)[:, None], (ROWS, 2 * ROWS, 3))
+
+
+def _sky(light: dict[str, Any]) -> Array:
+    """Return the radiance of a clear sky without its sun, which gives the ground an irradiance of 1."""
+    mi = mitsuba()
+    way = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
+    sky = mi.load_dict({
+        "type": "sunsky", "sun_scale": 0.0, "sun_direction": [float(-x) for x in way],
+        "turbidity": float(light["turbidity"]), "to_world": mi.ScalarTransform4f(),
+    })  # fmt: skip
+    polar = (np.arange(ROWS) + 0.5) * pi / ROWS
+    turn = (np.arange(2 * ROWS) + 0.5) * pi / ROWS
+    found = np.zeros((ROWS, 2 * ROWS, 3))
+    for i, theta in enumerate(polar[: ROWS // 2]):
+        for j, phi in enumerate(turn):
+            # Texels of an envmap that stands upright begin at -y and go towards -x.
+            ray = (-np.sin(theta) * np.sin(phi), np.sin(theta) * np.cos(phi), np.cos(theta))
+            point = mi.SurfaceInteraction3f()
+            point.wi = [float(-x) for x in ray]
+            found[i, j] = np.array(sky.eval(point)).ravel()[:3]
+    weight = (np.cos(polar) * np.sin(polar) * (pi / ROWS) ** 2)[: ROWS // 2, None, None]
+    irradiance = float((found[: ROWS // 2].mean(axis=-1, keepdims=True) * weight).sum())
+    found /= max(irradiance, 1e-9)
+    found[ROWS // 2 :] = found[ROWS // 2 - 1].mean(axis=0) * GROUND
+    return found

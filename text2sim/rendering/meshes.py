@@ -1,0 +1,247 @@
+"""Meshes as a film shows them: edges that catch the light, round things round, texture coordinates where none are.
+
+What is simulated has edges without width, which no real thing has and which look drawn, not photographed. Here the
+edges of convex shapes get a small radius. Faces stay where they are, so whatever touched still touches.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
+
+from text2sim.templates.shading import Shell
+
+Array = NDArray[np.floating]
+Indices = NDArray[np.integer]
+
+BEVEL = 0.06
+"""Radius of an edge, as a part of the smallest extent of its shape."""
+WIDEST = 0.012
+"""Largest radius of an edge [m]."""
+SIDES = 96
+"""Of cylinders."""
+SHARP = np.cos(np.radians(25.0))
+"""Cosine of the angle between faces from which on they meet in an edge."""
+PLANES = 400
+"""Faces of a convex shape from which on its edges are left as they are: it is a scan, not a thing with edges."""
+STEPS = 4
+"""Strips of an edge of 90 degrees."""
+LARGEST = 4000
+"""Vertices from which on nobody looks whether a mesh is convex."""
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Triangles for drawing, with their own normals."""
+
+    vertices: Array
+    """[m], shape (n, 3)."""
+    faces: Indices
+    """Shape (f, 3)."""
+    normals: Array
+    """Shape (n, 3)."""
+    uvs: Array | None = None
+    """Shape (n, 2); pictures begin at the lower left."""
+
+
+def read_mesh(path: Path) -> Mesh:
+    """Read a recorded mesh and make it fit to be looked at."""
+    with np.load(path) as arrays:
+        vertices, faces = arrays["vertices"].astype(float), arrays["faces"].astype(np.int64)
+        uvs = arrays["uvs"].astype(float) if "uvs" in arrays and len(arrays["uvs"]) == len(vertices) else None
+    return presentable(vertices, faces, uvs)
+
+
+def presentable(vertices: Array, faces: Indices, uvs: Array | None = None) -> Mesh:
+    """Return a mesh with smooth normals, and with round edges where its shape is convex and wears no picture."""
+    if uvs is None and 4 < len(vertices) <= LARGEST:
+        made = _ball(vertices, faces) or _cylinder(vertices) or _bevelled(vertices, faces)
+        if made is not None:
+            return made
+    shell = Shell(vertices, faces)
+    worn = None if uvs is None else uvs[shell.worn]
+    return Mesh(vertices[shell.worn], shell.faces.astype(np.int64), shell.normals(vertices).astype(float), worn)
+
+
+def boxed_uvs(mesh: Mesh) -> Mesh:
+    """Return the mesh with texture coordinates in metres, seen along the axis that each face looks to most."""
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
+    axis = np.abs(np.cross(b - a, c - a)).argmax(axis=1)
+    corners = np.stack([mesh.faces.ravel(), np.repeat(axis, 3)], axis=1)
+    drawn, faces = np.unique(corners, axis=0, return_inverse=True)
+    vertices = mesh.vertices[drawn[:, 0]]
+    across = np.array([(1, 2), (0, 2), (0, 1)])[drawn[:, 1]]
+    # The grain of wood runs along the longest side of a thing.
+    longest = int(np.ptp(mesh.vertices, axis=0).argmax())
+    across = np.where((across[:, 1] == longest)[:, None], across[:, ::-1], across)
+    uvs = np.take_along_axis(vertices, across, axis=1)
+    return Mesh(vertices, faces.reshape(-1, 3), mesh.normals[drawn[:, 0]], uvs)
+
+
+def joined(meshes: list[Mesh]) -> Mesh:
+    """Return meshes without texture coordinates as one."""
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)])
+    return Mesh(np.concatenate([m.vertices for m in meshes]), faces, np.concatenate([m.normals for m in meshes]))
+
+
+def _ball(vertices: Array, faces: Indices) -> Mesh | None:
+    """Return a sphere with four times the triangles, if it is one."""
+    radius = np.linalg.norm(vertices, axis=1)
+    if len(vertices) < 100 or np.ptp(radius) > 1e-4 * radius.max():
+        return None
+    ends = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    edges, edge = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)
+    middles = vertices[edges].mean(axis=1)
+    normals = np.concatenate([vertices, middles])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    ab, bc, ca = (edge.reshape(-1, 3) + len(vertices)).T
+    a, b, c = faces.T
+    parts = [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
+    finer = np.concatenate([np.stack(part, axis=1) for part in parts])
+    return Mesh(normals * radius.mean(), finer, normals)
+
+
+def _cylinder(vertices: Array) -> Mesh | None:
+    """Return a cylinder about z with a round rim, if it is one."""
+    radius, tall = np.hypot(vertices[:, 0], vertices[:, 1]), np.abs(vertices[:, 2])
+    r, h = radius.max(), tall.max()
+    rim = radius > 1e-6 * r
+    flat = np.abs(tall - h).max() < 1e-5 * h
+    if (
+        not flat
+        or np.abs(radius[rim] - r).max() > 1e-4 * r
+        or len(np.unique(np.round(vertices[:, :2] / r, 4), axis=0)) < 12
+    ):
+        return None  # a square prism is no cylinder either
+    edge = min(BEVEL * min(2 * r, 2 * h), WIDEST)
+    turn = np.linspace(0, np.pi / 2, STEPS + 1)
+    # From the middle of the bottom to the middle of the top; a rim belongs to both of what it joins.
+    low = np.stack([r - edge + edge * np.sin(turn), -h + edge - edge * np.cos(turn)], axis=1)
+    profile = np.concatenate([[(0.0, -h)], low, low[::-1] * (1, -1), [(0.0, h)]])
+    slope = np.stack([np.sin(turn), -np.cos(turn)], axis=1)
+    slopes = np.concatenate([[(0.0, -1.0)], slope, slope[::-1] * (1, -1), [(0.0, 1.0)]])
+    return revolved(profile, slopes)
+
+
+def revolved(profile: Array, slopes: Array, sides: int = SIDES) -> Mesh:
+    """Return the surface that a profile makes about the z axis.
+
+    Args:
+        profile: Radius and height [m] of its points, shape (n, 2), with the outside on the right of the way.
+        slopes: Normals there, outwards and up, shape (n, 2).
+        sides: How many there are.
+    """
+    angle = np.linspace(0, 2 * np.pi, sides, endpoint=False)
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    vertices, normals = (
+        np.concatenate(
+            [rows[:, None, :1] * ring, np.broadcast_to(rows[:, None, 1:], (len(rows), sides, 1))], axis=2
+        ).reshape(-1, 3)
+        for rows in (profile, slopes)
+    )
+    here = np.arange(len(profile) - 1)[:, None] * sides + np.arange(sides)
+    beside = here - np.arange(sides) + (np.arange(sides) + 1) % sides
+    faces = np.concatenate(
+        [np.stack([here, beside, here + sides], axis=-1), np.stack([beside, beside + sides, here + sides], axis=-1)]
+    ).reshape(-1, 3)
+    a, b, c = np.moveaxis(vertices[faces], 1, 0)
+    whole = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-14
+    return Mesh(vertices, faces[whole], normals)
+
+
+def _bevelled(vertices: Array, faces: Indices) -> Mesh | None:
+    """Return a convex shape with round edges; None if it is not convex or has no edges.
+
+    It is the shape that a small ball sweeps inside: the hull of balls about the corners of the shape made smaller.
+    """
+    planes = _planes(vertices, faces)
+    if planes is None or not 4 <= len(planes) <= PLANES:
+        return None
+    radius = min(BEVEL * float(np.ptp(vertices, axis=0).min()), WIDEST)
+    middle = vertices.mean(axis=0)
+    try:
+        inner = HalfspaceIntersection(planes + np.array([0, 0, 0, radius]), middle).intersections
+    except QhullError:
+        return None
+    corners = np.unique(np.round(inner, 9), axis=0)
+    at = np.abs(corners @ planes[:, :3].T + planes[:, 3] + radius) < 1e-6 * (1 + np.abs(planes[:, 3]))
+    points, normals, sharp = [], [], False
+    for corner, touched in zip(corners, at, strict=True):
+        ways = _directions(planes[touched, :3])
+        sharp |= len(ways) > 1
+        points.append(corner + radius * ways)
+        normals.append(ways)
+    if not sharp:
+        return None
+    cloud, ways = np.concatenate(points), np.concatenate(normals)
+    try:
+        hull = ConvexHull(cloud, qhull_options="Qt")
+    except QhullError:
+        return None
+    made = hull.simplices
+    a, b, c = np.moveaxis(cloud[made], 1, 0)
+    inward = (np.cross(b - a, c - a) * hull.equations[:, :3]).sum(axis=1) < 0
+    made[inward] = made[inward][:, ::-1]
+    used, made = np.unique(made, return_inverse=True)
+    return Mesh(cloud[used], made.reshape(-1, 3), ways[used])
+
+
+def _planes(vertices: Array, faces: Indices) -> Array | None:
+    """Return the planes n x + d <= 0 of a convex mesh, shape (p, 4); None if it is not convex."""
+    a, b, c = np.moveaxis(vertices[faces], 1, 0)
+    normals = np.cross(b - a, c - a)
+    size = np.linalg.norm(normals, axis=1)
+    extent = np.ptp(vertices, axis=0)
+    solid = size > 1e-9 * extent.max() ** 2
+    if extent.min() < 1e-5 or solid.sum() < 4:
+        return None
+    normals, a = normals[solid] / size[solid, None], a[solid]
+    planes = np.column_stack([normals, -(normals * a).sum(axis=1)])
+    planes = planes[np.unique(np.round(planes / np.array([1, 1, 1, extent.max()]), 4), axis=0, return_index=True)[1]]
+    if len(planes) > PLANES:
+        return None
+    outside = (vertices @ planes[:, :3].T + planes[:, 3]).max()
+    return planes if outside < 2e-4 * extent.max() else None
+
+
+def _directions(normals: Array) -> Array:
+    """Return the ways in which a round corner looks, shape (n, 3): between the normals of the faces that meet there.
+
+    Faces that meet at a small angle are one bent face.
+    """
+    groups: list[list[Array]] = []
+    for normal in normals:
+        for group in groups:
+            if max(float(normal @ other) for other in group) > SHARP:
+                group.append(normal)
+                break
+        else:
+            groups.append([normal])
+    means = np.array([np.mean(group, axis=0) for group in groups])
+    length = np.linalg.norm(means, axis=1, keepdims=True)
+    means = means[length[:, 0] > 0.5] / length[length[:, 0] > 0.5]
+    if len(means) < 2:
+        return means if len(means) else normals[:1]
+    grid = []
+    triples = [(0, 1, 1)] if len(means) == 2 else [(0, i, i + 1) for i in range(1, len(means) - 1)]
+    if len(means) > 3:  # around their middle, one after another
+        means = _in_order(means)
+    for i, j, k in triples:
+        for u in range(STEPS + 1):
+            for v in range(STEPS + 1 - u):
+                grid.append((u * means[i] + v * means[j] + (STEPS - u - v) * means[k]) / STEPS)
+    ways = np.array(grid)
+    length = np.linalg.norm(ways, axis=1, keepdims=True)
+    ways = ways[length[:, 0] > 1e-3] / length[length[:, 0] > 1e-3]
+    return np.unique(np.round(ways, 6), axis=0)
+
+
+def _in_order(normals: Array) -> Array:
+    axis = normals.mean(axis=0)
+    axis = axis / max(np.linalg.norm(axis), 1e-9)
+    side = np.cross(axis, normals[0])
+    angle = np.arctan2((normals @ np.cross(side, axis)), normals @ side)
+    return normals[np.argsort(angle)]

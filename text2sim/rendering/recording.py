@@ -1,0 +1,148 @@
+"""What a run's folder says that a film shows: how it is filmed, what there is, and how it looks."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from text2sim.spec_schema.errors import RunError
+from text2sim.templates.cadence import read_film
+from text2sim.templates.playback import States
+
+Rgb = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Look:
+    """Surface of a body."""
+
+    color: Rgb
+    """sRGB, 0 to 1."""
+    opacity: float = 1.0
+    finish: str = "plastic"
+    visible: bool = True
+    picture: Path | None = None
+    """What it wears instead of its colour."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A mesh that a link wears."""
+
+    body: str
+    """Name of the copy."""
+    link: int
+    """Row of its poses."""
+    mesh: Path
+    pos: tuple[float, ...]
+    """In the link's frame [m]."""
+    quat: tuple[float, ...]
+    look: Look
+
+
+@dataclass(frozen=True)
+class SoftPart:
+    """A body that deforms."""
+
+    body: str
+    kind: str
+    """soft, cloth, granular, liquid or snow."""
+    row: dict[str, Any]
+    """What the layout says of it."""
+    geometry: Path
+    look: Look
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A recorded run, ready to be filmed."""
+
+    folder: Path
+    film: dict[str, Any]
+    """See `templates/cadence.py`."""
+    states: States
+    parts: list[Part]
+    soft: list[SoftPart]
+    statics: frozenset[str]
+    """Copies that never move."""
+
+    @property
+    def last(self) -> float:
+        """Last recorded time [s]."""
+        return float(self.states.time[-1])
+
+    @property
+    def bodies(self) -> list[str]:
+        """All that there is, copy by copy."""
+        return list(dict.fromkeys([*(part.body for part in self.parts), *(part.body for part in self.soft)]))
+
+
+def read_recording(folder: Path) -> Recording:
+    """Read a run's folder.
+
+    Raises:
+        RunError: if nothing was recorded in it.
+    """
+    film, looks = _program(folder)
+    try:
+        states = States(folder)
+        index = json.loads((folder / "geometry" / "index.json").read_text("utf-8"))
+        rows = states.layout["links"]
+        parts = [
+            Part(
+                rows[int(link)]["body"], int(link), folder / "geometry" / worn["mesh"], tuple(worn["pos"]),
+                tuple(worn["quat"]), _look(folder, looks.get(rows[int(link)]["body"]), worn),
+            )
+            for link, all_worn in index.items()
+            for worn in all_worn
+        ]  # fmt: skip
+        soft = _soft(folder, states, looks)
+    except OSError as error:
+        raise RunError(f"{folder}: nothing was recorded ({error.strerror}: {error.filename})") from error
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        raise RunError(f"{folder}: not the recording of a run ({error!r})") from error
+    held = {row["body"] for row in rows if row["fixed"]} - {row["body"] for row in rows if not row["fixed"]}
+    return Recording(folder, film, states, parts, soft, frozenset(held))
+
+
+def _program(folder: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return how the run is filmed, and its looks by copy."""
+    program = folder / "program"
+    if not (folder / "states" / "layout.json").is_file():
+        raise RunError(f"{folder}: nothing was recorded there")
+    try:
+        film = read_film((program / "render.py").read_text("utf-8"))
+        return film, json.loads((program / "looks.json").read_text("utf-8"))
+    except (OSError, ValueError):
+        # An older version recorded it: what its case says is worked out anew.
+        from text2sim.compiler.build import plan_case
+        from text2sim.compiler.emit import emit
+        from text2sim.spec_schema.load import load_case
+
+        plan = plan_case(load_case(folder / "expanded.yaml"))
+        return plan.render, json.loads(emit(plan)["looks.json"])
+
+
+def _look(folder: Path, look: dict[str, Any] | None, painted: dict[str, Any]) -> Look:
+    *color, opacity = painted["color"]
+    picture = folder / "geometry" / painted["texture"] if "texture" in painted else None
+    if look is None:
+        return Look((color[0], color[1], color[2]), opacity, picture=picture)
+    if look.get("picture"):
+        picture = folder / "program" / look["picture"]
+    red, green, blue = look["color"]
+    return Look((red, green, blue), look["opacity"], look["finish"], look["visible"], picture)
+
+
+def _soft(folder: Path, states: States, looks: dict[str, Any]) -> list[SoftPart]:
+    rows = states.layout.get("deformables") or []
+    if not rows:
+        return []
+    painted = json.loads((folder / "geometry" / "soft_index.json").read_text("utf-8"))
+    return [
+        SoftPart(
+            row["body"], row["kind"], row, folder / "geometry" / f"soft_{k}.npz",
+            _look(folder, looks.get(row["body"]), paint),
+        )
+        for k, (row, paint) in enumerate(zip(rows, painted, strict=True))
+    ]  # fmt: skip

@@ -1,0 +1,151 @@
+"""Mitsuba, in the fastest variant that works on this machine.
+
+An LLVM that does not suit aborts the process, so every variant is tried in a child first; the verdict is kept in the
+user's cache folder. A process has one variant.
+"""
+
+import importlib.metadata
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from text2sim.spec_schema.errors import MachineError
+
+VARIANTS = {"cuda": "cuda_ad_rgb", "llvm": "llvm_ad_rgb", "scalar": "scalar_rgb"}
+"""By what they compute with, the fastest first."""
+LLVM = ("/usr/lib/*/libLLVM*.so*", "/usr/lib/llvm*/lib/libLLVM*.so*", "/opt/homebrew/opt/llvm*/lib/libLLVM*.dylib")
+OLDEST_LLVM = 16
+"""14 is not found by the renderer and 15 aborts in its first kernel."""
+LIMIT = 120.0
+"""Time [s] that a child may take; the first kernel of a machine is compiled in it."""
+TRIAL = """
+import sys, mitsuba as mi
+mi.set_variant(sys.argv[1])
+scene = mi.load_dict({"type": "scene", "ball": {"type": "sphere", "center": [0, 0, 9]}, "sky": {"type": "constant"},
+    "integrator": {"type": "path"},
+    "sensor": {"type": "perspective", "film": {"type": "hdrfilm", "width": 8, "height": 8}}})
+import numpy as np
+value = float(np.array(mi.render(scene, spp=4)).mean())
+sys.exit(0 if 0.1 < value < 10 else 1)
+"""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """What pictures are traced with."""
+
+    name: str
+    """cuda, llvm or scalar."""
+    library: str = ""
+    """LLVM's library, where the renderer does not find it by itself."""
+
+    @property
+    def hint(self) -> str:
+        """How to get a faster one; empty if there is none."""
+        if self.name != "scalar":
+            return ""
+        return (
+            "rendering without LLVM, about three times slower than it could be: install LLVM 16 or newer "
+            "(Debian, Ubuntu: sudo apt-get install libllvm19; macOS: brew install llvm)"
+        )
+
+
+def is_installed() -> bool:
+    """Whether the extra `render` is there."""
+    return all(_version(name) for name in ("mitsuba", "mitsuba-oidn"))
+
+
+def find_variant() -> Variant:
+    """Return the fastest variant that works here; remembered between processes.
+
+    Raises:
+        MachineError: if the renderer is not installed, or no variant works.
+    """
+    if not is_installed():
+        raise MachineError("the path tracer is not installed here: pip install 'text2sim[render]'")
+    libraries = _llvm_libraries()
+    key = json.dumps([_version("mitsuba"), _version("drjit"), libraries, os.environ.get("DRJIT_LIBLLVM_PATH", "")])
+    remembered = _cache_file()
+    try:
+        known = json.loads(remembered.read_text("utf-8"))
+        if known["key"] == key and known["name"] in VARIANTS:
+            return Variant(known["name"], known["library"])
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    variant = _try_all(libraries)
+    try:
+        remembered.parent.mkdir(parents=True, exist_ok=True)
+        remembered.write_text(json.dumps({"key": key, "name": variant.name, "library": variant.library}), "utf-8")
+    except OSError:
+        pass  # it is found out anew next time
+    return variant
+
+
+@cache
+def mitsuba() -> Any:
+    """Return the module `mitsuba` with its variant chosen; the only way in which it is imported."""
+    variant = find_variant()
+    if variant.library:
+        os.environ["DRJIT_LIBLLVM_PATH"] = variant.library
+    import mitsuba as mi
+
+    mi.set_variant(VARIANTS[variant.name])
+    mi.set_log_level(mi.LogLevel.Error)
+    return mi
+
+
+def _try_all(libraries: list[str]) -> Variant:
+    if any(Path(node).exists() for node in ("/dev/nvidiactl", "/dev/dxg")) and _works("cuda", ""):
+        return Variant("cuda")
+    for library in libraries:
+        if _works("llvm", library):
+            return Variant("llvm", library)
+    if _works("scalar", ""):
+        return Variant("scalar")
+    raise MachineError(
+        "the path tracer does not start on this machine; `pip install --force-reinstall mitsuba` may help"
+    )
+
+
+def _works(name: str, library: str) -> bool:
+    environment = os.environ | ({"DRJIT_LIBLLVM_PATH": library} if library else {})
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", TRIAL, VARIANTS[name]],
+            env=environment,
+            capture_output=True,
+            timeout=LIMIT,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+    return done.returncode == 0
+
+
+def _llvm_libraries() -> list[str]:
+    """Return the libraries of LLVM that may do, the one that the user names first, then the newest."""
+    named = os.environ.get("DRJIT_LIBLLVM_PATH")
+    found = {Path(path).resolve() for pattern in LLVM for path in Path("/").glob(pattern[1:])}
+    suited = sorted((path for path in found if _llvm_version(path) >= OLDEST_LLVM), key=_llvm_version, reverse=True)
+    return [*([named] if named else []), *map(str, suited)]
+
+
+def _llvm_version(path: Path) -> int:
+    digits = "".join(c if c.isdigit() else " " for c in path.name).split()
+    return int(digits[0]) if digits else 0
+
+
+def _cache_file() -> Path:
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "text2sim" / "renderer.json"
+
+
+def _version(distribution: str) -> str:
+    try:
+        return importlib.metadata.version(distribution)
+    except importlib.metadata.PackageNotFoundError:
+        return ""

@@ -1,0 +1,131 @@
+"""Rigid bodies: everything that has one material is one mesh, which is moved vertex by vertex."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.rendering.finishes import finish_of, material, needs_uvs
+from text2sim.rendering.meshes import Mesh, boxed_uvs, read_mesh
+from text2sim.rendering.recording import Part
+from text2sim.rendering.shapes import mesh_shape, shaded
+
+Array = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Wearing:
+    """What is the same for all that one mesh holds."""
+
+    finish: str
+    opacity: float
+    picture: Path | None
+    moves: bool
+    has_uvs: bool
+
+
+class Batch:
+    """All parts of one material.
+
+    Args:
+        wearing: Its material.
+        parts: They.
+        meshes: Of the parts.
+
+    Attributes:
+        is_clear: Whether it is seen through, see `trace`.
+        owners: Body of each triangle, as an index of `bodies`, shape (f,).
+    """
+
+    def __init__(self, name: str, wearing: Wearing, parts: list[Part], meshes: list[Mesh], bodies: dict[str, int]):
+        self.name, self.moves, self.is_clear = name, wearing.moves, finish_of(wearing.finish).kind == "clear"
+        picture = None if wearing.picture is None else read_picture(wearing.picture)
+        self._bsdf = material(wearing.finish, opacity=wearing.opacity, picture=picture)
+        sizes = [len(mesh.vertices) for mesh in meshes]
+        starts = np.cumsum([0, *sizes[:-1]])
+        self._faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)])
+        self._uvs = np.concatenate([mesh.uvs for mesh in meshes if mesh.uvs is not None]) if wearing.has_uvs else None
+        turns = [matrices(np.array([part.quat]))[0] for part in parts]
+        self._vertices = np.concatenate(
+            [m.vertices @ r.T + p.pos for m, r, p in zip(meshes, turns, parts, strict=True)]
+        )
+        self._normals = np.concatenate([m.normals @ r.T for m, r in zip(meshes, turns, strict=True)])
+        self._links = np.repeat([part.link for part in parts], sizes)
+        colors = [shaded(part.look.color, part.look.finish) for part in parts]
+        self._colors, self._shades = (np.repeat([row[i] for row in colors], sizes, axis=0) for i in (0, 1))
+        self.owners = np.repeat([bodies[part.body] for part in parts], [len(mesh.faces) for mesh in meshes])
+        self._made: Any = None
+
+    def shape(self, pos: Array, quat: Array, bsdf: Any = None) -> Any:
+        """Return the mesh with the links at these positions (L, 3) [m] and orientations (L, 4).
+
+        Args:
+            pos: Positions.
+            quat: Orientations.
+            bsdf: Material instead of its own.
+        """
+        if self._made is None or self.moves or bsdf is not None:
+            turn = matrices(quat)[self._links]
+            vertices = np.einsum("nij,nj->ni", turn, self._vertices) + pos[self._links]
+            normals = np.einsum("nij,nj->ni", turn, self._normals)
+            made = mesh_shape(
+                self.name, bsdf or self._bsdf, vertices, self._faces, normals,
+                colors=self._colors, shades=self._shades, uvs=self._uvs,
+            )  # fmt: skip
+            if bsdf is not None:
+                return made
+            self._made = made
+        return self._made
+
+
+def batches(parts: list[Part], statics: frozenset[str], bodies: dict[str, int]) -> list[Batch]:
+    """Return the meshes of all parts that are seen.
+
+    Args:
+        parts: They.
+        statics: Bodies that never move.
+        bodies: Index of each.
+    """
+    read: dict[tuple[Path, bool], Mesh] = {}
+    sorted_parts: dict[Wearing, list[tuple[Part, Mesh]]] = {}
+    for part in parts:
+        look = part.look
+        if not look.visible or look.opacity <= 0:
+            continue
+        key = part.mesh, needs_uvs(look.finish)
+        if key not in read:
+            mesh = read_mesh(part.mesh)
+            if key[1] and mesh.uvs is None:
+                mesh = boxed_uvs(mesh)
+            read[key] = mesh
+        mesh = read[key]
+        # A picture without coordinates to lay it out by is not seen.
+        picture = look.picture if mesh.uvs is not None else None
+        opacity = 1.0 if finish_of(look.finish).kind != "solid" else look.opacity
+        wearing = Wearing(look.finish, opacity, picture, part.body not in statics, mesh.uvs is not None)
+        sorted_parts.setdefault(wearing, []).append((part, mesh))
+    return [
+        Batch(f"rigid{k}", wearing, [part for part, _ in rows], [mesh for _, mesh in rows], bodies)
+        for k, (wearing, rows) in enumerate(sorted_parts.items())
+    ]
+
+
+def read_picture(path: Path) -> Array:
+    """Return a picture, 0 to 1, with alpha if it has that."""
+    from PIL import Image
+
+    with Image.open(path) as picture:
+        return np.asarray(picture.convert("RGBA" if "A" in picture.getbands() else "RGB"), float) / 255
+
+
+def matrices(quat: Array) -> Array:
+    """Return rotation matrices (n, 3, 3) of unit quaternions (w, x, y, z), shape (n, 4)."""
+    w, x, y, z = np.moveaxis(np.asarray(quat, float), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)

@@ -1,0 +1,149 @@
+"""The scene of the path tracer at a moment of a recording.
+
+It is put together anew for every moment, of meshes that are made once where nothing moves: a hundredth of the time that
+a picture takes, and no difference between what bends, what flows and what only moves.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from text2sim.rendering.backdrop import backdrop_mesh
+from text2sim.rendering.finishes import material
+from text2sim.rendering.lights import emitters
+from text2sim.rendering.meshes import Mesh
+from text2sim.rendering.recording import Recording
+from text2sim.rendering.renderer import mitsuba
+from text2sim.rendering.rigid import batches
+from text2sim.rendering.shapes import mesh_shape, shaded
+from text2sim.rendering.soft import SoftBodies
+from text2sim.rendering.tone import linear
+from text2sim.templates.cadence import frames, reels
+from text2sim.templates.cameras import Cameras, View, basis
+
+BACKDROP_FINISH = "rough"
+ROOM = 0.8
+"""Brightness of the room that glass mirrors, as a part of the background's."""
+EYES = 60
+"""Moments of the films at which is asked where cameras stand."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """The scene at a moment."""
+
+    solid: Any
+    """All but what is as clear as glass."""
+    gloss: Any = None
+    """Only what clear things reflect: everything else is black. None if nothing is clear."""
+
+
+class Stage:
+    """Everything that a film shows.
+
+    Args:
+        recording: Of the run.
+
+    Attributes:
+        bodies: All there are; a number on a triangle is an index of them.
+    """
+
+    def __init__(self, recording: Recording):
+        self.recording, film = recording, recording.film
+        self.bodies = recording.bodies
+        index = {body: k for k, body in enumerate(self.bodies)}
+        self.backdrop = film["backdrop"] | {"level": self._level()}
+        self._fixed: dict[str, Any] = {"type": "scene"}
+        replaced: frozenset[str] = frozenset()
+        mesh = backdrop_mesh(self.backdrop, self._eyes())
+        self._backdrop = None if mesh is None else self._make_backdrop(mesh)
+        if self._backdrop is not None:
+            self._fixed["backdrop"] = self._backdrop(material(BACKDROP_FINISH, two_sided=True))
+            replaced = frozenset(self.backdrop["planes"])
+        center, radius = np.asarray(self.backdrop["center"], float), float(self.backdrop["radius"])
+        self._fixed |= emitters(film["lights"], center, radius)
+        self._rigid = batches([part for part in recording.parts if part.body not in replaced], recording.statics, index)
+        states = recording.states.soft
+        self._soft = None if states is None else SoftBodies(recording.soft, states, index)
+
+    def _level(self) -> float | None:
+        """Return the height of the floor [m]: where there is none, it lies below all that is ever seen."""
+        level = self.recording.film["backdrop"]["level"]
+        if level is not None:
+            return level
+        states = self.recording.states
+        times = states.time[:: max(1, len(states.time) // EYES)]
+        lowest = [states.bounds(self.bodies, float(t))[:, 2].min() for t in times] if self.bodies else []
+        # What falls out of the picture takes no floor along.
+        return float(max(min(lowest), lowest[0] - np.ptp(states.bounds(self.bodies, 0.0)[:, 2]))) if lowest else None
+
+    def _eyes(self) -> list[Any]:
+        """Return where the cameras stand over the film, all of them."""
+        film, last = self.recording.film, self.recording.last
+        cameras = Cameras(film, self.recording.states)
+        pictures = [frame for reel in reels(film).values() for frame in frames(film, reel, last)]
+        chosen = pictures[:: max(1, len(pictures) // EYES)]
+        return [cameras.view(frame.camera, frame.t, frame.part).pos for frame in chosen]
+
+    def at(self, t: float) -> "Moment":
+        """Return the scene at simulated time `t` [s]."""
+        pos, quat = self.recording.states.poses(t)
+        around = self.recording.states.around(t)
+        shapes: dict[str, Any] = {batch.name: batch.shape(pos, quat) for batch in self._rigid if not batch.is_clear}
+        if self._soft is not None:
+            shapes |= self._soft.shapes(around)
+        solid = mitsuba().load_dict(self._fixed | shapes, optimize=False)
+        clear = [batch for batch in self._rigid if batch.is_clear]
+        if not clear:
+            return Moment(solid)
+        black = mitsuba().load_dict({"type": "diffuse", "reflectance": 0.0})
+        shapes = {batch.name: batch.shape(pos, quat) for batch in clear}
+        shapes |= {batch.name: batch.shape(pos, quat, black) for batch in self._rigid if not batch.is_clear}
+        if self._soft is not None:
+            shapes |= self._soft.shapes(around, black)
+        if self._backdrop is not None:
+            shapes["backdrop"] = self._backdrop(black)
+        # What glass mirrors besides lamps is the lit room, which is black here: its brightness comes from all around.
+        film = self.recording.film
+        room = linear(np.asarray(film["background"])) * ROOM / film["gain"]
+        shapes["dome"] = {"type": "constant", "radiance": {"type": "rgb", "value": room.tolist()}}
+        return Moment(solid, mitsuba().load_dict(self._fixed | shapes, optimize=False))
+
+    def _make_backdrop(self, mesh: Mesh) -> Callable[[Any], Any]:
+        color, _ = shaded(self.recording.film["background"], BACKDROP_FINISH)
+        colors = np.broadcast_to(color, (len(mesh.vertices), 3))
+        return lambda bsdf: mesh_shape("backdrop", bsdf, mesh.vertices, mesh.faces, mesh.normals, colors=colors)
+
+
+def sensor(view: View, size: tuple[int, int], *, sharp: bool = False) -> Any:
+    """Return a camera of Mitsuba that sees what the film's camera sees.
+
+    Args:
+        view: Of the film's camera.
+        size: Width and height [pixels].
+        sharp: Whether all is in focus.
+    """
+    mi = mitsuba()
+    right, up, ahead = basis(view.pos, view.look_at, view.up)
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.stack([right, up, ahead], axis=1) * (-1.0, 1.0, 1.0)
+    matrix[:3, 3] = view.pos
+    away = float(np.linalg.norm(np.subtract(view.look_at, view.pos)))
+    made: dict[str, Any] = {
+        "type": "perspective",
+        "fov": float(view.fov),
+        "fov_axis": "y",
+        "near_clip": max(away * 1e-3, 1e-4),
+        "far_clip": max(away * 1e4, 1e4),
+        "to_world": mi.ScalarTransform4f(matrix),
+        "film": {
+            "type": "hdrfilm", "width": size[0], "height": size[1], "pixel_format": "rgba", "rfilter": {"type": "box"},
+            "component_format": "float32",
+        },
+        "sampler": {"type": "multijitter"},
+    }  # fmt: skip
+    if view.aperture > 0 and not sharp:
+        made |= {"type": "thinlens", "aperture_radius": float(view.aperture), "focus_distance": float(view.focus)}
+    return mi.load_dict(made)

@@ -1,0 +1,64 @@
+"""Meshes of Mitsuba, made in memory."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.rendering.finishes import COLOR, SHADE, finish_of
+from text2sim.rendering.renderer import mitsuba
+from text2sim.rendering.tone import linear
+
+Array = NDArray[np.floating]
+
+
+def mesh_shape(
+    name: str,
+    bsdf: Any,
+    vertices: Array,
+    faces: NDArray[np.integer],
+    normals: Array,
+    *,
+    colors: Array | None = None,
+    shades: Array | None = None,
+    uvs: Array | None = None,
+) -> Any:
+    """Return a mesh of Mitsuba with its material.
+
+    Args:
+        name: For messages.
+        bsdf: Its material.
+        vertices: [m], shape (n, 3).
+        faces: Shape (f, 3).
+        normals: Shape (n, 3).
+        colors: Linear colour of each vertex, shape (n, 3).
+        shades: What the colour is blended with, shape (n, 3).
+        uvs: Shape (n, 2).
+    """
+    mi = mitsuba()
+    properties = mi.Properties()
+    properties["bsdf"] = bsdf
+    mesh = mi.Mesh(
+        name, len(vertices), len(faces), has_vertex_normals=True, has_vertex_texcoords=uvs is not None, props=properties
+    )
+    for attribute, values in ((COLOR, colors), (SHADE, shades)):
+        if values is not None:
+            mesh.add_attribute(attribute, 3, _flat(values))
+    parameters = mi.traverse(mesh)
+    parameters["faces"] = np.ascontiguousarray(faces, np.uint32).ravel()
+    parameters["vertex_positions"] = _flat(vertices)
+    parameters["vertex_normals"] = _flat(normals)
+    if uvs is not None:
+        parameters["vertex_texcoords"] = _flat(uvs)
+    parameters.update()
+    return mesh
+
+
+def shaded(color: tuple[float, float, float], finish: str) -> tuple[Array, Array]:
+    """Return the linear colour of a finish, and what its texture blends it with, each of shape (3,)."""
+    made = linear(np.asarray(color, float))
+    return made, np.clip(made * finish_of(finish).shade, 0.0, 1.0)
+
+
+def _flat(values: Array) -> NDArray[np.float32]:
+    return np.ascontiguousarray(values, np.float32).ravel()

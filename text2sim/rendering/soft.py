@@ -1,0 +1,215 @@
+"""Bodies that deform: surfaces that bend, heaps of grains, liquids with a skin that is made anew for every picture."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.rendering.finishes import finish_of, material, needs_uvs
+from text2sim.rendering.meshes import Mesh, boxed_uvs
+from text2sim.rendering.recording import SoftPart
+from text2sim.rendering.renderer import mitsuba
+from text2sim.rendering.rigid import read_picture
+from text2sim.rendering.shapes import mesh_shape, shaded
+from text2sim.templates.shading import Shell, enclosed, smooth_normals
+from text2sim.templates.soft_states import SoftStates
+
+Array = NDArray[np.floating]
+Around = tuple[int, int, float]
+
+SHADES = {"granular": (0.8, 1.0, 1.15), "snow": (0.97, 1.0)}
+"""Of the colour, which tell grains apart."""
+CORE = 0.5
+"""Radius of what fills a heap, in distances between particles."""
+CRUMBS = {"granular": (7, 0.24, 0.62), "snow": (8, 0.22, 0.7)}
+"""How many grains a particle is shown as, their radius, and how far from it they lie, in distances."""
+ENCLOSING = 1.5
+"""Edge of the cells that hide a particle if they are full all around it, in distances."""
+MOST = 400_000
+"""Grains of a body that are drawn."""
+LIQUID = {"smoothing_length": 2.0, "cube_size": 0.7, "iso_surface_threshold": 0.6}
+"""Of the surface around a liquid: lengths in radii of particles."""
+ROUNDS = 20
+"""Of smoothing a liquid's surface."""
+
+
+class Surface:
+    """A body with a mesh; cloth shows both its sides.
+
+    Attributes:
+        name: Of its shape.
+    """
+
+    def __init__(self, name: str, part: SoftPart, at_rest: Array, arrays: dict[str, Array]):
+        self.name, look = name, part.look
+        shell = Shell(at_rest, arrays["faces"])
+        self._shell = shell
+        uvs = arrays.get("uvs")
+        uvs = uvs[shell.worn].astype(float) if uvs is not None and len(uvs) == len(at_rest) else None
+        picture = None if look.picture is None or uvs is None else read_picture(look.picture)
+        self._own: NDArray[np.integer] = shell.worn
+        self._faces = shell.faces.astype(np.int64)
+        self._corners: NDArray[np.integer] = np.arange(len(shell.worn))
+        if picture is None and needs_uvs(look.finish):
+            uvs = self._metric(at_rest, uvs)
+        self._uvs = uvs
+        color, shade = shaded(look.color, look.finish)
+        self._colors, self._shades = (np.broadcast_to(c, (len(self._own), 3)) for c in (color, shade))
+        opacity = 1.0 if finish_of(look.finish).kind != "solid" else look.opacity
+        self._bsdf = material(look.finish, opacity=opacity, two_sided=part.kind == "cloth", picture=picture)
+
+    def _metric(self, at_rest: Array, uvs: Array | None) -> Array:
+        """Return texture coordinates in metres of the body at rest."""
+        if uvs is not None:
+            a, b = self._faces[:, 0], self._faces[:, 1]
+            own = at_rest[self._own]
+            long, laid = np.linalg.norm(own[a] - own[b], axis=1), np.linalg.norm(uvs[a] - uvs[b], axis=1)
+            return uvs * float(long.sum() / max(laid.sum(), 1e-9))
+        whole = Mesh(at_rest[self._own], self._faces, np.zeros((len(self._own), 3)))
+        # Which vertex stands behind each corner is carried along in the place of normals.
+        whole = Mesh(whole.vertices, whole.faces, np.repeat(np.arange(len(self._own), dtype=float)[:, None], 3, axis=1))
+        laid = boxed_uvs(whole)
+        self._corners = laid.normals[:, 0].astype(int)
+        self._faces, self._own = laid.faces, self._own[self._corners]
+        assert laid.uvs is not None
+        return laid.uvs
+
+    def shapes(self, vertices: Array, bsdf: Any = None) -> dict[str, Any]:
+        """Return its mesh with its vertices at these places."""
+        normals = self._shell.normals(vertices)[self._corners]
+        made = mesh_shape(
+            self.name, bsdf or self._bsdf, vertices[self._own], self._faces, normals,
+            colors=self._colors, shades=self._shades, uvs=self._uvs,
+        )  # fmt: skip
+        return {self.name: made}
+
+
+class Grains:
+    """Particles, each shown as a handful of grains; those that lie within a heap are left out, which nobody sees."""
+
+    def __init__(self, name: str, part: SoftPart):
+        self.name, self._spacing = name, float(part.row["spacing"])
+        first, end = part.row["points"]
+        count = end - first
+        many, radius, spread = CRUMBS.get(part.kind, (1, CORE, 0.0))
+        many = max(1, min(many, MOST // max(count, 1)))
+        chance = np.random.default_rng(7)
+        ways = chance.standard_normal((count, many, 3))
+        ways *= (chance.uniform(0.25, 1.0, (count, many, 1)) ** (1 / 3)) / np.linalg.norm(ways, axis=2, keepdims=True)
+        self._offsets = ways * spread * self._spacing
+        self._sizes = radius * self._spacing * chance.uniform(0.6, 1.25, (count, many, 3))
+        shades = SHADES.get(part.kind, (1.0,))
+        self._shade = chance.integers(len(shades), size=(count, many))
+        look = part.look
+        self._bsdfs = [
+            mitsuba().load_dict({
+                "type": "principled", "roughness": 0.8, "specular": 0.25,
+                "base_color": {"type": "rgb", "value": np.clip(shaded(look.color, look.finish)[0] * f, 0, 1).tolist()},
+            })
+            for f in shades
+        ]  # fmt: skip
+
+    def shapes(self, points: Array, bsdf: Any = None) -> dict[str, Any]:
+        """Return its grains with its particles at these places."""
+        outside = ~enclosed(points, ENCLOSING * self._spacing)
+        centers = points[outside][:, None] + self._offsets[outside]
+        sizes, shade = self._sizes[outside], self._shade[outside]
+        found = {}
+        for k, own in enumerate(self._bsdfs):
+            mine = shade == k
+            at, size = centers[mine], sizes[mine]
+            if k == len(self._bsdfs) // 2:
+                at = np.concatenate([at, points[outside]])
+                size = np.concatenate([size, np.full((int(outside.sum()), 3), CORE * self._spacing)])
+            if len(at):
+                found[f"{self.name}_{k}"] = _ellipsoids(at, size, bsdf or own)
+        return found
+
+
+class Liquid:
+    """Particles with a surface around all of them."""
+
+    def __init__(self, name: str, part: SoftPart):
+        self.name, self._spacing = name, float(part.row["spacing"])
+        self._color, _ = shaded(part.look.color, "smooth")
+        clear = part.look.opacity < 1 or finish_of(part.look.finish).kind != "solid"
+        if clear:
+            tint = (0.35 + 0.65 * self._color).tolist()
+            self._bsdf = mitsuba().load_dict({
+                "type": "dielectric", "int_ior": 1.33, "specular_transmittance": {"type": "rgb", "value": tint}
+            })  # fmt: skip
+        else:
+            self._bsdf = material("smooth")
+
+    def shapes(self, points: Array, bsdf: Any = None) -> dict[str, Any]:
+        """Return its surface with its particles at these places."""
+        vertices, faces = liquid_surface(points, self._spacing / 2)
+        if not len(faces):
+            return {}
+        normals = smooth_normals(vertices[faces], faces.ravel(), len(vertices))
+        colors = np.broadcast_to(self._color, vertices.shape)
+        return {self.name: mesh_shape(self.name, bsdf or self._bsdf, vertices, faces, normals, colors=colors)}
+
+
+class SoftBodies:
+    """All bodies that deform.
+
+    Args:
+        parts: They.
+        states: Their recorded states.
+        bodies: Index of each.
+
+    Attributes:
+        owners: Body of each shape by its name, as an index of `bodies`.
+    """
+
+    def __init__(self, parts: list[SoftPart], states: SoftStates, bodies: dict[str, int]):
+        self._states, self._figures = states, []
+        self._owners: dict[str, int] = {}
+        for k, part in enumerate(parts):
+            if not part.look.visible or part.look.opacity <= 0:
+                continue
+            name = f"soft{k}"
+            self._owners[name] = bodies[part.body]
+            with np.load(part.geometry) as file:
+                arrays = dict(file)
+            if "faces" in arrays:
+                figure: Any = Surface(name, part, self._places(part, (0, 0, 0.0)), arrays)
+            else:
+                figure = Liquid(name, part) if part.kind == "liquid" else Grains(name, part)
+            self._figures.append((part, figure))
+
+    def owner(self, shape: str) -> int | None:
+        """Return which body a shape belongs to; None if it is none of these."""
+        return self._owners.get(shape.split("_")[0])
+
+    def shapes(self, around: Around, bsdf: Any = None) -> dict[str, Any]:
+        """Return all shapes between two recorded frames, of their own materials or all of one."""
+        found: dict[str, Any] = {}
+        for part, figure in self._figures:
+            found |= figure.shapes(self._places(part, around), bsdf)
+        return found
+
+    def _places(self, part: SoftPart, around: Around) -> Array:
+        name, columns = ("soft_points", "points") if part.row["surface"] is None else ("soft_surface", "surface")
+        return self._states.at(name, around)[slice(*part.row[columns])].astype(float)
+
+
+def liquid_surface(points: Array, radius: float) -> tuple[Array, NDArray[np.integer]]:
+    """Return vertices (n, 3) [m] and triangles (f, 3) of the surface around particles of a radius [m]."""
+    import pysplashsurf
+
+    made, _ = pysplashsurf.reconstruction_pipeline(
+        np.ascontiguousarray(points, np.float32), particle_radius=radius, mesh_smoothing_weights=True,
+        mesh_smoothing_iters=ROUNDS, mesh_cleanup=True, compute_normals=False,
+        **LIQUID,
+    )  # fmt: skip
+    mesh = made.mesh
+    return np.asarray(mesh.vertices, float), np.asarray(mesh.triangles, np.int64)
+
+
+def _ellipsoids(centers: Array, sizes: Array, bsdf: Any) -> Any:
+    mi = mitsuba()
+    data = np.zeros((len(centers), 10), np.float32)
+    data[:, :3], data[:, 3:6], data[:, 9] = centers, sizes, 1.0
+    return mi.load_dict({"type": "ellipsoids", "data": mi.TensorXf(data), "extent": 1.0, "bsdf": bsdf})

@@ -1,0 +1,126 @@
+"""One picture: samples, what guides the denoiser, and the denoiser.
+
+Clear glass is traced apart. Through it no lamp can be aimed at, so what is inside would drown in noise, and the
+denoiser would take the glass for what is seen. So the scene is traced without its clear things, and what these reflect
+is added: lamps, and bright rims, but no shadow and no bent light. What is inside is seen as if they were not there.
+"""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.rendering.renderer import mitsuba
+from text2sim.rendering.scene import Moment
+
+Array = NDArray[np.floating]
+
+GUIDES = "albedo:albedo,normal:sh_normal,depth:depth"
+GUIDE_SAMPLES = 4
+ROULETTE = 3
+"""Bounces after which a path ends by chance, the darker the sooner: a third of the time of a studio with walls."""
+SEED = 0
+"""The same for every picture: then what does not move does not flicker."""
+BRIGHTEST = 24.0
+"""Radiance, in white sheets, above which a single pixel is noise: glass makes such."""
+
+
+@dataclass(frozen=True)
+class Quality:
+    """How long a picture is looked at."""
+
+    samples: int
+    """Per pixel; 4, 8, 16, 36 and 64 are exact."""
+    depth: int
+    """Of paths."""
+    blur: int
+    """Moments that a picture with motion blur is made of."""
+
+
+QUALITIES = {"draft": Quality(8, 6, 4), "final": Quality(36, 8, 9), "still": Quality(144, 10, 9)}
+
+
+@dataclass
+class Traced:
+    """A picture as radiance."""
+
+    radiance: Array
+    """Linear, shape (h, w, 3)."""
+    alpha: Array
+    """1 where there is something, shape (h, w)."""
+    depth: Array
+    """Distance from the camera [m], 0 where there is nothing, shape (h, w)."""
+    seconds: dict[str, float]
+    """Time [s] by part."""
+
+
+def trace(moments: Sequence[tuple[Moment, Any]], quality: Quality, gain: float, *, denoise: bool = True) -> Traced:
+    """Return the mean over moments.
+
+    Args:
+        moments: Scene and sensor of each.
+        quality: Samples.
+        gain: Factor by which a white sheet in the light comes to 1.
+        denoise: Whether noise is taken out.
+    """
+    mi = mitsuba()
+    path: dict[str, Any] = {"type": "path", "max_depth": quality.depth, "rr_depth": ROULETTE, "hide_emitters": True}
+    integrator, guide = mi.load_dict(path), mi.load_dict({"type": "aov", "aovs": GUIDES})
+    samples = max(4, quality.samples // len(moments)) if len(moments) > 1 else quality.samples
+    seconds = {"trace": 0.0, "guides": 0.0, "gloss": 0.0, "denoise": 0.0}
+    pictures, guides, glosses = _Mean(), _Mean(), _Mean()
+    for k, (moment, sensor) in enumerate(moments):
+        seed = SEED + 7919 * k
+        with _timed(seconds, "trace"):
+            pictures.add(mi.render(moment.solid, sensor=sensor, integrator=integrator, spp=samples, seed=seed))
+        with _timed(seconds, "guides"):
+            guides.add(mi.render(moment.solid, sensor=sensor, integrator=guide, spp=GUIDE_SAMPLES, seed=SEED))
+        if moment.gloss is not None:
+            with _timed(seconds, "gloss"):
+                glosses.add(mi.render(moment.gloss, sensor=sensor, integrator=integrator, spp=samples, seed=seed))
+    with _timed(seconds, "denoise"):
+        picture, seen = pictures.value, guides.value[..., -7:]
+        radiance, alpha = _limited(picture[..., :3], gain), np.clip(picture[..., 3], 0, 1)
+        if denoise:
+            radiance = _denoised(radiance, np.clip(seen[..., :3], 0, 1), seen[..., 3:6])
+        if glosses.count:
+            gloss = _limited(glosses.value[..., :3], gain)
+            gloss = _denoised(gloss) if denoise else gloss
+            radiance, alpha = radiance + gloss, np.maximum(alpha, np.clip(gloss.mean(axis=-1) * gain, 0, 1))
+    return Traced(radiance, alpha, seen[..., 6], seconds)
+
+
+class _Mean:
+    """Mean of pictures."""
+
+    def __init__(self) -> None:
+        self.count, self._sum = 0, np.zeros(())
+
+    def add(self, picture: Any) -> None:
+        self.count, self._sum = self.count + 1, self._sum + np.array(picture, dtype=np.float32)
+
+    @property
+    def value(self) -> Array:
+        return self._sum / self.count
+
+
+@contextmanager
+def _timed(seconds: dict[str, float], part: str) -> Iterator[None]:
+    start = perf_counter()
+    yield
+    seconds[part] += perf_counter() - start
+
+
+def _limited(radiance: Array, gain: float) -> Array:
+    return np.minimum(np.nan_to_num(radiance), BRIGHTEST / gain)
+
+
+def _denoised(*pictures: Array) -> Array:
+    """Return the first picture without noise; albedo and normals may go with it."""
+    import mitsuba_oidn as oidn
+
+    return np.array(oidn.denoise(*(np.ascontiguousarray(a, np.float32) for a in pictures), hdr=True))

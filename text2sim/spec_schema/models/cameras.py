@@ -1,0 +1,194 @@
+"""Cameras of a film: where they stand, what they look at, how they frame it, and their lens."""
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from text2sim.spec_schema.models.base import (
+    Bounds,
+    Direction,
+    Model,
+    Positive,
+    Real,
+    Seconds,
+    Selector,
+    Vec3,
+)
+from text2sim.spec_schema.models.regions import BodyPoint
+
+Target = Vec3 | Selector | BodyPoint
+"""A point [m], or a body that is looked at (the middle of its copies, if there are several), or a region of it."""
+Margin = Annotated[Real, Field(ge=0.0, le=0.45)]
+SENSOR = 24.0
+"""Height [mm] of a picture on 35 mm film, 36 mm x 24 mm."""
+FOV = 40.0
+"""Vertical field of view [deg] of a camera that says none."""
+
+
+def fov_of_lens(focal: float) -> float:
+    """Return the vertical field of view [deg] of a lens, focal length in mm, on 35 mm film: 2 atan(12 / focal)."""
+    return 2 * math.degrees(math.atan(SENSOR / 2 / focal))
+
+
+class _Camera(Model):
+    fov: Positive | None = Field(default=None, ge=2.0, le=140.0, alias="fov_deg")
+    """Vertical field of view [deg]; 40 if no lens is given."""
+    lens: Positive | None = Field(default=None, ge=5.0, le=600.0, alias="lens_mm")
+    """Instead of `fov_deg`: focal length [mm] on 35 mm film, 36 mm x 24 mm. `fov_deg` = 2 atan(12 / `lens_mm`): 24
+    is wide (53 deg), 50 is plain (27 deg), 85 is for portraits (16 deg)."""
+    f_stop: Positive | None = Field(default=None, ge=0.5, le=64.0)
+    """Opening of the lens; what is not at `focus` gets soft. The lens is `lens_mm` / `f_stop` wide, as in a real
+    camera: 2.8 is soft from a metre away, 16 hardly at all. All is sharp if left out. Path traced only."""
+    focus: Target | None = None
+    """What is sharp where `f_stop` is given: a point [m] or a body, which is kept sharp while it moves. What the
+    camera looks at if left out."""
+    up: Direction = (0.0, 0.0, 1.0)
+    """Which way is up in the picture; +y where it looks straight up or down."""
+
+    @model_validator(mode="after")
+    def _one_lens(self) -> "_Camera":
+        if self.fov is not None and self.lens is not None:
+            raise ValueError("give either fov_deg or lens_mm")
+        if self.focus is not None and self.f_stop is None:
+            raise ValueError("focus means something only with an f_stop: without one all is sharp")
+        return self
+
+    @property
+    def field(self) -> float:
+        """Vertical field of view [deg]."""
+        return fov_of_lens(self.lens) if self.lens is not None else self.fov if self.fov is not None else FOV
+
+
+class _Framing(_Camera):
+    frame: Annotated[list[Selector], Field(min_length=1, max_length=50)] | None = None
+    """Bodies and statics that the picture is to show, from the first moment of the camera's shots to the last. The
+    place is worked out from what was recorded."""
+    margin: Margin | None = None
+    """With `frame`: part of the picture that is kept free at each edge; 0.08 if left out."""
+
+    within: Bounds | None = None
+    """With `frame`: the space in which bodies are followed; those that leave it may leave the picture."""
+
+    @model_validator(mode="after")
+    def _margin_of_frame(self) -> "_Framing":
+        if self.frame is None and (self.margin is not None or self.within is not None):
+            raise ValueError("margin and within mean something only with frame")
+        return self
+
+
+class Still(_Framing):
+    """A camera on a tripod.
+
+    With `frame` it stands, in the given `direction`, as near as shows all of the bodies; or it stands where `from`
+    says, and chooses its field of view.
+    """
+
+    kind: Literal["still"]
+    from_: Vec3 | None = Field(default=None, alias="from")
+    """Where it stands [m]."""
+    look_at: Target | None = None
+    """What it looks at (a body: where that is at the start)."""
+    direction: Direction | None = None
+    """With `frame`, instead of `from`: the way from the bodies to the camera. One with a free view of them is chosen
+    if both are left out."""
+
+    @model_validator(mode="after")
+    def _one_way(self) -> "Still":
+        if self.frame is None:
+            if self.from_ is None or self.look_at is None:
+                raise ValueError("give from and look_at, or frame")
+            if self.direction is not None:
+                raise ValueError("direction means something only with frame")
+            if self.from_ == self.look_at:
+                raise ValueError("from and look_at are the same point")
+        elif self.look_at is not None:
+            raise ValueError("give either look_at or frame, which looks at the middle of what it shows")
+        elif self.from_ is not None and self.direction is not None:
+            raise ValueError("give either from or direction")
+        elif self.from_ is not None and (self.fov is not None or self.lens is not None):
+            raise ValueError("with from and frame the lens follows; give a direction instead of from to choose it")
+        return self
+
+
+class Follow(_Camera):
+    """A camera that stands still or travels along, and keeps looking at a body."""
+
+    kind: Literal["follow"]
+    body: Selector
+    """The body it looks at."""
+    from_: Vec3 | None = Field(default=None, alias="from")
+    """Where it stands [m]; give either this or `offset`."""
+    offset: Direction | None = None
+    """Its place relative to the body [m]: it travels along."""
+    smooth: Seconds = Field(default=0.3, le=60.0)
+    """Time [s] over which its motion is averaged."""
+
+    @model_validator(mode="after")
+    def _one_place(self) -> "Follow":
+        if (self.from_ is None) == (self.offset is None):
+            raise ValueError("give either from or offset")
+        return self
+
+
+class Orbit(_Framing):
+    """A camera on a circle about a point, or about what it frames."""
+
+    kind: Literal["orbit"]
+    look_at: Target | None = None
+    """Centre of the circle, and what it looks at; the middle of the bodies of `frame`, if that is given instead."""
+    radius: Positive | None = None
+    """Radius [m]. With `frame`, radius and height may be left out: the circle is then as small as shows all."""
+    height: Real | None = None
+    """Height [m] above the centre."""
+    start_deg: Real = -90.0
+    """Angle [deg] from +x at the start."""
+    turn_deg: Real = 90.0
+    """How far [deg] it goes round in its shots, or in the whole film."""
+
+    @model_validator(mode="after")
+    def _one_circle(self) -> "Orbit":
+        if (self.look_at is None) == (self.frame is None):
+            raise ValueError("give either look_at or frame")
+        if (self.radius is None) != (self.height is None):
+            raise ValueError("give both radius and height, or with frame neither")
+        if self.frame is None and self.radius is None:
+            raise ValueError("give radius and height, or frame instead of look_at")
+        return self
+
+
+class Dolly(_Camera):
+    """A camera that moves along a straight line over its shots, or over the whole film."""
+
+    kind: Literal["dolly"]
+    from_: Vec3 = Field(alias="from")
+    """Where it starts [m]."""
+    to: Vec3
+    """Where it ends [m]."""
+    look_at: Target
+    """What it looks at (a body: where that is at the start)."""
+
+
+class Keyframed(_Camera):
+    """A camera on a smooth way through given points, at rest at both ends."""
+
+    kind: Literal["keyframed"]
+    times: Annotated[list[Seconds], Field(min_length=2, max_length=200)]
+    """Simulated times [s], rising; before the first and after the last it stands still."""
+    positions: Annotated[list[Vec3], Field(min_length=2, max_length=200)]
+    """Where it is at these times [m]."""
+    look_at: Target | Annotated[list[Vec3], Field(min_length=2, max_length=200)]
+    """What it looks at (a body: where that is at the start), or a point [m] for each time."""
+
+    @model_validator(mode="after")
+    def _alike(self) -> "Keyframed":
+        if len(self.times) != len(self.positions):
+            raise ValueError(f"times and positions must be equally many (got {len(self.times)}, {len(self.positions)})")
+        if isinstance(self.look_at, list) and len(self.look_at) != len(self.times):
+            raise ValueError(f"times and look_at must be equally many (got {len(self.times)}, {len(self.look_at)})")
+        if any(late - early < 1e-6 for early, late in zip(self.times, self.times[1:], strict=False)):
+            raise ValueError("times must rise")
+        return self
+
+
+Camera = Annotated[Still | Follow | Orbit | Dolly | Keyframed, Field(discriminator="kind")]

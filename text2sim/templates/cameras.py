@@ -1,0 +1,197 @@
+"""The cameras of a film, with the states that were recorded: see `viewpoints.py` for what a camera is.
+
+A still or an orbiting camera may have `frame`: bodies to be shown over all of the film, as far as they stay `within` a
+box, and a margin. Then its numbers are those of the scene at its start, and recorded states move it.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+if __package__:
+    from .viewpoints import aperture_radius, basis, place  # noqa: TID252
+else:  # in a program, where it lies beside this module
+    from viewpoints import aperture_radius, basis, place
+
+SAMPLES = 60
+"""Moments of the recording at which is asked what has to be in the picture."""
+TURNS = 12
+"""Places on its circle from which an orbiting camera has to see all."""
+
+
+class View(NamedTuple):
+    """A camera at a moment."""
+
+    pos: np.ndarray
+    """Where it stands [m], shape (3,)."""
+    look_at: np.ndarray
+    """What is in the middle [m], shape (3,)."""
+    up: np.ndarray
+    """What is upwards in the picture, shape (3,)."""
+    fov: float
+    """Vertical field of view [deg]."""
+    focus: float
+    """Distance along the axis that is sharp [m]."""
+    aperture: float
+    """Radius of the lens [m]; 0 if all is sharp."""
+
+
+class Cameras:
+    """The cameras of a film.
+
+    Args:
+        film: What `render.py` says, see `cadence.film_of`.
+        states: Has `position(body, t, link)`, shape (3,). If it also has `bounds(bodies, t)`, points around bodies,
+            shape (n, 3), and `time`, the recorded times, then cameras with a `frame` stand where they show just that.
+    """
+
+    def __init__(self, film: dict, states: Any):
+        self._film, self._states = film, states
+        self._aspect = film["resolution"][0] / film["resolution"][1]
+        self._cameras = dict(film["cameras"])
+        self._framed: set[str] = set()
+
+    def view(self, name: str, t: float, part: float = 0.0) -> View:
+        """Return a camera at simulated time `t` [s].
+
+        Args:
+            name: Of the camera.
+            t: Simulated time [s].
+            part: How far a camera that moves over its shots has come, 0 to 1.
+        """
+        camera = self._camera(name)
+        pos, look_at = (np.asarray(point, float) for point in place(camera, t, part, self._states))
+        ahead = look_at - pos
+        away = float(np.linalg.norm(ahead))
+        focus = away
+        if camera.get("focus") is not None:
+            point = self._point(camera["focus"], t)
+            focus = max(float((point - pos) @ ahead) / away, 1e-3) if away else away
+        aperture = aperture_radius(camera["fov"], camera["f_stop"]) if camera.get("f_stop") else 0.0
+        return View(pos, look_at, np.asarray(camera["up"], float), float(camera["fov"]), focus, aperture)
+
+    def _camera(self, name: str) -> dict:
+        camera = self._cameras[name]
+        if name not in self._framed and "frame" in camera and hasattr(self._states, "bounds"):
+            points = self._shown(name, camera["frame"])
+            if len(points):
+                self._cameras[name] = camera = framed(camera, points, self._aspect)
+            self._framed.add(name)
+        return camera
+
+    def _point(self, focus: Any, t: float) -> np.ndarray:
+        if isinstance(focus, dict):
+            return np.asarray(self._states.position(focus["body"], t, focus["link"]), float)
+        return np.asarray(focus, float)
+
+    def _shown(self, name: str, frame: dict) -> np.ndarray:
+        """Points of what a camera has to show over all of its shots, shape (n, 3)."""
+        shots = [shot for shot in self._film["shots"] if shot["camera"] == name]
+        spans = [(shot["from"], shot["to"]) for shot in shots] or [(self._film["start"], self._film["end"])]
+        time = np.asarray(self._states.time)
+        inside = time[np.any([(time >= first) & (time <= last) for first, last in spans], axis=0)]
+        times = (
+            inside[np.unique(np.linspace(0, len(inside) - 1, SAMPLES).round().astype(int))]
+            if len(inside)
+            else time[-1:]
+        )
+        clouds = [np.asarray(self._states.bounds(frame["bodies"], float(t)), float) for t in times]
+        points = np.concatenate(clouds)
+        points = points[np.isfinite(points).all(axis=1)]
+        if frame["within"] is None:
+            return points
+        low, high = frame["within"]
+        near = points[((points >= low) & (points <= high)).all(axis=1)]
+        return near if len(near) else points
+
+
+def project(view: View, points: Any, aspect: float) -> np.ndarray:
+    """Return where points are in the picture, shape (n, 3): across and up, each -1 to 1 inside, and the depth [m].
+
+    Args:
+        view: The camera.
+        points: In the world [m], shape (n, 3).
+        aspect: Width of the picture over its height.
+    """
+    local = (np.asarray(points, float).reshape(-1, 3) - view.pos) @ np.stack(basis(view.pos, view.look_at, view.up)).T
+    tall = math.tan(math.radians(view.fov) / 2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.column_stack(
+            [local[:, 0] / (local[:, 2] * tall * aspect), local[:, 1] / (local[:, 2] * tall), local[:, 2]]
+        )
+
+
+def framed(camera: dict, points: np.ndarray, aspect: float) -> dict:
+    """Return a camera that shows all points, each a margin away from the edges of its picture.
+
+    A still one with a `direction` stands as near as it can; one without keeps its place and chooses its field of view.
+    An orbiting one goes round as near as it can, or on its own circle about the middle of them.
+
+    Args:
+        camera: With a `frame`.
+        points: What is to be seen [m], shape (n, 3).
+        aspect: Width of the picture over its height.
+    """
+    frame = camera["frame"]
+    kept = 1 - 2 * frame["margin"]
+    tall = math.tan(math.radians(camera["fov"]) / 2) * kept
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    if camera["kind"] == "orbit":
+        if not frame["fit"]:
+            return camera | {"look_at": middle}
+        slope = camera["height"] / camera["radius"]
+        angles = camera["start"] + camera["turn"] * np.linspace(0, 1, TURNS)
+        ways = [np.array((math.cos(angle), math.sin(angle), slope)) for angle in angles]
+        away = max(_nearest(points - middle, way, camera["up"], tall, aspect, turn_only=True)[0] for way in ways)
+        radius = away / math.hypot(1.0, slope)
+        return camera | {"look_at": middle, "radius": radius, "height": slope * radius}
+    if "direction" in frame:
+        away, aside = _nearest(points - middle, np.asarray(frame["direction"], float), camera["up"], tall, aspect)
+        way = np.asarray(frame["direction"], float) / np.linalg.norm(frame["direction"])
+        return camera | {"pos": middle + aside + away * way, "look_at": middle + aside}
+    pos = np.asarray(camera["pos"], float)
+    local = (points - pos) @ np.stack(basis(pos, middle, camera["up"])).T
+    ahead = local[local[:, 2] > 1e-6]
+    if len(ahead) < len(local):
+        return camera | {"look_at": middle}  # it stands among them
+    # The picture is turned, not shifted: the middle of what is seen comes to the middle of the picture.
+    seen = ahead[:, :2] / ahead[:, 2:]
+    shift = (seen.min(axis=0) + seen.max(axis=0)) / 2
+    right, up, forward = np.array(basis(pos, middle, camera["up"]))
+    look_at = pos + np.linalg.norm(middle - pos) * (forward + shift[0] * right + shift[1] * up)
+    local = (points - pos) @ np.stack(basis(pos, look_at, camera["up"])).T
+    seen = np.abs(local[:, :2] / np.maximum(local[:, 2:], 1e-9)).max(axis=0)
+    fov = 2 * math.degrees(math.atan(max(seen[1], seen[0] / aspect) / kept))
+    return camera | {"look_at": look_at, "fov": float(np.clip(fov, 2.0, 120.0))}
+
+
+def framed_balls(camera: dict, balls: list[tuple[Any, float]], aspect: float) -> dict:
+    """Return a camera that shows all balls, each a middle and a radius [m]; see `framed`."""
+    ways = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], float)
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    return framed(camera, np.concatenate([np.asarray(center) + radius * ways for center, radius in balls]), aspect)
+
+
+def _nearest(
+    points: np.ndarray, way: np.ndarray, up: Any, tall: float, aspect: float, *, turn_only: bool = False
+) -> tuple[float, np.ndarray]:
+    """Distance along `way` from which all points are in the picture, and how far aside of it one has to stand for that.
+
+    The picture's four edges are planes; each is pushed to the outermost point, and the camera stands where the two
+    of a pair meet. With `turn_only` it stays on the axis.
+    """
+    way = way / np.linalg.norm(way)
+    right, above, _ = np.array(basis(way, (0.0, 0.0, 0.0), up))
+    depth = points @ way  # towards the camera
+    needed, aside = [], np.zeros(3)
+    for axis, slope in ((right, tall * aspect), (above, tall)):
+        across = points @ axis
+        high, low = (across + slope * depth).max(), (across - slope * depth).min()
+        if turn_only:
+            needed.append(max(high, -low) / slope)
+        else:
+            needed.append((high - low) / (2 * slope))
+            aside = aside + axis * (high + low) / 2
+    size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+    return max(*needed, float(depth.max()) + 0.05 * size, 1e-2), aside

@@ -1,0 +1,88 @@
+"""What is written into the pictures of a film: title, time, measured values, the first picture in a corner."""
+
+from typing import Any
+
+import numpy as np
+
+TITLE = 3.0
+"""How long [s of film] the title stays; it fades out in the last half second of it."""
+FADE = 0.5
+INSET = 0.24
+"""Width of the first picture in the corner, as a part of the picture's."""
+
+
+class Overlay:
+    """Writes into the pictures of a film.
+
+    Args:
+        film: What `render.py` says.
+        values: Function of the simulated time that returns rows of text, such as `height 0.52 m`; none if nothing was
+            measured yet.
+    """
+
+    def __init__(self, film: dict, values: Any = None):
+        self._overlay, self._fps = film["overlay"], film["fps"]
+        self._values = values
+        self._first: np.ndarray | None = None
+        width, height = film["resolution"]
+        self._unit = max(height / 36, 8.0)
+        self._size = (width, height)
+
+    def draw(self, image: np.ndarray, frame: Any) -> np.ndarray:
+        """Return a picture, shape (height, width, 3), uint8, with what is to be read in it.
+
+        Args:
+            image: The picture; the first one of a film comes first.
+            frame: One of `cadence.frames`.
+        """
+        wanted = self._overlay
+        if not (wanted["title"] or wanted["time"] or wanted["inset"] or (wanted["values"] and self._values)):
+            return image
+        from PIL import Image, ImageDraw, ImageFont
+
+        if self._first is None:
+            self._first = image
+        height, width = image.shape[:2]
+        unit = max(height / 36, 8.0)
+        edge = round(1.4 * unit)
+        picture = Image.fromarray(image)
+        if wanted["inset"] and frame.k:
+            small = Image.fromarray(self._first)
+            small = small.resize((round(INSET * width), round(INSET * height)), Image.Resampling.LANCZOS)
+            picture.paste(small, (edge, edge))
+            ImageDraw.Draw(picture).rectangle(
+                (edge - 1, edge - 1, edge + small.width, edge + small.height),
+                outline="white",
+                width=max(1, height // 480),
+            )
+        layer = Image.new("RGBA", picture.size, (0, 0, 0, 0))
+        pen = ImageDraw.Draw(layer)
+        if wanted["title"] and (shown := self._title(frame)) > 0:
+            font = ImageFont.load_default(size=1.9 * unit)
+            _write(pen, (edge, height - edge), _fitting(wanted["title"], font, width - 2 * edge), font, "ls", shown)
+        rows = [f"t = {frame.t:.2f} s"] if wanted["time"] else []
+        rows += self._values(frame.t) if wanted["values"] and self._values else []
+        font = ImageFont.load_default(size=1.15 * unit)
+        for number, row in enumerate(rows):
+            _write(pen, (width - edge, edge + round(1.6 * unit * number)), row, font, "ra", 1.0)
+        return np.asarray(Image.alpha_composite(picture.convert("RGBA"), layer).convert("RGB"))
+
+    def _title(self, frame: Any) -> float:
+        """How much of the title is seen."""
+        return float(np.clip((TITLE - frame.k / self._fps) / FADE, 0.0, 1.0))
+
+
+def _fitting(text: str, font: Any, width: float) -> str:
+    """As much of a text as fits into a width [pixels]."""
+    if font.getlength(text) <= width:
+        return text
+    while text and font.getlength(text + "…") > width:
+        text = text[:-1]
+    return text.rstrip() + "…"
+
+
+def _write(pen: Any, at: tuple[float, float], text: str, font: Any, anchor: str, shown: float) -> None:
+    """Write a row in white with a thin dark edge, which is read on anything."""
+    stroke = max(1, round(font.size / 16))
+    dark, light = (16, 18, 20, round(150 * shown)), (255, 255, 255, round(240 * shown))
+    pen.text(at, text, font=font, anchor=anchor, fill=light, stroke_width=stroke, stroke_fill=dark)

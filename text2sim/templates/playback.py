@@ -1,0 +1,149 @@
+"""The recorded states of a run, read back: where everything is at any time between the first frame and the last."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+QUATERNION_AT = {"free": 3, "ball": 0}  # within the joint's slice of qpos
+# The 26 ways from the middle of a cube: the outermost points along them are what a frame has to show.
+WAYS = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], float)
+
+
+class States:
+    """The recorded states of a run.
+
+    Attributes:
+        layout: Content of `layout.json`.
+        time: Times of the recorded frames [s], shape (F,).
+        soft: States of bodies that deform; None if there is none.
+    """
+
+    def __init__(self, out: Path):
+        self._out = Path(out)
+        folder = self._out / "states"
+        self.layout = json.loads((folder / "layout.json").read_text())
+        chunks = [np.load(path) for path in sorted(folder.glob("chunk_*.npz"))]
+        chunks = [chunk for chunk in chunks if "time" in chunk]
+        self.time, self._qpos, self._pos, self._quat = (
+            np.concatenate([chunk[name] for chunk in chunks]) for name in ("time", "qpos", "links_pos", "links_quat")
+        )
+        turning = [joint for joint in self.layout["joints"] if joint["kind"] in QUATERNION_AT]
+        starts = [joint["q"][0] + QUATERNION_AT[joint["kind"]] for joint in turning]
+        self._quaternions = np.array(starts, int)[:, None] + np.arange(4)
+        links = [*enumerate(self.layout["links"])]
+        self.soft = None
+        if self.layout.get("deformables"):
+            self.soft = _soft_states(self.layout["deformables"], chunks)
+        self._links = {(link["body"], None): i for i, link in reversed(links) if link["link"] != "world"}
+        self._links |= {(link["body"], link["link"]): i for i, link in links}
+        self._chosen: dict[tuple[str, ...], tuple] = {}
+
+    def position(self, body: str, t: float, link: str | None = None) -> np.ndarray:
+        """Position of a link of a body (its first if none is named) at time `t` [m], shape (3,).
+
+        Of a body that deforms it is the mean of its points.
+        """
+        a, b, w = self.around(t)
+        if self.soft is not None and (centre := self.soft.centre(body, (a, b, w))) is not None:
+            return centre
+        pos = self._pos[:, self._links[body, link]].astype(float)
+        return (1 - w) * pos[a] + w * pos[b]
+
+    def qpos(self, t: float) -> np.ndarray:
+        """Generalized positions at time `t`, shape (Q,): linear in between, spherically linear for orientations."""
+        i, j, w = self.around(t)
+        a, b = self._qpos[i].astype(float), self._qpos[j].astype(float)
+        qpos = (1 - w) * a + w * b
+        qpos[self._quaternions] = slerp(a[self._quaternions], b[self._quaternions], w)
+        return qpos.astype(np.float32)
+
+    def poses(self, t: float) -> tuple[np.ndarray, np.ndarray]:
+        """Positions [m], shape (L, 3), and orientations, shape (L, 4), of the authored frames of all links."""
+        i, j, w = self.around(t)
+        pos = (1 - w) * self._pos[i].astype(float) + w * self._pos[j]
+        return pos, slerp(self._quat[i].astype(float), self._quat[j].astype(float), w)
+
+    def bounds(self, bodies: list[str], t: float) -> np.ndarray:
+        """Outermost points of what is drawn of bodies at time `t` [m], shape (n, 3).
+
+        Args:
+            bodies: `ball`, `brick` for all its copies, `brick[3]` or `arm.hand`.
+            t: Simulated time [s].
+        """
+        key = tuple(bodies)
+        if key not in self._chosen:
+            self._chosen[key] = self._choose(bodies)
+        links, local, soft = self._chosen[key]
+        pos, quat = self.poses(t)
+        found = [pos[links] + _turned(quat[links], local)]
+        found += [outermost(self._soft_points(row, t)) for row in soft]
+        return np.concatenate(found)
+
+    def around(self, t: float) -> tuple[int, int, float]:
+        """Recorded frames before and after time `t`, and how far `t` is from the one to the other, 0 to 1."""
+        last = len(self.time) - 1
+        b = min(int(np.searchsorted(self.time, t)), last)
+        a = max(b - 1, 0)
+        return a, b, 1.0 if a == b else float(np.clip((t - self.time[a]) / (self.time[b] - self.time[a]), 0.0, 1.0))
+
+    def _choose(self, bodies: list[str]) -> tuple[np.ndarray, np.ndarray, list[dict]]:
+        """Links and outermost points in their frames, one row each, and deformable bodies, of what is named."""
+        geometry = self._out / "geometry"
+        path = geometry / "index.json"
+        worn = json.loads(path.read_text()) if path.is_file() else {}
+        links, points, outer = [np.zeros(0, int)], [np.zeros((0, 3))], {}
+        for i, link in enumerate(self.layout["links"]):
+            if not any(_means(name, link["body"], link["link"]) for name in bodies):
+                continue
+            for row in worn.get(str(i), ()):
+                if row["mesh"] not in outer:
+                    with np.load(geometry / row["mesh"]) as mesh:
+                        outer[row["mesh"]] = outermost(mesh["vertices"].astype(float))
+                points.append(np.asarray(row["pos"]) + _turned(np.asarray(row["quat"], float), outer[row["mesh"]]))
+                links.append(np.full(len(points[-1]), i))
+        soft = [row for row in self.layout.get("deformables") or () if any(_means(n, row["body"]) for n in bodies)]
+        return np.concatenate(links), np.concatenate(points), soft
+
+    def _soft_points(self, row: dict, t: float) -> np.ndarray:
+        name = "soft_points" if row["surface"] is None else "soft_surface"
+        first, last = row["points"] if row["surface"] is None else row["surface"]
+        return self.soft.at(name, self.around(t))[first:last].astype(float)
+
+
+def outermost(points: np.ndarray) -> np.ndarray:
+    """The outermost of points along 26 directions, shape (n, 3)."""
+    return points[np.unique((points @ WAYS.T).argmax(axis=0))] if len(points) else points
+
+
+def slerp(a: np.ndarray, b: np.ndarray, w: float) -> np.ndarray:
+    """Turns by the fraction w of the short way from orientations a to b, shape (..., 4)."""
+    cosine = (a * b).sum(axis=-1, keepdims=True)
+    angle = np.arccos(np.abs(cosine).clip(0.0, 1.0))
+    near = angle < 1e-4
+    sine = np.where(near, 1.0, np.sin(angle))
+    wa = np.where(near, 1 - w, np.sin((1 - w) * angle) / sine)
+    wb = np.where(near, w, np.sin(w * angle) / sine)
+    quat = wa * a + np.where(cosine < 0, -wb, wb) * b
+    return quat / np.linalg.norm(quat, axis=-1, keepdims=True)
+
+
+def _means(name: str, body: str, link: str | None = None) -> bool:
+    """Whether the name of bodies means this copy, or this link of it."""
+    wanted, dot, part = name.partition(".")
+    return (body == wanted or body.startswith(f"{wanted}[")) and (not dot or part == link)
+
+
+def _turned(quat: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Vectors, shape (..., 3), turned by unit quaternions, shape (..., 4)."""
+    twist = 2.0 * np.cross(quat[..., 1:], vector)
+    return vector + quat[..., :1] * twist + np.cross(quat[..., 1:], twist)
+
+
+def _soft_states(rows: list[dict], chunks: list):
+    # The module stands beside this one, in a program as in the package.
+    if __package__:
+        from .soft_states import SoftStates  # noqa: TID252
+    else:
+        from soft_states import SoftStates
+    return SoftStates(rows, chunks)

@@ -1,0 +1,126 @@
+"""Where the cameras of a film stand, what they look at, and what they keep sharp.
+
+A camera is a dictionary as `render.py` has it. All have `kind`, `up`, and `fov` [deg], the vertical field of view.
+
+    still       pos, look_at
+    follow      body, link, smooth [s], and pos or offset [m]
+    orbit       look_at, radius, height [m], start, turn [rad]
+    dolly       pos, to, look_at
+    keyframed   times [s], positions, look_at: a point, or one for each time
+
+`f_stop` makes a thin lens of it, which is sharp at `focus`, or where it looks. Plain arithmetic, without arrays.
+"""
+
+import math
+from typing import Any
+
+Vec = tuple[float, float, float]
+
+HALF_SENSOR = 0.012
+"""Half the height [m] of a picture on 35 mm film, 36 mm x 24 mm, which f-stops and focal lengths are told for."""
+MEAN_OF = 9
+"""Moments over which the motion of what is followed is averaged."""
+
+
+def place(camera: dict, t: float, part: float, states: Any) -> tuple[Vec, Vec]:
+    """Return where a camera stands and what it looks at [m].
+
+    Args:
+        camera: The camera.
+        t: Simulated time [s].
+        part: How far a camera that moves over its shots has come, 0 to 1.
+        states: Has `position(body, t, link)`, three numbers [m].
+    """
+    kind = camera["kind"]
+    if kind == "still":
+        return camera["pos"], camera["look_at"]
+    if kind == "follow":
+        # The mean over a short time keeps the picture calm.
+        times = [t + camera["smooth"] * (i / (MEAN_OF - 1) - 0.5) for i in range(MEAN_OF)]
+        spots = [states.position(camera["body"], moment, camera["link"]) for moment in times]
+        x, y, z = (sum(float(spot[k]) for spot in spots) / MEAN_OF for k in range(3))
+        return (_sum((x, y, z), camera["offset"]) if "offset" in camera else camera["pos"]), (x, y, z)
+    if kind == "orbit":
+        angle = camera["start"] + camera["turn"] * part
+        arm = (camera["radius"] * math.cos(angle), camera["radius"] * math.sin(angle), camera["height"])
+        return _sum(camera["look_at"], arm), camera["look_at"]
+    if kind == "dolly":
+        x, y, z = (a + (b - a) * part for a, b in zip(camera["pos"], camera["to"], strict=True))
+        return (x, y, z), camera["look_at"]
+    if kind == "keyframed":
+        look_at, times = camera["look_at"], camera["times"]
+        if isinstance(look_at, list):
+            look_at = along(times, look_at, t)
+        return along(times, camera["positions"], t), look_at
+    raise ValueError(f"no camera is of kind {kind}")
+
+
+def along(times: list[float], points: list[Vec], t: float) -> Vec:
+    """Return where a smooth way through points is at time `t` [s].
+
+    It comes to rest at both ends, and passes the points between as a Catmull-Rom spline does.
+    """
+    last = len(times) - 1
+    t = min(max(t, times[0]), times[-1])
+    k = next((k for k in range(last) if t <= times[k + 1]), last - 1)
+    long = times[k + 1] - times[k]
+    u = (t - times[k]) / long
+
+    def speed(i: int, axis: int) -> float:
+        if i in (0, last):
+            return 0.0
+        return (points[i + 1][axis] - points[i - 1][axis]) / (times[i + 1] - times[i - 1])
+
+    x, y, z = (
+        (1 + 2 * u) * (1 - u) ** 2 * points[k][axis]
+        + u * (1 - u) ** 2 * long * speed(k, axis)
+        + u**2 * (3 - 2 * u) * points[k + 1][axis]
+        + u**2 * (u - 1) * long * speed(k + 1, axis)
+        for axis in range(3)
+    )
+    return (x, y, z)
+
+
+def basis(pos: Any, look_at: Any, up: Any) -> tuple[Vec, Vec, Vec]:
+    """Return the unit vectors right, up and ahead of a picture."""
+    ahead = _unit(tuple(float(b) - float(a) for a, b in zip(pos, look_at, strict=True))) or (0.0, 1.0, 0.0)
+    right = _cross(ahead, _unit(up) or (0.0, 0.0, 1.0))
+    if math.hypot(*right) < 1e-3:  # straight up or down: +y is up in the picture
+        right = _cross(ahead, (0.0, 1.0, 0.0))
+    right = _unit(right) or (1.0, 0.0, 0.0)
+    return right, _cross(right, ahead), ahead
+
+
+def aperture_radius(fov: float, f_stop: float) -> float:
+    """Return the radius [m] of a lens: focal length / (2 f_stop), on 35 mm film."""
+    return HALF_SENSOR / math.tan(math.radians(fov) / 2) / (2 * f_stop)
+
+
+def clip(camera: dict) -> tuple[float, float]:
+    """Return the nearest and the farthest distance [m] that a rasteriser has to draw."""
+    if "offset" in camera:
+        away = math.hypot(*camera["offset"])
+    elif camera["kind"] == "orbit":
+        away = camera["radius"]
+    elif camera["kind"] == "keyframed":
+        look_at = camera["look_at"]
+        looks = look_at if isinstance(look_at, list) else [look_at] * len(camera["positions"])
+        away = min(math.dist(pos, at) for pos, at in zip(camera["positions"], looks, strict=True))
+    else:
+        away = math.dist(camera["pos"], camera["look_at"]) if "look_at" in camera else 3.0
+    return round(max(away / 50, 0.005), 4), round(max(away * 20, 60.0), 1)
+
+
+def _sum(a: Any, b: Any) -> Vec:
+    return (float(a[0]) + b[0], float(a[1]) + b[1], float(a[2]) + b[2])
+
+
+def _cross(a: Vec, b: Vec) -> Vec:
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def _unit(vector: Any) -> Vec | None:
+    """The vector with length 1; None if it points nowhere."""
+    x, y, z = (float(c) for c in vector)
+    long = math.hypot(x, y, z)
+    return (x / long, y / long, z / long) if long > 1e-9 else None
