@@ -55,7 +55,7 @@ def _note(finding: Finding) -> str:
     if not finding.touches:
         return "; ".join([*notes, "the other goes through it" if finding.through else "they do not meet"])
     if finding.through:
-        notes.append("goes on through after the blow")
+        notes.append("ends beyond what it struck")
     if abs((finding.given or 0) - (finding.lost or 0)) > 0.1:
         notes.append("momentum is not kept")
     return "; ".join(notes)

@@ -226,7 +226,7 @@ class TestProblems:
             (f"{BALL}, place: {{on: flor}}", "/place/on", "no body or static `flor`"),
             (f"{BALL}, place: {{on: 'table[3]'}}", "/place/on", "none of the 1 copies"),
             (f"{BALL}, place: {{on: table, at: [9, 9]}}", "/place/at", "nowhere under it"),
-            (f"{BALL}, place: {{inside: table}}", "/place/inside", "does not fit"),
+            (f"{BALL}, place: {{inside: table}}", "/place/inside", "one solid piece"),
             (f"{TILE}, place: {{inside: cup}}", "/place/inside", "does not fit"),
             (f"{BALL}, place: {{inside: cup, at: [-2, 0]}}", "/place/at", "does not fit"),
             (f"{BALL}, place: {{left_of: floor}}", "/place/left_of", "no sides"),

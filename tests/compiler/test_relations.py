@@ -276,7 +276,7 @@ class TestProblems:
             ("on: table, at: {corner: [left, bottom]}", "at", "the bottom of `table` points down"),
             ("on: table, at: {sphere: {center: [0, 0, 0], radius: 0.01}}", "at", "the nearest point of it is 40 mm away"),
             ("on: table, at: {edge: left}, inset: 2.5", "at", "along x it would reach"),
-            ("inside: pole, at: {edge: left}", "at", "does not fit"),
+            ("inside: pole, at: {edge: left}", "inside", "one solid piece"),
             ("on: floor, align: {x: min}", "align", "no ends"),
             ("touching: floor, direction: z, align: {x: min}", "align", "no ends"),
             ("beside: floor", "beside", "no sides"),

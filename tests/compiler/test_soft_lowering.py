@@ -126,6 +126,11 @@ def test_rigid_bodies_tell_their_friction_where_something_deforms() -> None:
         "  b: {kind: rigid, shape: {kind: sphere, radius: 0.1}}"
     )
     assert fine.plan.bodies[1].entities[0].material_options["coup_softness"] == pytest.approx(0.001)
+    said = resolve(
+        f"  a: {{kind: soft, {BOX}, cell: 0.008, pose: {{pos: [0, 0, 1]}}}}\n"
+        "  b: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {soft_reach: 0.008}}"
+    )
+    assert said.plan.bodies[1].entities[0].material_options["coup_softness"] == pytest.approx(0.008)
 
 
 def test_a_picture_goes_into_the_program(tmp_path: Path) -> None:

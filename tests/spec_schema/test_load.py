@@ -265,3 +265,13 @@ def test_checking_a_case_imports_nothing_heavy():
         f"found = {heavy} & set(sys.modules); assert not found, found"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+def test_a_short_thick_rope_has_as_many_links_as_fit() -> None:
+    def links(length: float) -> int:
+        rope = f"bodies: {{r: {{kind: rope, length: {length}, radius: 0.01}}}}"
+        return load_text(f"text2sim: 2\nname: ropes\nscene: {{duration: 1}}\n{rope}\n").case.bodies["r"].segments  # type: ignore[union-attr]
+
+    assert [links(length) for length in (2.0, 0.3, 0.04)] == [24, 15, 2]
+    with pytest.raises(SpecError, match="take a longer rope"):
+        links(0.03)

@@ -188,7 +188,7 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
     ("no-limit", f"{EVENT}/of", None, {EVENT: {"kind": "joint_limit", "of": "drum"}}),
     ("unknown-attach", f"{EVENT}/attach", "grip", {EVENT: {"kind": "released", "attach": "gripp"}}),
     (
-        "unknown-attach",
+        "never-released",
         f"{EVENT}/attach",
         None,
         {"/actions/controls/let_go": None, EVENT: {"kind": "released", "attach": "grip"}},

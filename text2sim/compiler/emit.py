@@ -31,14 +31,23 @@ FROM_FILE = ("MJCF", "URDF", "Mesh")
 # Roughness and metallic of the engine's surfaces; its rasteriser shows little of the difference.
 FINISHES = {
     "rough": (0.9, 0.0),
+    "painted": (0.5, 0.0),
     "plastic": (0.4, 0.0),
     "smooth": (0.2, 0.0),
-    "metal": (0.3, 0.8),
-    "concrete": (1.0, 0.0),
-    "wood": (0.7, 0.0),
     "rubber": (0.9, 0.0),
-    "glass": (0.05, 0.0),
+    "metal": (0.3, 0.8),
+    "brushed_metal": (0.45, 0.8),
+    "polished_metal": (0.1, 0.9),
+    "wood": (0.7, 0.0),
+    "concrete": (1.0, 0.0),
+    "brick": (1.0, 0.0),
     "ceramic": (0.15, 0.0),
+    "glass": (0.05, 0.0),
+    "frosted_glass": (0.4, 0.0),
+    "cloth": (1.0, 0.0),
+    "silicone": (0.5, 0.0),
+    "paper": (0.95, 0.0),
+    "sand": (1.0, 0.0),
 }
 
 

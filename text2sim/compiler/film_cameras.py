@@ -4,6 +4,7 @@ from math import dist, radians
 from statistics import median
 from typing import Any, NamedTuple
 
+from text2sim.compiler.film_views import free_direction
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.selection import select, split
@@ -16,8 +17,6 @@ from text2sim.spec_schema.models.regions import BodyPoint
 
 Ball = tuple[tuple[float, float, float], float]
 
-DEFAULT_VIEW = (0.55, -1.0, 0.5)
-"""Direction from the scene to a camera that nobody placed."""
 DEFAULT_FOV = 32.0
 """Its vertical field of view [deg]: a lens of 42 mm, which draws things as eyes see them."""
 MARGIN = 0.08
@@ -87,7 +86,7 @@ def resolve_camera(camera: Camera, ground: Ground) -> dict[str, Any]:
     if camera.from_ is not None:
         plain |= {"pos": camera.from_}
     else:
-        frame |= {"direction": camera.direction or DEFAULT_VIEW}
+        frame |= {"direction": camera.direction or _free_direction(_names(camera.frame), ground)}
     return _framed(plain | {"frame": frame}, ground.around(_names(camera.frame)), ground)
 
 
@@ -103,7 +102,8 @@ def derived_camera(ground: Ground) -> dict[str, Any]:
     levels = [copy.pos[2] for copy in _planes(ground)]
     lowest = min(levels) - 0.1 * size if levels else low[2] - size
     within = _rounded((low[0] - room, low[1] - room, lowest)), _rounded(c + room for c in high)
-    frame = {"bodies": [*ground.moving, *statics], "margin": MARGIN, "within": within, "direction": DEFAULT_VIEW}
+    frame = {"bodies": [*ground.moving, *statics], "margin": MARGIN, "within": within}
+    frame |= {"direction": _free_direction(ground.moving, ground)}
     return _framed({"kind": "still", "up": (0.0, 0.0, 1.0), "fov": DEFAULT_FOV, "frame": frame}, balls, ground)
 
 
@@ -191,6 +191,16 @@ def _framed(camera: dict[str, Any], balls: list[Ball], ground: Ground) -> dict[s
     numbers = {key: round(float(found[key]), 4) for key in ("fov", "radius", "height") if key in found}
     found |= numbers | {key: _rounded(found[key]) for key in ("pos", "look_at") if key in found}
     return {key: found[key] for key in [*(key for key in found if key != "frame"), "frame"]}
+
+
+def _free_direction(names: Any, ground: Ground) -> Vec:
+    """The way to a camera that sees bodies freely."""
+    balls = _to_the_ground(ground.around(names), ground)
+    low, high = _box(balls)
+    statics = [
+        copy for name, copies in ground.placed.items() if name not in (*ground.moving, *names) for copy in copies
+    ]
+    return free_direction([center for center, _ in balls], statics, ground.points, 3 * _longest(low, high))
 
 
 def _to_the_ground(balls: list[Ball], ground: Ground) -> list[Ball]:

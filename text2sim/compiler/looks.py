@@ -5,8 +5,8 @@ import random
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.spec_schema.models.colors import rgb
-from text2sim.spec_schema.models.materials import Look
+from text2sim.spec_schema.models.colors import PALETTES, rgb
+from text2sim.spec_schema.models.materials import Look, Palette
 from text2sim.spec_schema.models.scene import Static
 
 Rgba = tuple[float, float, float, float]
@@ -35,6 +35,9 @@ def rgba_of(look: Look, copy: Copy) -> Rgba:
         color = default_color(copy.body, copy.model)
     elif isinstance(color, list):
         color = color[index % len(color)]
+    elif isinstance(color, Palette):
+        colors = PALETTES[color.palette]
+        color = colors[(color.start + index) % len(colors)]
     red, green, blue = rgb(color)
     if look.vary is not None:
         chance = random.Random(f"{look.vary.seed}:{copy.body}:{index}")

@@ -10,14 +10,23 @@ from text2sim.drawing.lighting import Lamp, ShadowMap
 # How much a surface mirrors, how narrow its highlights are, and how much of its light is mirrored in its own colour.
 GLOSS: dict[str, tuple[float, float, float]] = {
     "rough": (0.0, 8.0, 0.0),
+    "painted": (0.15, 30.0, 0.0),
     "plastic": (0.25, 40.0, 0.0),
     "smooth": (0.35, 80.0, 0.0),
     "metal": (0.6, 45.0, 0.75),
+    "brushed_metal": (0.5, 25.0, 0.75),
+    "polished_metal": (0.7, 120.0, 0.75),
     "concrete": (0.0, 8.0, 0.0),
     "wood": (0.05, 16.0, 0.0),
     "rubber": (0.06, 12.0, 0.0),
     "glass": (0.6, 120.0, 0.0),
     "ceramic": (0.45, 90.0, 0.0),
+    "brick": (0.0, 8.0, 0.0),
+    "frosted_glass": (0.3, 20.0, 0.0),
+    "cloth": (0.0, 8.0, 0.0),
+    "silicone": (0.12, 20.0, 0.0),
+    "paper": (0.0, 8.0, 0.0),
+    "sand": (0.0, 8.0, 0.0),
 }
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from text2sim.harness.recording import Recording
 from text2sim.harness.selection import base_name
+from text2sim.harness.states import Array
 
 SHRUNK, GROWN = 0.5, 2.0
 """Volume of a soft body, over that at the start, from which on it is said. Hard presses leave 0.85."""
@@ -56,7 +57,7 @@ def _beyond_the_grid(recording: Recording) -> list[str]:
         if target.soft is not None or not recording.cast.touches_soft(target.copy):
             continue
         place = states.pos[:, target.root]
-        outside = ((place < low) | (place > high)).any(axis=1)
+        outside: Array = np.any((place < low) | (place > high), axis=1)
         if outside.any() and not outside.all() and not outside[0]:
             at = states.time[int(np.argmax(outside))]
             rows.append(f"`{target.copy}` leaves the grid of mpm, and touches nothing in it any more, at {at:.3g} s")

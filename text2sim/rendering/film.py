@@ -6,6 +6,7 @@ RUN/render/<quality>.mp4            the film; <quality>_<camera>.mp4 those of ot
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from time import perf_counter
 from typing import Any, Literal
@@ -70,7 +71,11 @@ class Filming:
         self.folder = recording.folder / "render"
         self._cameras = Cameras(recording.film, recording.states)
         self._digests = Digests(recording, self._how, self.size)
-        self._stage: Stage | None = None
+
+    @cached_property
+    def stage(self) -> Stage:
+        """What is filmed; made when it is first asked for, which takes seconds."""
+        return Stage(self.recording)
 
     def reels(self, camera: str = "", span: tuple[int, int] | None = None) -> list[Reel]:
         """Return the films of the run.
@@ -104,11 +109,10 @@ class Filming:
     def trace(self, frame: Frame) -> Traced:
         """Trace one picture."""
         start = perf_counter()
-        self._stage = self._stage or Stage(self.recording)
-        moments = []
+        stage, moments = self.stage, []
         for t, part in frame.moments(self._how.blur):
             view = self._cameras.view(frame.camera, t, part)
-            moments.append((self._stage.at(t), sensor(view, self.size)))
+            moments.append((stage.at(t), sensor(view, self.size)))
         update = perf_counter() - start
         made = trace(moments, self._how, self.recording.film["gain"])
         made.seconds["update"] = update

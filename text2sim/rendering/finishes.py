@@ -84,12 +84,12 @@ def material(name: str, *, opacity: float = 1.0, two_sided: bool = False, pictur
     """
     mi, finish = mitsuba(), finish_of(name)
     if finish.kind == "clear":
-        haze = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": _attribute(COLOR)}}
+        haze = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": attribute(COLOR)}}
         return mi.load_dict({
             "type": "blendbsdf", "weight": HAZE, "bsdf_0": {"type": "thindielectric", "int_ior": 1.6}, "bsdf_1": haze,
         })  # fmt: skip
     if finish.kind == "frosted":
-        milky = {"type": "twosided", "bsdf": _principled(finish, _attribute(COLOR))}
+        milky = {"type": "twosided", "bsdf": _principled(finish, attribute(COLOR))}
         return mi.load_dict({"type": "mask", "opacity": MILKY, "bsdf": milky})
     made: dict[str, Any]
     if picture is not None:
@@ -99,14 +99,14 @@ def material(name: str, *, opacity: float = 1.0, two_sided: bool = False, pictur
         made = {
             "type": "blendbsdf",
             "weight": weight,
-            "bsdf_0": _principled(finish, _attribute(SHADE)),
-            "bsdf_1": _principled(finish, _attribute(COLOR)),
+            "bsdf_0": _principled(finish, attribute(SHADE)),
+            "bsdf_1": _principled(finish, attribute(COLOR)),
         }
         if finish.bump:
             relief = _bitmap(_pattern(finish.texture), raw=True, tile=finish.tile)
             made = {"type": "bumpmap", "texture": relief, "scale": finish.bump * finish.tile, "bsdf": made}
     else:
-        made = _principled(finish, _attribute(COLOR))
+        made = _principled(finish, attribute(COLOR))
     if two_sided:
         made = {"type": "twosided", "bsdf": made}
     if picture is not None and picture.shape[-1] == 4 and picture[..., 3].min() < 1:
@@ -132,7 +132,8 @@ def _principled(finish: Finish, color: dict[str, Any]) -> dict[str, Any]:
     return made
 
 
-def _attribute(name: str) -> dict[str, Any]:
+def attribute(name: str) -> dict[str, Any]:
+    """Return the texture that an attribute of a mesh is."""
     return {"type": "mesh_attribute", "name": name}
 
 

@@ -36,7 +36,7 @@ class Batch:
 
     Attributes:
         is_clear: Whether it is seen through, see `trace`.
-        owners: Body of each triangle, as an index of `bodies`, shape (f,).
+        owners: Body of each vertex, as an index of `bodies`, shape (n,).
     """
 
     def __init__(self, name: str, wearing: Wearing, parts: list[Part], meshes: list[Mesh], bodies: dict[str, int]):
@@ -55,16 +55,17 @@ class Batch:
         self._links = np.repeat([part.link for part in parts], sizes)
         colors = [shaded(part.look.color, part.look.finish) for part in parts]
         self._colors, self._shades = (np.repeat([row[i] for row in colors], sizes, axis=0) for i in (0, 1))
-        self.owners = np.repeat([bodies[part.body] for part in parts], [len(mesh.faces) for mesh in meshes])
+        self.owners = np.repeat([bodies[part.body] for part in parts], sizes)
         self._made: Any = None
 
-    def shape(self, pos: Array, quat: Array, bsdf: Any = None) -> Any:
+    def shape(self, pos: Array, quat: Array, bsdf: Any = None, colors: Array | None = None) -> Any:
         """Return the mesh with the links at these positions (L, 3) [m] and orientations (L, 4).
 
         Args:
             pos: Positions.
             quat: Orientations.
             bsdf: Material instead of its own.
+            colors: Linear colour of each vertex instead of its own, shape (n, 3).
         """
         if self._made is None or self.moves or bsdf is not None:
             turn = matrices(quat)[self._links]
@@ -72,7 +73,7 @@ class Batch:
             normals = np.einsum("nij,nj->ni", turn, self._normals)
             made = mesh_shape(
                 self.name, bsdf or self._bsdf, vertices, self._faces, normals,
-                colors=self._colors, shades=self._shades, uvs=self._uvs,
+                colors=self._colors if colors is None else colors, shades=self._shades, uvs=self._uvs,
             )  # fmt: skip
             if bsdf is not None:
                 return made

@@ -9,14 +9,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from text2sim.rendering.backdrop import backdrop_mesh
-from text2sim.rendering.finishes import material
+from text2sim.rendering.finishes import COLOR, attribute, material, needs_uvs
 from text2sim.rendering.lights import emitters
-from text2sim.rendering.meshes import Mesh
-from text2sim.rendering.recording import Recording
+from text2sim.rendering.meshes import Mesh, boxed_uvs
+from text2sim.rendering.recording import Look, Part, Recording
 from text2sim.rendering.renderer import mitsuba
-from text2sim.rendering.rigid import batches
+from text2sim.rendering.rigid import batches, matrices
 from text2sim.rendering.shapes import mesh_shape, shaded
 from text2sim.rendering.soft import SoftBodies
 from text2sim.rendering.tone import linear
@@ -26,6 +27,8 @@ from text2sim.templates.cameras import Cameras, View, basis
 BACKDROP_FINISH = "rough"
 ROOM = 0.8
 """Brightness of the room that glass mirrors, as a part of the background's."""
+CODES = 64
+"""Steps of each channel of a colour that stands for a body."""
 EYES = 60
 """Moments of the films at which is asked where cameras stand."""
 
@@ -56,17 +59,34 @@ class Stage:
         index = {body: k for k, body in enumerate(self.bodies)}
         self.backdrop = film["backdrop"] | {"level": self._level()}
         self._fixed: dict[str, Any] = {"type": "scene"}
-        replaced: frozenset[str] = frozenset()
+        self._floor, replaced = self._floor_look()
         mesh = backdrop_mesh(self.backdrop, self._eyes())
         self._backdrop = None if mesh is None else self._make_backdrop(mesh)
         if self._backdrop is not None:
-            self._fixed["backdrop"] = self._backdrop(material(BACKDROP_FINISH, two_sided=True))
-            replaced = frozenset(self.backdrop["planes"])
+            self._fixed["backdrop"] = self._backdrop(material(self._floor.finish, two_sided=True))
         center, radius = np.asarray(self.backdrop["center"], float), float(self.backdrop["radius"])
         self._fixed |= emitters(film["lights"], center, radius)
         self._rigid = batches([part for part in recording.parts if part.body not in replaced], recording.statics, index)
         states = recording.states.soft
         self._soft = None if states is None else SoftBodies(recording.soft, states, index)
+
+    def _floor_look(self) -> tuple[Look, set[str]]:
+        """Return how the backdrop looks, and which planes of the scene it takes the place of.
+
+        A plane of the scene ends somewhere, which shows. So the backdrop takes over its look as well.
+        """
+        recording, level = self.recording, self.backdrop["level"]
+        look = Look(recording.film["background"], finish=BACKDROP_FINISH)
+        if self.backdrop["kind"] == "none" or level is None:
+            return look, set()
+        flat = [
+            part for part in recording.parts if part.body in recording.statics and _is_plane(part, recording, level)
+        ]
+        planes = set(self.backdrop["planes"])
+        dressed = [part for part in flat if part.body not in planes and part.look.visible and part.look.picture is None]
+        if dressed:
+            look = dressed[0].look
+        return look, planes | {part.body for part in dressed}
 
     def _level(self) -> float | None:
         """Return the height of the floor [m]: where there is none, it lies below all that is ever seen."""
@@ -87,8 +107,8 @@ class Stage:
         chosen = pictures[:: max(1, len(pictures) // EYES)]
         return [cameras.view(frame.camera, frame.t, frame.part).pos for frame in chosen]
 
-    def at(self, t: float) -> "Moment":
-        """Return the scene at simulated time `t` [s]."""
+    def at(self, t: float, *, gloss: bool = True) -> Moment:
+        """Return the scene at simulated time `t` [s], if wanted with what clear things reflect."""
         pos, quat = self.recording.states.poses(t)
         around = self.recording.states.around(t)
         shapes: dict[str, Any] = {batch.name: batch.shape(pos, quat) for batch in self._rigid if not batch.is_clear}
@@ -96,13 +116,13 @@ class Stage:
             shapes |= self._soft.shapes(around)
         solid = mitsuba().load_dict(self._fixed | shapes, optimize=False)
         clear = [batch for batch in self._rigid if batch.is_clear]
-        if not clear:
+        if not clear or not gloss:
             return Moment(solid)
         black = mitsuba().load_dict({"type": "diffuse", "reflectance": 0.0})
         shapes = {batch.name: batch.shape(pos, quat) for batch in clear}
         shapes |= {batch.name: batch.shape(pos, quat, black) for batch in self._rigid if not batch.is_clear}
         if self._soft is not None:
-            shapes |= self._soft.shapes(around, black)
+            shapes |= self._soft.shapes(around, lambda body: black)
         if self._backdrop is not None:
             shapes["backdrop"] = self._backdrop(black)
         # What glass mirrors besides lamps is the lit room, which is black here: its brightness comes from all around.
@@ -111,10 +131,59 @@ class Stage:
         shapes["dome"] = {"type": "constant", "radiance": {"type": "rgb", "value": room.tolist()}}
         return Moment(solid, mitsuba().load_dict(self._fixed | shapes, optimize=False))
 
+    def identified(self, t: float) -> Any:
+        """Return the scene at simulated time `t` [s] with a colour for each body, see `coded`.
+
+        Clear things are left out: one sees through them.
+        """
+        mi = mitsuba()
+        pos, quat = self.recording.states.poses(t)
+        worn = mi.load_dict({"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": attribute(COLOR)}})
+        shapes: dict[str, Any] = {"type": "scene"}
+        for batch in self._rigid:
+            if not batch.is_clear:
+                shapes[batch.name] = batch.shape(pos, quat, worn, coded(batch.owners))
+        if self._soft is not None:
+            shapes |= self._soft.shapes(self.recording.states.around(t), _code_material)
+        if self._backdrop is not None:
+            shapes["backdrop"] = self._backdrop(_code_material(-1))
+        return mi.load_dict(shapes, optimize=False)
+
     def _make_backdrop(self, mesh: Mesh) -> Callable[[Any], Any]:
-        color, _ = shaded(self.recording.film["background"], BACKDROP_FINISH)
-        colors = np.broadcast_to(color, (len(mesh.vertices), 3))
-        return lambda bsdf: mesh_shape("backdrop", bsdf, mesh.vertices, mesh.faces, mesh.normals, colors=colors)
+        if needs_uvs(self._floor.finish):
+            mesh = boxed_uvs(mesh)
+        color, shade = shaded(self._floor.color, self._floor.finish)
+        colors, shades = (np.broadcast_to(c, (len(mesh.vertices), 3)) for c in (color, shade))
+        return lambda bsdf: mesh_shape(
+            "backdrop", bsdf, mesh.vertices, mesh.faces, mesh.normals, colors=colors, shades=shades, uvs=mesh.uvs
+        )
+
+
+def _is_plane(part: Part, recording: Recording, level: float) -> bool:
+    """Whether a part is a plane on which things stand, at this height [m]."""
+    pos, quat = recording.states.poses(0.0)
+    with np.load(part.mesh) as mesh:
+        corners = mesh["vertices"].astype(float)
+    if len(corners) != 4:
+        return False
+    corners = (corners @ matrices(np.array([part.quat]))[0].T + part.pos) @ matrices(quat[part.link][None])[0].T
+    return bool(np.abs(corners[:, 2] + pos[part.link, 2] - level).max() < 1e-3)
+
+
+def coded(bodies: NDArray[np.integer]) -> NDArray[np.floating]:
+    """Return a colour for each index of a body, shape (n, 3), from which `decoded` tells the index; -1 is black."""
+    numbers = np.asarray(bodies)[..., None] + 1
+    return numbers // CODES ** np.arange(3) % CODES / (CODES - 1)
+
+
+def decoded(colors: NDArray[np.floating]) -> NDArray[np.integer]:
+    """Return the indices of bodies that colours (..., 3) stand for."""
+    return np.rint(colors * (CODES - 1)).astype(int) @ CODES ** np.arange(3) - 1
+
+
+def _code_material(body: int) -> Any:
+    color = {"type": "rgb", "value": coded(np.array(body)).tolist()}
+    return mitsuba().load_dict({"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": color}})
 
 
 def sensor(view: View, size: tuple[int, int], *, sharp: bool = False) -> Any:

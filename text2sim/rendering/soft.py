@@ -1,5 +1,6 @@
 """Bodies that deform: surfaces that bend, heaps of grains, liquids with a skin that is made anew for every picture."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -27,8 +28,8 @@ ENCLOSING = 1.5
 """Edge of the cells that hide a particle if they are full all around it, in distances."""
 MOST = 400_000
 """Grains of a body that are drawn."""
-LIQUID = {"smoothing_length": 2.0, "cube_size": 0.7, "iso_surface_threshold": 0.6}
-"""Of the surface around a liquid: lengths in radii of particles."""
+REACH, CUBE = 2.0, 0.7
+"""Of the surface around a liquid: reach of a particle, and edge of the cells, in radii of particles."""
 ROUNDS = 20
 """Of smoothing a liquid's surface."""
 
@@ -158,36 +159,32 @@ class SoftBodies:
         parts: They.
         states: Their recorded states.
         bodies: Index of each.
-
-    Attributes:
-        owners: Body of each shape by its name, as an index of `bodies`.
     """
 
     def __init__(self, parts: list[SoftPart], states: SoftStates, bodies: dict[str, int]):
         self._states, self._figures = states, []
-        self._owners: dict[str, int] = {}
         for k, part in enumerate(parts):
             if not part.look.visible or part.look.opacity <= 0:
                 continue
             name = f"soft{k}"
-            self._owners[name] = bodies[part.body]
             with np.load(part.geometry) as file:
                 arrays = dict(file)
             if "faces" in arrays:
                 figure: Any = Surface(name, part, self._places(part, (0, 0, 0.0)), arrays)
             else:
                 figure = Liquid(name, part) if part.kind == "liquid" else Grains(name, part)
-            self._figures.append((part, figure))
+            self._figures.append((part, bodies[part.body], figure))
 
-    def owner(self, shape: str) -> int | None:
-        """Return which body a shape belongs to; None if it is none of these."""
-        return self._owners.get(shape.split("_")[0])
+    def shapes(self, around: Around, bsdf: Callable[[int], Any] | None = None) -> dict[str, Any]:
+        """Return all shapes between two recorded frames.
 
-    def shapes(self, around: Around, bsdf: Any = None) -> dict[str, Any]:
-        """Return all shapes between two recorded frames, of their own materials or all of one."""
+        Args:
+            around: Frames and how far from the one to the other.
+            bsdf: Material for each body, instead of its own.
+        """
         found: dict[str, Any] = {}
-        for part, figure in self._figures:
-            found |= figure.shapes(self._places(part, around), bsdf)
+        for part, body, figure in self._figures:
+            found |= figure.shapes(self._places(part, around), None if bsdf is None else bsdf(body))
         return found
 
     def _places(self, part: SoftPart, around: Around) -> Array:
@@ -200,11 +197,16 @@ def liquid_surface(points: Array, radius: float) -> tuple[Array, NDArray[np.inte
     import pysplashsurf
 
     made, _ = pysplashsurf.reconstruction_pipeline(
-        np.ascontiguousarray(points, np.float32), particle_radius=radius, mesh_smoothing_weights=True,
-        mesh_smoothing_iters=ROUNDS, mesh_cleanup=True, compute_normals=False,
-        **LIQUID,
-    )  # fmt: skip
-    mesh = made.mesh
+        np.ascontiguousarray(points, np.float32),
+        particle_radius=radius,
+        smoothing_length=REACH,
+        cube_size=CUBE,
+        iso_surface_threshold=0.6,
+        mesh_smoothing_weights=True,
+        mesh_smoothing_iters=ROUNDS,
+        mesh_cleanup=True,
+    )
+    mesh: Any = made.mesh
     return np.asarray(mesh.vertices, float), np.asarray(mesh.triangles, np.int64)
 
 

@@ -18,7 +18,7 @@ AGX_OUT = np.linalg.inv(AGX_IN)
 AGX_LOW, AGX_HIGH = -12.47393, 4.026069
 """Darkest and brightest that is told apart, powers of two."""
 AGX_CURVE = (15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232)
-CONTRAST, SATURATION = 1.3, 1.35
+CONTRAST, SATURATION = 1.3, 1.22
 """Of the look that goes with AgX, "punchy" in a milder form: AgX alone is meant to be graded."""
 AGX_GAIN = 2.0
 """A white sheet in full light comes to 83 % of white, and highlights keep three stops above it."""

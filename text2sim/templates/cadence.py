@@ -30,6 +30,8 @@ class Frame(NamedTuple):
     """and at which it closes: the same where nothing is blurred."""
     pace: float
     """Change of `part` per simulated second."""
+    speed: float
+    """Simulated seconds per second of film."""
 
     def moments(self, n: int) -> list[tuple[float, float]]:
         """Time [s] and part at n moments while the shutter is open, in the middle of as many equal spans."""
@@ -49,8 +51,13 @@ def read_film(text: str) -> dict:
     film = {}
     try:
         for statement in ast.parse(text).body:
-            if isinstance(statement, ast.Assign) and isinstance(name := statement.targets[0], ast.Name):
-                film[name.id.lower()] = ast.literal_eval(statement.value)
+            if not isinstance(statement, ast.Assign):
+                continue
+            value = ast.literal_eval(statement.value)
+            if isinstance(target := statement.targets[0], ast.Name):
+                film[target.id.lower()] = value
+            elif isinstance(target, ast.Tuple):  # START, END = 0.0, 2.0
+                film |= {name.id.lower(): one for name, one in zip(target.elts, value, strict=True)}
     except (SyntaxError, ValueError, TypeError, MemoryError, RecursionError) as error:
         raise ValueError(f"render.py does not hold plain constants: {error}") from error
     if "cameras" not in film:
@@ -98,7 +105,9 @@ def frames(film: dict, reel: list[dict], last: float) -> list[Frame]:
         whole = max(end - first - 1, 1)
         for k in range(first, end):
             camera, t, opened, closed, step = found[k]
-            pictures.append(Frame(k, camera, t, (k - first) / whole, opened, closed, 1 / (whole * step)))
+            pictures.append(
+                Frame(k, camera, t, (k - first) / whole, opened, closed, 1 / (whole * step), step * film["fps"])
+            )
     return pictures
 
 

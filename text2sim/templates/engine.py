@@ -14,11 +14,16 @@ from quadrants.lang.snode import SNode
 PARTING = 1.0  # speed at which contacts of the sap coupler part at most [m/s]
 
 
-def mend() -> None:
-    """Mends the engine; call before `gs.init`, once in a process."""
+def mend(sap: bool = False) -> None:
+    """Mends the engine; call before `gs.init`, once in a process.
+
+    Args:
+        sap: Whether its sap coupler is needed: what is mended of that would have all kernels compiled anew.
+    """
     _mend_cylinders()
-    _mend_motionless_scenes()
-    _mend_deep_contacts()
+    if sap:
+        _mend_motionless_scenes()
+        _mend_deep_contacts()
 
 
 def _mend_motionless_scenes() -> None:

@@ -24,9 +24,6 @@ class Overlay:
         self._overlay, self._fps = film["overlay"], film["fps"]
         self._values = values
         self._first: np.ndarray | None = None
-        width, height = film["resolution"]
-        self._unit = max(height / 36, 8.0)
-        self._size = (width, height)
 
     def draw(self, image: np.ndarray, frame: Any) -> np.ndarray:
         """Return a picture, shape (height, width, 3), uint8, with what is to be read in it.
@@ -43,7 +40,7 @@ class Overlay:
         if self._first is None:
             self._first = image
         height, width = image.shape[:2]
-        unit = max(height / 36, 8.0)
+        unit = max(height / 36, 9.0)
         edge = round(1.4 * unit)
         picture = Image.fromarray(image)
         if wanted["inset"] and frame.k:
@@ -60,11 +57,11 @@ class Overlay:
         if wanted["title"] and (shown := self._title(frame)) > 0:
             font = ImageFont.load_default(size=1.9 * unit)
             _write(pen, (edge, height - edge), _fitting(wanted["title"], font, width - 2 * edge), font, "ls", shown)
-        rows = [f"t = {frame.t:.2f} s"] if wanted["time"] else []
+        rows = [_time(frame)] if wanted["time"] else []
         rows += self._values(frame.t) if wanted["values"] and self._values else []
-        font = ImageFont.load_default(size=1.15 * unit)
+        font = ImageFont.load_default(size=1.25 * unit)
         for number, row in enumerate(rows):
-            _write(pen, (width - edge, edge + round(1.6 * unit * number)), row, font, "ra", 1.0)
+            _write(pen, (width - edge, edge + round(1.7 * unit * number)), row, font, "ra", 1.0)
         return np.asarray(Image.alpha_composite(picture.convert("RGBA"), layer).convert("RGB"))
 
     def _title(self, frame: Any) -> float:
@@ -81,8 +78,13 @@ def _fitting(text: str, font: Any, width: float) -> str:
     return text.rstrip() + "…"
 
 
+def _time(frame: Any) -> str:
+    pace = "" if abs(frame.speed - 1) < 1e-6 else f"   {frame.speed:.2g} x"
+    return f"t = {frame.t:.2f} s{pace}"
+
+
 def _write(pen: Any, at: tuple[float, float], text: str, font: Any, anchor: str, shown: float) -> None:
-    """Write a row in white with a thin dark edge, which is read on anything."""
-    stroke = max(1, round(font.size / 16))
-    dark, light = (16, 18, 20, round(150 * shown)), (255, 255, 255, round(240 * shown))
-    pen.text(at, text, font=font, anchor=anchor, fill=light, stroke_width=stroke, stroke_fill=dark)
+    """Write a row in white with a dark shadow, which is read on anything."""
+    away = max(1, round(font.size / 16))
+    for x, y, ink in ((away, away, (16, 18, 20, round(170 * shown))), (0, 0, (255, 255, 255, round(250 * shown)))):
+        pen.text((at[0] + x, at[1] + y), text, font=font, anchor=anchor, fill=ink)

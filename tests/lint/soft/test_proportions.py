@@ -88,3 +88,11 @@ def test_no_way_out_leads_under_the_floor(tmp_path: Path) -> None:
     sand = f"bodies: {{sand: {{kind: granular, {CUBE}, place: {{on: floor}}}}}}"
     (found,) = findings(tmp_path, "soft-inside", table, sand)
     assert "-z" not in found.message
+
+
+@pytest.mark.parametrize(("kind", "count"), [("soft", 0), ("cloth", 1)])
+def test_a_reach_that_no_grid_heeds(tmp_path: Path, kind: str, count: int) -> None:
+    shape = CUBE if kind == "soft" else "shape: {kind: sheet, size: [0.5, 0.5]}"
+    wall = "scene: {statics: {wall: {shape: {kind: box, size: [1, 0.1, 1]}, material: {soft_reach: 0.01}, pose: {pos: [0, 2, 1]}}}}"
+    found = findings(tmp_path, "unheeded-stuff", BODY.format(kind, shape), wall)
+    assert [problem.path for problem in found] == ["/scene/statics/wall/material/soft_reach"] * count

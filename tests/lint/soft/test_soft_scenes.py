@@ -105,11 +105,11 @@ def test_the_bases_of_the_fuzz_have_no_errors(name: str) -> None:
     assert [str(problem) for problem in problems if problem.severity == "error"] == []
 
 
-@pytest.mark.parametrize(("cell", "lacking"), [(0.05 / 1.9, 23), (0.05 / 3.3, 10)])
+@pytest.mark.parametrize(("cell", "lacking"), [(0.03, 36), (0.02, 19)])
 def test_a_coarse_cantilever_lacks_what_it_lacked_in_the_engine(tmp_path: Path, cell: float, lacking: int) -> None:
     part = f"""\
 bodies:
-  bar: {{kind: soft, solver: fem, cell: {cell:.6f}, shape: {{kind: box, size: [0.5, 0.05, 0.05]}}, pose: {{pos: [0, 0, 1]}}}}
+  bar: {{kind: soft, solver: fem, cell: {cell:.6f}, shape: {{kind: box, size: [0.3, 0.06, 0.06]}}, pose: {{pos: [0, 0, 1]}}}}
 """
     (problem,) = findings(tmp_path, "too-few-elements", part)
     found = re.search(r"by about (\d+)% too little", problem.message)

@@ -11,7 +11,7 @@ MAX_SPEED = 22.0  # a body faster than this [m/s] has diverged
 
 def start_engine(backend):
     """Start the engine; once in a process."""
-    mend()
+    mend(sap=True)
     gs.init(backend=backend, precision="64", seed=0, logging_level="warning")
 
 
@@ -39,7 +39,9 @@ def make_scene(vis_options=None):
             floor_height=0.0,
             enable_vertex_constraints=True,
         ),
-        coupler_options=gs.options.SAPCouplerOptions(),
+        coupler_options=gs.options.SAPCouplerOptions(
+            rigid_floor_contact_type="vert",  # "tet" takes the sides of what lands for metres deep
+        ),
         vis_options=vis_options or gs.options.VisOptions(),
         show_viewer=False,
     )

@@ -37,7 +37,7 @@ def open_picture(path: Path) -> "Image":
     Raises:
         AssetError: if it cannot be read, or has too many pixels; a file of a few kilobytes can have billions.
     """
-    from PIL import Image, ImageOps
+    from PIL import Image, ImageOps, UnidentifiedImageError
 
     advice = f"at most {MAX_PIXELS:,}: make it smaller, {ENOUGH} along its longer side are enough"
     try:
@@ -53,6 +53,8 @@ def open_picture(path: Path) -> "Image":
         raise
     except Image.DecompressionBombError:
         raise AssetError(f"has too many pixels, {advice}") from None
+    except UnidentifiedImageError:
+        raise AssetError("cannot be read: it is no picture, whatever its name says; a .png or .jpg is needed") from None
     except Exception as error:  # readers of foreign files fail in every way there is
         raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
 

@@ -80,9 +80,10 @@ class SoftLowering:
             options["needs_coup"] = False
         elif self.model in ("particle", "sap"):
             options["coup_friction"] = material.friction
-            softness = (self.scales.mpm_cell or 1.0) / CELLS_OF_SOFTNESS
-            if softness < SOFTNESS:
-                options["coup_softness"] = float(f"{softness:.3g}")
+            derived = (self.scales.mpm_cell or 1.0) / CELLS_OF_SOFTNESS
+            reach = material.soft_reach or min(derived, SOFTNESS)
+            if reach != SOFTNESS:
+                options["coup_softness"] = float(f"{reach:.3g}")
         return replace(entity, material_options=options)
 
     def _morph(self, model: Any, copy: Copy, solver: str, spacing: float) -> tuple[str, dict[str, Any], bool]:

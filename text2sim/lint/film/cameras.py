@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.hiding import hidden_behind, maybe_hidden
-from text2sim.lint.film.shots import Shot, shots
+from text2sim.lint.film.shots import Shot, shot, taken
 from text2sim.lint.film.subjects import Balls, drawn, middle_of, subjects
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, vector
@@ -21,9 +21,8 @@ EARLY = 0.1
 
 
 def _views(facts: Facts) -> list[Shot]:
-    """The author's cameras at the start; none if the film starts later, or if the camera is derived."""
-    given = facts.case.render.cameras and facts.plan.render["start"] <= EARLY
-    return shots(facts, 0.0) if given else []
+    """The author's cameras that film the start; none if the camera is derived."""
+    return [shot(facts, name, 0.0) for name, pictures in taken(facts).items() if pictures and pictures[0].t <= EARLY]
 
 
 def _share_inside(shot: Shot, balls: Balls) -> float:
@@ -47,11 +46,11 @@ def _unseen(facts: Facts) -> Iterator[Problem]:
         balls = drawn(facts, name)
         if not balls:
             continue
-        seeing = [shot for shot in views if any(shot.shows(*ball) for ball in balls)]
+        seeing = [view for view in views if any(view.shows(*ball) for ball in balls)]
         why = ""
         if not seeing:
             why = _way_in(views[0], balls)
-        elif all(maybe_hidden(facts, shot, name, balls) for shot in seeing):
+        elif all(maybe_hidden(facts, view, name, balls) for view in seeing):
             why = hidden_behind(facts, seeing, name)
         if why:
             text = f"{_none(views)} `{name}` at the start, which the script is about: {why}"
@@ -75,35 +74,35 @@ def _small(facts: Facts) -> Iterator[Problem]:
     views = _views(facts)
     for name in subjects(facts) if views else ():
         balls = drawn(facts, name)
-        seeing = [shot for shot in views if any(shot.shows(*ball) for ball in balls)]
+        seeing = [view for view in views if any(view.shows(*ball) for ball in balls)]
         if not seeing:
             continue
-        share, best = max((shot.share(balls), -index) for index, shot in enumerate(seeing))
+        share, best = max((view.share(balls), -index) for index, view in enumerate(seeing))
         if share < SMALL:
-            shot = seeing[-best]
-            away = math.dist(shot.pos, middle_of(balls))
+            view = seeing[-best]
+            away = math.dist(view.pos, middle_of(balls))
             text = (
                 f"`{name}`, which the script is about, fills less than {100 * share:.1g} % of the picture at the "
-                f"start: camera `{shot.name}` is {length(away)} away; {length(away * math.sqrt(share / (4 * SMALL)))} "
+                f"start: camera `{view.name}` is {length(away)} away; {length(away * math.sqrt(share / (4 * SMALL)))} "
                 "would show it"
             )
-            yield facts.problem("small-subject", ("render", "cameras", shot.name), text, key=True)
+            yield facts.problem("small-subject", ("render", "cameras", view.name), text, key=True)
 
 
 def _cut_off(facts: Facts) -> Iterator[Problem]:
     views = _views(facts)
     for name in subjects(facts) if views else ():
         balls = drawn(facts, name)
-        if not balls or not any(shot.shows(*ball) for shot in views for ball in balls):
+        if not balls or not any(view.shows(*ball) for view in views for ball in balls):
             continue
-        share, best = max((_share_inside(shot, balls), -index) for index, shot in enumerate(views))
+        share, best = max((_share_inside(view, balls), -index) for index, view in enumerate(views))
         if share < CUT:
-            shot = views[-best]
+            view = views[-best]
             text = (
-                f"only {share:.0%} of `{name}`, which the script is about, is in the picture of camera `{shot.name}` "
-                f"at the start; {_step_back(shot, balls)}"
+                f"only {share:.0%} of `{name}`, which the script is about, is in the picture of camera `{view.name}` "
+                f"at the start; {_step_back(view, balls)}"
             )
-            yield facts.problem("cut-off-subject", ("render", "cameras", shot.name), text, key=True)
+            yield facts.problem("cut-off-subject", ("render", "cameras", view.name), text, key=True)
 
 
 def _step_back(shot: Shot, balls: Balls) -> str:

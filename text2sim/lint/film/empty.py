@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Iterator
+from functools import partial
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
-from text2sim.lint.film.shots import Shot, shots
+from text2sim.lint.film.shots import Shot, shot, some, taken
 from text2sim.lint.film.subjects import Balls, offset_of, subjects
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import vector
@@ -23,21 +24,26 @@ def _empty(facts: Facts) -> Iterator[Problem]:
         return
     if len(given) == 1 and subjects(facts):
         return  # a subject that no camera sees is said by `unseen-subject`
-    start, end = facts.plan.render["start"], facts.plan.render["end"]
-    waiting = set(given)
-    for k in range(MOMENTS):
-        t = start + (end - start) * k / (MOMENTS - 1)
-        offsets = {copy.name: offset_of(facts, copy.name, t) for copy, _ in things if facts.moves(copy)}
-        views = shots(facts, t, lambda name, t, offsets=offsets: offsets.get(name, (0.0, 0.0, 0.0)))
-        waiting -= {shot.name for shot in views if shot.name in waiting and _sees(shot, things, offsets)}
-    for shot in shots(facts, start):
-        if shot.name in waiting:
+    for name, pictures in taken(facts).items():
+        if not pictures:
+            continue
+        for frame in some(pictures, MOMENTS):
+            offsets = {copy.name: offset_of(facts, copy.name, frame.t) for copy, _ in things if facts.moves(copy)}
+            known = partial(_known, offsets)
+            if _sees(shot(facts, name, frame.t, known, frame.part), things, offsets):
+                break
+        else:
+            view = shot(facts, name, pictures[0].t, part=pictures[0].part)
             text = (
-                f"camera `{shot.name}` sees nothing at all, now or on the ways that things will probably take: it "
-                f"looks from {vector(_round(shot.pos))} at {vector(_round(shot.target))}; let it look at a body, or "
+                f"camera `{name}` sees nothing at all, now or on the ways that things will probably take: it "
+                f"looks from {vector(_round(view.pos))} at {vector(_round(view.target))}; let it look at a body, or "
                 "leave it out"
             )
-            yield facts.problem("empty-camera", ("render", "cameras", shot.name), text, key=True)
+            yield facts.problem("empty-camera", ("render", "cameras", name), text, key=True)
+
+
+def _known(offsets: dict[str, Vec], name: str, t: float) -> Vec:
+    return offsets.get(name, (0.0, 0.0, 0.0))
 
 
 def _drawn(facts: Facts, copy: Copy) -> Balls:

@@ -6,7 +6,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.cameras import blamed
-from text2sim.lint.film.shots import shots
+from text2sim.lint.film.shots import films, shots
 from text2sim.lint.film.subjects import drawn, end_of, middle_of, offset_of, subjects
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import vector
@@ -26,8 +26,14 @@ def _leaves(facts: Facts) -> Iterator[Problem]:
         for event in facts.case.actions.events.values()
         if isinstance(event, LeftDomainEvent | RegionEvent) and event.kind != "enters"
     }
+    framed = {
+        selector.split("[")[0].split(".")[0]
+        for camera in facts.case.render.cameras.values()
+        if getattr(camera, "within", None) is None
+        for selector in getattr(camera, "frame", None) or ()
+    }
     for name in subjects(facts) if facts.case.render.cameras else ():
-        if name in meant or not drawn(facts, name):
+        if name in meant or name in framed or not drawn(facts, name):
             continue
         for copy in facts.placed[name][:1]:
             if (found := _lost(facts, copy)) is not None:
@@ -50,7 +56,8 @@ def _lost(facts: Facts, copy: Copy) -> tuple[float, Vec] | None:
     for t in times:
         step = offset(copy.name, t)
         there = (middle[0] + step[0], middle[1] + step[1], middle[2] + step[2])
-        if not any(shot.shows(there, radius) for shot in shots(facts, t, offset)):
+        views = [view for view in shots(facts, t, offset) if films(facts, view.name, t)]
+        if views and not any(view.shows(there, radius) for view in views):
             lost.append((t, there))
     if not lost or len(lost) == MOMENTS:
         return None  # never out of the picture, or always, which is said elsewhere
@@ -83,7 +90,8 @@ RULES = (
         reason=f"""\
 Its way is known up to what it meets first: a throw or a fall under gravity, or the motion of a driven body. Where it
 comes down, or for more than {GONE:.0%} of that way, it is in no camera's picture. What happens afterwards is not known
-here; the report of a run says what its cameras saw. A camera that nobody placed is not judged.""",
+here; the report of a run says what its cameras saw. A camera that nobody placed is not judged, nor is one with a
+`frame` that names the body: it stands where it shows all that was recorded.""",
         way_out="A camera of kind `follow`, a wider field of view, or one that looks at where it comes down.",
         example="""\
 bodies:

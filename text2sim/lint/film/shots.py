@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.trees.tree import tree_links
 from text2sim.lint.facts import Facts
+from text2sim.templates.cadence import Frame, frames, reels
 from text2sim.templates.viewpoints import basis, place
 
 Offset = Callable[[str, float], Vec]
@@ -74,12 +75,48 @@ def shots(facts: Facts, t: float, offset: Offset = _still) -> list[Shot]:
     return [shot(facts, name, t, offset) for name in facts.plan.render["cameras"]]
 
 
-def shot(facts: Facts, name: str, t: float, offset: Offset = _still) -> Shot:
-    """Return a camera of the plan at a time [s]; what `offset` does not know of is where it starts."""
+def taken(facts: Facts) -> dict[str, list[Frame]]:
+    """Return the pictures that each camera of the author takes, in the order of the film."""
+    return facts.own(_taken)
+
+
+def _taken(facts: Facts) -> dict[str, list[Frame]]:
+    render = facts.plan.render
+    found: dict[str, list[Frame]] = {name: [] for name in facts.case.render.cameras}
+    for reel in reels(render).values() if found else ():
+        for frame in frames(render, reel, facts.case.scene.duration):
+            found[frame.camera].append(frame)
+    return found
+
+
+def some(pictures: list[Frame], most: int) -> list[Frame]:
+    """Return pictures spread evenly from the first to the last."""
+    last = len(pictures) - 1
+    return [pictures[round(k * last / max(most - 1, 1))] for k in range(most)] if last >= most else pictures
+
+
+def films(facts: Facts, name: str, t: float) -> bool:
+    """Whether a camera takes pictures about a time [s]."""
+    step = facts.plan.render["speed"] / facts.plan.render["fps"]
+    times = [frame.t for frame in taken(facts)[name]]
+    return bool(times) and min(times) - step <= t <= max(times) + step
+
+
+def shot(facts: Facts, name: str, t: float, offset: Offset = _still, part: float | None = None) -> Shot:
+    """Return a camera of the plan at a time [s]; what `offset` does not know of is where it starts.
+
+    Args:
+        facts: The case.
+        name: Of the camera.
+        t: Simulated time [s].
+        offset: Where things have come to.
+        part: How far a moving camera has come, 0 to 1; as in a film without shots if left out.
+    """
     render = facts.plan.render
     camera = render["cameras"][name]
     span = render["end"] - render["start"]
-    part = min(max((t - render["start"]) / span, 0.0), 1.0) if span > 0 else 0.0
+    if part is None:
+        part = min(max((t - render["start"]) / span, 0.0), 1.0) if span > 0 else 0.0
     pos, target = place(camera, t, part, _Known(facts, t, offset))
     right, up, ahead = basis(pos, target, camera["up"])
     tall = math.tan(math.radians(camera["fov"]) / 2)

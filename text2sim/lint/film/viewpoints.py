@@ -7,35 +7,51 @@ from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY, Vec
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.cameras import EARLY
-from text2sim.lint.film.shots import shots
+from text2sim.lint.film.shots import shot, some, taken
 from text2sim.lint.parts import Part, apart
 from text2sim.lint.rule import Rule
 from text2sim.lint.start.escape import inside
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 
+MOVING = ("orbit", "dolly", "keyframed")
+MOMENTS = 13
+"""Moments at which is asked where a camera is that moves by itself."""
+
 
 def _inside(facts: Facts) -> Iterator[Problem]:
-    for shot in shots(facts, facts.plan.render["start"]) if facts.case.render.cameras else ():
-        where = ("render", "cameras", shot.name)
-        eye = Part(Piece("sphere", size=(1e-4,)), shot.pos, IDENTITY, False, None)
+    views = [
+        (frame.t, shot(facts, name, frame.t, part=frame.part))
+        for name, pictures in taken(facts).items()
+        for frame in some(pictures, MOMENTS if facts.plan.render["cameras"][name]["kind"] in MOVING else 1)
+    ]
+    told = set()
+    for t, view in views:
+        if view.name in told:
+            continue
+        where = ("render", "cameras", view.name)
+        eye = Part(Piece("sphere", size=(1e-4,)), view.pos, IDENTITY, False, None)
         for ground in facts.planes:
-            below = ground.level - sum(u * p for u, p in zip(ground.up, shot.pos, strict=True))
-            if below > 0 and ground.beside(shot.pos) < 0:
-                text = (
-                    f"`{shot.name}` stands {length(below)} below `{ground.copy.name}` and sees its underside; raise it"
-                )
-                yield facts.problem("camera-inside", where, text, key=True)
+            below = ground.level - sum(u * p for u, p in zip(ground.up, view.pos, strict=True))
+            if below > 0 and ground.beside(view.pos) < 0:
+                text = f"`{view.name}` is {length(below)} below `{ground.copy.name}`{_when(t)} and sees its underside"
+                yield facts.problem("camera-inside", where, f"{text}; raise it", key=True)
+                told.add(view.name)
         for copy in facts.copies.values():
             box = facts.box(copy)
             look = copy.model.look
             if box is None or not look.visible or look.opacity < 0.5 or apart(box, eye.box):
                 continue
-            if facts.moves(copy) and facts.plan.render["start"] > EARLY:
+            if facts.moves(copy) and t > EARLY:
                 continue
             if any(inside(eye, part) for part in facts.parts(copy) if _solid(part)):
-                text = f"`{shot.name}` starts inside of `{copy.name}` and sees nothing else; move it out"
+                text = f"`{view.name}` is inside of `{copy.name}`{_when(t)} and sees nothing else; move it out"
                 yield facts.problem("camera-inside", where, text, key=True)
+                told.add(view.name)
+
+
+def _when(t: float) -> str:
+    return f" after {t:.2g} s" if t > EARLY else " at the start"
 
 
 def _solid(part: Part) -> bool:
@@ -57,9 +73,13 @@ def _path(facts: Facts) -> Iterator[Problem]:
                     "round there; lead its way past it, or let it look at something else"
                 )
                 yield facts.problem("camera-path", (*where, "to"), text)
-        elif camera["kind"] == "still" and math.dist(camera["pos"], camera["look_at"]) < 1e-6:
-            text = f"`{name}` stands where it looks at, so that it looks nowhere; move it away"
-            yield facts.problem("camera-path", (*where, "look_at"), text, severity="error")
+        elif camera["kind"] in ("still", "keyframed"):
+            for frame in some(taken(facts)[name], MOMENTS if camera["kind"] == "keyframed" else 1):
+                view = shot(facts, name, frame.t, part=frame.part)
+                if math.dist(view.pos, view.target) < 1e-6:
+                    text = f"`{name}` stands where it looks at, so that it looks nowhere; move it away"
+                    yield facts.problem("camera-path", (*where, "look_at"), text, severity="error")
+                    break
 
 
 def _distance(a: Vec, b: Vec, point: Vec) -> float:
@@ -74,10 +94,11 @@ RULES = (
     Rule(
         id="camera-inside",
         severity="warning",
-        title="A camera starts inside of a body, or below the ground.",
+        title="A camera is inside of a body, or below the ground.",
         reason="""\
 From inside a body, the picture shows its inner side and nothing else; from below a plane, its underside. The hull of a
-mesh does not count, for a camera may stand in its hollow.""",
+mesh does not count, for a camera may stand in its hollow. Cameras that move by themselves are followed on their way;
+bodies that move count only at the start.""",
         way_out="Move the camera out, or make what it stands in invisible (`look: {visible: false}`).",
         example="""\
 scene: {statics: {room: {shape: {kind: box, size: [6, 6, 3]}, place: {on: floor}}}}

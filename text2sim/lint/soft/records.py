@@ -80,6 +80,13 @@ def _stuff(facts: Facts) -> Iterator[Problem]:
             if facts.raw(where) is not None:
                 text = f"`{body.body}` has solver {body.solver}, which takes no notice of {key}; it takes {instead}"
                 yield facts.problem("unheeded-stuff", where, text, key=True)
+    if soft.of("mpm"):
+        return
+    for name in (*facts.case.scene.statics, *facts.case.bodies):
+        where = facts.where(name, "material", "soft_reach")
+        if facts.raw(where) is not None:
+            text = "soft_reach is for bodies of solver mpm, which this scene has none of; leave it out"
+            yield facts.problem("unheeded-stuff", where, text, key=True)
 
 
 _BALL = "ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [1, 0, 0.5]}"
@@ -140,11 +147,11 @@ bodies:
     Rule(
         id="unheeded-stuff",
         severity="warning",
-        title="A value in the material of a cloth that its solver takes no notice of.",
+        title="A value in a material that the solver takes no notice of.",
         reason="""\
 Cloth of solver pbd knows how much its threads and folds give, in units of that method; cloth of solver ipc is an
 elastic shell with a stiffness in Pa. Neither takes what is meant for the other, and nothing translates between
-them.""",
+them. And only the grid of mpm bodies knows a reach of rigid surfaces.""",
         way_out="Give what the solver takes, or leave the value out.",
         example=_RAG % "youngs_modulus: 1.0e+6",
         mended=_RAG % "bending_compliance: 0.001",

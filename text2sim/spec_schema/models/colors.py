@@ -45,6 +45,22 @@ walnut 5c4033 water 4f8fbf wood b07d48
 """
 _WORDS = _TABLE.split()
 NAMED: dict[str, str] = dict(zip(_WORDS[::2], _WORDS[1::2], strict=True))
+PALETTES: dict[str, tuple[str, ...]] = {
+    name: tuple(f"#{digits}" for digits in text.split())
+    for name, text in {
+        # Okabe and Ito, https://jfly.uni-koeln.de/color/, without black
+        "okabe_ito": "e69f00 56b4e9 009e73 f0e442 0072b2 d55e00 cc79a7",
+        # Paul Tol, https://sronpersonalpages.nl/~pault/
+        "tol_bright": "4477aa ee6677 228833 ccbb44 66ccee aa3377 bbbbbb",
+        "tol_vibrant": "ee7733 0077bb 33bbee ee3377 cc3311 009988 bbbbbb",
+        "tol_muted": "cc6677 332288 ddcc77 117733 88ccee 882255 44aa99 999933 aa4499",
+        "tol_light": "77aadd ee8866 eedd88 ffaabb 99ddff 44bb99 bbcc33 aaaa00 dddddd",
+        # Ramps of matplotlib in eight steps; cividis looks the same to nearly everybody.
+        "viridis": "440154 46327e 365c8d 277f8e 1fa187 4ac16d a0da39 fde725",
+        "cividis": "00224e 1f3a6c 434e6c 62646f 7e7b78 9c9475 bfaf6d e5cc50",
+    }.items()
+}
+"""Colours that people with every kind of colour vision tell apart."""
 _HEX = re.compile(r"#([0-9a-fA-F]{6}|[0-9a-fA-F]{3})")
 
 

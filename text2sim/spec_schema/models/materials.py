@@ -22,11 +22,16 @@ class Material(Model):
     coefficient; it is made from the damping of the contact, which needs a short time step."""
     touch_soft: Bool = True
     """Whether soft bodies, cloth, grains and liquids feel it; false for a hook or rod that only holds."""
+    soft_reach: Positive | None = None
+    """How far [m] outside its surface `mpm` bodies begin to feel it; 0.002, or an eighth of a cell if that is less.
+    About a cell keeps what is pressed or squeezed from sinking into it; what lies on it loosely then stays as far off."""
 
     @model_validator(mode="after")
     def _one_mass(self) -> "Material":
         if self.density is not None and self.mass is not None:
             raise ValueError("give either density or mass, not both")
+        if self.soft_reach is not None and not self.touch_soft:
+            raise ValueError("soft_reach says how deformable bodies touch it, and touch_soft: false that they do not")
         return self
 
 
@@ -41,17 +46,47 @@ class Vary(Model):
     """Same seed, same colours."""
 
 
-Finish = Literal["rough", "plastic", "smooth", "metal", "concrete", "wood", "rubber", "glass", "ceramic"]
+class Palette(Model):
+    """Colours that copies take in turn, which people with every kind of colour vision tell apart."""
+
+    palette: Literal["okabe_ito", "tol_bright", "tol_vibrant", "tol_muted", "tol_light", "viridis", "cividis"]
+    """Its name. `viridis` and `cividis` are ramps from dark to light in eight steps, the others are for things that
+    are different."""
+    start: Integer = Field(default=0, ge=0, le=1000)
+    """Which of its colours comes first, counted from 0."""
+
+
+Finish = Literal[
+    "rough",
+    "painted",
+    "plastic",
+    "smooth",
+    "rubber",
+    "metal",
+    "brushed_metal",
+    "polished_metal",
+    "wood",
+    "concrete",
+    "brick",
+    "ceramic",
+    "glass",
+    "frosted_glass",
+    "cloth",
+    "silicone",
+    "paper",
+    "sand",
+]
 
 
 class Look(Model):
     """Colour and surface. Never changes the physics."""
 
-    color: Color | list[ColorName] | None = None
-    """A name (`terracotta`), `#rrggbb`, three numbers in 0..1, or a list of names that copies take in
-    turn."""
+    color: Color | list[ColorName] | Palette | None = None
+    """A name (`terracotta`), `#rrggbb`, three numbers in 0..1, a list of names that copies take in turn, or a palette
+    (`{palette: okabe_ito}`)."""
     finish: Finish = "rough"
-    """Surface of the body."""
+    """Surface of the body. Grain, weave and brushing, what glass lets through and what metal reflects are seen in path
+    traced films; the preview shows a finish by how it shines."""
     opacity: Fraction = 1.0
     """1 is solid, 0 is invisible."""
     vary: Vary | None = None

@@ -15,7 +15,7 @@ from text2sim.spec_schema.arithmetic.functions import FUNCTIONS
 from text2sim.spec_schema.arithmetic.values import MAX_NUMBER
 from text2sim.spec_schema.models.base import Model
 from text2sim.spec_schema.models.bodies import Joint
-from text2sim.spec_schema.models.colors import NAMED
+from text2sim.spec_schema.models.colors import NAMED, PALETTES
 from text2sim.spec_schema.models.sweep_models import MAX_RUNS
 from text2sim.spec_schema.published.reference_sections import INTRODUCTION, SECTIONS, Section
 from text2sim.spec_schema.reuse.prefabs import MAX_DEPTH as NESTED
@@ -172,7 +172,11 @@ def _yaml(text: str) -> list[str]:
 
 def _colors() -> str:
     names = ", ".join(sorted(NAMED))
-    return f"\n## Colours\n\n`#rrggbb`, three numbers from 0 to 1 (sRGB), or one of these names: {names}.\n"
+    palettes = "\n".join(f"- `{name}`: {', '.join(colors)}" for name, colors in PALETTES.items())
+    return (
+        f"\n## Colours\n\n`#rrggbb`, three numbers from 0 to 1 (sRGB), or one of these names: {names}.\n\n"
+        f"Palettes, for `look: {{color: {{palette: okabe_ito}}}}`:\n\n{palettes}\n"
+    )
 
 
 if __name__ == "__main__":

@@ -6,9 +6,11 @@ from typing import Any
 from text2sim.spec_schema.models import (
     actions,
     bodies,
+    cameras,
     controls,
     events,
     expectations,
+    lights,
     materials,
     measures,
     motion,
@@ -22,7 +24,7 @@ from text2sim.spec_schema.models import (
     solvers,
     space,
 )
-from text2sim.spec_schema.models.base import Pose
+from text2sim.spec_schema.models.base import Bounds, Pose
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.prefab_models import Prefab, PrefabParam, Use
 from text2sim.spec_schema.models.sweep_models import Sweep
@@ -199,6 +201,33 @@ bodies:
   reported where it is used, and says in which line of which prefab.
 """
 
+FILM = """\
+Nothing here can touch the physics: a change of `render`, or of the colour and finish of a body, films the recorded run
+again. Both films, the rasterised preview and the path-traced one, show the same moments from the same places. The
+preview has no shadows, no reflections and nothing that is out of focus or blurred by motion, and knows a soft lamp
+only as a sun."""
+
+SHOTS = """\
+In `shots` and `overlay` of the film, and `within` of a camera.
+
+```yaml
+render:
+  lighting: studio
+  cameras:
+    wide: {kind: still, frame: [ball, wall], lens_mm: 35}
+    close: {kind: orbit, frame: ["brick[*]"], turn_deg: 40}
+  shots:
+    all_of_it: {camera: wide}
+    again_slowly: {camera: close, from: 0.6, to: 0.8, speed: 0.1, hold: 1}
+  overlay: {title: "A ball through a wall", time: true}
+```
+"""
+
+LIGHTS = """\
+By name in `render.lights`, in place of those of `lighting`. Light says which way it goes. Its strength is an irradiance
+in units in which 3.14 makes a white sheet white. How bright the film is follows from the lights; `exposure` changes
+it."""
+
 VARIANTS = """\
 A variant is a named change to the case: what it says is laid over what the case says, key by key; `null` takes a key
 away; a list is replaced. Where it gives a `kind` (or a `use`) that is another one, the mapping is replaced as a whole.
@@ -292,7 +321,14 @@ SECTIONS = (
         "Materials, joints and looks",
         "material",
         2,
-        (materials.Material, materials.JointDynamics, materials.Actuator, materials.Look, materials.Vary),
+        (
+            materials.Material,
+            materials.JointDynamics,
+            materials.Actuator,
+            materials.Look,
+            materials.Palette,
+            materials.Vary,
+        ),
         "In `material`, `joint`, `actuator`, `look`, `vary`. Mounts have the fields of a joint as well.",
         "surfaces",
     ),
@@ -336,9 +372,10 @@ SECTIONS = (
         "events",
     ),
     Section("Expectations", "expectation", 3, (expectations.Expect,), "", "expectations"),
-    Section("`render`: the film", "film", 2, (render.Render,), "Nothing here can touch the physics."),
-    Section("Cameras", "camera", 3, render.Camera, "", "cameras"),
-    Section("Lights", "light", 3, render.Light, "", "lights"),
+    Section("`render`: the film", "film", 2, (render.Render,), FILM),
+    Section("Shots and overlays", "shot", 3, (render.Shot, render.Overlay, Bounds), SHOTS),
+    Section("Cameras", "camera", 3, cameras.Camera, "By name in `render.cameras`.", "cameras"),
+    Section("Lights", "light", 3, lights.Light, LIGHTS, "lights"),
     Section("Reuse: prefabs", "prefab", 2, (Prefab, PrefabParam, Use), PREFABS),
     Section("Variants and sweeps", "sweep", 2, (Sweep,), VARIANTS),
 )

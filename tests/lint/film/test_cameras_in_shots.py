@@ -1,0 +1,44 @@
+"""Cameras are judged where and when they film: in their shots, on their way, with their frame."""
+
+from pathlib import Path
+
+from lint_support import findings
+
+BALL = "bodies: {ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 0.5]}}}"
+THROW = "actions: {controls: {throw: {kind: initial_velocity, body: ball, linear: [8, 0, 4]}}}"
+BLOCK = "scene: {statics: {block: {shape: {kind: box, size: [1, 1, 2]}, place: {on: floor, at: [3, 0]}}}}"
+
+
+def cameras(**given: str) -> str:
+    return "render: {cameras: {" + ", ".join(f"{name}: {{{text}}}" for name, text in given.items()) + "}, SHOTS}"
+
+
+def test_a_camera_that_films_later_is_not_judged_at_the_start(tmp_path: Path) -> None:
+    film = cameras(
+        main="kind: still, from: [0, -4, 1], look_at: ball", far="kind: still, from: [9, -4, 1], look_at: [9, 0, 0]"
+    )
+    assert len(findings(tmp_path, "empty-camera", BALL, film.replace("SHOTS", ""))) == 1
+    shots = "shots: {a: {camera: far}}"
+    (found,) = findings(tmp_path, "empty-camera", BALL, film.replace("SHOTS", shots))
+    assert found.path == "/render/cameras/far"
+
+
+def test_a_frame_follows_what_is_thrown(tmp_path: Path) -> None:
+    still = cameras(main="kind: still, from: [0, -4, 1], look_at: [0, 0, 0.5]").replace("SHOTS", "")
+    assert len(findings(tmp_path, "leaves-picture", BALL, THROW, still)) == 1
+    frame = cameras(main="kind: still, frame: [ball]").replace("SHOTS", "")
+    assert findings(tmp_path, "leaves-picture", BALL, THROW, frame) == []
+
+
+def test_a_way_through_a_block(tmp_path: Path) -> None:
+    way = "kind: dolly, from: [2, -4, 1], to: [4, 4, 1], look_at: ball"
+    (found,) = findings(tmp_path, "camera-inside", BALL, BLOCK, cameras(main=way).replace("SHOTS", ""))
+    assert "`main` is inside of `block` after" in found.message
+    round_it = "kind: keyframed, times: [0, 1], positions: [[2, -4, 1], [1, -2, 1]], look_at: ball"
+    assert findings(tmp_path, "camera-inside", BALL, BLOCK, cameras(main=round_it).replace("SHOTS", "")) == []
+
+
+def test_keyframes_that_come_to_what_they_look_at(tmp_path: Path) -> None:
+    way = "kind: keyframed, times: [0, 0.2], positions: [[0, -4, 1], [0, 0, 0.5]], look_at: ball"
+    (found,) = findings(tmp_path, "camera-path", BALL, cameras(main=way).replace("SHOTS", ""))
+    assert found.severity == "error"

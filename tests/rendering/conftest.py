@@ -1,0 +1,52 @@
+"""Runs that nobody simulated: a few meshes, some frames, a film section."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+from filmed import BOX, BOX_FACES, FILM, MakeRun  # noqa: E402
+
+
+@pytest.fixture
+def make_run(tmp_path: Path) -> MakeRun:
+    """Write a run of boxes: name -> half sizes, way over the film, look."""
+
+    def make(boxes: dict[str, dict[str, Any]], name: str = "run", **film: Any) -> Path:
+        folder = tmp_path / name
+        for part in ("states", "geometry", "program"):
+            (folder / part).mkdir(parents=True, exist_ok=True)
+        times = np.linspace(0, 0.4, 5)
+        index, links = {}, []
+        for k, (body, what) in enumerate(boxes.items()):
+            mesh = f"{body}.npz"
+            np.savez(folder / "geometry" / mesh, vertices=BOX * what["half"], faces=BOX_FACES)
+            color = [*what.get("color", (0.5, 0.5, 0.5)), 1.0]
+            index[str(k)] = [{"mesh": mesh, "pos": [0, 0, 0], "quat": [1, 0, 0, 0], "color": color}]
+            links.append({"body": body, "link": body, "mass": 1.0, "fixed": "velocity" not in what})
+        layout = {"dt": 0.1, "every": 1, "gravity": [0, 0, -9.81], "links": links, "joints": []}
+        start = np.array([what["pos"] for what in boxes.values()], float)
+        speed = np.array([what.get("velocity", (0, 0, 0)) for what in boxes.values()], float)
+        pos = (start + speed * times[:, None, None]).astype(np.float32)
+        quat = np.broadcast_to(np.float32([1, 0, 0, 0]), (*pos.shape[:2], 4))
+        np.savez(
+            folder / "states" / "chunk_00000.npz",
+            time=times, qpos=np.zeros((5, 0), np.float32), links_pos=pos, links_quat=quat,
+        )  # fmt: skip
+        looks = {
+            body: {"color": what.get("color", (0.5, 0.5, 0.5)), "opacity": what.get("opacity", 1.0),
+                   "finish": what.get("finish", "rough"), "visible": True, "picture": None}
+            for body, what in boxes.items()
+        }  # fmt: skip
+        (folder / "states" / "layout.json").write_text(json.dumps(layout))
+        (folder / "geometry" / "index.json").write_text(json.dumps(index))
+        (folder / "program" / "looks.json").write_text(json.dumps(looks))
+        rows = [f"{key.upper()} = {value!r}\n" for key, value in (FILM | film).items()]
+        (folder / "program" / "render.py").write_text("".join(rows))
+        return folder
+
+    return make

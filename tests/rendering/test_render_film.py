@@ -1,0 +1,159 @@
+"""Films: the right place, only what is not yet done, parts that fit together."""
+
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+from filmed import MakeRun
+from PIL import Image
+from typer.testing import CliRunner
+
+from text2sim.cli.main import app
+from text2sim.rendering.film import Filming, Progress
+from text2sim.rendering.legibility import Identifier, write_legibility
+from text2sim.rendering.recording import read_recording
+from text2sim.rendering.scene import Stage, coded, decoded
+from text2sim.spec_schema.errors import RunError
+from text2sim.templates.cameras import Cameras, project
+
+CRATE = {"half": 0.4, "pos": (0, 0, 0.4), "color": (0.8, 0.2, 0.1)}
+SLIDING = CRATE | {"velocity": (1.0, 0, 0)}
+
+
+def film(folder: Path, size: tuple[int, int] = (32, 18)) -> Filming:
+    return Filming(read_recording(folder), "draft", size=size, samples=4)
+
+
+def traced(filming: Filming, **options: tuple[int, int]) -> list[bool]:
+    """Render and return of each picture whether it was traced."""
+    told: list[Progress] = []
+    (reel,) = filming.reels()
+    filming.render(reel, told.append, **options)
+    return [bool(progress.seconds) for progress in told]
+
+
+def test_points_are_where_the_preview_shows_them(make_run: MakeRun) -> None:
+    places = {"a": (0.9, 0.4, 0.2), "b": (-1.0, 1.0, 1.2), "c": (0.3, -1.0, 0.1)}
+    cameras = {
+        "main": {"kind": "still", "up": (0.2, 0, 1), "fov": 50.0, "pos": (1.0, -4.0, 2.0), "look_at": (0.2, 0, 0.5)},
+        "round": {"kind": "orbit", "up": (0, 0, 1), "fov": 35.0, "look_at": (0, 0, 0.4), "radius": 5.0, "height": 3.0,
+                  "start": 1.0, "turn": 2.0},
+    }  # fmt: skip
+    recording = read_recording(make_run({k: {"half": 0.06, "pos": p} for k, p in places.items()}, cameras=cameras))
+    views = Cameras(recording.film, recording.states)
+    identifier, stage = Identifier(stage := Stage(recording), (320, 180)), stage
+    for name in cameras:
+        view = views.view(name, 0.2, 0.5)
+        seen, depth = identifier.bodies(0.2, view)
+        expected = project(view, np.array(list(places.values())), 320 / 180)
+        for k, (across, up, away) in enumerate(expected):
+            rows, columns = np.nonzero(seen == stage.bodies.index(list(places)[k]))
+            middle = (columns.mean() + 0.5, rows.mean() + 0.5)
+            assert middle == pytest.approx(((1 + across) * 160, (1 - up) * 90), abs=1.0)
+            assert depth[rows, columns].mean() == pytest.approx(away, rel=0.1)
+
+
+def test_codes_of_bodies_are_told_apart() -> None:
+    numbers = np.array([-1, 0, 62, 63, 64, 5000, 200_000])
+    assert decoded(coded(numbers).astype(np.float32)).tolist() == numbers.tolist()
+
+
+def test_a_second_render_does_nothing_and_a_change_only_what_it_touches(make_run: MakeRun) -> None:
+    folder = make_run({"crate": SLIDING})
+    assert traced(film(folder)) == [True] * 4
+    assert traced(film(folder)) == [False] * 4
+    make_run({"crate": SLIDING}, overlay={"title": "Slide", "time": True, "values": [], "inset": False})
+    assert traced(film(folder)) == [False] * 4, "what is written into pictures is not part of them"
+    make_run({"crate": SLIDING}, end=0.3)
+    assert traced(film(folder)) == [False] * 3
+    make_run({"crate": SLIDING}, gain=1.2)
+    assert traced(film(folder)) == [True] * 4
+    assert not list((folder / "render" / "frames").glob(".*"))
+
+
+def test_pictures_are_the_same_each_time_and_still_where_nothing_moves(make_run: MakeRun) -> None:
+    filming = film(make_run({"crate": CRATE, "far": SLIDING | {"half": 0.05, "pos": (-0.4, -2.0, 0.3)}}))
+    frames = filming.reels()[0].frames
+    first, again, later = (filming.develop(filming.trace(frames[k])).astype(int) for k in (0, 0, 1))
+    assert (first == again).all()
+    assert np.abs(first[:6] - later[:6]).mean() < 1.0, "the same noise in every picture does not flicker"
+
+
+def test_parts_make_one_film(make_run: MakeRun) -> None:
+    folder = make_run({"crate": SLIDING})
+    assert traced(film(folder), shard=(0, 2)) == [True] * 2
+    with pytest.raises(RunError, match="2 of 4 pictures of draft are not rendered yet: 1, 3"):
+        film(folder).encode(film(folder).reels()[0])
+    assert traced(film(folder), shard=(1, 2)) == [True] * 2
+    video = film(folder).encode(film(folder).reels()[0])
+    with av.open(str(video)) as container:
+        stream = container.streams.video[0]
+        assert (stream.width, stream.height) == (32, 18)
+        assert stream.codec_context.colorspace == 1
+        assert sum(1 for _ in container.decode(stream)) == 4
+
+
+def test_what_is_in_glass_is_seen(make_run: MakeRun) -> None:
+    glass = {"half": 0.6, "pos": (0, 0, 0.6), "finish": "glass", "color": (0.9, 0.95, 1.0)}
+    bare, covered = (
+        film(make_run({"crate": CRATE, **more}, name)) for name, more in (("bare", {}), ("covered", {"glass": glass}))
+    )
+    pictures = [filming.develop(filming.trace(filming.reels()[0].frames[0])).astype(int) for filming in (bare, covered)]
+    middle = [picture[8:10, 15:17].mean(axis=(0, 1)) for picture in pictures]
+    assert middle[1][0] > 2 * middle[1][2], "red as before"
+    assert np.abs(pictures[0] - pictures[1]).max() > 5, "and yet there is glass"
+
+
+def test_legibility_tells_what_is_seen(make_run: MakeRun) -> None:
+    boxes = {
+        "crate": CRATE,
+        "hidden": {"half": 0.1, "pos": (0, 1.0, 0.1)},
+        "gone": {"half": 0.1, "pos": (0, 40.0, -30.0)},
+        "runner": {"half": 0.1, "pos": (-1.5, 0, 0.1), "velocity": (1.0, 0, 0), "color": (0.1, 0.1, 0.9)},
+    }
+    boxes = {name: {"velocity": (0, 0, 0)} | what for name, what in boxes.items()}
+    filming = film(make_run(boxes), (64, 36))
+    filming.render(reel := filming.reels()[0], lambda progress: None)
+    rows = write_legibility(filming, [reel])["draft"][0]["bodies"]
+    assert 0.05 < rows["crate"]["share"] < 0.5
+    assert rows["hidden"]["share"] == 0
+    assert rows["hidden"]["hidden"] == 1
+    assert "gone" not in rows
+    assert rows["runner"]["motion"] > 0.01 > rows["crate"]["motion"]
+    assert rows["crate"]["contrast"] > 0.1
+    assert rows["crate"]["edge"] > rows["runner"]["edge"] - 0.5
+
+
+def test_the_command(make_run: MakeRun, tmp_path: Path) -> None:
+    folder, runner = make_run({"crate": SLIDING}), CliRunner()
+    done = runner.invoke(
+        app, ["render", str(folder), "--resolution", "32x18", "--frames", "1:3", "--frames-only", "png"]
+    )
+    assert done.exit_code == 0, done.output
+    assert sorted(path.name for path in (folder / "render" / "draft").iterdir()) == ["00001.png", "00002.png"]
+    done = runner.invoke(app, ["render", str(folder), "--resolution", "32x18"])
+    assert done.exit_code == 0
+    assert (folder / "render" / "draft.mp4").is_file()
+    with Image.open(folder / "render" / "draft" / "00001.png") as picture:
+        assert picture.size == (32, 18)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--camera", "side"], "there is no camera side; there are main"),
+        (["--frames", "9:12"], "pictures 0 to 3"),
+        (["--shard", "3/2"], "1/4"),
+        (["--join"], "are not rendered yet"),
+    ],
+)
+def test_what_is_wrong_is_said(make_run: MakeRun, options: list[str], words: str) -> None:
+    done = CliRunner().invoke(app, ["render", str(make_run({"crate": CRATE})), *options])
+    assert done.exit_code != 0
+    assert words in str(done.exception or "") + done.output
+
+
+def test_a_folder_without_a_recording(tmp_path: Path) -> None:
+    with pytest.raises(RunError, match="nothing was recorded"):
+        read_recording(tmp_path)

@@ -1,0 +1,60 @@
+"""Round edges: what is drawn has the outlines of what was simulated."""
+
+import numpy as np
+import pytest
+from filmed import BOX, BOX_FACES
+
+from text2sim.rendering.meshes import BEVEL, Mesh, boxed_uvs, presentable
+
+
+def volume(mesh: Mesh) -> float:
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
+    return float((a * np.cross(b, c)).sum() / 6)
+
+
+def agreement(mesh: Mesh) -> float:
+    """The smallest cosine between a triangle and the normals of its corners."""
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
+    flat = np.cross(b - a, c - a)
+    flat /= np.linalg.norm(flat, axis=1, keepdims=True)
+    return float((flat[:, None] * mesh.normals[mesh.faces]).sum(axis=-1).min())
+
+
+def test_a_box_gets_round_edges_and_keeps_its_faces() -> None:
+    mesh = presentable(BOX * (0.1, 0.05, 0.02), BOX_FACES)
+    assert np.allclose(np.abs(mesh.vertices).max(axis=0), (0.1, 0.05, 0.02))
+    assert 0.97 * 0.0008 < volume(mesh) < 0.0008
+    assert agreement(mesh) > 0.9
+    top = mesh.vertices[mesh.vertices[:, 2] > 0.02 - 1e-9]
+    radius = BEVEL * 0.04
+    assert np.allclose(top.max(axis=0)[:2], (0.1 - radius, 0.05 - radius)), "the face ends where the edge begins"
+
+
+def test_a_coarse_cylinder_becomes_round() -> None:
+    angle = np.linspace(0, 2 * np.pi, 32, endpoint=False)
+    ring = np.stack([0.1 * np.cos(angle), 0.1 * np.sin(angle)], axis=1)
+    vertices = np.concatenate([np.c_[ring, np.full(32, z)] for z in (-0.2, 0.2)] + [[(0, 0, -0.2), (0, 0, 0.2)]])
+    k, n = np.arange(32), (np.arange(32) + 1) % 32
+    faces = np.concatenate(
+        [np.c_[k, n, k + 32], np.c_[n, n + 32, k + 32], np.c_[n, k, k * 0 + 64], np.c_[k + 32, n + 32, k * 0 + 65]]
+    )
+    mesh = presentable(vertices, faces)
+    assert 0.98 * np.pi * 0.004 < volume(mesh) < np.pi * 0.004
+    assert agreement(mesh) > 0.95
+
+
+def test_what_is_not_convex_keeps_its_vertices() -> None:
+    vertices = np.concatenate([BOX, BOX + (3, 0, 0)])
+    mesh = presentable(vertices, np.concatenate([BOX_FACES, BOX_FACES + 8]))
+    assert volume(mesh) == pytest.approx(16.0)
+    assert {tuple(v) for v in mesh.vertices} == {tuple(v) for v in vertices}
+
+
+def test_coordinates_are_metres_of_each_face() -> None:
+    mesh = boxed_uvs(presentable(BOX * (0.5, 0.1, 0.1), BOX_FACES))
+    assert mesh.uvs is not None
+    a, b = mesh.faces[:, 0], mesh.faces[:, 1]
+    long = np.linalg.norm(mesh.vertices[a] - mesh.vertices[b], axis=1)
+    laid = np.linalg.norm(mesh.uvs[a] - mesh.uvs[b], axis=1)
+    assert np.all(laid < long + 1e-9)
+    assert laid.sum() > 0.9 * long.sum()

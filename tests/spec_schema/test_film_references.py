@@ -1,0 +1,74 @@
+"""What a film names exists, at times that there are; words that contradict each other are refused."""
+
+import pytest
+from small_case import problems_of, small
+
+from text2sim.compiler.build import resolve_case
+from text2sim.spec_schema.errors import SpecError
+from text2sim.spec_schema.load import load_text
+
+
+def found(render):
+    """Path, rule and hint of each problem of a render section."""
+    text = small(top=f"render: {render}")
+    problems = problems_of(text)
+    if not problems:
+        try:
+            problems = list(resolve_case(load_text(text)).plan.warnings)
+        except SpecError as error:
+            problems = error.problems
+    return [(p.path.removeprefix("/render/"), p.rule, p.hint) for p in problems]
+
+
+@pytest.mark.parametrize(
+    ("render", "path", "rule", "hint"),
+    [
+        ("{cameras: {a: {kind: still, frame: [bal]}}}", "cameras/a/frame/0", "unknown-body", "ball"),
+        ("{cameras: {a: {kind: orbit, frame: [ball, 'ball[3]']}}}", "cameras/a/frame/1", "no-copies", "ball"),
+        ("{cameras: {a: {kind: still, from: [0, -3, 1], look_at: ball, f_stop: 2, focus: bll}}}", "cameras/a/focus", "unknown-body", "ball"),
+        ("{cameras: {a: {kind: keyframed, times: [0, 1], positions: [[0, 0, 1], [1, 0, 1]], look_at: bll}}}", "cameras/a/look_at", "unknown-body", "ball"),
+        ("{lights: {a: {kind: softbox, direction: [0, 0, -1], at: bll}}}", "lights/a/at", "unknown-body", "ball"),
+        ("{lights: {a: {kind: spot, pos: [0, 0, 3], look_at: bll}}}", "lights/a/look_at", "unknown-body", "ball"),
+        ("{shots: {a: {camera: mian}}}", "shots/a/camera", "unknown-camera", "main"),
+        ("{shots: {a: {camera: main, from: 500}}}", "shots/a/from", "after-end", None),
+        ("{shots: {a: {camera: main, to: 500}}}", "shots/a/to", "after-end", None),
+        ("{during: [0, 0.1], shots: {a: {camera: main, from: 0.2}}}", "shots/a/from", "empty-shot", None),
+        ("{overlay: {values: [height]}}", "overlay/values/0", "unknown-measure", None),
+    ],
+)  # fmt: skip
+def test_names_and_times(render, path, rule, hint):
+    assert found(render) == [(path, rule, hint)]
+
+
+@pytest.mark.parametrize(
+    ("render", "path", "said"),
+    [
+        ("{cameras: {a: {kind: still, look_at: ball}}}", "cameras/a", "give from and look_at, or frame"),
+        ("{cameras: {a: {kind: still, frame: [ball], look_at: ball}}}", "cameras/a", "either look_at or frame"),
+        ("{cameras: {a: {kind: still, frame: [ball], from: [0, 0, 1], lens_mm: 50}}}", "cameras/a", "the lens follows"),
+        ("{cameras: {a: {kind: still, from: [0, 0, 1], look_at: ball, margin: 0.1}}}", "cameras/a", "only with frame"),
+        ("{cameras: {a: {kind: still, frame: [ball], fov_deg: 30, lens_mm: 50}}}", "cameras/a", "either fov_deg or lens_mm"),
+        ("{cameras: {a: {kind: still, frame: [ball], focus: ball}}}", "cameras/a", "only with an f_stop"),
+        ("{cameras: {a: {kind: orbit, look_at: ball}}}", "cameras/a", "give radius and height"),
+        ("{cameras: {a: {kind: orbit, frame: [ball], radius: 2}}}", "cameras/a", "both radius and height"),
+        ("{cameras: {a: {kind: keyframed, times: [0, 1], positions: [[0, 0, 1]], look_at: ball}}}", "cameras/a/positions", "2"),
+        ("{cameras: {a: {kind: keyframed, times: [1, 1], positions: [[0, 0, 1], [1, 0, 1]], look_at: ball}}}", "cameras/a", "times must rise"),
+        ("{shots: {a: {camera: main, from: 1, to: 0.5}}}", "shots/a", "to must come after from"),
+        ("{shots: {a: {camera: main, speed: 0}}}", "shots/a/speed", "0.01 to 100"),
+        ("{shots: {a: {camera: main, hold: 1.0e+9}}}", "shots/a/hold", "0 to 60"),
+        ("{lights: {a: {kind: sun, strength: 1.0e+9}}}", "lights/a/strength", "0 to 1e"),
+        ("{motion_blur: 1.5}", "motion_blur", "from 0 to 1"),
+        ("{overlay: {title: ''}}", "overlay/title", ""),
+    ],
+)  # fmt: skip
+def test_words_that_do_not_fit(render, path, said):
+    (problem,) = problems_of(small(top=f"render: {render}"))
+    assert problem.path == f"/render/{path}"
+    assert said in problem.message
+
+
+def test_a_film_of_many_shots_may_be_too_long():
+    shots = ", ".join(f"s{k}: {{camera: main, hold: 60}}" for k in range(100))
+    text = small(top=f"render: {{fps: 60, shots: {{{shots}}}}}")
+    with pytest.raises(SpecError, match="frames of film"):
+        resolve_case(load_text(text))

@@ -1,0 +1,69 @@
+"""Recorded states, read back between the frames that were recorded."""
+
+import json
+
+import numpy as np
+import pytest
+
+from text2sim.templates.playback import States, outermost, slerp
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A drum of two links that turns a quarter about z in a second, and two bricks that drift."""
+    links = [("drum", "base"), ("drum", "rim"), ("brick[0]", "brick"), ("brick[1]", "brick")]
+    rows = [{"body": body, "link": link} for body, link in links]
+    (tmp_path / "states").mkdir()
+    (tmp_path / "geometry").mkdir()
+    (tmp_path / "states" / "layout.json").write_text(json.dumps({"links": rows, "joints": []}))
+    for chunk, times in enumerate(([0.0, 0.5], [1.0])):
+        turns = [[np.cos(np.pi / 4 * t), 0, 0, np.sin(np.pi / 4 * t)] for t in times]
+        pos = [[[0, 0, 1], [0, 0, 1], [t, 0, 0], [0, t, 0]] for t in times]
+        quat = [[turn, turn, [1, 0, 0, 0], [1, 0, 0, 0]] for turn in turns]
+        arrays = {"time": times, "qpos": np.zeros((len(times), 0)), "links_pos": pos, "links_quat": quat}
+        np.savez(tmp_path / "states" / f"chunk_{chunk:05d}.npz", **{k: np.array(v) for k, v in arrays.items()})
+    corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+    np.savez(tmp_path / "geometry" / "cube.npz", vertices=np.concatenate([corners, np.zeros((1, 3))]))
+    worn = {"mesh": "cube.npz", "pos": [2.0, 0, 0], "quat": [1, 0, 0, 0]}
+    index = {"0": [], "1": [worn], "2": [worn | {"pos": [0, 0, 0]}], "3": [worn | {"pos": [0, 0, 0]}]}
+    (tmp_path / "geometry" / "index.json").write_text(json.dumps(index))
+    return tmp_path
+
+
+def test_between_frames(folder):
+    states = States(folder)
+    assert states.time.tolist() == [0, 0.5, 1]
+    assert states.position("brick[0]", 0.25) == pytest.approx((0.25, 0, 0))
+    assert states.position("drum", 0.3, "rim") == pytest.approx((0, 0, 1))
+    pos, quat = states.poses(0.75)
+    assert pos[3] == pytest.approx((0, 0.75, 0))
+    # It turns evenly: three quarters of 90 degrees.
+    assert quat[1] == pytest.approx((np.cos(0.75 * np.pi / 4), 0, 0, np.sin(0.75 * np.pi / 4)))
+    assert states.poses(99.0)[0][2] == pytest.approx((1, 0, 0))
+
+
+def test_bounds_go_with_the_bodies(folder):
+    states = States(folder)
+
+    def box(names, t):
+        points = states.bounds(names, t)
+        return [*points.min(axis=0).round(6).tolist(), *points.max(axis=0).round(6).tolist()]
+
+    assert box(["brick[1]"], 0.5) == [-1, -0.5, -1, 1, 1.5, 1]
+    assert box(["brick"], 1.0) == [-1, -1, -1, 2, 2, 1]
+    assert box(["drum.rim"], 0.0) == [1, -1, 0, 3, 1, 2]
+    turned = states.bounds(["drum"], 1.0)
+    assert turned.max(axis=0)[:2] == pytest.approx((1, 3))
+    assert len(states.bounds(["nobody"], 0.0)) == 0
+
+
+def test_only_what_is_outermost_counts():
+    ball = np.random.default_rng(0).normal(size=(500, 3))
+    found = outermost(ball)
+    assert len(found) <= 26
+    assert found.max(axis=0) == pytest.approx(ball.max(axis=0))
+
+
+def test_orientations_go_the_short_way():
+    a, b = np.array([1.0, 0, 0, 0]), np.array([-np.cos(0.5), 0, 0, -np.sin(0.5)])
+    assert slerp(a, b, 0.5) == pytest.approx((np.cos(0.25), 0, 0, np.sin(0.25)))

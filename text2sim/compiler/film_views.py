@@ -1,0 +1,99 @@
+"""From which side a film is best seen: where the least stands between the camera and what moves."""
+
+from collections.abc import Iterable
+
+from text2sim.compiler.placing.body_points import BodyPoints
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.geometry import pieces
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_conjugate, quat_rotate, vector_unit
+from text2sim.compiler.trees.tree import tree_pieces
+
+Standing = tuple[Piece, Vec, Quaternion]
+
+DIRECTIONS = (
+    # From the right in front of it, and somewhat above: what people are used to. Then from elsewhere, in the order
+    # in which they are as good.
+    (0.55, -1.0, 0.5),
+    (-0.55, -1.0, 0.5),
+    (0.55, -1.0, 1.0),
+    (-0.55, -1.0, 1.0),
+    (0.55, 1.0, 0.5),
+    (-0.55, 1.0, 0.5),
+    (1.0, -0.3, 0.5),
+    (-1.0, -0.3, 0.5),
+    (0.4, -0.7, 1.8),
+)
+"""Ways from the scene to a camera that nobody placed."""
+RAYS = 16
+"""Points of what moves from which is looked along these ways."""
+SOLID = 0.5
+"""What is at least this opaque hides what is behind it."""
+
+
+def free_direction(points: list[Vec], statics: Iterable[Copy], bodies: BodyPoints, far: float) -> Vec:
+    """Return the first of the directions in which the fewest points are hidden by statics.
+
+    Args:
+        points: Middles of what is to be seen [m].
+        statics: What may stand in the way.
+        bodies: Knows the pieces of things.
+        far: How far away the camera is, about [m].
+    """
+    standing = [piece for copy in statics if _hides(copy) for piece in _pieces(copy, bodies)]
+    points = points[:: max(len(points) // RAYS, 1)]
+    if not standing or not points:
+        return DIRECTIONS[0]
+
+    def hidden(direction: Vec) -> int:
+        x, y, z = (far * c for c in vector_unit(direction))
+        return sum(any(_meets(one, p, (p[0] + x, p[1] + y, p[2] + z)) for one in standing) for p in points)
+
+    return min(DIRECTIONS, key=hidden)
+
+
+def _hides(copy: Copy) -> bool:
+    look = copy.model.look
+    clear = look.finish == "glass"
+    return (
+        copy.shape is not None and copy.shape.kind != "plane" and look.visible and look.opacity >= SOLID and not clear
+    )
+
+
+def _pieces(copy: Copy, bodies: BodyPoints) -> list[Standing]:
+    tree = bodies.trees.get(copy.name)
+    if tree is not None:
+        return [(one.piece, one.pos, one.quat) for one in tree_pieces(tree, copy.pos, copy.quat)]
+    return [(piece, copy.pos, copy.quat) for piece in pieces(copy.shape, bodies.folder)]
+
+
+def _meets(standing: Standing, start: Vec, end: Vec) -> bool:
+    """Whether a line goes through a piece: through the box that it is, or else through two thirds of its ball."""
+    piece, pos, quat = standing
+    a, b = (_local(piece, _local_to(point, pos, quat)) for point in (start, end))
+    if piece.kind == "box":
+        return _through_box(a, b, tuple(side / 2 for side in piece.size))
+    center, radius = piece.ball
+    return _through_box(a, b, (radius / 1.5,) * 3, _local(piece, center))
+
+
+def _local_to(point: Vec, pos: Vec, quat: Quaternion) -> Vec:
+    return quat_rotate(quat_conjugate(quat), tuple(p - q for p, q in zip(point, pos, strict=True)))
+
+
+def _local(piece: Piece, point: Vec) -> Vec:
+    return _local_to(point, piece.pos, piece.quat)
+
+
+def _through_box(a: Vec, b: Vec, half: tuple[float, ...], center: Vec = (0.0, 0.0, 0.0)) -> bool:
+    """Whether the line from a to b goes through an upright box, and not only begins in it."""
+    first, last = 0.0, 1.0
+    for p, q, h, c in zip(a, b, half, center, strict=True):
+        p, q = p - c, q - c
+        if abs(q - p) < 1e-12:
+            if abs(p) > h:
+                return False
+            continue
+        near, far = sorted(((-h - p) / (q - p), (h - p) / (q - p)))
+        first, last = max(first, near), min(last, far)
+    return first < last
