@@ -18,8 +18,17 @@ from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_case
 
 PROGRAM = (*MODULES, *COPIED, *COPIED_SOFT, *COPIED_ACTIONS)
-# `quadrants` is the compiler of the engine, which comes with it.
-ALLOWED = {"genesis", "quadrants", "numpy", "av", "PIL", *(Path(n).stem for n in PROGRAM), *sys.stdlib_module_names}
+# `quadrants`, the compiler of the engine, and `torch` come with it.
+ALLOWED = {
+    "genesis",
+    "quadrants",
+    "numpy",
+    "torch",
+    "av",
+    "PIL",
+    *(Path(n).stem for n in PROGRAM),
+    *sys.stdlib_module_names,
+}
 
 CASE = """\
 text2sim: 1

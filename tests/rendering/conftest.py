@@ -1,6 +1,7 @@
 """Runs that nobody simulated: a few meshes, some frames, a film section."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,17 @@ import pytest
 pytest.importorskip("mitsuba")
 
 from filmed import BOX, BOX_FACES, FILM, MakeRun  # noqa: E402
+
+from text2sim.rendering import renderer  # noqa: E402
+from text2sim.rendering.renderer import Variant  # noqa: E402
+
+
+@pytest.fixture(autouse=True, scope="session")
+def scalar() -> Iterator[None]:
+    """Pictures of some hundred pixels are done before the kernels of another variant would be compiled."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(renderer, "find_variant", lambda: Variant("scalar"))
+        yield
 
 
 @pytest.fixture

@@ -101,7 +101,7 @@ def test_what_is_in_glass_is_seen(make_run: MakeRun) -> None:
     )
     pictures = [filming.develop(filming.trace(filming.reels()[0].frames[0])).astype(int) for filming in (bare, covered)]
     middle = [picture[8:10, 15:17].mean(axis=(0, 1)) for picture in pictures]
-    assert middle[1][0] > 2 * middle[1][2], "red as before"
+    assert middle[1][0] > 1.5 * middle[1][2], "red as before"
     assert np.abs(pictures[0] - pictures[1]).max() > 5, "and yet there is glass"
 
 
@@ -109,7 +109,7 @@ def test_legibility_tells_what_is_seen(make_run: MakeRun) -> None:
     boxes = {
         "crate": CRATE,
         "hidden": {"half": 0.1, "pos": (0, 1.0, 0.1)},
-        "gone": {"half": 0.1, "pos": (0, 40.0, -30.0)},
+        "gone": {"half": 0.1, "pos": (0, -40.0, 0.1)},
         "runner": {"half": 0.1, "pos": (-1.5, 0, 0.1), "velocity": (1.0, 0, 0), "color": (0.1, 0.1, 0.9)},
     }
     boxes = {name: {"velocity": (0, 0, 0)} | what for name, what in boxes.items()}
@@ -157,3 +157,14 @@ def test_what_is_wrong_is_said(make_run: MakeRun, options: list[str], words: str
 def test_a_folder_without_a_recording(tmp_path: Path) -> None:
     with pytest.raises(RunError, match="nothing was recorded"):
         read_recording(tmp_path)
+
+
+def test_what_moves_is_blurred_while_the_shutter_is_open(make_run: MakeRun) -> None:
+    fast = {"crate": CRATE | {"half": 0.2, "pos": (-0.5, 0, 0.4), "velocity": (5.0, 0, 0)}}
+    sharp, blurred = (
+        film(make_run(fast, name, motion_blur=blur), (64, 36)) for name, blur in (("sharp", 0.0), ("blurred", 0.9))
+    )
+    pictures = [filming.trace(filming.reels()[0].frames[1]).alpha for filming in (sharp, blurred)]
+    widths = [np.count_nonzero(picture.max(axis=0) > 0.05) for picture in pictures]
+    assert widths[1] > 1.5 * widths[0]
+    assert pictures[1].sum() == pytest.approx(pictures[0].sum(), rel=0.15)

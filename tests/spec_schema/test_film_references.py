@@ -56,7 +56,7 @@ def test_names_and_times(render, path, rule, hint):
         ("{shots: {a: {camera: main, from: 1, to: 0.5}}}", "shots/a", "to must come after from"),
         ("{shots: {a: {camera: main, speed: 0}}}", "shots/a/speed", "0.01 to 100"),
         ("{shots: {a: {camera: main, hold: 1.0e+9}}}", "shots/a/hold", "0 to 60"),
-        ("{lights: {a: {kind: sun, strength: 1.0e+9}}}", "lights/a/strength", "0 to 1e"),
+        ("{lights: {a: {kind: sun, strength: 1.0e+9}}}", "lights/a/strength", "from 0 to 1000000"),
         ("{motion_blur: 1.5}", "motion_blur", "from 0 to 1"),
         ("{overlay: {title: ''}}", "overlay/title", ""),
     ],

@@ -53,7 +53,7 @@ def test_a_document_is_migrated_in_memory_as_the_operations_say():
     loaded = load_text(FIRST)
     assert loaded.raw == apply_operations(loaded.written.data, steps_for(loaded.written.data))
     assert loaded.written.data["render"]["cameras"]["near"]["fov"] == 35
-    assert [camera.fov for camera in loaded.case.render.cameras.values()] == [35, 50, 40]
+    assert [camera.field for camera in loaded.case.render.cameras.values()] == [35, 50, 40]
     assert loaded.case.text2sim == LATEST
 
 
@@ -68,7 +68,7 @@ sweeps:
 
 def test_from_1_variants_and_sweeps_come_along():
     loaded = load_text(FIRST + LAYERS, overlay=Overlay(point=("places", "b")))
-    assert [camera.fov for camera in loaded.case.render.cameras.values()] == [35, 25, 40]
+    assert [camera.field for camera in loaded.case.render.cameras.values()] == [35, 25, 40]
     assert load_text(FIRST + LAYERS, overlay=Overlay(("wide",))).case.render.cameras["near"].fov == 60
     label, overlay = runs_of(loaded.written, "angles")[1]
     assert label == "fov_deg=30, wide=50"

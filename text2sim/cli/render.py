@@ -67,6 +67,10 @@ def render(
             made += _numbered(filming, reel, paths or [filming.finished(f, frames_only or "png") for f in reel.frames])
         else:
             made.append(filming.encode(reel))
+    if span is None and any(path.suffix == ".mp4" for path in made) and not join:
+        from text2sim.rendering.legibility import write_legibility
+
+        write_legibility(filming, reels)
     if as_json:
         say_json({"ok": True, "files": [str(path) for path in made], "seconds": teller.mean()})
     elif part != (0, 1):

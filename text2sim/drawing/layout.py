@@ -105,9 +105,10 @@ def _cell(column: int, row: int) -> tuple[int, int, int, int]:
 
 def _lamps(resolution: "Resolution", bounds: tuple[np.ndarray, np.ndarray], triangles: int) -> list[Lamp]:
     """The brightest light of the case, though not a very low one, and a sky."""
-    brightest = max(resolution.plan.render["lights"], key=lambda light: light["intensity"])
-    if "dir" in brightest:
-        way = -np.array(brightest["dir"], float)
+    lights = [light for light in resolution.plan.render["lights"].values() if "direction" in light or "pos" in light]
+    brightest = max(lights, key=lambda light: light["strength"], default={"direction": (0.3, 0.5, -1.0)})
+    if "direction" in brightest:
+        way = -np.array(brightest["direction"], float)
     else:
         way = np.array(brightest["pos"], float) - (bounds[0] + bounds[1]) / 2
     way /= max(float(np.linalg.norm(way)), 1e-9)

@@ -16,7 +16,9 @@ Array = NDArray[np.floating]
 
 WALL = 0.9
 """Height of a cyclorama's wall above its curve, in radii."""
-FILLET = 0.45
+NEAR = 0.5
+"""Where the curve of the wall begins, in radii: on its open side the floor goes on, under lamps and cameras."""
+FILLET = 0.35
 """Radius of the curve between floor and wall, in radii."""
 STEPS = 40
 SIDES = 192
@@ -42,11 +44,11 @@ def backdrop_mesh(backdrop: dict[str, Any], eyes: Iterable[Array]) -> Mesh | Non
     rings = radius * np.geomspace(0.05, 1.0 if bounded else VAST, STEPS)
     made = _turned(np.column_stack([np.append(0.0, rings), np.zeros(STEPS + 1)]), np.tile([0.0, 1.0], (STEPS + 1, 1)))
     if bounded:
-        bend = FILLET * radius
+        bend, near = FILLET * radius, NEAR * radius
         turn = np.linspace(0, np.pi / 2, STEPS)
-        curve = np.stack([radius + bend * np.sin(turn), bend - bend * np.cos(turn)], axis=1)
+        curve = np.stack([near + bend * np.sin(turn), bend - bend * np.cos(turn)], axis=1)
         slopes = np.stack([-np.sin(turn), np.cos(turn)], axis=1)
-        top = [(radius + bend, WALL * radius + bend)]
+        top = [(near + bend, WALL * radius + bend)]
         wall = _turned(np.concatenate([curve, top]), np.concatenate([slopes, slopes[-1:]]))
         made = joined([made, _open(wall, backdrop, eyes)])
     x, y = backdrop["center"][:2]

@@ -5,7 +5,7 @@ a picture takes, and no difference between what bends, what flows and what only 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from text2sim.rendering.backdrop import backdrop_mesh
 from text2sim.rendering.finishes import COLOR, attribute, material, needs_uvs
 from text2sim.rendering.lights import emitters
-from text2sim.rendering.meshes import Mesh, boxed_uvs
+from text2sim.rendering.meshes import Mesh
 from text2sim.rendering.recording import Look, Part, Recording
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.rigid import batches, matrices
@@ -86,6 +86,8 @@ class Stage:
         dressed = [part for part in flat if part.body not in planes and part.look.visible and part.look.picture is None]
         if dressed:
             look = dressed[0].look
+            if needs_uvs(look.finish):  # the grain of wood does not go up a wall, nor for as far as the eye sees
+                look = replace(look, finish=BACKDROP_FINISH)
         return look, planes | {part.body for part in dressed}
 
     def _level(self) -> float | None:
@@ -150,13 +152,9 @@ class Stage:
         return mi.load_dict(shapes, optimize=False)
 
     def _make_backdrop(self, mesh: Mesh) -> Callable[[Any], Any]:
-        if needs_uvs(self._floor.finish):
-            mesh = boxed_uvs(mesh)
-        color, shade = shaded(self._floor.color, self._floor.finish)
-        colors, shades = (np.broadcast_to(c, (len(mesh.vertices), 3)) for c in (color, shade))
-        return lambda bsdf: mesh_shape(
-            "backdrop", bsdf, mesh.vertices, mesh.faces, mesh.normals, colors=colors, shades=shades, uvs=mesh.uvs
-        )
+        color, _ = shaded(self._floor.color, self._floor.finish)
+        colors = np.broadcast_to(color, (len(mesh.vertices), 3))
+        return lambda bsdf: mesh_shape("backdrop", bsdf, mesh.vertices, mesh.faces, mesh.normals, colors=colors)
 
 
 def _is_plane(part: Part, recording: Recording, level: float) -> bool:

@@ -42,6 +42,7 @@ actions: {controls: {hold: {kind: attach, body: rope.link_23, to: holder}}}
 def sag(length: float, span: float) -> float:
     """Sag [m] of a catenary of a length over a level span."""
     low, high = 1e-3 * span, 1e3 * span
+    a = span
     for _ in range(200):
         a = (low * high) ** 0.5
         low, high = (low, a) if 2 * a * np.sinh(min(span / (2 * a), 700.0)) < length else (a, high)

@@ -17,9 +17,9 @@ CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 36.0,
+        "fov": 34.0,
         "pos": (1.0, -3.9, 1.6),
-        "look_at": (0.0, 0.0, 0.9),
+        "look_at": (0.0, 0.0, 0.85),
     },
 }
 # One after the other.
@@ -33,18 +33,18 @@ LIGHTS = {
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
         "direction": (0.6147, 0.6222, -1.0),
-        "at": (0.0, 0.02, 0.6328),
-        "distance": 6.746,
-        "size": 3.373,
+        "at": (0.0, 0.02, 0.5586),
+        "distance": 6.521,
+        "size": 3.26,
     },
     "rim": {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
         "direction": (-0.3577, -1.0208, -0.75),
-        "at": (0.0, 0.02, 0.6328),
-        "distance": 6.746,
-        "size": 3.373,
+        "at": (0.0, 0.02, 0.5586),
+        "distance": 6.521,
+        "size": 3.26,
     },
     "fill": {
         "kind": "environment",
@@ -56,8 +56,8 @@ LIGHTS = {
 BACKDROP = {
     "kind": "cyclorama",
     "level": 0.0,
-    "center": (0.0, 0.02, 0.6328),
-    "radius": 23.612,
+    "center": (0.0, 0.02, 0.5586),
+    "radius": 22.824,
     "planes": [],
 }
 GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light

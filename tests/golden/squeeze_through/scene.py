@@ -55,7 +55,7 @@ def add_funnel(scene):
                 quat=(0.707106781, 0.0, -0.707106781, 0.0),
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
             ),
-            material=gs.materials.Rigid(coup_friction=0.05, coup_softness=0.00174),
+            material=gs.materials.Rigid(coup_friction=0.05, coup_softness=0.014),
             surface=gs.surfaces.Default(color=(0.8118, 0.9098, 1.0, 0.25), roughness=0.05, metallic=0.0),
             name="funnel",
         )
@@ -73,7 +73,7 @@ def add_tube(scene):
                 quat=(0.707106781, 0.0, 0.707106781, 0.0),
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
             ),
-            material=gs.materials.Rigid(coup_friction=0.05, coup_softness=0.00174),
+            material=gs.materials.Rigid(coup_friction=0.05, coup_softness=0.014),
             surface=gs.surfaces.Default(color=(0.8118, 0.9098, 1.0, 0.25), roughness=0.05, metallic=0.0),
             name="tube",
         )

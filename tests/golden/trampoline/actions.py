@@ -13,28 +13,28 @@ def main_link(body):
 def make_holds(scene, bodies):
     """Points of deformable bodies that are held."""
     return [
-        # case.yaml:36 hold_left
+        # case.yaml:51 hold_left
         Hold(
             scene,
             bodies["sheet"],
             pose=((0.0, 0.0, 0.9), (1.0, 0.0, 0.0, 0.0)),
             region=sides((0, -1), within=0.01),
         ),
-        # case.yaml:37 hold_right
+        # case.yaml:52 hold_right
         Hold(
             scene,
             bodies["sheet"],
             pose=((0.0, 0.0, 0.9), (1.0, 0.0, 0.0, 0.0)),
             region=sides((0, 1), within=0.01),
         ),
-        # case.yaml:38 hold_front
+        # case.yaml:53 hold_front
         Hold(
             scene,
             bodies["sheet"],
             pose=((0.0, 0.0, 0.9), (1.0, 0.0, 0.0, 0.0)),
             region=sides((1, -1), within=0.01),
         ),
-        # case.yaml:39 hold_back
+        # case.yaml:54 hold_back
         Hold(
             scene,
             bodies["sheet"],

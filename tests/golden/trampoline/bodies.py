@@ -15,7 +15,7 @@ DEFORMABLES = {
 def add_sheet(scene):
     """Add sheet."""
     return {
-        # case.yaml:18
+        # case.yaml:33
         "sheet": scene.add_entity(
             gs.morphs.Mesh(
                 file=str(HERE / "models/sheet.obj"),
@@ -40,11 +40,11 @@ def add_ball(scene):
     copies = [
         # pos, color
         ((-0.16, -0.1, 1.5), (0.8627, 0.0784, 0.2353, 1.0)),
-        ((0.0, 0.0, 2.0), (1.0, 0.8431, 0.0, 1.0)),
-        ((0.16, 0.1, 2.5), (0.1804, 0.5451, 0.3412, 1.0)),
+        ((0.0, 0.0, 1.78), (1.0, 0.8431, 0.0, 1.0)),
+        ((0.16, 0.1, 2.06), (0.1804, 0.5451, 0.3412, 1.0)),
     ]
     return {
-        # case.yaml:26
+        # case.yaml:41
         f"ball[{i}]": scene.add_entity(
             gs.morphs.Sphere(radius=0.07, pos=pos),
             material=gs.materials.Rigid(rho=300.0, friction=0.5, coup_friction=0.5),

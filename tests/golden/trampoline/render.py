@@ -17,9 +17,9 @@ CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 38.0,
-        "pos": (1.9, -2.3, 1.7),
-        "look_at": (0.0, 0.0, 1.0),
+        "fov": 44.0,
+        "pos": (1.5, -2.3, 1.45),
+        "look_at": (0.0, 0.0, 1.1),
     },
 }
 # One after the other.
@@ -32,19 +32,19 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.2916, 0.8246, -1.0),
-        "at": (0.0, 0.0, 1.285),
-        "distance": 7.033,
-        "size": 3.517,
+        "direction": (0.3824, 0.7866, -1.0),
+        "at": (0.0, 0.0, 1.065),
+        "distance": 8.479,
+        "size": 4.239,
     },
     "rim": {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (0.1106, -1.076, -0.75),
-        "at": (0.0, 0.0, 1.285),
-        "distance": 7.033,
-        "size": 3.517,
+        "direction": (-0.0109, -1.0816, -0.75),
+        "at": (0.0, 0.0, 1.065),
+        "distance": 8.479,
+        "size": 4.239,
     },
     "fill": {
         "kind": "environment",
@@ -56,8 +56,8 @@ LIGHTS = {
 BACKDROP = {
     "kind": "cyclorama",
     "level": 0.0,
-    "center": (0.0, 0.0, 1.285),
-    "radius": 24.615,
+    "center": (0.0, 0.0, 1.065),
+    "radius": 29.676,
     "planes": [],
 }
 GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light

@@ -28,6 +28,10 @@ def test_a_frame_follows_what_is_thrown(tmp_path: Path) -> None:
     assert len(findings(tmp_path, "leaves-picture", BALL, THROW, still)) == 1
     frame = cameras(main="kind: still, frame: [ball]").replace("SHOTS", "")
     assert findings(tmp_path, "leaves-picture", BALL, THROW, frame) == []
+    late = cameras(main="kind: still, from: [0, -4, 1], frame: [ball]").replace(
+        "SHOTS", "shots: {a: {camera: main, from: 0.5}}"
+    )
+    assert findings(tmp_path, "empty-camera", BALL, THROW, late) == []
 
 
 def test_a_way_through_a_block(tmp_path: Path) -> None:

@@ -115,9 +115,8 @@ def shot(facts: Facts, name: str, t: float, offset: Offset = _still, part: float
     render = facts.plan.render
     camera = render["cameras"][name]
     span = render["end"] - render["start"]
-    if part is None:
-        part = min(max((t - render["start"]) / span, 0.0), 1.0) if span > 0 else 0.0
-    pos, target = place(camera, t, part, _Known(facts, t, offset))
+    plain = min(max((t - render["start"]) / span, 0.0), 1.0) if span > 0 else 0.0
+    pos, target = place(camera, t, plain if part is None else part, _Known(facts, t, offset))
     right, up, ahead = basis(pos, target, camera["up"])
     tall = math.tan(math.radians(camera["fov"]) / 2)
     wide = tall * render["resolution"][0] / render["resolution"][1]

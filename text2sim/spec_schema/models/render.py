@@ -88,7 +88,8 @@ class Render(Model):
     """Part of the time between two pictures in which the shutter is open: 0.5 is what cinema does, 0 is sharp. Path
     traced only."""
     quality: Literal["preview", "final"] = "preview"
-    """`preview` is rasterised."""
+    """A run makes the rasterised preview, in a moment; `text2sim render` makes path-traced films of a run. `final` says
+    that this is what counts."""
     lighting: Literal["studio", "overcast", "golden_hour", "dark_stage"] = "studio"
     """Lights, backdrop and background in one word, each of which can be said below instead. `studio`: a large soft lamp
     beside the camera, a cool rim light, little else, on a seamless grey cyclorama. `overcast`: shadowless, under a

@@ -27,7 +27,7 @@ def check_film(cast: Cast) -> None:
             cast.report(("render", "overlay", "values", i), message, "unknown-measure", nearest(name, measures))
     _check_length(cast)
     if render.quality == "final":
-        message = "there is no path tracing yet: the film will be rasterised, as with `preview`"
+        message = "a run makes the rasterised preview; `text2sim render RUN --quality final` makes the final film of it"
         cast.report(("render", "quality"), message, "no-final", severity="warning")
 
 

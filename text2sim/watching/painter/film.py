@@ -125,12 +125,13 @@ class _Glimpses:
 
     def __init__(self, name: str, video: Video, path: Path, done: Done) -> None:
         self._name, self._video, self._path, self._done = name, video, path, done
-        self._begun = time.monotonic()
-        self._due = self._begun + GLIMPSE
+        self._begun = self._due = 0.0
 
     def show(self) -> None:
         """Show it, if it is time to."""
         now = time.monotonic()
+        if not self._begun:  # the first picture may have to wait, which says nothing about the others
+            self._begun, self._due = now, now + GLIMPSE
         if now >= self._due:
             self._due = now + max(GLIMPSE, (now - self._begun) / 3)
             if self._video.glimpse(self._path):

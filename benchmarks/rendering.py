@@ -1,0 +1,77 @@
+"""Where the time of a path-traced picture goes, beside bare Mitsuba on the same scene with the same samples.
+
+    python benchmarks/rendering.py RUN [--size 1280x720] [--pictures 3] [--quality draft]
+
+Times are of the processor over all its cores, divided by their number: what an idle machine would take.
+"""
+
+import argparse
+import os
+import tempfile
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from text2sim.rendering.film import Filming
+from text2sim.rendering.frames import save
+from text2sim.rendering.recording import read_recording
+from text2sim.rendering.renderer import find_variant, mitsuba
+from text2sim.rendering.scene import sensor
+from text2sim.rendering.trace import QUALITIES, ROULETTE
+from text2sim.templates.cameras import Cameras
+from text2sim.templates.video import Video
+
+
+def main() -> None:
+    """Trace some pictures and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("run", type=Path)
+    parser.add_argument("--size", default="1280x720")
+    parser.add_argument("--pictures", type=int, default=3)
+    parser.add_argument("--quality", default="draft", choices=["draft", "final"])
+    options = parser.parse_args()
+    width, height = (int(n) for n in options.size.split("x"))
+    filming = Filming(read_recording(options.run), options.quality, size=(width, height))
+    every = filming.reels()[0].frames
+    frames = [every[k] for k in np.linspace(0, len(every) - 1, options.pictures + 1).astype(int)]
+    filming.trace(frames[0])  # kernels are compiled once on a machine
+    mi, how, cores = mitsuba(), QUALITIES[options.quality], os.cpu_count() or 1
+    cameras = Cameras(filming.recording.film, filming.recording.states)
+    integrator = mi.load_dict({"type": "path", "max_depth": how.depth, "rr_depth": ROULETTE, "hide_emitters": True})
+    spent = dict.fromkeys(("bare", "whole", "write", "encode"), 0.0)
+    parts: dict[str, float] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        video = Video(Path(folder) / "film.mp4", (width, height), 25.0)
+        for frame in frames[1:]:
+            scene = filming.stage.at(frame.t).solid
+            camera = sensor(cameras.view(frame.camera, frame.t, frame.part), (width, height))
+            begun = process_time()
+            np.array(mi.render(scene, sensor=camera, integrator=integrator, spp=how.samples, seed=0))
+            spent["bare"] += process_time() - begun
+            begun = process_time()
+            traced = filming.trace(frame)
+            spent["whole"] += process_time() - begun
+            for name, value in traced.seconds.items():
+                parts[name] = parts.get(name, 0.0) + value
+            begun = process_time()
+            save(Path(folder) / "picture.png", lambda part, traced=traced: filming._write(part, traced, "png"))
+            spent["write"] += process_time() - begun
+            begun = process_time()
+            video.write(filming.develop(traced))
+            spent["encode"] += process_time() - begun
+        video.close()
+    table = Table("part", "s per picture")
+    table.title = f"{options.run.name}, {options.size}, {how.samples} samples, {find_variant().name}, {cores} cores"
+    for name, value in spent.items():
+        table.add_row(name, f"{value / options.pictures / cores:.2f}")
+    table.add_row("whole / bare", f"{spent['whole'] / spent['bare']:.2f}")
+    for name, value in parts.items():
+        table.add_row(f"  {name} (by the clock)", f"{value / options.pictures:.2f}")
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,55 @@
+"""Bodies that deform: what is drawn lies where their points are."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from text2sim.rendering.recording import Look, SoftPart
+from text2sim.rendering.renderer import mitsuba
+from text2sim.rendering.soft import Grains, Liquid, Surface, liquid_surface
+
+SPACING = 0.05
+HEAP = np.stack(np.meshgrid(*[np.arange(8) * SPACING] * 3), axis=-1).reshape(-1, 3)
+
+
+def part(kind: str, **look: Any) -> SoftPart:
+    row = {"points": [0, len(HEAP)], "surface": None, "spacing": SPACING}
+    return SoftPart("it", kind, row, Path("none"), Look((0.3, 0.5, 0.8), **look))
+
+
+def bounds(shapes: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+    box = mitsuba().load_dict({"type": "scene"} | shapes, optimize=False).bbox()
+    return np.array(box.min).ravel(), np.array(box.max).ravel()
+
+
+@pytest.mark.parametrize("kind", ["granular", "snow"])
+def test_grains_lie_about_their_particles(kind: str) -> None:
+    grains = Grains("soft0", part(kind))
+    low, high = bounds(grains.shapes(HEAP + (1, 0, 0)))
+    assert np.all(np.abs(low - (HEAP.min(axis=0) + (1, 0, 0))) < 1.1 * SPACING)
+    assert np.all(np.abs(high - (HEAP.max(axis=0) + (1, 0, 0))) < 1.1 * SPACING)
+
+
+def test_a_liquid_keeps_its_volume() -> None:
+    vertices, faces = liquid_surface(HEAP, SPACING / 2)
+    a, b, c = np.moveaxis(vertices[faces], 1, 0)
+    volume = float((a * np.cross(b, c)).sum() / 6)
+    assert volume == pytest.approx(len(HEAP) * SPACING**3, rel=0.12)
+    low, _ = bounds(Liquid("soft0", part("liquid", opacity=0.5)).shapes(HEAP))
+    assert np.all(np.abs(low - HEAP.min(axis=0)) < SPACING)
+
+
+@pytest.mark.parametrize("finish", ["rough", "cloth"])
+@pytest.mark.parametrize("has_uvs", [True, False])
+def test_a_surface_follows_its_vertices(finish: str, *, has_uvs: bool) -> None:
+    x, y = np.meshgrid(np.linspace(0, 1, 5), np.linspace(0, 1, 5))
+    sheet = np.column_stack([x.ravel(), y.ravel(), np.zeros(25)])
+    corner = (np.arange(4)[:, None] * 5 + np.arange(4)).ravel()
+    faces = np.concatenate([np.c_[corner, corner + 1, corner + 6], np.c_[corner, corner + 6, corner + 5]])
+    arrays = {"faces": faces} | ({"uvs": sheet[:, :2]} if has_uvs else {})
+    surface = Surface("soft0", part("cloth", finish=finish), sheet, arrays)
+    low, high = bounds(surface.shapes(sheet * (1, 1, 0) + (0, 0, 2)))
+    assert np.allclose(low, (0, 0, 2), atol=1e-5)
+    assert np.allclose(high, (1, 1, 2), atol=1e-5)
