@@ -207,7 +207,7 @@ class TestUse:
     @pytest.mark.parametrize(
         ("old", "new", "path", "said", "hint"),
         [
-            ("point: {edge: [left, top]}", "point: {sphere: {center: [0, 0, 1], radius: 0.05}}", "/actions/controls/push/point", "brick[0]: nothing of it lies in this region; the nearest point of it is 0.9 m away", None),
+            ("point: {edge: [left, top]}", "point: {sphere: {center: [0, 0, 1], radius: 0.05}}", "/actions/controls/push/point", "`brick`: nothing of it lies in this region; the nearest point of it is 0.9 m away", None),
             ("region: {corner: [left, front, top]}", "region: {box: {min: [1, 1, 1], max: [2, 2, 2]}}", "/render/cameras/corner/look_at/region", "post: nothing of it lies in this region", None),
             ("look_at: arm.elbow", "look_at: arm.elbwo", "/render/cameras/link/look_at", "`arm` has no link `elbwo`", "elbow"),
             ("body: arm.elbow, region", "body: arn.elbow, region", "/render/cameras/tip/look_at/body", "there is no body or static `arn`", "arm"),

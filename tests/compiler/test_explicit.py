@@ -49,7 +49,7 @@ def again(case: Resolution) -> Resolution:
 def test_same_simulation_and_film(path: Path) -> None:
     case = resolve_case(load_case(path))
     text = explicit(case).text()
-    second = resolve_case(load_text(text, path))
+    second = resolve_case(load_text(text, case.loaded.path))
     assert second.plan.sim_digest == case.plan.sim_digest
     assert second.plan.render_digest == case.plan.render_digest
     assert second.loaded.case.actions.expect == case.loaded.case.actions.expect

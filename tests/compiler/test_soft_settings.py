@@ -121,6 +121,11 @@ def test_bounds_follow_what_throws_carries_and_pushes() -> None:
     assert after.high[0] == pytest.approx(before.high[0], abs=0.02)
 
 
+def test_a_cloth_hangs_below_what_stands_lowest() -> None:
+    peg = "  peg: {kind: rigid, mount: {kind: fixed}, shape: {kind: box, size: [0.02, 0.2, 0.04]}, pose: {pos: [0.25, 0, 0.5]}}"
+    assert pbd(resolve(f"  a: {SHEET}\n{peg}", "gravity: [0, 0, -9.81]")).low[2] < 0.5 - 0.4
+
+
 def test_bounds_follow_what_is_carried_and_pushed_ahead() -> None:
     def x_of(kind: str, pos: str, size: str) -> float:
         solid = f"""  plate:

@@ -90,7 +90,8 @@ def test_a_body_of_a_kind_offers_the_keys_of_that_kind(server, case):
 
 def test_kinds_are_offered_with_what_they_mean(server, case):
     offered = server.complete(case, MODELINE + HEAD + "bodies:\n  ball:\n    kind: |\n")
-    assert {"rigid", "driven", "articulated", "chain", "net", "ragdoll"} == offered.keys()
+    rigid, soft = {"rigid", "driven", "articulated", "chain", "net", "ragdoll", "rope"}, {"soft", "cloth"}
+    assert rigid | soft | {"granular", "liquid", "snow"} == offered.keys()
     assert "prescribed motion" in str(offered["driven"]["documentation"])
 
 

@@ -98,7 +98,7 @@ def test_every_problem_at_once_each_in_its_place():
         (small(ball=", look: {color: [2, 0, 0]}"), "must be from 0 to 1 (got 2)"),
         (
             small(ball=", look: {color: 3}"),
-            "needs a colour, 3 numbers from 0 to 1, or a list of colours (got the number 3)",
+            "needs a colour, 3 numbers from 0 to 1, a list of colours, or a mapping (got the number 3)",
         ),
         (small(ball=", look: {color: [1, 0]}"), "needs 3 numbers from 0 to 1 (got 2)"),
         (small(ball=", place: {on: 'a b'}"), "`a b` is not a selector"),

@@ -211,7 +211,13 @@ def _room(
     box = _union([box, *_near(box, around, reach)])
     floors = [floor for floor in around.floors if floor <= _union(own)[0][2] + margin]
     low, high = box
-    bottom = max([low[2], *floors]) if floors else low[2]
+    # A cloth hangs below what holds it, wherever else something stands that is lower.
+    hanging = [
+        b[2] - max(y - x for x, y in zip(a, b, strict=True))
+        for c, (a, b) in zip(copies, own, strict=True)
+        if c.model.kind == "cloth"
+    ]
+    bottom = max([low[2], *floors]) if floors else min([low[2], *hanging])
     top = high[2] + length / 2 + 0.25 * abs(fall[2])
     return (low[0] - margin, low[1] - margin, bottom - margin), (high[0] + margin, high[1] + margin, top + margin)
 

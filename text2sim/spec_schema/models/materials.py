@@ -24,7 +24,7 @@ class Material(Model):
     """Whether soft bodies, cloth, grains and liquids feel it; false for a hook or rod that only holds."""
     soft_reach: Positive | None = None
     """How far [m] outside its surface `mpm` bodies begin to feel it; 0.002, or an eighth of a cell if that is less.
-    About a cell keeps what is pressed or squeezed from sinking into it; what lies on it loosely then stays as far off."""
+    About a cell keeps what is pressed or squeezed from sinking into it; what lies on it then stays as far off."""
 
     @model_validator(mode="after")
     def _one_mass(self) -> "Material":
