@@ -61,7 +61,7 @@ DRIVES = [
             (
                 0.0,
                 "position",
-                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, -0.675, -0.675, 0.0]),
+                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, -0.735, -0.735, 0.0]),
             ),  # case.yaml:57 open_left
         ],
     ),
@@ -72,7 +72,7 @@ DRIVES = [
             (
                 0.0,
                 "position",
-                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, -0.6, -0.6, 0.0]),
+                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, -0.63, -0.63, 0.0]),
             ),  # case.yaml:57 open_left
         ],
     ),
@@ -94,7 +94,7 @@ DRIVES = [
             (
                 0.0,
                 "position",
-                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, -0.45, -0.45, 0.0]),
+                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, -0.42, -0.42, 0.0]),
             ),  # case.yaml:57 open_left
         ],
     ),
@@ -105,7 +105,7 @@ DRIVES = [
             (
                 0.0,
                 "position",
-                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, -0.375, -0.375, 0.0]),
+                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, -0.315, -0.315, 0.0]),
             ),  # case.yaml:57 open_left
         ],
     ),
@@ -116,7 +116,7 @@ DRIVES = [
             (
                 0.0,
                 "position",
-                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, -0.3, -0.3, 0.0]),
+                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, -0.21, -0.21, 0.0]),
             ),  # case.yaml:57 open_left
         ],
     ),
@@ -127,34 +127,12 @@ DRIVES = [
             (
                 0.0,
                 "position",
-                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, -0.225, -0.225, 0.0]),
+                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, -0.105, -0.105, 0.0]),
             ),  # case.yaml:57 open_left
         ],
     ),
     (
         "left_hook[7]",
-        "left_hook",
-        [
-            (
-                0.0,
-                "position",
-                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, -0.15, -0.15, 0.0]),
-            ),  # case.yaml:57 open_left
-        ],
-    ),
-    (
-        "left_hook[8]",
-        "left_hook",
-        [
-            (
-                0.0,
-                "position",
-                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, -0.075, -0.075, 0.0]),
-            ),  # case.yaml:57 open_left
-        ],
-    ),
-    (
-        "left_hook[9]",
         "left_hook",
         [
             (
@@ -171,7 +149,7 @@ DRIVES = [
             (
                 0.0,
                 "position",
-                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, 0.675, 0.675, 0.0]),
+                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, 0.735, 0.735, 0.0]),
             ),  # case.yaml:64 open_right
         ],
     ),
@@ -182,7 +160,7 @@ DRIVES = [
             (
                 0.0,
                 "position",
-                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, 0.6, 0.6, 0.0]),
+                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, 0.63, 0.63, 0.0]),
             ),  # case.yaml:64 open_right
         ],
     ),
@@ -204,7 +182,7 @@ DRIVES = [
             (
                 0.0,
                 "position",
-                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, 0.45, 0.45, 0.0]),
+                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, 0.42, 0.42, 0.0]),
             ),  # case.yaml:64 open_right
         ],
     ),
@@ -215,7 +193,7 @@ DRIVES = [
             (
                 0.0,
                 "position",
-                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, 0.375, 0.375, 0.0]),
+                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, 0.315, 0.315, 0.0]),
             ),  # case.yaml:64 open_right
         ],
     ),
@@ -226,7 +204,7 @@ DRIVES = [
             (
                 0.0,
                 "position",
-                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, 0.3, 0.3, 0.0]),
+                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, 0.21, 0.21, 0.0]),
             ),  # case.yaml:64 open_right
         ],
     ),
@@ -237,34 +215,12 @@ DRIVES = [
             (
                 0.0,
                 "position",
-                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, 0.225, 0.225, 0.0]),
+                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, 0.105, 0.105, 0.0]),
             ),  # case.yaml:64 open_right
         ],
     ),
     (
         "right_hook[7]",
-        "right_hook",
-        [
-            (
-                0.0,
-                "position",
-                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, 0.15, 0.15, 0.0]),
-            ),  # case.yaml:64 open_right
-        ],
-    ),
-    (
-        "right_hook[8]",
-        "right_hook",
-        [
-            (
-                0.0,
-                "position",
-                piecewise(times=[0.0, 1.0, 3.5, 5.0, 7.5], values=[0.0, 0.0, 0.075, 0.075, 0.0]),
-            ),  # case.yaml:64 open_right
-        ],
-    ),
-    (
-        "right_hook[9]",
         "right_hook",
         [
             (
@@ -313,7 +269,7 @@ def make_holds(scene, bodies):
             bodies["left"],
             pose=((-0.52, 0.0, 1.35), (0.707106781, 0.707106781, 0.0, 0.0)),
             region=sides((1, 1), within=0.0125),
-            count=10,
+            count=8,
             to=[
                 main_link(bodies[name])
                 for name in (
@@ -325,8 +281,6 @@ def make_holds(scene, bodies):
                     "left_hook[5]",
                     "left_hook[6]",
                     "left_hook[7]",
-                    "left_hook[8]",
-                    "left_hook[9]",
                 )
             ],
         ),
@@ -336,7 +290,7 @@ def make_holds(scene, bodies):
             bodies["right"],
             pose=((0.52, 0.0, 1.35), (0.707106781, 0.707106781, 0.0, 0.0)),
             region=sides((1, 1), within=0.0125),
-            count=10,
+            count=8,
             to=[
                 main_link(bodies[name])
                 for name in (
@@ -348,8 +302,6 @@ def make_holds(scene, bodies):
                     "right_hook[5]",
                     "right_hook[6]",
                     "right_hook[7]",
-                    "right_hook[8]",
-                    "right_hook[9]",
                 )
             ],
         ),

@@ -26,18 +26,16 @@ DEFORMABLES = {
 
 
 def add_left_hook(scene):
-    """Add 10 copies of left_hook."""
+    """Add 8 copies of left_hook."""
     copies = [
         # pos
         ((-0.02, 0.0, 2.0),),
-        ((-0.131111111, 0.0, 2.0),),
-        ((-0.242222222, 0.0, 2.0),),
-        ((-0.353333333, 0.0, 2.0),),
-        ((-0.464444444, 0.0, 2.0),),
-        ((-0.575555556, 0.0, 2.0),),
-        ((-0.686666667, 0.0, 2.0),),
-        ((-0.797777778, 0.0, 2.0),),
-        ((-0.908888889, 0.0, 2.0),),
+        ((-0.162857143, 0.0, 2.0),),
+        ((-0.305714286, 0.0, 2.0),),
+        ((-0.448571429, 0.0, 2.0),),
+        ((-0.591428571, 0.0, 2.0),),
+        ((-0.734285714, 0.0, 2.0),),
+        ((-0.877142857, 0.0, 2.0),),
         ((-1.02, 0.0, 2.0),),
     ]
     return {
@@ -57,18 +55,16 @@ def add_left_hook(scene):
 
 
 def add_right_hook(scene):
-    """Add 10 copies of right_hook."""
+    """Add 8 copies of right_hook."""
     copies = [
         # pos
         ((0.02, 0.0, 2.0),),
-        ((0.131111111, 0.0, 2.0),),
-        ((0.242222222, 0.0, 2.0),),
-        ((0.353333333, 0.0, 2.0),),
-        ((0.464444444, 0.0, 2.0),),
-        ((0.575555556, 0.0, 2.0),),
-        ((0.686666667, 0.0, 2.0),),
-        ((0.797777778, 0.0, 2.0),),
-        ((0.908888889, 0.0, 2.0),),
+        ((0.162857143, 0.0, 2.0),),
+        ((0.305714286, 0.0, 2.0),),
+        ((0.448571429, 0.0, 2.0),),
+        ((0.591428571, 0.0, 2.0),),
+        ((0.734285714, 0.0, 2.0),),
+        ((0.877142857, 0.0, 2.0),),
         ((1.02, 0.0, 2.0),),
     ]
     return {
@@ -98,11 +94,11 @@ def add_left(scene):
                 quat=(0.707106781, 0.707106781, 0.0, 0.0),
             ),
             material=gs.materials.PBD.Cloth(
-                rho=0.3,
+                rho=0.5,
                 static_friction=0.3,
                 kinetic_friction=0.3,
                 stretch_compliance=1e-07,
-                bending_compliance=0.001,
+                bending_compliance=0.05,
                 air_resistance=0.001,
             ),
             surface=gs.surfaces.Default(
@@ -127,11 +123,11 @@ def add_right(scene):
                 quat=(0.707106781, 0.707106781, 0.0, 0.0),
             ),
             material=gs.materials.PBD.Cloth(
-                rho=0.3,
+                rho=0.5,
                 static_friction=0.3,
                 kinetic_friction=0.3,
                 stretch_compliance=1e-07,
-                bending_compliance=0.001,
+                bending_compliance=0.05,
                 air_resistance=0.001,
             ),
             surface=gs.surfaces.Default(
@@ -165,8 +161,6 @@ MOTORS = [
     ("left_hook[5]", "left_hook", 400.0, 40.0, 60.0),
     ("left_hook[6]", "left_hook", 400.0, 40.0, 60.0),
     ("left_hook[7]", "left_hook", 400.0, 40.0, 60.0),
-    ("left_hook[8]", "left_hook", 400.0, 40.0, 60.0),
-    ("left_hook[9]", "left_hook", 400.0, 40.0, 60.0),
     ("right_hook[0]", "right_hook", 400.0, 40.0, 60.0),
     ("right_hook[1]", "right_hook", 400.0, 40.0, 60.0),
     ("right_hook[2]", "right_hook", 400.0, 40.0, 60.0),
@@ -175,8 +169,6 @@ MOTORS = [
     ("right_hook[5]", "right_hook", 400.0, 40.0, 60.0),
     ("right_hook[6]", "right_hook", 400.0, 40.0, 60.0),
     ("right_hook[7]", "right_hook", 400.0, 40.0, 60.0),
-    ("right_hook[8]", "right_hook", 400.0, 40.0, 60.0),
-    ("right_hook[9]", "right_hook", 400.0, 40.0, 60.0),
 ]
 
 

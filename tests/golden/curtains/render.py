@@ -17,9 +17,9 @@ CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 34.0,
-        "pos": (0.0, -4.2, 1.5),
-        "look_at": (0.0, 0.0, 1.25),
+        "fov": 32.0,
+        "pos": (0.9, -4.0, 1.5),
+        "look_at": (0.0, 0.0, 1.35),
     },
 }
 # One after the other.
@@ -32,7 +32,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.75, 0.45, -1.0),
+        "direction": (0.6329, 0.6037, -1.0),
         "at": (0.0, 0.0, 1.615),
         "distance": 9.67,
         "size": 4.835,
@@ -41,7 +41,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.6, -0.9, -0.75),
+        "direction": (-0.3878, -1.0098, -0.75),
         "at": (0.0, 0.0, 1.615),
         "distance": 9.67,
         "size": 4.835,

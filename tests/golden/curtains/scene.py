@@ -29,13 +29,13 @@ def make_scene(vis_options=None):
             tolerance=1e-08,
             friction_cone=gs.friction_cone.pyramidal,  # survives hard impacts; elliptic does not creep on slopes
             constraint_timeconst=0.002,  # two substeps: the stiffest contact that stays stable
-            max_collision_pairs=352,  # 16 for each of 22 convex pieces
+            max_collision_pairs=288,  # 16 for each of 18 convex pieces
         ),
         pbd_options=gs.options.PBDOptions(
             particle_size=0.025,  # the smallest cell of its bodies
             # where its bodies can come to; a wider space costs time, and its sides are walls
-            lower_bound=(-5.6, -0.525, -0.1),
-            upper_bound=(5.6, 0.525, 2.95),
+            lower_bound=(-5.225, -0.525, -0.1),
+            upper_bound=(5.225, 0.525, 2.95),
             max_stretch_solver_iterations=4,  # its own weight then stretches a cloth by half a percent
             max_bending_solver_iterations=1,  # as the engine has it
         ),
