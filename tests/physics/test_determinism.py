@@ -31,7 +31,7 @@ bodies: {ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, repeat: {kind: 
 def content(folder: Path) -> dict[str, bytes]:
     """Every recorded array; chunks end by wall clock on a slow machine, so they are joined first."""
     states = RunStates.load(folder)
-    chunks = [np.load(path) for path in states.chunks]
+    chunks = [np.load(path) for path in states.chunks.paths]
     return {
         name: np.concatenate([chunk[name] for chunk in chunks if name in chunk]).tobytes()
         for name in (*FRAME_FIELDS, *CONTACT_FIELDS)

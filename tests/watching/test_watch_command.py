@@ -130,7 +130,7 @@ def warm(command):
 
 def content(folder):
     """Every recorded array, joined: a watched take is written in more chunks."""
-    chunks = [np.load(path) for path in RunStates.load(folder).chunks]
+    chunks = [np.load(path) for path in RunStates.load(folder).chunks.paths]
     arrays = {
         name: np.concatenate([chunk[name] for chunk in chunks if name in chunk]).tobytes()
         for name in (*FRAME_FIELDS, *CONTACT_FIELDS)
