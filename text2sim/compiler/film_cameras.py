@@ -78,7 +78,7 @@ def resolve_camera(camera: Camera, ground: Ground) -> dict[str, Any]:
         if camera.frame is None:
             return plain | {"look_at": resolve_target(camera.look_at, ground)}
         frame = _frame(camera, ground) | {"fit": camera.radius is None}
-        return _framed(plain | {"frame": frame}, ground.around(_names(camera.frame)), ground)
+        return _framed(plain | {"frame": frame}, _shown(_names(camera.frame), ground), ground)
     assert isinstance(camera, Still)
     if camera.frame is None:
         return plain | {"pos": camera.from_, "look_at": resolve_target(camera.look_at, ground)}
@@ -87,7 +87,7 @@ def resolve_camera(camera: Camera, ground: Ground) -> dict[str, Any]:
         plain |= {"pos": camera.from_}
     else:
         frame |= {"direction": camera.direction or _free_direction(_names(camera.frame), ground)}
-    return _framed(plain | {"frame": frame}, ground.around(_names(camera.frame)), ground)
+    return _framed(plain | {"frame": frame}, _shown(_names(camera.frame), ground), ground)
 
 
 def derived_camera(ground: Ground) -> dict[str, Any]:
@@ -191,6 +191,12 @@ def _framed(camera: dict[str, Any], balls: list[Ball], ground: Ground) -> dict[s
     numbers = {key: round(float(found[key]), 4) for key in ("fov", "radius", "height") if key in found}
     found |= numbers | {key: _rounded(found[key]) for key in ("pos", "look_at") if key in found}
     return {key: found[key] for key in [*(key for key in found if key != "frame"), "frame"]}
+
+
+def _shown(names: list[str], ground: Ground) -> list[Ball]:
+    """Return balls around what a frame is to show, as known at the start: what falls, down to the ground."""
+    moving = ground.around([name for name in names if name in ground.moving])
+    return _to_the_ground(moving, ground) + ground.around([name for name in names if name not in ground.moving])
 
 
 def _free_direction(names: Any, ground: Ground) -> Vec:
