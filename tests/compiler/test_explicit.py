@@ -154,3 +154,11 @@ def test_folding(text: str, meant: str) -> None:
     assert folded(text, params) == meant
     assert folded(meant, {}) == meant
     assert "i" in COPY_VARIABLES
+
+
+def test_more_substeps_than_can_be_asked_for_are_only_told() -> None:
+    stiff = "  a: {kind: soft, solver: mpm, shape: {kind: box, size: [0.1, 0.1, 0.1]}, material: {youngs_modulus: 1.0e+13}}\n"
+    case = case_of(f"text2sim: 2\nname: stiff\nscene: {{duration: 1}}\nbodies:\n{stiff}")
+    assert case.settings.substeps > 200
+    assert "substeps, left out, are" in explicit(case).text()
+    assert again(case).plan.sim_digest == case.plan.sim_digest

@@ -128,6 +128,9 @@ def _entry_at(root: Entry, path: Path) -> Entry | None:
     return entry
 
 
+MOST_SUBSTEPS = 200
+"""That a case may ask for; an absurdly stiff body gets more, and the lint says what that costs."""
+
 # --- what was derived -----------------------------------------------------------------------------------------
 
 
@@ -149,6 +152,9 @@ def _add_settings(found: Explicit, resolution: Resolution) -> None:
             # Said, it would also decide how bodies bounce.
             text = f"timeconst, left out, is {value:g} s, and of contacts that bounce {settings.bounce_time:.3g} s"
             found.comments["scene", "contact"] = f"{text}: {settings.why.get('bounce_time', why)}"
+            continue
+        if name == "substeps" and settings.substeps > MOST_SUBSTEPS:
+            found.comments["scene", "dt"] = f"substeps, left out, are {settings.substeps:,}: {why}"
             continue
         if value is not None:
             _put(scene, path, value)
