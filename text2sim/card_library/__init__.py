@@ -1,1 +1,5 @@
-"""Debug Cards: lessons from failures, and how they are found. Not built yet."""
+"""Debug Cards: lessons from failures that were reproduced, and how the right one is found.
+
+`model` says what a card is, `library` reads cards and checks them, `retrieval` finds those that fit a failure,
+`verify` runs what a card tells of. The cards lie in `cards`, a folder for each.
+"""

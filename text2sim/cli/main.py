@@ -15,6 +15,7 @@ from text2sim.cli.diff import diff
 from text2sim.cli.doctor import doctor
 from text2sim.cli.fmt import fmt
 from text2sim.cli.git import git
+from text2sim.cli.mcp import mcp
 from text2sim.cli.migrate import migrate
 from text2sim.cli.new import new
 from text2sim.cli.patch import patch
@@ -54,6 +55,7 @@ app.add_typer(git, name="git")
 app.command("prefabs")(prefabs)
 app.command("schema")(schema)
 app.command("doctor")(doctor)
+app.command("mcp")(mcp)
 
 
 def _show_version(wanted: bool) -> None:

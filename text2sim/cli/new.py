@@ -21,6 +21,28 @@ def new(
 ) -> None:
     """Write a new case to start from: a ball that drops on a stack of boxes, with comments."""
     from text2sim.cli.output import say, say_json, shown
+
+    folder = cases / name
+    file = make_case(name, None if source is None else _find(source, cases), cases)
+    if as_json:
+        say_json({"ok": True, "case": name, "file": str(file)})
+        return
+    say(shown(file))
+    say(f"next: text2sim run {shown(folder)}")
+
+
+def make_case(name: str, source: Path | None, cases: Path) -> Path:
+    """Write a new case and return its file.
+
+    Args:
+        name: Of the case, and of its folder.
+        source: Folder of the case to copy; the commented start if left out.
+        cases: The folder to put it in.
+
+    Raises:
+        RunError: if the name is none, or taken.
+    """
+    from text2sim.cli.output import shown
     from text2sim.harness.folder import staging
     from text2sim.spec_schema.errors import RunError
 
@@ -32,17 +54,12 @@ def new(
     with staging(cases) as stage:
         staged = stage / name
         staged.mkdir()
-        text = _starter() if source is None else _copy(_find(source, cases), staged)
+        text = _starter() if source is None else _copy(source, staged)
         text = _NAME_LINE.sub(f"name: {name}", text, count=1)
         text = _schema_line(folder) + _SCHEMA_LINE.sub("", text)
         (staged / "case.yaml").write_text(text, "utf-8")
         staged.rename(folder)
-    file = folder / "case.yaml"
-    if as_json:
-        say_json({"ok": True, "case": name, "file": str(file)})
-        return
-    say(shown(file))
-    say(f"next: text2sim run {shown(folder)}")
+    return folder / "case.yaml"
 
 
 def _starter() -> str:

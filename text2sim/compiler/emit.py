@@ -20,6 +20,8 @@ from text2sim.compiler.soft.setup import SoftSettings
 TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
 FILMING = ("cadence.py", "cameras.py", "overlays.py", "playback.py", "viewpoints.py", "video.py", "film.py")
 """What draws a film, and what it asks."""
+FILM_TEMPLATES = (*FILMING, "soft_film.py", "soft_states.py", "shading.py", "render.py.j2")
+"""All that no simulation depends on."""
 COPIED = ("engine.py", "files.py", "contacts.py", "recorder.py", *FILMING)
 COPIED_SOFT = ("filling.py", "soft.py", "skins.py", "solids.py", "soft_states.py", "soft_film.py", "shading.py")
 """Besides, in programs with deformable bodies."""

@@ -2,8 +2,12 @@
 
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from text2sim.harness.visibility import read_samples
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 THUMBNAIL = 320
 """Width of a picture [pixels]."""
@@ -15,7 +19,7 @@ _FRAME = re.compile(r"(?P<camera>\w+)_(?P<number>\d{1,5})\.png\Z")
 
 def write_contact_sheet(run_dir: Path) -> Path | None:
     """Write `contact_sheet.png` from `frames/`; return it, or None if there are no pictures."""
-    from PIL import Image, ImageDraw, ImageFont, UnidentifiedImageError
+    from PIL import Image, UnidentifiedImageError
 
     target = run_dir / "contact_sheet.png"
     target.unlink(missing_ok=True)
@@ -33,28 +37,43 @@ def write_contact_sheet(run_dir: Path) -> Path | None:
         thumbnails.append((camera, time, small))
     if not thumbnails:
         return None
+    contact_sheet(thumbnails).save(target, optimize=True)
+    return target
+
+
+def contact_sheet(
+    thumbnails: "list[tuple[str, str, Image]]", *, width: int = THUMBNAIL, columns: int = COLUMNS
+) -> "Image":
+    """Return pictures side by side, the rows of each camera together.
+
+    Args:
+        thumbnails: Camera, time in words, and picture, none wider than `width`.
+        width: Of a picture [pixels].
+        columns: In a row at most.
+    """
+    from PIL import Image, ImageDraw, ImageFont
+
     cameras = list(dict.fromkeys(camera for camera, _, _ in thumbnails))
     height = max(small.height for _, _, small in thumbnails)
     rows = [
-        part[first : first + COLUMNS]
+        part[first : first + columns]
         for part in ([row for row in thumbnails if row[0] == camera] for camera in cameras)
-        for first in range(0, len(part), COLUMNS)
+        for first in range(0, len(part), columns)
     ]
-    columns = max(map(len, rows))
+    across = max(map(len, rows))
     gap = 4
-    sheet = Image.new("RGB", (columns * (THUMBNAIL + gap) + gap, len(rows) * (height + gap) + gap), "#202428")
+    sheet = Image.new("RGB", (across * (width + gap) + gap, len(rows) * (height + gap) + gap), "#202428")
     draw = ImageDraw.Draw(sheet)
     font = ImageFont.load_default(size=15)
     for y, row in enumerate(rows):
         for x, (camera, time, small) in enumerate(row):
-            corner = (gap + x * (THUMBNAIL + gap), gap + y * (height + gap))
+            corner = (gap + x * (width + gap), gap + y * (height + gap))
             sheet.paste(small, corner)
             label = time if len(cameras) == 1 else f"{camera}  {time}"
             box = draw.textbbox((corner[0] + 6, corner[1] + 4), label, font=font)
             draw.rectangle((box[0] - 4, box[1] - 3, box[2] + 4, box[3] + 3), fill="#202428")
             draw.text((corner[0] + 6, corner[1] + 4), label, font=font, fill="white")
-    sheet.save(target, optimize=True)
-    return target
+    return sheet
 
 
 def _frames(folder: Path) -> list[tuple[str, int, Path]]:

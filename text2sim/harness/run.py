@@ -9,7 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from text2sim import __version__, templates
+from text2sim import __version__
 from text2sim.harness.ability import check_ability, needs_cuda
 from text2sim.harness.child import Limits
 from text2sim.harness.folder import Wanted, Work, install_program, install_run, remaining_work, staging
@@ -20,6 +20,7 @@ from text2sim.harness.program import Finished, run_program
 from text2sim.harness.progress import Clock, OnProgress, ignore
 from text2sim.harness.record import COMPLETE, RunRecord, write_atomically
 from text2sim.harness.result import RunResult
+from text2sim.harness.sources import film_code, judge_code, simulation_code
 from text2sim.harness.stop import Stop
 from text2sim.spec_schema.errors import MachineError, Problem, RunError
 from text2sim.spec_schema.reuse.expanded import expanded_text
@@ -116,7 +117,7 @@ class _Engine:
     def key(self, sim_digest: str) -> dict[str, str]:
         return {
             "sim_digest": sim_digest,
-            "templates": _sources_digest(Path(templates.__file__).parent),
+            "templates": simulation_code(),
             "genesis": self.versions["genesis-world"],
             "device": "cuda" if self.device == "gpu" else "cpu",
         }
@@ -139,7 +140,8 @@ class _Run:
     ) -> None:
         self.loaded, self.plan, self.folder, self.limits = loaded, plan, folder, limits
         self.clock, self.stop, self.lock, self.film, self.device = clock, stop, lock, film, engine.device
-        self.judge_digest = _judge_digest(loaded)
+        self.film_digest = sha256((plan.render_digest + film_code()).encode()).hexdigest()
+        self.judge_digest = _judge_digest(loaded, self.film_digest)
         self.record = RunRecord(
             case=loaded.case.name,
             state="running",
@@ -159,7 +161,7 @@ class _Run:
 
     def work(self, *, force: bool) -> Work:
         """What is to be done."""
-        wanted = Wanted(self.record.key, self.plan.render_digest, self.judge_digest, self.film)
+        wanted = Wanted(self.record.key, self.film_digest, self.judge_digest, self.film)
         return Work.SIMULATE if force else remaining_work(self.folder, wanted)
 
     def do(self, work: Work, staged: Path) -> None:
@@ -188,7 +190,7 @@ class _Run:
             record.timings |= {name: round(t, 3) for name, t in timings.items()}
             record.write(self.folder)
         video, report = self.folder / "video.mp4", self.folder / "report.html"
-        current = record.render_digest == self.plan.render_digest and video.is_file()
+        current = record.render_digest == self.film_digest and video.is_file()
         if self.evidence is not None:
             # The file is sorted by name; people read expectations in the order in which the case lists them.
             expect = self.evidence["expect"]
@@ -280,7 +282,7 @@ class _Run:
 
     def _keep_film(self, done: Finished, reason: str) -> None:
         if (self.folder / "video.mp4").is_file():
-            self.record.render_digest = self.plan.render_digest
+            self.record.render_digest = self.film_digest
         else:
             stopped = "stopped on request" if done.ended.cause == "stopped" else ""
             self.film_message = stopped or done.no_film or reason or "the program made none"
@@ -312,16 +314,8 @@ def _case_digest(loaded: "LoadedCase") -> str:
     return sha256(text.encode()).hexdigest()
 
 
-def _judge_digest(loaded: "LoadedCase") -> str:
+def _judge_digest(loaded: "LoadedCase", film_digest: str) -> str:
     """Digest of all that evidence depends on besides recorded states, and of the code that makes it."""
     case = loaded.case.model_dump_json(by_alias=True, exclude={"render": True})
-    return sha256((case + _sources_digest(Path(__file__).parent)).encode()).hexdigest()
-
-
-def _sources_digest(folder: Path) -> str:
-    # A version number says too little between two releases: a changed template is another program.
-    digest = sha256()
-    for path in sorted(folder.rglob("*")):
-        if path.suffix in (".py", ".j2"):
-            digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
-    return digest.hexdigest()[:16]
+    # How well bodies are seen depends on the cameras.
+    return sha256((case + film_digest + judge_code()).encode()).hexdigest()

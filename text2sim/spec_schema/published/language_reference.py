@@ -3,6 +3,7 @@
 Write it with `python -m text2sim.spec_schema.published.language_reference > docs/language.md`.
 """
 
+from collections.abc import Collection
 from functools import cache
 from pathlib import Path
 from typing import Any, get_args, get_origin
@@ -46,7 +47,7 @@ def language_reference() -> str:
         "@USES@": str(MAX_USES),
         "@NESTED@": str(NESTED),
     }
-    text = INTRODUCTION + "\n" + "\n".join(_section(section) for section in SECTIONS)
+    text = INTRODUCTION + "\n" + "\n".join(section_text(section) for section in SECTIONS)
     for word, value in limits.items():
         text = text.replace(word, value)
     return _HEADER + text + _colors()
@@ -58,7 +59,13 @@ def load_examples() -> dict[str, dict[str, str]]:
     return parse_document(read_source(Path(__file__).with_name("examples.yaml"))).data
 
 
-def _section(section: Section) -> str:
+def section_text(section: Section, only: Collection[str] | None = None) -> str:
+    """Text of one section.
+
+    Args:
+        section: Which.
+        only: The kinds to describe in full; of others there is one line. All, if left out.
+    """
     lines = [f"{'#' * section.level} {section.title}", ""]
     if section.intro:
         lines += [section.intro, ""]
@@ -70,16 +77,19 @@ def _section(section: Section) -> str:
         for title, text in examples.items():
             lines += [f"{title[0].upper()}{title[1:]}:", "", *_yaml(text)]
         return "\n".join(lines)
-    kinds = _kinds(section.models)
+    kinds = section_kinds(section.models)
     shared = _shared(list(kinds.values()))
     for base in shared:
         having = [f"`{kind}`" for kind, model in kinds.items() if issubclass(model, base)]
         who = f"every {section.noun} has" if len(having) == len(kinds) else f"{', '.join(having)} have"
         lines += [f"Besides its own fields, {who}:", "", *_table(base, [])]
     for kind, model in kinds.items():
+        if only is not None and kind not in only:
+            continue
         lines += [f"{'#' * (section.level + 1)} `{kind}`", "", model_doc(model), ""]
         lines += _table(model, shared) + _yaml(examples[kind])
-    return "\n".join(lines)
+    others = [f"- `{kind}`: {model_doc(model)}" for kind, model in kinds.items() if only is not None and kind not in only]
+    return "\n".join([*lines, *(["Other kinds:", "", *others, ""] if others else [])])
 
 
 def _shared(models: list[type[BaseModel]]) -> list[type[BaseModel]]:
@@ -90,7 +100,7 @@ def _shared(models: list[type[BaseModel]]) -> list[type[BaseModel]]:
     ]
 
 
-def _kinds(union: Any) -> dict[str, type[BaseModel]]:
+def section_kinds(union: Any) -> dict[str, type[BaseModel]]:
     """Models of a union on `kind`, which may stand beside a plain type."""
     return {kind: model for member in slot_of(union).members for kind, model in member.models.items()} or slot_of(
         union
@@ -130,7 +140,7 @@ def _type(slot: Slot) -> str:
 def _link(slot: Slot) -> str:
     models = set(slot.models.values())
     for section in SECTIONS:
-        if not isinstance(section.models, tuple) and models <= set(_kinds(section.models).values()):
+        if not isinstance(section.models, tuple) and models <= set(section_kinds(section.models).values()):
             return f"[{section.noun}](#{_anchor(section.title)})"
     if models == set(slot_of(Joint).models.values()):
         return f"[joint](#{_anchor('Mounts')})"

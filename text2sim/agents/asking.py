@@ -1,0 +1,175 @@
+"""The one loop that asks: call a model, read its answer into a type, send back what is wrong, a few times."""
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from threading import Lock
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from text2sim.agents.journal import Emit
+from text2sim.agents.models.calls import Account, Budget, CallLog
+from text2sim.agents.models.endpoint import Endpoint
+from text2sim.agents.models.exchange import Image, Message, Request
+from text2sim.agents.models.parsing import ReplyError, read_reply
+from text2sim.spec_schema.errors import RunError
+
+T = TypeVar("T")
+
+ROUNDS = 3
+"""Answers that a role may give to one question before it has failed."""
+SHOWN = 12
+"""Errors that are sent back at once."""
+
+
+class Wrong(Exception):
+    """An answer that cannot be used.
+
+    Attributes:
+        reasons: What is wrong with it, for its author.
+    """
+
+    def __init__(self, reasons: Sequence[str]) -> None:
+        self.reasons = list(reasons)
+        super().__init__("; ".join(self.reasons))
+
+
+class RoleFailed(RunError):
+    """A role that could not answer in a usable way."""
+
+    def __init__(self, role: str, reasons: Sequence[str]) -> None:
+        self.role, self.reasons = role, list(reasons)
+        super().__init__(f"the {role} gave no usable answer in {ROUNDS} tries: {'; '.join(self.reasons[:3])}")
+
+
+class BudgetSpent(RunError):
+    """Nothing more may be asked."""
+
+
+class Desk:
+    """Where questions are put: which model answers for which role, what was asked before, and what it all cost.
+
+    Args:
+        endpoints: By role; the entry "" answers for the rest.
+        log: Finished calls, which are never paid for twice.
+        account: What calls cost.
+        budget: What they may cost.
+        emit: Told what happens.
+        stop: Whether somebody wants it to end.
+    """
+
+    def __init__(
+        self,
+        endpoints: Mapping[str, Endpoint],
+        log: CallLog,
+        account: Account,
+        budget: Budget,
+        emit: Emit,
+        stop: Callable[[], bool] = lambda: False,
+    ) -> None:
+        self._endpoints, self._log, self.account, self._budget = endpoints, log, account, budget
+        self._emit, self._stop = emit, stop
+        self._numbers: Counter[str] = Counter()
+        self._lock = Lock()
+        self.attempt = 0
+        """The attempt that calls are counted for."""
+
+    def vision(self, role: str) -> bool:
+        """Whether whoever answers for a role can see pictures."""
+        return self._endpoint(role).vision
+
+    def ask(
+        self,
+        role: str,
+        system: str,
+        question: str,
+        read: Callable[[Any], T],
+        images: Sequence[Image] = (),
+        rounds: int = ROUNDS,
+    ) -> T:
+        """Put a question to a role.
+
+        Args:
+            role: Who is asked.
+            system: What it is told about itself.
+            question: The question.
+            read: Makes something of the data of the answer; raises `Wrong` with what its author has to mend.
+            images: Pictures that go with the question.
+            rounds: Answers it may give.
+
+        Raises:
+            RoleFailed: If no answer could be used.
+            BudgetSpent: If nothing more may be spent.
+            ModelError: If the model cannot be reached.
+        """
+        messages = [Message("system", system), Message("user", question, tuple(images))]
+        reasons: list[str] = []
+        for round_ in range(rounds):
+            reply = self._call(role, messages)
+            try:
+                answer = read_reply(reply)
+                return read(answer[0])
+            except ReplyError as error:
+                reasons = [str(error)]
+            except Wrong as error:
+                reasons = error.reasons
+            self._emit("answer_refused", role=role, round=round_ + 1, reasons=reasons[:SHOWN])
+            messages += [Message("assistant", reply), Message("user", _complaint(reasons))]
+        raise RoleFailed(role, reasons)
+
+    def _call(self, role: str, messages: Sequence[Message]) -> str:
+        if (spent := self._budget.exceeded(self.account)) is not None:
+            raise BudgetSpent(spent)
+        with self._lock:
+            self._numbers[role] += 1
+            number = self._numbers[role]
+        self._emit("asked", live=True, role=role, number=number)
+        request = Request(role=role, messages=tuple(messages), number=number)
+        reply = self._log.ask(self._endpoint(role), request, self._stop, attempt=self.attempt)
+        self.account.add(role, self.attempt, reply)
+        self._emit(
+            "answered", live=True, role=role, number=number, tokens=reply.tokens_in + reply.tokens_out, seconds=reply.seconds
+        )  # fmt: skip
+        return reply.text
+
+    def _endpoint(self, role: str) -> Endpoint:
+        return self._endpoints.get(role) or self._endpoints[""]
+
+
+def typed(model: type[BaseModel], check: Callable[[Any], None] | None = None) -> Callable[[Any], Any]:
+    """Return a reader of answers of a type.
+
+    Args:
+        model: The type.
+        check: Raises `Wrong` if there is more to say against an answer of it.
+    """
+
+    def read(data: Any) -> Any:
+        try:
+            answer = model.model_validate(data)
+        except ValidationError as error:
+            raise Wrong(_said(error)) from None
+        if check is not None:
+            check(answer)
+        return answer
+
+    return read
+
+
+def either(first: Callable[[Any], Any], key: str, second: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Return a reader that takes `second` for answers that have a key, and `first` for others."""
+    return lambda data: (second if isinstance(data, dict) and key in data else first)(data)
+
+
+def _said(error: ValidationError) -> list[str]:
+    rows = []
+    for problem in error.errors(include_url=False, include_input=False)[:SHOWN]:
+        where = "/" + "/".join(map(str, problem["loc"]))
+        rows.append(f"{where}: {problem['msg']}")
+    return rows
+
+
+def _complaint(reasons: Sequence[str]) -> str:
+    rows = "\n".join(f"- {' '.join(reason.split())[:600]}" for reason in reasons[:SHOWN])
+    more = f"\n- … and {len(reasons) - SHOWN} more" if len(reasons) > SHOWN else ""
+    return f"This cannot be used:\n\n{rows}{more}\n\nAnswer again, in full, in one fenced ```yaml block.\n"

@@ -1,0 +1,197 @@
+"""What a run shows, in few words and one picture: the evidence that the Critic judges and the Planner reads."""
+
+import csv
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+Data = dict[str, Any]
+
+MEASURED = 7
+"""Moments at which each measure is quoted."""
+ROWS = 30
+"""Of a table, at most."""
+LOG = 1_500
+"""Characters of the end of the log, of a run that did not finish."""
+
+
+def evidence_text(folder: Path, evidence: Mapping[str, Any] | None, record: Mapping[str, Any], given: Iterable[str]) -> str:
+    """Say what a run shows.
+
+    Args:
+        folder: The run folder.
+        evidence: What stands in `evidence.json`; None if nothing was recorded.
+        record: What stands in `run.json`.
+        given: Expectations that come from the request.
+    """
+    parts = [_outcome(record)]
+    if evidence is not None:
+        parts += [
+            _table("## Expectations", _expectations(evidence["expect"], set(given))),
+            _table("## Measures", _measures(folder, evidence["measures"])),
+            _table("## Events", _events(evidence["events"])),
+            _table("## Diagnostics", _diagnostics(evidence)),
+            _table("## What the cameras saw", _seen(evidence)),
+        ]
+    else:
+        parts.append("Nothing was recorded.")
+    if record.get("state") != "finished":
+        parts.append("## End of the log\n\n<log>\n" + _log_tail(folder) + "\n</log>")
+    return "\n\n".join(part for part in parts if part)
+
+
+def history_row(number: int, cause: str, outcome: str, expect: Mapping[str, Any], critique: Mapping[str, Any] | None) -> str:
+    """Return one line about an attempt, for those that come after it."""
+    missed = [name for name, row in expect.items() if row.get("ok") is not True]
+    row = f"{number}. {cause}: {outcome}"
+    if expect:
+        row += f"; {len(expect) - len(missed)} of {len(expect)} expectations true"
+    for name in missed[:4]:
+        row += f"; `{name}` {expect[name].get('why', '')}"
+    if critique is not None:
+        row += f"; Critic: {critique['verdict']}, {critique['score']:g} of 100"
+        row += "".join(f"; {failure['what']}" for failure in critique["failures"][:3])
+    return row
+
+
+def citable(evidence: Mapping[str, Any] | None, frames: int) -> frozenset[str]:
+    """Return what a judgement of a run can rest on, as it is cited."""
+    cites = {"run"} | {f"frame:{k}" for k in range(1, frames + 1)}
+    if evidence is not None:
+        for part, word in (("expect", "expect"), ("measures", "measure"), ("events", "event")):
+            cites |= {f"{word}:{name}" for name in evidence[part]}
+        cites |= {f"diagnostic:{name}" for name in DIAGNOSTICS}
+    return frozenset(cites)
+
+
+DIAGNOSTICS = ("energy", "penetration", "speeds", "joint_limits", "deformables", "suspicions", "contacts", "visibility",
+               "legibility", "non_finite", "driven")  # fmt: skip
+
+
+def _outcome(record: Mapping[str, Any]) -> str:
+    reached = f"{record.get('time', 0):.3g} of {record.get('duration', 0):g} s simulated"
+    message = f": {record['message']}" if record.get("message") else ""
+    return f"Run: {record.get('state')}, {reached}{message}"
+
+
+def _expectations(expect: Mapping[str, Data], given: set[str]) -> list[str]:
+    rows = []
+    for name, row in expect.items():
+        mark = {True: "true", False: "MISSED", None: "open"}[row.get("ok")]
+        source = " (request)" if name in given else ""
+        rows.append(f"- {mark} `{name}`{source}: wanted {row.get('wanted')}; found: {row.get('why')}")
+    return rows
+
+
+def _measures(folder: Path, measures: Mapping[str, Data]) -> list[str]:
+    series = _series(folder / "measures.csv")
+    rows = []
+    for name, row in measures.items():
+        if row.get("problem"):
+            rows.append(f"- `{name}`: {row['problem']}")
+            continue
+        text = f"- `{name}` [{row.get('unit') or '-'}]: min {_g(row['min'])} at {_g(row['min_at'])} s, max {_g(row['max'])} at {_g(row['max_at'])} s"
+        times, values = series.get("t") or series.get("time") or [], series.get(name) or []
+        if len(times) > MEASURED and len(values) == len(times):
+            picked = [round(k * (len(times) - 1) / (MEASURED - 1)) for k in range(MEASURED)]
+            text += "; over time " + ", ".join(f"{_g(times[k])} s: {_g(values[k])}" for k in picked)
+        rows.append(text)
+    return rows
+
+
+def _series(file: Path) -> dict[str, list[float | None]]:
+    try:
+        with file.open(encoding="utf-8", newline="") as lines:
+            table = list(csv.reader(lines))
+    except OSError:
+        return {}
+    if not table:
+        return {}
+    return {name: [_real(row[k]) for row in table[1:] if k < len(row)] for k, name in enumerate(table[0])}
+
+
+def _real(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _events(events: Mapping[str, Data]) -> list[str]:
+    rows = []
+    for name, row in events.items():
+        when = f"first at {_g(row['first'])} s, last at {_g(row['last'])} s" if row.get("count") else "never"
+        rows.append(f"- `{name}`: {row.get('count', 0)} times, {when}" + (f" ({row['problem']})" if row.get("problem") else ""))
+    return rows
+
+
+def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
+    rows = []
+    energy = evidence.get("energy")
+    if energy:
+        rows.append(f"- energy: {_small(energy)}")
+    for name in ("penetration", "non_finite", "joint_limits", "driven"):
+        if evidence.get(name):
+            rows.append(f"- {name}: {_small(evidence[name])}")
+    for body, row in list((evidence.get("speeds") or {}).items())[:ROWS]:
+        linear = (row or {}).get("linear") or {}
+        rows.append(f"- speeds: `{body}` at most {_g(linear.get('max'))} m/s at {_g(linear.get('at'))} s")
+    for body, row in list((evidence.get("deformables") or {}).items())[:ROWS]:
+        rows.append(f"- deformables: `{body}` {_small(row)}")
+    rows += [f"- suspicions: {text}" for text in (evidence.get("suspicions") or [])[:ROWS]]
+    contacts = evidence.get("contacts") or {}
+    if contacts:
+        rows.append(f"- contacts: {contacts.get('episodes')} touches between bodies")
+    return rows
+
+
+def _seen(evidence: Mapping[str, Any]) -> list[str]:
+    rows = []
+    for camera, row in (evidence.get("visibility") or {}).items():
+        for body, seen in row["bodies"].items():
+            rows.append(
+                f"- `{camera}`: `{body}` fills at most {100 * seen['largest']:.2g} % of the picture (at {_g(seen['at'])} s), "
+                f"seen in {seen['pictures']} of {row['pictures']} pictures"
+            )
+        if row["never_seen"]:
+            rows.append(f"- `{camera}` never sees {', '.join(f'`{name}`' for name in row['never_seen'])}")
+    legibility = evidence.get("legibility") or {}
+    rows += [f"- {remark}" for remark in (legibility.get("remarks") or [])[:ROWS]]
+    return rows
+
+
+def _table(title: str, rows: Sequence[str]) -> str:
+    if not rows:
+        return ""
+    more = [f"- … and {len(rows) - ROWS} more"] if len(rows) > ROWS else []
+    return "\n".join([title, "", *rows[:ROWS], *more])
+
+
+def _log_tail(folder: Path) -> str:
+    try:
+        text = (folder / "log.txt").read_text("utf-8", "replace")
+    except OSError:
+        return ""
+    # The reader is told nothing of this machine: paths end with their last two parts.
+    rows = [" ".join(".../" + "/".join(w.split("/")[-2:]) if w.startswith("/") else w for w in row.split(" ")) for row in text[-LOG:].splitlines()]
+    return "\n".join(rows)
+
+
+def _small(value: Any) -> str:
+    """Return data on one line, with four digits."""
+    return json.dumps(_rounded(value), ensure_ascii=False, separators=(", ", ": "))[:400].replace('"', "")
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, float):
+        return float(f"{value:.4g}")
+    if isinstance(value, dict):
+        return {key: _rounded(row) for key, row in value.items() if row not in (None, [], {})}
+    if isinstance(value, list):
+        return [_rounded(row) for row in value[:6]]
+    return value
+
+
+def _g(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, int | float) else "-"

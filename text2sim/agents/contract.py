@@ -1,0 +1,107 @@
+"""What the request asks for, as it was put into the language before anything was built: it cannot be made easier.
+
+Compared are values, not texts: a parameter that makes a bound easier is as much a change as another bound.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from text2sim.spec_schema.changes.patch import same
+from text2sim.spec_schema.load import LoadedCase
+
+Data = dict[str, Any]
+PARTS = ("expect", "measures", "events")
+
+
+@dataclass(frozen=True)
+class Contract:
+    """Expectations, with all that they are about."""
+
+    names: tuple[str, ...]
+    """The expectations."""
+    values: Mapping[str, Data]
+    """By part (`expect`, `measures`, `events`) and name: what they say, with expressions worked out."""
+    subjects: frozenset[str]
+    """The dynamic bodies that they are about."""
+
+    @property
+    def pointers(self) -> tuple[str, ...]:
+        """Where in a case they stand."""
+        return tuple(f"/actions/{part}/{name}" for part in PARTS for name in self.values[part])
+
+    @classmethod
+    def of(cls, loaded: LoadedCase, names: Iterable[str]) -> "Contract":
+        """Take down what a case says under these names, and what that leads to."""
+        actions = loaded.data.get("actions") or {}
+        values: dict[str, Data] = {part: {} for part in PARTS}
+        waiting = [("expect", name) for name in names]
+        while waiting:
+            part, name = waiting.pop()
+            row = (actions.get(part) or {}).get(name)
+            if row is None or name in values[part]:
+                continue
+            values[part][name] = row
+            words = _words(row)
+            waiting += [(other, word) for other in PARTS[1:] for word in words if word in (actions.get(other) or {})]
+        bodies = loaded.data.get("bodies") or {}
+        named = {word.split("[")[0].split(".")[0] for part in PARTS[1:] for row in values[part].values() for word in _words(row)}
+        dynamic = {name for name in named & set(bodies) if _kind(bodies[name]) != "driven"}
+        return cls(tuple(names), values, frozenset(dynamic))
+
+    def breaches(self, loaded: LoadedCase) -> list[str]:
+        """Say in which points another version of the case asks for something else."""
+        actions = loaded.data.get("actions") or {}
+        found = []
+        for part in PARTS:
+            for name, row in self.values[part].items():
+                now = (actions.get(part) or {}).get(name)
+                if now is None:
+                    found.append(f"/actions/{part}/{name} comes from the request and must stay")
+                elif not same(now, row):
+                    found.append(f"/actions/{part}/{name} comes from the request and must stay as it is: {row}")
+        bodies = loaded.data.get("bodies") or {}
+        for name in sorted(self.subjects):
+            if name not in bodies:
+                found.append(f"/bodies/{name}: the request's expectations are about it: it must stay a body that moves")
+            elif _kind(bodies[name]) == "driven":
+                found.append(f"/bodies/{name}: the request's expectations are about it: it cannot be driven by decree")
+        return found
+
+
+def weakened(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
+    """Say what a restatement of expectations must not do, as far as that can be told without judgement.
+
+    Args:
+        old: The expectations as they are, by name.
+        new: Those that are to take their place.
+    """
+    found = []
+    for name, row in new.items():
+        before = old.get(name)
+        if before is None:
+            found.append(f"{name}: only an expectation that is there can be restated")
+            continue
+        was, now = _strictness(before), _strictness(row)
+        if was and not now:
+            found.append(f"{name}: a restated expectation still needs a bound, a span or a count")
+    return found
+
+
+def _strictness(row: Mapping[str, Any]) -> int:
+    return len({"within", "never", "count", "before", "above", "below", "equals"} & set(row)) + ("event" in row)
+
+
+def _words(value: Any) -> list[str]:
+    """Every text in a value."""
+    if isinstance(value, str):
+        return [value]
+    if isinstance(value, dict):
+        return [word for row in value.values() for word in _words(row)]
+    if isinstance(value, list | tuple):
+        return [word for row in value for word in _words(row)]
+    return []
+
+
+def _kind(body: Any) -> str:
+    return str(body.get("kind")) if isinstance(body, dict) else ""

@@ -1,0 +1,154 @@
+"""What goes to a model and what comes back, as plain values."""
+
+import json
+import re
+from dataclasses import dataclass
+from hashlib import sha256
+from typing import Any, Literal
+
+from text2sim.spec_schema.errors import AssetError, Text2SimError
+
+MAX_IMAGE = 4_000_000
+"""Largest picture [bytes] that is sent to a model."""
+MEDIA_TYPES = {"image/png": ("png", b"\x89PNG\r\n\x1a\n"), "image/jpeg": ("jpg", b"\xff\xd8\xff")}
+"""Media types that every provider takes, with the ending of a file and its first bytes."""
+
+Speaker = Literal["system", "user", "assistant"]
+
+_ROLE = re.compile(r"[a-z][a-z0-9_]{0,39}")
+_IMAGE_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.@-]{0,99}")
+
+
+class ModelError(Text2SimError):
+    """A model that gave no reply.
+
+    Attributes:
+        retryable: Whether the same request may succeed later.
+    """
+
+    def __init__(self, message: str, *, retryable: bool = False) -> None:
+        self.retryable = retryable
+        super().__init__(message)
+
+
+class StoppedError(ModelError):
+    """A call that was given up because the caller asked for it."""
+
+
+@dataclass(frozen=True)
+class Image:
+    """A picture for a model.
+
+    Raises:
+        AssetError: If it is no PNG or JPEG, too large, or its name is not a plain file name.
+    """
+
+    name: str
+    """How the text speaks of it, such as `frame_03.png`."""
+    media_type: str
+    """`image/png` or `image/jpeg`."""
+    data: bytes
+
+    def __post_init__(self) -> None:
+        if not _IMAGE_NAME.fullmatch(self.name) or ".." in self.name:
+            raise AssetError(f"{self.name[:100]!r} is no plain name for a picture")
+        if self.media_type not in MEDIA_TYPES:
+            raise AssetError(f"{self.name}: models get PNG and JPEG, not {self.media_type[:60]!r}")
+        if not self.data.startswith(MEDIA_TYPES[self.media_type][1]):
+            raise AssetError(f"{self.name}: the content is not {self.media_type}")
+        if len(self.data) > MAX_IMAGE:
+            raise AssetError(f"{self.name}: {len(self.data):,} bytes; a picture may have {MAX_IMAGE:,}")
+
+    @property
+    def ending(self) -> str:
+        """The ending of a file for it, without a dot."""
+        return MEDIA_TYPES[self.media_type][0]
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of its bytes."""
+        return sha256(self.data).hexdigest()
+
+
+@dataclass(frozen=True)
+class Message:
+    """One turn of a conversation."""
+
+    role: Speaker
+    text: str
+    images: tuple[Image, ...] = ()
+
+
+@dataclass(frozen=True)
+class Request:
+    """One call of a model."""
+
+    role: str
+    """Who asks, such as `planner`: a lower-case word, part of file names."""
+    messages: tuple[Message, ...]
+    schema: dict[str, Any] | None = None
+    """JSON Schema of the answer, for models that can be held to one. The text must say the form all the same."""
+    max_tokens: int = 16_000
+    """Longest reply."""
+    temperature: float | None = None
+    """None: what the provider thinks best."""
+    number: int = 1
+    """How many calls this role has made in the conversation, this one included; names the files of a mailbox."""
+    attempt: int = 0
+    """The attempt at the case that it belongs to, for the account."""
+
+    def __post_init__(self) -> None:
+        if not _ROLE.fullmatch(self.role):
+            raise ValueError(f"{self.role!r} is no name of a role")
+        if self.number < 1 or not self.messages:
+            raise ValueError("a request has messages, and a number from 1 on")
+
+    @property
+    def stem(self) -> str:
+        """The beginning of the names of its files, such as `planner-01`."""
+        return f"{self.role}-{self.number:02}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """All that a model is told, as plain data; pictures by name, size and SHA-256."""
+        return {
+            "role": self.role,
+            "messages": [
+                {
+                    "role": message.role,
+                    "text": message.text,
+                    "images": [
+                        {"name": i.name, "media_type": i.media_type, "bytes": len(i.data), "sha256": i.digest}
+                        for i in message.images
+                    ],
+                }
+                for message in self.messages
+            ],
+            "schema": self.schema,
+            "max_tokens": self.max_tokens,
+            "temperature": self.temperature,
+        }
+
+    def digest(self) -> str:
+        """SHA-256 over all that a model is told; `number` and `attempt` are no part of it."""
+        # The order of keys in a schema is part of what a model sees, but not of what it means: it is sorted away.
+        text = json.dumps(self.as_dict(), sort_keys=True, ensure_ascii=True, allow_nan=False)
+        return sha256(text.encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Reply:
+    """What a model answered, and what it cost."""
+
+    text: str
+    tokens_in: int
+    tokens_out: int
+    cost: float | None
+    """US dollars; None if nobody knows."""
+    seconds: float
+    model: str
+    cached: bool = False
+    """Whether it was at hand and cost nothing now."""
+    estimated: bool = False
+    """Whether the tokens were counted by us and not by the provider."""
+    truncated: bool = False
+    """Whether it ended because `max_tokens` was reached."""

@@ -1,0 +1,56 @@
+"""Files that are whole or not there, and reading what a stranger put into a folder."""
+
+import os
+import stat
+import tempfile
+from pathlib import Path
+
+
+class UnfitFileError(OSError):
+    """A file that is there and will not be read; the message says why."""
+
+
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write a file that is complete from the moment on at which it is there, after a loss of power too."""
+    data = content.encode() if isinstance(content, str) else content
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(prefix=".", suffix=".part", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(name, 0o644)
+        os.replace(name, path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
+def read_plain(path: Path, limit: int) -> str:
+    """Return the text of an ordinary file.
+
+    A link is not followed, and nothing but an ordinary file is opened for long: a pipe has no end.
+
+    Args:
+        path: The file.
+        limit: Largest size [bytes].
+
+    Raises:
+        UnfitFileError: If it is a link, no ordinary file, too large, or not UTF-8.
+        OSError: If it cannot be read.
+    """
+    # O_NONBLOCK: to open a pipe that nobody writes to would wait without end.
+    if path.is_symlink():
+        raise UnfitFileError("it is a link, and links are not followed")
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
+    with os.fdopen(descriptor, "rb") as file:
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise UnfitFileError("it is no ordinary file")
+        data = file.read(limit + 1)
+    if len(data) > limit:
+        raise UnfitFileError(f"it has more than {limit:,} bytes")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise UnfitFileError(f"it is not UTF-8 text: byte {error.start} is 0x{data[error.start]:02x}") from None

@@ -1,0 +1,175 @@
+"""What the roles answer: a type for each answer, checked before anything is done with it.
+
+Keys that a type does not know are ignored, so that a chatty model costs nothing; values of the wrong type go back to it.
+"""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+
+SECTIONS = ("scene", "bodies", "actions", "render")
+Owner = Literal["scene", "bodies", "actions", "render"]
+Where = Literal["scene", "bodies", "actions", "render", "plan"]
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,47}$")]
+Line = Annotated[str, StringConstraints(max_length=2_000)]
+Lines = Annotated[list[Line], Field(max_length=60)]
+
+
+class Answer(BaseModel):
+    """The base of every answer."""
+
+    model_config = ConfigDict(extra="ignore", allow_inf_nan=False)
+
+
+class PlannedBody(Answer):
+    """A body or static as the plan names it; its owner works it out."""
+
+    kind: Annotated[str, StringConstraints(max_length=40)]
+    """A kind of body or a prefab; `static` for what never moves."""
+    shape: Annotated[str, StringConstraints(max_length=40)] = ""
+    """Kind of shape, if one is meant."""
+    mount: Annotated[str, StringConstraints(max_length=40)] = ""
+    count: Annotated[int, Field(ge=1, le=100_000)] = 1
+    """How many copies."""
+    what: Line = ""
+    """Size, material, where it starts, what it has to do."""
+
+
+class Asset(Answer):
+    """A model that has to be made or looked at before the bodies are written."""
+
+    kind: Literal["mesh", "mechanism"]
+    body: Name
+    """The planned body that it is for."""
+    what: Line
+
+
+class Fragments(Answer):
+    """Measures, events and expectations in the words of the language."""
+
+    measures: dict[Name, dict[str, Any]] = {}
+    events: dict[Name, dict[str, Any]] = {}
+    expect: dict[Name, dict[str, Any]] = {}
+
+
+class Plan(Answer):
+    """What is to be shown, by what, and how it will be known."""
+
+    name: Name
+    event: Line
+    """The event that the request asks for, in one sentence."""
+    possible: Literal["yes", "partly", "no"] = "yes"
+    why: Line = ""
+    """What cannot be done, and why."""
+    assumptions: Lines = []
+    """What the request left open, and how it was read."""
+    mode: list[Annotated[str, StringConstraints(max_length=40)]] = []
+    """Which physics: rigid, articulated, soft, cloth, rope, granular, liquid, snow."""
+    duration: Annotated[float, Field(gt=0, le=600)] = 4.0
+    """Simulated time [s]."""
+    params: dict[Name, Any] = {}
+    bodies: Annotated[dict[Name, PlannedBody], Field(max_length=60)] = {}
+    shared: Lines = []
+    """What more than one Writer has to agree on: places, sizes, joints, directions, times."""
+    assets: Annotated[list[Asset], Field(max_length=8)] = []
+    says: dict[Name, Line] = {}
+    """For each expectation that the request asks for, the sentence that it stands for."""
+    checks: Fragments = Fragments()
+    """The same, in the words of the language. Nobody but the Planner may change them."""
+    briefs: dict[Owner, Line] = {}
+    """What each Writer is to do."""
+    cards: dict[str, list[Annotated[str, StringConstraints(max_length=80)]]] = {}
+    """Debug Cards to give to each Writer, by role."""
+
+
+class Look(Answer):
+    """A wish of the Planner to read more before it plans."""
+
+    read: Annotated[list[Annotated[str, StringConstraints(max_length=80)]], Field(min_length=1, max_length=8)]
+    """Ids of cards, kinds, or names of prefabs."""
+
+
+class Failure(Answer):
+    """Something that is not as the request wants it."""
+
+    what: Line
+    cites: Annotated[list[Annotated[str, StringConstraints(max_length=120)]], Field(min_length=1, max_length=20)]
+    """What it rests on: `expect:NAME`, `measure:NAME`, `event:NAME`, `frame:N`, `body:NAME`, `diagnostic:NAME`, `run`."""
+    section: Where
+
+
+class Patch(Answer):
+    """A change to one section that would mend something."""
+
+    section: Owner
+    why: Line
+    operations: Annotated[list[dict[str, Any]], Field(min_length=1, max_length=100)]
+    """RFC 6902, with paths from the root of the case."""
+
+
+class Critique(Answer):
+    """What the Critic makes of a run."""
+
+    seen: Line
+    """What the pictures show, in the order of time."""
+    score: Annotated[float, Field(ge=0, le=100)]
+    """How well it agrees with the request."""
+    verdict: Literal["pass", "repair", "cannot_judge"]
+    failures: Annotated[list[Failure], Field(max_length=20)] = []
+    responsible: Where | None = None
+    summary: Line = ""
+    """What to change, for the one who does."""
+    patches: Annotated[list[Patch], Field(max_length=10)] = []
+    unfaithful: Lines = []
+    """Restated expectations that ask for less than the request did."""
+
+
+class Route(Answer):
+    """Work for one Writer."""
+
+    section: Owner
+    instruction: Line
+    cards: list[Annotated[str, StringConstraints(max_length=80)]] = []
+
+
+class Restatement(Answer):
+    """An expectation that was put into the language wrongly, and how it should have been."""
+
+    why: Line
+    checks: Fragments
+
+
+class Decision(Answer):
+    """What the Planner does about an attempt that was not accepted."""
+
+    action: Literal["repair", "give_up"]
+    why: Line
+    take: list[int] = []
+    """Numbers of the Critic's patches to apply."""
+    routes: Annotated[list[Route], Field(max_length=8)] = []
+    params: dict[Name, Any] = {}
+    """Parameters with another value."""
+    waive: dict[Annotated[str, StringConstraints(max_length=60)], Line] = {}
+    """Rules of the lint whose finding is meant, and why."""
+    restate: Restatement | None = None
+
+
+class Refer(Answer):
+    """A Writer's word that a fault cannot be mended in its own section."""
+
+    section: Where
+    why: Line
+
+
+class Opening(Answer):
+    """What the Planner makes of a wish about a case that is there already."""
+
+    possible: Literal["yes", "partly", "no"] = "yes"
+    why: Line = ""
+    event: Line = ""
+    routes: Annotated[list[Route], Field(max_length=8)] = []
+    params: dict[Name, Any] = {}
+    says: dict[Name, Line] = {}
+    checks: Fragments = Fragments()
+    drop: list[Name] = []
+    """Expectations that the wish itself makes wrong."""

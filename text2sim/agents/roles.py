@@ -1,0 +1,73 @@
+"""The roles, a row for each: what it is called, what its prompt is made of, and what it owns."""
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+PROMPTS = Path(__file__).parent / "prompts"
+
+
+@dataclass(frozen=True)
+class Role:
+    """Somebody who is asked."""
+
+    name: str
+    """Under which its calls are counted, and its model chosen."""
+    title: str
+    duty: str
+    """Prompt file that says what it does."""
+    owns: str = ""
+    """The section that it writes."""
+    example: str = ""
+    """A path and value for the example of a patch."""
+
+
+ROLES = {
+    role.name: role
+    for role in (
+        Role("planner", "Planner", "plan"),
+        Role("scene", "Scene Writer", "scene", "scene", "/scene/dt, value: 0.005}"),
+        Role("bodies", "Body Writer", "bodies", "bodies", "/bodies/ball/material/density, value: 2700}"),
+        Role("actions", "Action Writer", "actions", "actions", "/actions/controls/turn/velocity, value: 3.0}"),
+        Role("render", "Render Writer", "render", "render", "/render/speed, value: 0.5}"),
+        Role("mechanism", "Articulation agent", "mechanism"),
+        Role("mesh", "Mesh agent", "mesh"),
+        Role("critic", "Critic", "critic"),
+        Role("distiller", "Distiller", "distill"),
+    )
+}
+WRITERS = tuple(role for role in ROLES.values() if role.owns)
+
+
+@cache
+def _environment() -> Any:
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    # What is printed goes to a model as text, not into a page: there is nothing to escape.
+    return Environment(
+        loader=FileSystemLoader(PROMPTS), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, autoescape=False
+    )  # fmt: skip
+
+
+def render(prompt: str, **values: Any) -> str:
+    """Return a prompt file with its blanks filled in."""
+    return _environment().get_template(f"{prompt}.md.j2").render(**values).strip() + "\n"
+
+
+def system_prompt(role: Role, prompt: str = "", **values: Any) -> str:
+    """Return what a role is told about itself and its work: the same in every call, so that providers can cache it.
+
+    Args:
+        role: Who.
+        prompt: Its prompt file, if not the role's own.
+        values: Blanks of that file.
+    """
+    duty = render(prompt or role.duty, **values)
+    return render("system", title=role.title, duty=duty)
+
+
+def writer_prompt(role: Role, rules: str, pages: str) -> str:
+    """Return the same for the Writer of a section."""
+    duty = render("write", section=role.owns, duty=render(role.duty), example=role.example, rules=rules, pages=pages)
+    return render("system", title=role.title, duty=duty)

@@ -1,0 +1,184 @@
+"""What a mesh is like: whether it encloses a volume, how large, how fine and how thin it is."""
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from text2sim.assets.mesh_intake import Up, read_surface
+from text2sim.assets.surface import Surface
+
+MAX_TRIANGLES = 200_000
+"""What a case can have of one mesh."""
+SPECK = 0.02
+THIN = 0.01
+"""A wall is thin below this part of the largest extent."""
+RAYS = 4000
+SLIVER = 1e-3
+"""Height of a triangle over its longest side, below which it is a sliver."""
+LARGE, SMALL = 10.0, 0.01
+"""Extents [m] beyond which a mesh is probably not in metres."""
+
+
+@dataclass(frozen=True)
+class MeshReport:
+    """What a mesh file is like."""
+
+    file: str
+    bytes: int
+    vertices: int
+    """Places in space; a file counts the vertices of a seam more often."""
+    triangles: int
+    extent: tuple[float, float, float]
+    """[m], z up"""
+    watertight: bool
+    """Whether every edge has two triangles that agree which side is out."""
+    winding: str
+    """`outwards`, `inwards`, or `mixed`."""
+    volume: float | None
+    """[m3]; None if it encloses none."""
+    area: float
+    """[m2]"""
+    components: int
+    """Pieces that do not hang together."""
+    specks: int
+    """Of them, those that are tiny."""
+    open_edges: int
+    knots: int
+    """Edges of more than two triangles."""
+    slivers: int
+    """Triangles that are nearly lines."""
+    thickness: float | None
+    """[m]: nineteen of twenty places of the wall are thicker; None if it encloses nothing."""
+    textured: bool
+    problems: tuple[str, ...]
+    """What stands in the way of using it, in words."""
+    notes: tuple[str, ...]
+    """What is worth knowing."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        return asdict(self)
+
+
+def check_mesh(path: Path, up: Up | None = None) -> MeshReport:
+    """Return what a mesh file is like.
+
+    Args:
+        path: The file: .obj, .stl, .ply, .off, .glb or .gltf, wherever it lies.
+        up: Which of its axes points up; as its format has it if None.
+
+    Raises:
+        AssetError: if it cannot be read.
+    """
+    surface, notes = read_surface(path, up)
+    return report(surface, path.name, path.stat().st_size, notes)
+
+
+def report(surface: Surface, name: str, size: int, notes: tuple[str, ...] = ()) -> MeshReport:
+    """Return what a surface is like.
+
+    Args:
+        surface: The surface.
+        name: Name of its file.
+        size: Bytes of its file.
+        notes: What is known of it already.
+    """
+    count, _ = surface.components
+    volumes = surface.volumes()
+    thickness = wall_thickness(surface) if surface.watertight else None
+    x, y, z = (float(length) for length in surface.extent)
+    winding = "mixed" if not surface.coherent else "inwards" if volumes.sum() < 0 else "outwards"
+    return MeshReport(
+        file=name,
+        bytes=size,
+        vertices=len(np.unique(surface.faces)),
+        triangles=len(surface.faces),
+        extent=(x, y, z),
+        watertight=surface.watertight,
+        winding=winding,
+        volume=float(volumes.sum()) if surface.watertight and volumes.sum() > 0 else None,
+        area=float(surface.areas().sum()),
+        components=count,
+        specks=_specks(surface),
+        open_edges=surface.edge_counts[0],
+        knots=surface.edge_counts[1],
+        slivers=_slivers(surface),
+        thickness=thickness,
+        textured=any(paint.picture is not None for paint in surface.paints),
+        problems=tuple(faults(surface)),
+        notes=(*notes, *_remarks(surface, thickness)),
+    )
+
+
+def faults(surface: Surface) -> list[str]:
+    """Return what stands in the way of using a surface as a body, in words."""
+    found = []
+    if surface.edge_counts[0]:
+        found.append(f"is open: {surface.edge_counts[0]:,} edges belong to one triangle alone")
+    if surface.edge_counts[1]:
+        found.append(f"more than two triangles meet on {surface.edge_counts[1]:,} edges")
+    if not surface.coherent:
+        found.append("its triangles do not agree which side is outside")
+    elif surface.watertight and surface.volumes().sum() <= 0:
+        found.append("its triangles face inwards")
+    if len(surface.faces) > MAX_TRIANGLES:
+        found.append(f"has {len(surface.faces):,} triangles; a case can have {MAX_TRIANGLES:,} of one mesh")
+    if float(surface.extent.min()) <= 1e-6 * surface.diagonal:
+        found.append("is flat: it is a cloth, or a picture, but no body")
+    if specks := _specks(surface):
+        found.append(f"has {specks:,} tiny loose pieces")
+    return found
+
+
+def _remarks(surface: Surface, thickness: float | None) -> list[str]:
+    found, largest = [], float(surface.extent.max())
+    if largest > LARGE:
+        found.append(f"is {largest:.3g} m large as it is; say its size if that is not meant")
+    if largest < SMALL:
+        found.append(f"is {largest:.3g} m small as it is; say its size if that is not meant")
+    if thickness is not None and thickness < THIN * largest:
+        found.append(f"has thin walls: {thickness:.2g} m; a soft body of it needs cells that are finer than that")
+    count, _ = surface.components
+    if count > 1:
+        found.append(f"is made of {count} pieces that do not hang together")
+    return found
+
+
+def _specks(surface: Surface) -> int:
+    low, high = surface.bounds_of_components()
+    length = np.linalg.norm(high - low, axis=1)
+    return int((length < SPECK * length.max()).sum())
+
+
+def _slivers(surface: Surface) -> int:
+    corners = surface.vertices[surface.faces]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    return int((2 * surface.areas() < SLIVER * longest**2).sum())
+
+
+def wall_thickness(surface: Surface) -> float | None:
+    """Return the thickness [m] that nineteen of twenty places of a closed surface exceed; None if no ray met a wall.
+
+    Rays go inwards from places that are spread evenly over the surface.
+    """
+    import trimesh
+
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    areas = surface.areas()
+    steps = (np.arange(RAYS) + 0.5) / RAYS * areas.sum()
+    chosen = np.minimum(np.searchsorted(np.cumsum(areas), steps), len(areas) - 1)
+    rng = np.random.default_rng(0)
+    weights = rng.dirichlet((1.0, 1.0, 1.0), RAYS)
+    corners = surface.vertices[surface.faces[chosen]]
+    places = (corners * weights[:, :, None]).sum(axis=1)
+    inwards = -np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(inwards, axis=1)
+    good = length > 0
+    places, inwards = places[good], inwards[good] / length[good][:, None]
+    start = places + 1e-5 * surface.diagonal * inwards
+    hits, rays, _ = mesh.ray.intersects_location(start, inwards, multiple_hits=False)
+    if not len(rays):
+        return None
+    return float(np.percentile(np.linalg.norm(hits - places[rays], axis=1), 5))

@@ -1,0 +1,240 @@
+"""Single steps of mending a mesh, each on the shape alone; places in pictures and colours come along."""
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from text2sim.assets.surface import Surface, welded
+
+Array = np.ndarray
+CLOSED_AGAIN = 0.02
+"""Part of the volume that may change where edges of more than two triangles are opened and closed again."""
+
+
+def without_doubles(surface: Surface) -> Surface:
+    """Return a surface without triangles that have a corner twice, or the corners of another."""
+    faces = np.sort(surface.faces, axis=1)
+    real = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2])
+    _, first = np.unique(faces, axis=0, return_index=True)
+    once = np.zeros(len(faces), bool)
+    once[first] = True
+    return surface.keep(real & once)
+
+
+def without_debris(surface: Surface, part: float) -> tuple[Surface, int]:
+    """Return a surface without specks, and how many there were.
+
+    Args:
+        surface: The surface.
+        part: A piece is a speck if its diagonal is less than this part of the diagonal of the largest piece.
+    """
+    count, own = surface.components
+    low, high = surface.bounds_of_components()
+    length = np.linalg.norm(high - low, axis=1)
+    small = length < part * length.max()
+    return (surface.keep(~small[own]), int(small.sum())) if small.any() else (surface, 0)
+
+
+def oriented(surface: Surface) -> tuple[Surface, int]:
+    """Return a surface whose triangles face outwards, and how many were turned around.
+
+    Neighbours are made to agree; then a piece that encloses a negative volume is turned as a whole, unless it lies in
+    a larger one: it is then the wall of a hollow.
+    """
+    flipped = np.zeros(len(surface.faces), bool)
+    if not surface.coherent:
+        flipped = _disagreeing(surface)
+        surface = surface.flip(flipped)
+    volumes = surface.volumes()
+    low, high = surface.bounds_of_components()
+    _, own = surface.components
+    inward = [
+        number for number in np.flatnonzero(volumes < 0) if not _enclosed(low, high, np.abs(volumes), int(number))
+    ]
+    turned = np.isin(own, inward)
+    return surface.flip(turned), int((flipped ^ turned).sum())
+
+
+def _enclosed(low: Array, high: Array, volumes: Array, number: int) -> bool:
+    around = (low <= low[number]).all(axis=1) & (high >= high[number]).all(axis=1) & (volumes > volumes[number])
+    return bool(around.any())
+
+
+def _disagreeing(surface: Surface) -> Array:
+    """Return which triangles to turn so that neighbours agree, as far as the surface lets them."""
+    import pymeshlab
+    import trimesh
+
+    try:
+        found = _filtered(surface, lambda scene: scene.meshing_re_orient_faces_coherently())
+        faces = np.asarray(found.face_matrix(), np.int64)
+    except pymeshlab.PyMeshLabException:  # edges of more than two triangles
+        mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+        trimesh.repair.fix_winding(mesh)
+        faces = np.asarray(mesh.faces, np.int64)
+    turned = [np.roll(surface.faces[:, ::-1], shift, axis=1) for shift in range(3)]
+    return np.any([(faces == one).all(axis=1) for one in turned], axis=0)
+
+
+def filled(surface: Surface, most: int) -> tuple[Surface, int]:
+    """Return a surface whose holes are closed, and how many triangles that took.
+
+    Args:
+        surface: The surface; its neighbours agree.
+        most: Holes with more edges than this stay open.
+    """
+    import pymeshlab
+
+    try:
+        found = _filtered(surface, lambda scene: scene.meshing_close_holes(maxholesize=most, selfintersection=True))
+    except pymeshlab.PyMeshLabException:  # edges of more than two triangles
+        return surface, 0
+    faces = np.asarray(found.face_matrix(), np.int64)
+    old = len(surface.faces)
+    if len(faces) <= old or len(found.vertex_matrix()) != len(surface.vertices):
+        return surface, 0
+    added = faces[old:]
+    # A new triangle is painted as the corners that it hangs on.
+    corner = np.zeros(len(surface.vertices), np.int64)
+    corner[surface.faces.reshape(-1)] = np.arange(3 * old)
+    source = corner[added]
+    part = surface.part[source[:, 0] // 3]
+    return (
+        replace(
+            surface,
+            faces=np.concatenate([surface.faces, added]),
+            part=np.concatenate([surface.part, part]),
+            uv=_extended(surface.uv, source),
+            rgba=_extended(surface.rgba, source),
+        ),
+        len(added),
+    )
+
+
+def _extended(values: Array | None, source: Array) -> Array | None:
+    return None if values is None else np.concatenate([values, values.reshape(-1, values.shape[-1])[source]])
+
+
+def unknotted(surface: Surface, most: int) -> Surface:
+    """Return a surface without edges of more than two triangles, if it can be closed again there; else as it was."""
+    import pymeshlab
+
+    before = np.abs(surface.volumes()).sum()
+    try:
+        found = _filtered(surface, lambda scene: scene.meshing_repair_non_manifold_edges(method=0))
+    except pymeshlab.PyMeshLabException:
+        return surface
+    kept = np.asarray(found.face_scalar_array()).astype(np.int64)
+    if not 0 < len(kept) < len(surface.faces):
+        return surface
+    better, _ = oriented(without_debris(surface.keep(kept), 1e-3)[0])
+    better, _ = oriented(filled(better, most)[0])
+    changed = abs(np.abs(better.volumes()).sum() - before)
+    return better if better.watertight and changed <= CLOSED_AGAIN * before else surface
+
+
+def decimated(surface: Surface, most: int) -> Surface:
+    """Return a surface with at most so many triangles, as near to what it was as they let it be."""
+    if len(surface.faces) <= most:
+        return surface
+    fewer = _decimated_painted(surface, most) if surface.uv is not None else _decimated_bare(surface, most)
+    fewer = without_doubles(welded(fewer, 0.0))
+    if surface.watertight and not fewer.watertight:
+        fewer, _ = oriented(fewer)
+        fewer, _ = filled(fewer, 100)
+    return fewer
+
+
+def _decimated_bare(surface: Surface, most: int) -> Surface:
+    from scipy.spatial import cKDTree
+
+    found = _filtered(
+        replace(surface),
+        lambda scene: scene.meshing_decimation_quadric_edge_collapse(
+            targetfacenum=most, preserveboundary=True, preservenormal=True, preservetopology=surface.watertight,
+            planarquadric=True, autoclean=False,
+        ),
+        surface.part,
+    )  # fmt: skip
+    faces, vertices = np.asarray(found.face_matrix(), np.int64), np.asarray(found.vertex_matrix())
+    part = np.round(np.asarray(found.face_scalar_array())).astype(np.int64)
+    rgba = None
+    if surface.rgba is not None:
+        corner = np.zeros(len(surface.vertices), np.int64)
+        corner[surface.faces.reshape(-1)] = np.arange(3 * len(surface.faces))
+        used = np.unique(surface.faces)
+        _, near = cKDTree(surface.vertices[used]).query(vertices)
+        rgba = surface.rgba.reshape(-1, 4)[corner[used[near]]][faces]
+    return replace(surface, vertices=vertices, faces=faces, part=part, rgba=rgba)
+
+
+def _decimated_painted(surface: Surface, most: int) -> Surface:
+    """Return a surface with fewer triangles whose picture still lies where it lay.
+
+    The library knows of pictures only what it reads from files; parts are told apart by where they lie in the picture.
+    """
+    import pymeshlab
+    from PIL import Image
+
+    assert surface.uv is not None
+    span = max(float(np.ptp(surface.uv[..., 0])), 1e-3)
+    shift = 2.0 * span * surface.part - surface.uv[..., 0].min()
+    places = surface.uv.reshape(-1, 2).copy()
+    places[:, 0] += np.repeat(shift, 3)
+    with tempfile.TemporaryDirectory(prefix="text2sim-") as name:
+        folder = Path(name)
+        Image.new("RGB", (2, 2)).save(folder / "picture.png")
+        (folder / "mesh.mtl").write_text("newmtl paint\nmap_Kd picture.png\n", "ascii")
+        order = np.arange(1, len(places) + 1).reshape(-1, 3)
+        rows = np.stack([surface.faces + 1, order], axis=2).reshape(-1, 6)
+        with (folder / "mesh.obj").open("w", encoding="ascii") as stream:
+            stream.write("mtllib mesh.mtl\nusemtl paint\n")
+            np.savetxt(stream, surface.vertices, fmt="v %.9g %.9g %.9g")
+            np.savetxt(stream, places, fmt="vt %.9g %.9g")
+            np.savetxt(stream, rows, fmt="f %d/%d %d/%d %d/%d")
+        scene = pymeshlab.MeshSet(verbose=False)
+        scene.load_new_mesh(str(folder / "mesh.obj"))
+        scene.meshing_decimation_quadric_edge_collapse_with_texture(
+            targetfacenum=most, preserveboundary=True, preservenormal=True, planarquadric=True
+        )
+        found = scene.current_mesh()
+        faces, vertices = np.asarray(found.face_matrix(), np.int64), np.asarray(found.vertex_matrix())
+        uv = np.asarray(found.wedge_tex_coord_matrix(), float).reshape(-1, 3, 2).copy()
+    part = np.clip(np.floor(uv[..., 0].mean(1) / (2.0 * span) + 0.25), 0, len(surface.paints) - 1).astype(np.int64)
+    uv[..., 0] -= (2.0 * span * part - surface.uv[..., 0].min())[:, None]
+    rgba = None if surface.rgba is None else np.full((len(faces), 3, 4), 255, np.uint8)
+    return replace(surface, vertices=vertices, faces=faces, part=part, uv=uv, rgba=rgba)
+
+
+def wrapped(surface: Surface, fineness: float) -> Surface:
+    """Return a closed skin around a surface, however broken that is; it has no picture.
+
+    Args:
+        surface: The surface.
+        fineness: Smallest gap that the skin goes into, as a part of the diagonal.
+    """
+    found = _filtered(
+        surface,
+        lambda scene: scene.generate_alpha_wrap(alpha_fraction=fineness, offset_fraction=fineness / 20),
+        scene_mesh=1,
+    )
+    faces = np.asarray(found.face_matrix(), np.int64)
+    paint = replace(surface.paints[int(np.bincount(surface.part).argmax())], picture=None)
+    return Surface(np.asarray(found.vertex_matrix()), faces, np.zeros(len(faces), np.int64), (paint,))
+
+
+def _filtered(surface: Surface, work: Any, scalar: Array | None = None, scene_mesh: int = 0) -> Any:
+    """Return the mesh that comes out of a filter; triangles carry their number, or what else is given."""
+    import pymeshlab
+
+    tags = np.arange(len(surface.faces)) if scalar is None else scalar
+    mesh = pymeshlab.Mesh(
+        vertex_matrix=surface.vertices, face_matrix=surface.faces.astype(np.int32), f_scalar_array=tags.astype(float)
+    )
+    scene = pymeshlab.MeshSet(verbose=False)
+    scene.add_mesh(mesh)
+    work(scene)
+    return scene.mesh(scene_mesh) if scene_mesh else scene.current_mesh()

@@ -1,0 +1,158 @@
+"""What a Debug Card says: a lesson from a failure that was reproduced and a repair that was run."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, StringConstraints, model_validator
+
+from text2sim.spec_schema.models.base import Model, Noun
+
+Mode = Literal["rigid", "articulated", "soft", "cloth", "rope", "granular", "liquid", "snow", "driven", "film"]
+"""Physical modes: what kind of simulation a card is about."""
+Role = Literal["planner", "scene", "bodies", "actions", "render", "critic", "articulation", "mesh"]
+"""Who can use a card: the writer of a section, or one of the others that work on a case."""
+
+MAX_TOKENS = 350
+"""The most that a card may cost each time it is attached to a call."""
+MAX_INDEX_TOKENS = 30
+"""The most that its line in the index may cost."""
+CHARACTERS_PER_TOKEN = 4.0
+"""Of plain English. Tokenisers differ by a tenth or so; none that is in use counts much more than this."""
+
+CardId = Annotated[
+    str,
+    StringConstraints(pattern=r"^[a-z][a-z0-9]*(-[a-z0-9]+)*$", max_length=48),
+    Noun("a card's id", "cards' ids", "lower case words with hyphens, such as `ball-without-bounce`"),
+]
+Line = Annotated[str, StringConstraints(min_length=3, max_length=300)]
+Word = Annotated[str, StringConstraints(min_length=2, max_length=40)]
+Outcome = Annotated[
+    str,
+    StringConstraints(pattern=r"^(passed|suspicion|state:diverged|lint:[a-z][a-z0-9-]*|missed:[A-Za-z][A-Za-z0-9_]*)$"),
+    Noun("an outcome", "outcomes", "`lint:RULE`, `state:diverged`, `missed:EXPECTATION`, `suspicion` or `passed`"),
+]
+"""What comes of checking and running a case. `lint:RULE`: the lint finds this. `state:diverged`: the run stops as
+diverged. `missed:NAME`: it ends, and this expectation did not come true. `suspicion`: it ends, and its evidence says
+that something looks wrong. `passed`: it ends, and all that is expected came true."""
+
+
+class Applies(Model):
+    """When a card is of use."""
+
+    modes: Annotated[list[Mode], Field(min_length=1, max_length=5)]
+    """Physical modes of the scene."""
+    tags: Annotated[list[Word], Field(max_length=10)] = []
+    """What the task is about: `throw`, `stack`, `gripper`."""
+    signatures: Annotated[list[Word], Field(max_length=6)] = []
+    """How the failure shows: ids of lint rules, `diverged`, words of the evidence such as `measure never crosses`."""
+    roles: Annotated[list[Role], Field(min_length=1, max_length=5)]
+    """Who needs it."""
+
+
+class Finding(Model):
+    """What came of one of the two cases."""
+
+    outcome: Outcome
+    """In a form that `text2sim cards verify` compares with a run."""
+    observed: Line
+    """What was seen, with numbers."""
+
+
+class Experience(Model):
+    """Where the lesson comes from. Both cases lie beside the card, as `failing.yaml` and `repaired.yaml`."""
+
+    case: Line
+    """The scene, in words."""
+    failing: Finding
+    repaired: Finding
+    measured_on: Annotated[dict[Word, Word], Field(min_length=1, max_length=5)]
+    """Versions of what ran it, by package."""
+
+    @model_validator(mode="after")
+    def _a_failure_and_a_repair(self) -> "Experience":
+        if self.failing.outcome == "passed":
+            raise ValueError("the failing case must not have passed")
+        if self.repaired.outcome != "passed":
+            raise ValueError("the repaired case must have passed")
+        return self
+
+
+class Card(Model):
+    """A Debug Card."""
+
+    id: CardId
+    """Its name, that of its folder."""
+    title: Annotated[str, StringConstraints(min_length=10, max_length=80)]
+    """The lesson in a few words."""
+    applies: Applies
+    symptoms: Annotated[list[Line], Field(min_length=1, max_length=4)]
+    """What is seen in a run that failed in this way."""
+    likely_causes: Annotated[list[Line], Field(min_length=1, max_length=4)]
+    """Why."""
+    checks: Annotated[list[Line], Field(max_length=4)] = []
+    """What tells this failure from others that look like it."""
+    repair: Annotated[list[Line], Field(min_length=1, max_length=4)]
+    """What to change, the best first."""
+    forbidden: Annotated[list[Line], Field(max_length=4)] = []
+    """Shortcuts that hide the failure instead."""
+    evidence: Experience
+
+    @model_validator(mode="after")
+    def _affordable(self) -> "Card":
+        if (tokens := count_tokens(self.brief())) > MAX_TOKENS:
+            raise ValueError(f"a card has at most {MAX_TOKENS} tokens (this one about {tokens}): say it in fewer words")
+        return self
+
+    def brief(self, role: Role | None = None) -> str:
+        """Text for a prompt.
+
+        Args:
+            role: Who reads it. Writers get causes, repair and shortcuts; Planner and Critic, who have to find
+                out what is the matter, and whoever is not named get the whole card.
+        """
+        seen = self.evidence
+        whole = role in (None, "planner", "critic")
+        rows = [f"[{self.id}] {self.title}"]
+        rows += _row("symptoms", self.symptoms)
+        rows += _row("causes", self.likely_causes)
+        rows += _row("tell by", self.checks) if whole else []
+        rows += _row("repair", self.repair)
+        rows += _row("never", self.forbidden)
+        rows += _row("seen", [f"{seen.case}: {seen.failing.observed}; repaired: {seen.repaired.observed}"])
+        return "\n".join(rows)
+
+    def index_line(self) -> str:
+        """The card in one line: id, title, roles, and as many signatures as its length allows."""
+        line = f"{self.id}: {self.title} [{', '.join(self.applies.roles)}]"
+        shown: list[str] = []
+        for signature in self.applies.signatures:
+            if count_tokens(f"{line} {{{'; '.join([*shown, signature])}}}") > MAX_INDEX_TOKENS:
+                break
+            shown.append(signature)
+        return f"{line} {{{'; '.join(shown)}}}" if shown else line
+
+
+def count_tokens(text: str) -> int:
+    """About how many tokens a language model takes for a text, without asking for a tokeniser."""
+    return -int(-len(text) // CHARACTERS_PER_TOKEN)
+
+
+def card_schema() -> dict[str, Any]:
+    """JSON Schema of a card, small enough for a prompt: without titles, and with definitions put where they are used."""
+    schema = Card.model_json_schema()
+    return _inlined({key: value for key, value in schema.items() if key != "$defs"}, schema.get("$defs", {}))
+
+
+def _row(name: str, items: list[str]) -> list[str]:
+    return [f"{name}: {' | '.join(items)}"] if items else []
+
+
+def _inlined(node: Any, definitions: dict[str, Any], *, names: bool = False) -> Any:
+    """Return a part of a schema without references; `names` where its keys are those of fields."""
+    if isinstance(node, list):
+        return [_inlined(item, definitions) for item in node]
+    if not isinstance(node, dict):
+        return node
+    if "$ref" in node:
+        return _inlined(definitions[node["$ref"].rpartition("/")[2]], definitions)
+    kept = {key: value for key, value in node.items() if names or key not in ("title", "description", "default")}
+    return {key: _inlined(value, definitions, names=key == "properties") for key, value in kept.items()}

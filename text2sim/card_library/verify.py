@@ -1,0 +1,163 @@
+"""Runs what a card tells of: the case that fails, and the case that is repaired."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from text2sim.card_library.library import Entry, check_entry
+from text2sim.spec_schema.errors import RunError, SpecError, Text2SimError
+
+if TYPE_CHECKING:
+    from text2sim.harness.result import RunResult
+    from text2sim.harness.stop import Stop
+    from text2sim.spec_schema.load import LoadedCase
+
+TIMEOUT = 300.0
+"""Wall time [s] that one case of a card may take."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Whether a card tells the truth."""
+
+    id: str
+    ok: bool
+    failing: str
+    """What came of the case that fails."""
+    repaired: str
+    """What came of the repaired one."""
+    message: str = ""
+    """Why the card does not hold."""
+    wall: float = 0.0
+    """Time [s] that it took."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """The verdict as plain data, for machines."""
+        return {
+            "id": self.id,
+            "ok": self.ok,
+            "failing": self.failing,
+            "repaired": self.repaired,
+            "message": self.message,
+            "wall": round(self.wall, 3),
+        }
+
+
+def verify_cards(
+    entries: Iterable[Entry],
+    *,
+    runs: Path,
+    jobs: int = 1,
+    timeout: float = TIMEOUT,
+    simulate: bool = True,
+    force: bool = False,
+) -> Iterator[Verdict]:
+    """Check cards, and run their cases without film.
+
+    Args:
+        entries: The cards.
+        runs: The folder of run folders; what lies there already is not simulated again.
+        jobs: So many cards at once.
+        timeout: Wall time [s] that each case may take.
+        simulate: Whether to run; otherwise only what the lint says of the cases is compared.
+        force: Simulate again even if nothing changed.
+
+    Yields:
+        A verdict for each card, in their order. After a request to stop there are no more.
+    """
+    from concurrent.futures import ThreadPoolExecutor
+
+    from text2sim.harness.stop import Stop
+
+    options: dict[str, Any] = {"runs": runs, "timeout": timeout, "simulate": simulate, "force": force}
+    with Stop() as stop, ThreadPoolExecutor(max_workers=max(jobs, 1)) as pool:
+        waiting = [pool.submit(verify_card, entry, stop=stop, **options) for entry in entries]
+        try:
+            # The threads hold the running programs: a signal is counted here, and they see it.
+            with stop.gently():
+                for future in waiting:
+                    verdict = future.result()
+                    if stop.count:
+                        return
+                    yield verdict
+        finally:
+            for future in waiting:
+                future.cancel()
+
+
+def verify_card(
+    entry: Entry,
+    *,
+    runs: Path,
+    timeout: float = TIMEOUT,
+    simulate: bool = True,
+    force: bool = False,
+    stop: "Stop | None" = None,
+) -> Verdict:
+    """Check a card, run its cases, and compare what comes of them with what it says; see `verify_cards`.
+
+    Raises:
+        MachineError: if this machine cannot run a case.
+    """
+    begun = monotonic()
+    try:
+        card, bad, good = check_entry(entry)
+    except SpecError as error:
+        message = "; ".join(str(problem) for problem in error.problems[:3])
+        return Verdict(entry.id, False, "", "", message, monotonic() - begun)
+    options: dict[str, Any] = {"runs": runs, "timeout": timeout, "force": force, "stop": stop}
+    wanted = card.evidence.failing.outcome
+    by_lint = wanted.startswith("lint:")
+    seen = _outcomes(bad, simulate=simulate and not by_lint, **options)
+    repaired = _outcomes(good, simulate=simulate, **options)
+    reasons = []
+    if by_lint or simulate:
+        if wanted not in seen:
+            reasons.append(f"the failing case should be `{wanted}` (is: {_said(seen)})")
+        elif wanted in repaired:
+            reasons.append(f"the repaired case is still `{wanted}`")
+    if simulate and "passed" not in repaired:
+        reasons.append(f"the repaired case should pass (is: {_said(repaired)})")
+    elif not simulate and "error" in repaired:
+        reasons.append("the lint finds errors in the repaired case")
+    shown = wanted if wanted in seen else _said(seen)
+    ended = "passed" if "passed" in repaired else _said(repaired)
+    return Verdict(entry.id, not reasons, shown, ended, "; ".join(reasons), monotonic() - begun)
+
+
+def _outcomes(loaded: "LoadedCase", *, simulate: bool, **options: Any) -> list[str]:
+    """Return all that can be said of a case in the words of a card's outcomes.
+
+    Besides these, `error` is what cannot be run, and `state:…` any way in which a run ends early.
+    """
+    from text2sim.compiler.build import resolve_case
+    from text2sim.lint import lint_case
+
+    try:
+        report = lint_case(resolve_case(loaded))
+    except Text2SimError as error:
+        return [*(f"lint:{problem.rule}" for problem in getattr(error, "problems", ())), "error"]
+    found = [f"lint:{problem.rule}" for problem in report.problems]
+    if not report.ok:
+        return [*found, "error"]
+    return [*found, *_run(loaded, **options)] if simulate else found
+
+
+def _run(loaded: "LoadedCase", **options: Any) -> list[str]:
+    from text2sim.harness.run import run_case
+
+    try:
+        result: RunResult = run_case(loaded, film=False, **options)
+    except (SpecError, RunError):
+        return ["error"]
+    if result.state != "finished":
+        return [f"state:{result.state}"]
+    missed = [f"missed:{name}" for name, row in result.expectations.items() if not row["ok"]]
+    doubts = ["suspicion"] if (result.evidence or {}).get("suspicions") else []
+    return [*missed, *doubts, *(["passed"] if result.passed else [])]
+
+
+def _said(outcomes: list[str]) -> str:
+    return ", ".join(dict.fromkeys(outcomes)) or "nothing of note"

@@ -1,0 +1,30 @@
+"""The command `text2sim mcp`."""
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def mcp(
+    root: Annotated[Path, typer.Option("--root", help="The folder that the tools may read and write.")] = Path(),
+) -> None:
+    """Serve the tools to a coding agent, by the Model Context Protocol over the standard streams."""
+    from text2sim.cli.output import say, shown
+    from text2sim.spec_schema.errors import MachineError, RunError
+
+    if not root.is_dir():
+        raise RunError(f"{shown(root)}: there is no such folder")
+    # Pictures are drawn in threads of their own; those of the matrix library would only be in their way.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    try:
+        from text2sim.mcp_server.server import serve
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in ("mcp", "mcp_types", "anyio"):
+            raise
+        raise MachineError("the protocol's SDK is not installed here: pip install 'text2sim[mcp]'") from None
+    if sys.stdin.isatty():
+        say("text2sim mcp waits for an agent on its standard input; Ctrl-C ends it", to=sys.stderr)
+    serve(root.resolve())

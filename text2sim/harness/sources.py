@@ -1,0 +1,37 @@
+"""Digests of our own code. A version number says too little between two releases: changed code makes other results."""
+
+from collections.abc import Iterable
+from hashlib import sha256
+from pathlib import Path
+
+from text2sim import drawing, legibility, templates
+from text2sim.compiler.emit import FILM_TEMPLATES
+
+TEMPLATES = Path(str(templates.__file__)).parent
+
+
+def simulation_code() -> str:
+    """Return the digest of the templates that a simulation depends on: all but those that only film it."""
+    return _digest(TEMPLATES, (path for path in _sources(TEMPLATES) if path.name not in FILM_TEMPLATES))
+
+
+def film_code() -> str:
+    """Return the digest of the templates that only film what was recorded."""
+    return _digest(TEMPLATES, (TEMPLATES / name for name in FILM_TEMPLATES))
+
+
+def judge_code() -> str:
+    """Return the digest of the code that makes evidence of a recording."""
+    folders = [Path(__file__).parent, *(Path(str(package.__file__)).parent for package in (legibility, drawing))]
+    return _digest(folders[0].parent, (path for folder in folders for path in _sources(folder)))
+
+
+def _sources(folder: Path) -> list[Path]:
+    return [path for path in folder.rglob("*") if path.suffix in (".py", ".j2")]
+
+
+def _digest(root: Path, paths: Iterable[Path]) -> str:
+    digest = sha256()
+    for path in sorted(paths):
+        digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]

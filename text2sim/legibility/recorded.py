@@ -1,0 +1,167 @@
+"""What a recorded run shows at a moment, as triangles: few of them, for it is only asked what is seen of what."""
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.drawing.stage import matrices
+from text2sim.drawing.view import View, perspective
+from text2sim.legibility.sight import SOLID, Sight, Things, look
+from text2sim.templates.cameras import View as FilmView
+
+if TYPE_CHECKING:
+    from text2sim.rendering.recording import Look, Part, Recording
+
+Array = NDArray[Any]
+
+BUDGET = 60_000
+"""Triangles of what is rigid, about."""
+GRAINS = 5_000
+"""Most particles of a body that are looked at; each stands for its neighbours too."""
+GRAIN = 0.7
+"""Radius of a particle, in distances between them."""
+CLEAR = ("glass",)
+"""Finishes that one sees through."""
+OCTAHEDRON = np.array([
+    (a, b, c) for x in (1, -1) for y in (1, -1) for z in (1, -1)
+    for a, b, c in [((x, 0, 0), (0, y, 0), (0, 0, z))]
+], float)  # fmt: skip
+"""Corners of its triangles, shape (8, 3, 3), either way round."""
+
+
+class Recorded:
+    """The things of a recording: bodies and statics, all copies of each together.
+
+    Args:
+        recording: Of the run.
+
+    Attributes:
+        names: Of the things.
+        statics: Names of those that never move.
+        colors: sRGB of each, 0 to 1, shape (m, 3).
+    """
+
+    def __init__(self, recording: "Recording"):
+        self.recording = recording
+        parts = [part for part in recording.parts if _shown(part.look)]
+        soft = [part for part in recording.soft if _shown(part.look)]
+        bodies = [(part.body, part.look) for part in (*parts, *soft)]
+        self.names = list(dict.fromkeys(base_name(body) for body, _ in bodies))
+        self._index = {name: k for k, name in enumerate(self.names)}
+        looks = {base_name(body): look for body, look in reversed(bodies)}
+        self.colors = np.array([looks[name].color for name in self.names], float).reshape(-1, 3)
+        opaque = [looks[name].opacity >= SOLID and looks[name].finish not in CLEAR for name in self.names]
+        self._solid = np.array(opaque, bool)
+        still = {base_name(body) for body in recording.statics}
+        self.statics = frozenset(still - {base_name(b) for b in recording.bodies if b not in recording.statics})
+        self._soft = soft
+        self._local, self._links, self._owner = self._rigid(parts)
+
+    def things(self, t: float) -> Things:
+        """Return everything as it is at simulated time `t` [s]."""
+        states = self.recording.states
+        pos, quat = states.poses(t)
+        turn = matrices(quat.astype(float))[self._links]
+        triangles = [np.einsum("nij,nkj->nki", turn, self._local) + pos[self._links][:, None]]
+        owner = [self._owner]
+        for part, faces in zip(self._soft, self._faces, strict=True):
+            made = self._deformed(part, faces, t)
+            triangles.append(made)
+            owner.append(np.full(len(made), self._index[base_name(part.body)]))
+        corners, owners = np.concatenate(triangles), np.concatenate(owner)
+        sound = np.isfinite(corners).all(axis=(1, 2))
+        return Things(corners[sound], owners[sound], self._solid)
+
+    def sight(self, t: float, camera: FilmView, size: tuple[int, int]) -> Sight:
+        """Return what a camera sees at simulated time `t` [s].
+
+        Args:
+            t: Time.
+            camera: Where it stands then.
+            size: Width and height of the picture that is looked at [pixels].
+        """
+        return look(self.things(t), raster_view(camera, size))
+
+    def flat_picture(self, sight: Sight, background: Any) -> Array:
+        """Return a picture of colours alone, without light, shape (h, w, 3): what stands in where none is drawn."""
+        colors = np.concatenate([self.colors, np.asarray(background, float).reshape(1, 3)])
+        return colors[sight.front].reshape(sight.view.height, sight.view.width, 3)
+
+    def _rigid(self, parts: "list[Part]") -> tuple[Array, Array, Array]:
+        """Triangles of all rigid parts in the frames of their links, the row of each one's link, and its thing."""
+        read: dict[Any, Array] = {}
+        for mesh in dict.fromkeys(part.mesh for part in parts):
+            with np.load(mesh) as arrays:
+                read[mesh] = arrays["vertices"].astype(float)[arrays["faces"]]
+        whole = sum(len(read[part.mesh]) for part in parts)
+        if whole > BUDGET:
+            most = max(BUDGET // max(len(parts), 1), 24)
+            read = {mesh: coarse(corners, most) for mesh, corners in read.items()}
+        if not parts:
+            return np.zeros((0, 3, 3)), np.zeros(0, int), np.zeros(0, int)
+        turns = matrices(np.array([part.quat for part in parts], float))
+        local = [read[p.mesh] @ r.T + np.asarray(p.pos) for p, r in zip(parts, turns, strict=True)]
+        sizes = [len(rows) for rows in local]
+        links = np.repeat([part.link for part in parts], sizes)
+        return np.concatenate(local), links, np.repeat([self._index[base_name(part.body)] for part in parts], sizes)
+
+    @cached_property
+    def _faces(self) -> list[Array | None]:
+        """Triangles over the vertices of each body that deforms; None for particles."""
+        found: list[Array | None] = []
+        for part in self._soft:
+            with np.load(part.geometry) as arrays:
+                found.append(arrays["faces"].astype(int) if "faces" in arrays else None)
+        return found
+
+    def _deformed(self, part: Any, faces: Array | None, t: float) -> Array:
+        states = self.recording.states
+        assert states.soft is not None
+        name, columns = ("soft_points", "points") if part.row["surface"] is None else ("soft_surface", "surface")
+        points = states.soft.at(name, states.around(t))[slice(*part.row[columns])].astype(float)
+        if faces is not None:
+            return points[faces]
+        step = -(-len(points) // GRAINS)
+        radius = GRAIN * float(part.row["spacing"]) * step ** (1 / 3)
+        return (points[::step, None, None] + radius * OCTAHEDRON).reshape(-1, 3, 3)
+
+
+def base_name(copy: str) -> str:
+    """Return the name of the body that a copy is of."""
+    return copy.partition("[")[0]
+
+
+def raster_view(camera: FilmView, size: tuple[int, int]) -> View:
+    """Return a camera of the film as one of the rasteriser."""
+    away = float(np.linalg.norm(np.subtract(camera.look_at, camera.pos)))
+    near = max(away * 1e-3, 1e-4)
+    return perspective(camera.pos, camera.look_at, camera.up, camera.fov, size, near=near)  # type: ignore[arg-type]
+
+
+def coarse(corners: Array, most: int) -> Array:
+    """Return a surface with at most some `most` triangles: corners that are near each other become one.
+
+    Args:
+        corners: Of its triangles [m], shape (n, 3, 3).
+        most: How many triangles, about.
+    """
+    if len(corners) <= most:
+        return corners
+    points = corners.reshape(-1, 3)
+    low, size = points.min(axis=0), float(np.ptp(points, axis=0).max())
+    cells = max(int(np.sqrt(most / 4)), 2)
+    while True:
+        spot = np.floor((points - low) * (cells / max(size, 1e-30)) + 0.5).astype(np.int64)
+        _, first, cell = np.unique(spot @ (1, 4096, 4096**2), return_index=True, return_inverse=True)
+        triple = np.sort(cell.reshape(-1, 3), axis=1)
+        _, kept = np.unique(triple, axis=0, return_index=True)
+        kept = kept[(np.diff(triple[kept], axis=1) > 0).all(axis=1)]
+        if len(kept) <= 1.5 * most or cells <= 2:
+            return points[first][cell.reshape(-1, 3)[kept]]
+        cells = max(int(cells * 0.7), 2)
+
+
+def _shown(look: "Look") -> bool:
+    return look.visible and look.opacity > 0

@@ -1,0 +1,1 @@
+"""An MCP server: a coding agent writes, checks, runs and judges cases with a handful of bounded tools."""

@@ -1,0 +1,31 @@
+"""The tool that looks up debug cards: what went wrong before, how it is told apart, and what mended it."""
+
+from text2sim.card_library.library import Library, load_library
+from text2sim.mcp_server.answers import Answer, paged, text_page
+
+MOST = 5
+"""Cards that an answer has in full."""
+
+
+def cards(query: str, offset: int) -> Answer:
+    """Return a card by its id, those that words describe best, or a line for each.
+
+    Args:
+        query: Id, words, or nothing.
+        offset: Where the page of the list begins.
+    """
+    library = load_library()
+    words = query.strip()
+    if not words:
+        page = paged(library.index().splitlines(), offset)
+        return Answer({"cards": page.pop("rows"), **page, "next": "ask with the id of one, or with words"})
+    if words in library.entries:
+        return _told(library, [words], offset)
+    from text2sim.card_library.retrieval import find_cards
+
+    return _told(library, [match.entry.id for match in find_cards(library, text=words, limit=MOST)], offset)
+
+
+def _told(library: Library, ids: list[str], offset: int) -> Answer:
+    text, said = text_page("\n\n".join(library.find(name).card.brief() for name in ids), offset)
+    return Answer({"cards": ids, **said}, text)

@@ -1,0 +1,140 @@
+"""The tool that shows a film: pictures of it side by side, each with its simulated time."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from text2sim.harness.record import RunRecord
+from text2sim.mcp_server.answers import Answer
+from text2sim.mcp_server.pictures import jpeg
+from text2sim.mcp_server.workspace import Workspace, is_file, read_file
+from text2sim.spec_schema.errors import RunError
+from text2sim.templates.cadence import MAIN, Frame, frames, read_film, reels
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+MOST = 16
+"""Pictures of a sheet."""
+LARGE, SMALL = 640, 320
+"""Width of a picture [pixels] where there are up to `FEW`, and where there are more."""
+FEW = 4
+MAX_FILM = 2_000_000_000
+"""Bytes of a film."""
+MAX_PICTURES = 100_000
+"""Pictures of a film: its description may be anybody's."""
+MAX_SIDE = 8192
+"""Of a film [pixels]."""
+PLACES = ("{}", "render/final{}", "render/draft{}")
+"""Where a film may lie, the preview first: it is always that of the case as it is."""
+
+
+def frames_of(workspace: Workspace, run: str, times: list[float], count: int, camera: str) -> Answer:
+    """Show pictures of a run's film.
+
+    Args:
+        workspace: Where.
+        run: The run, or the case whose newest run is meant.
+        times: Simulated times [s]; the nearest picture of each is shown.
+        count: How many pictures, spread over the film, if there are no times.
+        camera: What this camera saw; the main film if empty.
+
+    Raises:
+        RunError: if there is no film, or no such camera.
+    """
+    folder = workspace.run_folder(run)
+    reel, pictures = _pictures(folder, camera)
+    wanted = _chosen(pictures, times[:MOST], min(max(count, 1), MOST))
+    film = _film(folder, reel)
+    found = _decoded(film, wanted, LARGE if len(wanted) <= FEW else SMALL)
+    if not found:
+        raise RunError(f"{film} holds no pictures that could be read; run the case again")
+    thumbnails = [(frame.camera, f"{frame.t:.3g} s", image) for frame, image in found]
+    document: dict[str, Any] = {
+        "run": folder.name,
+        "film": str(film),
+        "shown": [{"t": round(frame.t, 4), "camera": frame.camera} for frame, _ in found],
+        "film_covers": [round(min(p.t for p in pictures), 4), round(max(p.t for p in pictures), 4)],
+        "pictures": len(pictures),
+    }
+    return Answer(document, picture=jpeg(_sheet(thumbnails)), media="image/jpeg")
+
+
+def _sheet(thumbnails: "list[tuple[str, str, Image]]") -> "Image":
+    from text2sim.harness.contact_sheet import contact_sheet
+
+    few = len(thumbnails) <= FEW
+    return contact_sheet(thumbnails, width=LARGE if few else SMALL, columns=2 if few else 4)
+
+
+def _pictures(folder: Path, camera: str) -> tuple[str, list[Frame]]:
+    """Return the film in which a camera is seen, and the pictures of it that are the camera's."""
+    text = (read_file(folder / "program" / "render.py", 2_000_000) or b"").decode("utf-8", "replace")
+    record = RunRecord.read(folder)
+    if not text or record is None:
+        raise RunError(f"{folder} is not the folder of a run that was filmed")
+    try:
+        film = read_film(text)
+        films = reels(film)
+        if camera and camera not in film["cameras"]:
+            raise RunError(f"there is no camera `{camera[:80]}`; there are {', '.join(film['cameras'])}")
+        reel = f"{MAIN}_{camera}" if f"{MAIN}_{camera}" in films else MAIN
+        if sum(_length(film, shot) for shot in films[reel]) > MAX_PICTURES:
+            raise RunError(f"the film of {folder} is too long to be shown")
+        last = record.time or float(film["end"])
+        pictures = [one for one in frames(film, films[reel], last) if not camera or one.camera == camera]
+    except (KeyError, TypeError, ValueError, ZeroDivisionError, OverflowError, AttributeError) as error:
+        raise RunError(f"{folder / 'program' / 'render.py'} describes no film: {error!r}") from None
+    if not pictures:
+        raise RunError(f"the film shows nothing of `{camera}`")
+    return reel, pictures
+
+
+def _length(film: dict[str, Any], shot: dict[str, Any]) -> float:
+    return abs(shot["to"] - shot["from"]) * film["fps"] / shot["speed"] + shot["hold"] * film["fps"] + 1
+
+
+def _chosen(pictures: list[Frame], times: list[float], count: int) -> list[Frame]:
+    """The pictures nearest to some times, or a number of them, evenly spread; in the order of the film."""
+    if times:
+        near = [min(pictures, key=lambda one: abs(one.t - time)) for time in times]
+    else:
+        steps = max(count - 1, 1)
+        near = [pictures[round(i * (len(pictures) - 1) / steps)] for i in range(count)]
+    return sorted({frame.k: frame for frame in near}.values())
+
+
+def _film(folder: Path, reel: str) -> Path:
+    suffix = reel.removeprefix(MAIN)
+    for place in PLACES:
+        path = folder / f"{place.format(reel if place == PLACES[0] else suffix)}.mp4"
+        if is_file(path, MAX_FILM):
+            return path
+    raise RunError(
+        f"{folder} has no film: run the case with film: true, which films what was recorded, or, on a machine "
+        f"without OpenGL, let `text2sim render {folder}` trace it"
+    )
+
+
+def _decoded(film: Path, wanted: list[Frame], width: int) -> "list[tuple[Frame, Image]]":
+    """Return pictures of a film, made smaller; those beyond its end are left out."""
+    import av
+    from av.error import FFmpegError
+
+    by_number = {frame.k: frame for frame in wanted}
+    found = []
+    try:
+        with av.open(str(film)) as container:
+            stream = container.streams.video[0]
+            if not 0 < stream.width <= MAX_SIDE or not 0 < stream.height <= MAX_SIDE:
+                raise RunError(f"{film} is no film of ours: {stream.width} x {stream.height} pixels")
+            size = min(width, stream.width)
+            tall = max(2, min(round(stream.height * size / stream.width), 2 * width))
+            stream.thread_type = "AUTO"
+            for number, picture in enumerate(container.decode(stream)):
+                if number in by_number:
+                    found.append((by_number[number], picture.to_image(width=size, height=tall)))
+                if len(found) == len(by_number):
+                    break
+    except (FFmpegError, IndexError) as error:
+        raise RunError(f"{film} cannot be read: {error}") from None
+    return found

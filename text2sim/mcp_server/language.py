@@ -1,0 +1,160 @@
+"""The tool that says how a case is written: pages of the language reference, rules of the lint, prefabs."""
+
+import re
+from dataclasses import dataclass
+from functools import cache
+
+from text2sim.lint.rules import RULES, Rule, find_rule
+from text2sim.mcp_server.answers import MAX_PAGE, Answer, refusal, text_page
+from text2sim.spec_schema.errors import nearest
+from text2sim.spec_schema.published.language_reference import language_reference
+
+_HEADING = re.compile(r"^(#{1,4}) (.+)$")
+_LINK = re.compile(r"\[([^\]\n]+)\]\(#[^)\n]*\)")
+_TABLE_RULE = re.compile(r"^\|(?:-+\|)+\n", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Page:
+    """A heading of the reference and what stands below it, up to the next one."""
+
+    number: int
+    level: int
+    title: str
+    text: str
+    above: tuple[str, ...]
+    """Names of the headings that it stands under."""
+
+    @property
+    def name(self) -> str:
+        """What it is asked for by: `rigid`, `materials, joints and looks`, `bodies`."""
+        word = re.match(r"`(\w+)`", self.title)
+        return (word[1] if word else self.title).lower()
+
+    @property
+    def path(self) -> str:
+        """Its name with that of the heading above it, which tells pages of one name apart."""
+        return f"{self.above[-1]}/{self.name}" if self.above else self.name
+
+
+def language(topic: str, offset: int) -> Answer:
+    """Say what the reference has on a topic; which pages there are, if there is none."""
+    words = topic.strip().lower().replace("`", "")
+    if not words:
+        return _index()
+    found = _found(words)
+    if len(found) == 1:
+        page = found[0]
+        text = _whole(page)
+        below = [one.name for one in _below(page)]
+        document = {"topic": page.path}
+        if len(text) > MAX_PAGE and below:
+            text, document["pages_below"] = page.text, ", ".join(below)
+        if page.above:
+            document["see_also"] = page.above[-1]
+        piece, said = text_page(text, offset)
+        return Answer({**document, **said}, piece)
+    if found:
+        return Answer({"topic": words, "several": [page.path for page in found], "next": "ask for one of these"})
+    if (rule := find_rule(words)) is not None:
+        return Answer({"rule": rule.id, "severity": rule.severity}, _rule(rule))
+    if (prefab := _prefab(words)) is not None:
+        return Answer({"prefab": words}, prefab)
+    known = [*(page.name for page in _pages()), *(rule.id for rule in RULES), *_prefab_names()]
+    hint = nearest(words, known)
+    question = f"; did you mean `{hint}`?" if hint else ""
+    return refusal(f"there is no page, rule or prefab `{words[:80]}`{question}; no topic lists the pages")
+
+
+def _index() -> Answer:
+    lines = []
+    for page in _pages():
+        if page.level in (2, 3):
+            below = ", ".join(one.name for one in _below(page) if one.level == page.level + 1 and one.level != 3)
+            lines.append(f"{'  ' * (page.level - 2)}{page.name}{': ' if below else ''}{below}")
+    lines += ["", f"prefabs: {', '.join(_prefab_names())}", f"rules of the lint: {', '.join(r.id for r in RULES)}"]
+    return Answer({"next": "ask for one of these, such as `rigid`, `shapes/box` or `tunnelling`"}, "\n".join(lines))
+
+
+@cache
+def _pages() -> tuple[Page, ...]:
+    """The reference, cut at its headings."""
+    text = _TABLE_RULE.sub("", _LINK.sub(r"\1", language_reference()))
+    pages: list[Page] = []
+    lines: list[str] = []
+    fenced = False
+    for line in text.splitlines():
+        fenced ^= line.startswith("```")
+        heading = None if fenced else _HEADING.match(line)
+        if heading is None:
+            lines.append(line)
+            continue
+        _close(pages, lines)
+        level = len(heading[1])
+        above = [page for page in pages if page.level < level and page.level > 1]
+        chain: list[Page] = []
+        for page in reversed(above):
+            if page.level < (chain[-1].level if chain else level):
+                chain.append(page)
+        lines = [line]
+        pages.append(Page(len(pages), level, heading[2], "", tuple(page.name for page in reversed(chain))))
+    _close(pages, lines)
+    return tuple(pages[1:])
+
+
+def _close(pages: list[Page], lines: list[str]) -> None:
+    if pages:
+        last = pages[-1]
+        pages[-1] = Page(last.number, last.level, last.title, "\n".join(lines).strip() + "\n", last.above)
+
+
+def _found(words: str) -> list[Page]:
+    above, _, name = words.rpartition("/")
+    above, name = above.strip(), name.strip()
+    same = [page for page in _pages() if name in (page.name, page.title.lower().replace("`", ""))]
+    if not same:
+        same = [page for page in _pages() if len(name) > 3 and name in page.title.lower()]
+    return [page for page in same if not above or any(above.rpartition("/")[2] in one for one in page.above)]
+
+
+def _below(page: Page) -> list[Page]:
+    found = []
+    for one in _pages()[_pages().index(page) + 1 :]:
+        if one.level <= page.level:
+            break
+        found.append(one)
+    return found
+
+
+def _whole(page: Page) -> str:
+    return "\n".join([page.text, *(one.text for one in _below(page))])
+
+
+def _rule(rule: Rule) -> str:
+    text = f"{rule.title}\n\n{rule.reason}\n\nWay out: {rule.way_out}\n\nFor example:\n\n{rule.example}"
+    if rule.mended:
+        text += f"\nInstead:\n\n{rule.mended}"
+    return f"{text}\nIf it is meant:\n\nwaive: {{{rule.id}: why it is meant}}\n"
+
+
+@cache
+def _prefab_names() -> tuple[str, ...]:
+    from text2sim.spec_schema.reuse.catalogue import library
+
+    return tuple(library().names())
+
+
+def _prefab(name: str) -> str | None:
+    """All about a built-in prefab; None if there is none of that name."""
+    if name not in _prefab_names():
+        return None
+    from text2sim.spec_schema.reuse.catalogue import library, param_rows, parts_of, usage
+
+    found = library().find(name)
+    lines = [" ".join(found.model.doc.split())]
+    if parts := parts_of(found):
+        lines.append(f"Bodies: {', '.join(f'NAME_{part}' for part in parts)}")
+    lines += ["Parameters:"]
+    for row in param_rows(found):
+        lines.append(f"- {row.name}: {row.doc} ({row.takes}; {row.default or 'required'})")
+    return "\n".join([*lines, "", "For example:", "", usage(found)])

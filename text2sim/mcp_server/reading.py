@@ -1,0 +1,126 @@
+"""The tools that read a case: what is wrong with it, and what it comes to."""
+
+from typing import TYPE_CHECKING, Any
+
+from text2sim.cli.cases import Examined, examine
+from text2sim.mcp_server.answers import MAX_PICTURE, Answer, clipped, digest, paged, problem_rows, refusal, text_page
+from text2sim.mcp_server.workspace import Workspace
+from text2sim.spec_schema.errors import Text2SimError, nearest
+from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.text.source import read_source
+
+if TYPE_CHECKING:
+    from text2sim.compiler.build import Resolution
+    from text2sim.compiler.explicit import Explicit
+
+PARTS = ("summary", "text", "resolved")
+"""What `show` can print besides a single body."""
+
+
+def check(workspace: Workspace, case: str, overlay: Overlay, *, settings: bool, offset: int) -> Answer:
+    """Find everything that is wrong with a case."""
+    return Answer(verdict(examine(workspace.case_file(case), overlay=overlay), offset, settings=settings))
+
+
+def verdict(row: Examined, offset: int = 0, *, settings: bool = False) -> dict[str, Any]:
+    """Return what there is to say of a case that was examined."""
+    errors = sum(problem.severity == "error" for problem in row.problems)
+    page = paged(problem_rows(row.problems, row.sources), offset)
+    document: dict[str, Any] = {"case": row.name, "file": str(row.path), "ok": row.ok}
+    if row.loaded is not None:
+        document["digest"] = digest(row.loaded.source.text)
+    if row.failure:
+        document["error"] = clipped(row.failure)
+    document |= {"errors": errors, "warnings": len(row.problems) - errors, "problems": page["rows"]}
+    if "next_offset" in page:
+        document["next_offset"] = page["next_offset"]
+    if row.waived:
+        document["waived"] = clipped([waived.as_dict() for waived in row.waived], 8)
+    if settings and row.plan is not None:
+        document["settings"] = clipped(list(row.plan.notes), 40)
+    return document
+
+
+def show(workspace: Workspace, case: str, overlay: Overlay, *, part: str, picture: bool, offset: int) -> Answer:
+    """Say what a case is, and draw how it starts."""
+    file = workspace.case_file(case)
+    if part == "text":
+        source = read_source(file)
+        piece, said = text_page(source.text, offset)
+        return Answer({"file": str(file), "digest": digest(source.text), **said}, piece)
+    from text2sim.compiler.build import resolve_case
+    from text2sim.compiler.explicit import explicit
+
+    row = examine(file, plan=False, overlay=overlay)
+    if row.loaded is None:
+        return Answer(verdict(row), failed=True)
+    try:
+        resolution = resolve_case(row.loaded)
+    except Text2SimError as error:
+        row.blame(error)
+        return Answer(verdict(row), failed=True)
+    found = explicit(resolution)
+    document: dict[str, Any] = {"case": row.name, "file": str(file), "digest": digest(row.loaded.source.text)}
+    answer = Answer(document)
+    if part == "summary":
+        document |= _summary(resolution, found)
+    else:
+        if part != "resolved":
+            known = [*found.data["scene"].get("statics", {}), *found.data["bodies"]]
+            if part not in known:
+                hint = nearest(part, [*known, *PARTS])
+                question = f"; did you mean `{hint}`?" if hint else ""
+                return refusal(f"`part` is one of {', '.join(PARTS)}, or a body or static of the case{question}")
+            found = found.only(part)
+        answer.text, said = text_page(found.text(), offset)
+        document |= said
+    if picture:
+        answer.picture, answer.media = _picture(resolution, overlay)
+    return answer
+
+
+def _summary(resolution: "Resolution", found: "Explicit") -> dict[str, Any]:
+    """What a case holds, in a few lines: its names and kinds."""
+    case, plan, data = resolution.loaded.case, resolution.plan, found.data
+    actions = data.get("actions", {})
+    bodies = {
+        name: " ".join(
+            filter(None, (body["kind"], _shape(body), f"×{count}" if (count := _copies(resolution, name)) > 1 else ""))
+        )
+        for name, body in data["bodies"].items()
+    }
+    return {
+        "prompt": clipped(case.prompt),
+        "duration": case.scene.duration,
+        "dt": plan.dt,
+        "substeps": plan.settings.substeps,
+        "statics": clipped({name: _shape(body) for name, body in data["scene"].get("statics", {}).items()}),
+        "bodies": clipped(bodies),
+        **{
+            section: clipped({name: row.get("kind", "") for name, row in actions.get(section, {}).items()})
+            for section in ("controls", "measures", "events")
+        },
+        "expect": clipped(list(actions.get("expect", {}))),
+        "cameras": clipped(list(data["render"].get("cameras", {}))),
+        "variants": clipped(list(resolution.loaded.written.data.get("variants") or {})),
+        "sweeps": clipped(list(resolution.loaded.written.data.get("sweeps") or {})),
+        "more": "part: text (as written), resolved (nothing left out), or the name of a body",
+    }
+
+
+def _shape(body: dict[str, Any]) -> str:
+    shape = body.get("shape")
+    return str(shape.get("kind", "")) if isinstance(shape, dict) else ""
+
+
+def _copies(resolution: "Resolution", name: str) -> int:
+    return len(resolution.placed.get(name, ()))
+
+
+def _picture(resolution: "Resolution", overlay: Overlay) -> tuple[bytes, str]:
+    """Return the page that shows how a case starts, and its type."""
+    from text2sim.drawing.layout import layout
+    from text2sim.mcp_server.pictures import compressed
+
+    page = layout(resolution, ", ".join(overlay.words))
+    return (page, "image/png") if len(page) <= MAX_PICTURE else compressed(page)

@@ -1,0 +1,130 @@
+"""The tools that write a case: all that is written was checked before, and nobody else's change is lost."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from text2sim.cli.cases import Examined
+from text2sim.cli.new import make_case
+from text2sim.harness.record import write_atomically
+from text2sim.mcp_server.answers import Answer, clipped, digest, problem_rows, refusal
+from text2sim.mcp_server.reading import verdict
+from text2sim.mcp_server.workspace import CASE_FILE, Workspace
+from text2sim.revision.files import rewrite
+from text2sim.revision.patch_file import read_patch
+from text2sim.revision.revise import Refused, Revision, revise
+from text2sim.spec_schema.changes.diff_words import change_line
+from text2sim.spec_schema.changes.patch import PatchError
+from text2sim.spec_schema.errors import SpecError, Text2SimError
+from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.text.source import MAX_BYTES, Source, check_source, read_source
+
+MAX_PATCH = 400_000
+"""Characters of a patch."""
+MAX_UNDO = 3_000
+"""Characters of the patch that leads back, which is left out where it is longer."""
+
+
+def new(workspace: Workspace, case: str, template: str) -> Answer:
+    """Write a case to start from."""
+    folder = workspace.case_folder(case)
+    source = workspace.case_file(template).parent if template else None
+    with workspace.editing():
+        file = make_case(folder.name, source, folder.parent)
+    return Answer({"ok": True, "file": str(file), "digest": digest(read_source(file).text)})
+
+
+def write(workspace: Workspace, case: str, text: str, replaces: str) -> Answer:
+    """Write a whole case, if there is nothing wrong with it.
+
+    Args:
+        workspace: Where.
+        case: Its folder.
+        text: The case.
+        replaces: Digest of the text that is there; empty if there is none yet.
+    """
+    if len(text) > MAX_BYTES:
+        return refusal(f"the text has {len(text)} characters; a case has {MAX_BYTES} at most")
+    folder = workspace.case_folder(case)
+    file = folder / CASE_FILE
+    with workspace.editing():
+        there = read_source(workspace.case_file(str(folder))) if file.exists() or file.is_symlink() else None
+        if there is None and replaces:
+            return refusal(f"{file} is not there: leave `replaces` out to write a new case")
+        if there is not None and replaces != digest(there.text):
+            why = "is not the one that you read" if replaces else "is there already"
+            advice = "read it with `show`, part: text, and give its digest as `replaces`"
+            return refusal(f"{file} {why}; nothing was written: {advice}", digest=digest(there.text))
+        row = _checked(text, file)
+        if not row.ok:
+            return Answer({"written": False, **verdict(row)}, failed=True)
+        if there is not None:
+            rewrite(file, there, text)
+        else:
+            folder.mkdir(parents=True, exist_ok=True)
+            write_atomically(file, text)
+    return Answer({"written": True, **verdict(row)})
+
+
+def _checked(text: str, file: Path) -> Examined:
+    """Read, work out and lint a text as if it stood in a file; what is wrong ends up in `problems`."""
+    row = Examined(file)
+    try:
+        check_source(Source(text, str(file)))
+        row.loaded = load_text(text, file)
+        row.work_out()
+    except (Text2SimError, OSError) as error:
+        row.blame(error)
+    # What is on disk, if anything, is not what the problems are about.
+    row.sources[str(file)] = text
+    return row
+
+
+def patch(
+    workspace: Workspace, case: str, operations: list[dict[str, Any]], owner: str, *, dry_run: bool, replaces: str
+) -> Answer:
+    """Apply operations to a case: all of them, or none."""
+    given = Source(json.dumps(operations, ensure_ascii=False), "operations")
+    if len(given.text) > MAX_PATCH:
+        return refusal(f"the patch has {len(given.text)} characters; {MAX_PATCH} are allowed")
+    file = workspace.case_file(case)
+    with workspace.editing():
+        source = read_source(file)
+        if replaces and replaces != digest(source.text):
+            return refusal(f"{file} has changed since you read it; nothing was written", digest=digest(source.text))
+        try:
+            wanted = read_patch(given)
+            revision = revise(source, file, wanted.operations, owner or None)
+            if not dry_run and revision.text != source.text:
+                rewrite(file, source, revision.text)
+        except PatchError as error:
+            return refusal(str(error), operation=error.index, file=str(file))
+        except Refused as refused:
+            return _refused(refused, file)
+        except SpecError as error:
+            return Answer({"ok": False, "problems": problem_rows(error.problems[:20])}, failed=True)
+    return Answer(_said(revision, file, dry_run))
+
+
+def _refused(refused: Refused, file: Path) -> Answer:
+    rows = problem_rows(refused.problems, {str(file): refused.text})
+    blamed = [
+        row | ({"operation": index} if index is not None else {})
+        for row, index in zip(rows, refused.blame, strict=True)
+    ]
+    error = "the case would be wrong with this patch, and stays as it is"
+    return refusal(error, file=str(file), problems=clipped(blamed, 20))
+
+
+def _said(revision: Revision, file: Path, dry_run: bool) -> dict[str, Any]:
+    document = {
+        "ok": True,
+        "file": str(file),
+        "written": not dry_run and revision.text != revision.source.text,
+        "digest": digest(revision.source.text if dry_run else revision.text),
+        "changes": clipped([change_line(change) for change in revision.changes]),
+        "warnings": clipped(problem_rows(revision.warnings, {str(file): revision.text}), 15),
+        "errors_that_were_there_before": clipped(problem_rows(revision.remaining, {str(file): revision.text}), 15),
+    }
+    undo = revision.undo
+    return document | ({"undo": undo} if len(json.dumps(undo)) <= MAX_UNDO else {})
