@@ -6,7 +6,8 @@ import pytest
 from pictures import resolved
 
 from text2sim.compiler.build import Resolution
-from text2sim.drawing.views import camera_pose, cameras, film_view, visible
+from text2sim.drawing.views import camera_pose, cameras, film_view
+from text2sim.legibility.layout import at_start
 
 WALL = "wall: {kind: rigid, shape: {kind: box, size: [2, 0.1, 2]}, pose: {pos: [0, 1, 0]}}"
 BALL = "ball: {kind: rigid, shape: {kind: sphere, radius: 0.2}, pose: {pos: [0, 2, 0]}}"
@@ -14,36 +15,36 @@ RENDER = "{resolution: [320, 180], cameras: {main: {kind: still, from: [0, -3, 0
 
 
 def test_what_is_hidden_is_not_seen() -> None:
-    alone = visible(resolved(BALL, render=RENDER), "main")
-    behind = visible(resolved(WALL, BALL, render=RENDER), "main")
+    alone = at_start(resolved(BALL, render=RENDER), "main").shares
+    behind = at_start(resolved(WALL, BALL, render=RENDER), "main").shares
     assert alone["ball"] > 0.004
     assert "ball" not in behind
     assert behind["wall"] > alone["ball"]
 
 
 def test_share_is_that_of_the_picture() -> None:
-    share = visible(resolved(WALL, render=RENDER), "main", (640, 360))["wall"]
+    share = at_start(resolved(WALL, render=RENDER), "main", (640, 360)).shares["wall"]
     focal = 180 / math.tan(math.radians(20))
     assert share == pytest.approx((2 * focal / 3.95) ** 2 / (640 * 360), rel=0.01)
 
 
 def test_glass_hides_nothing() -> None:
     pane = WALL.replace("pose:", "look: {opacity: 0.2}, pose:")
-    seen = visible(resolved(pane, BALL, render=RENDER), "main")
-    assert seen["ball"] == pytest.approx(visible(resolved(BALL, render=RENDER), "main")["ball"])
+    seen = at_start(resolved(pane, BALL, render=RENDER), "main").shares
+    assert seen["ball"] == pytest.approx(at_start(resolved(BALL, render=RENDER), "main").shares["ball"])
     assert seen["wall"] > seen["ball"]
 
 
 def test_what_is_smaller_than_a_pixel_is_seen_all_the_same() -> None:
     pin = "pin: {kind: rigid, shape: {kind: sphere, radius: 0.0005}, pose: {pos: [0.303, 0, 0.307]}}"
-    share = visible(resolved(pin, render=RENDER), "main")["pin"]
+    share = at_start(resolved(pin, render=RENDER), "main").shares["pin"]
     assert 0 < share < 1 / (160 * 90)
-    assert "pin" not in visible(resolved(pin, WALL.replace("[0, 1, 0]", "[0, -1, 0]"), render=RENDER), "main")
+    assert "pin" not in at_start(resolved(pin, WALL.replace("[0, 1, 0]", "[0, -1, 0]"), render=RENDER), "main").shares
 
 
 def test_what_is_behind_the_camera_or_beside_the_picture_is_not_seen() -> None:
     for pos in ("[0, -4, 0]", "[9, 0, 0]", "[0, 0, 8]"):
-        assert "ball" not in visible(resolved(BALL.replace("[0, 2, 0]", pos), render=RENDER), "main")
+        assert "ball" not in at_start(resolved(BALL.replace("[0, 2, 0]", pos), render=RENDER), "main").shares
 
 
 def test_cameras_move_as_in_the_film(zoo: Resolution) -> None:
@@ -67,7 +68,7 @@ def test_camera_follows_a_link() -> None:
 
 def test_a_camera_is_derived_that_sees_everything() -> None:
     case = resolved(BALL, "far: {kind: rigid, shape: {kind: box, size: [1, 1, 1]}, pose: {pos: [6, 0, 3]}}")
-    assert {"ball", "far"} <= visible(case, "main").keys()
+    assert {"ball", "far"} <= at_start(case, "main").shares.keys()
 
 
 def test_view_has_the_proportions_of_the_film() -> None:

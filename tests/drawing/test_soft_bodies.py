@@ -7,7 +7,7 @@ from PIL import Image
 from text2sim.compiler.build import resolve_case
 from text2sim.drawing.layout import layout
 from text2sim.drawing.stage import BUDGET, _level, stage
-from text2sim.drawing.views import visible
+from text2sim.legibility.layout import at_start
 from text2sim.spec_schema.load import load_text
 
 CASE = """\
@@ -79,7 +79,7 @@ def test_a_picture_lies_on_its_sheet_the_right_way_up(soft):
 
 
 def test_cameras_see_them(soft):
-    seen = visible(soft, "main")
+    seen = at_start(soft, "main").shares
     assert set(seen) >= {"word[0]", "word[1]", "bar", "curtain", "rag", "heap", "water", "ball", "line"}
     assert seen["curtain"] > seen["rag"] > 0, "one stands upright, the other lies"
 

@@ -10,10 +10,12 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from text2sim.cli.main import app
+from text2sim.legibility.film import Watcher
 from text2sim.rendering.film import Filming, Progress
-from text2sim.rendering.legibility import Identifier, write_legibility
+from text2sim.rendering.legibility import write_legibility
 from text2sim.rendering.recording import read_recording
-from text2sim.rendering.scene import Stage, coded, decoded
+from text2sim.rendering.renderer import mitsuba
+from text2sim.rendering.scene import Stage, sensor
 from text2sim.spec_schema.errors import RunError
 from text2sim.templates.cameras import Cameras, project
 
@@ -40,23 +42,24 @@ def test_points_are_where_the_preview_shows_them(make_run: MakeRun) -> None:
         "round": {"kind": "orbit", "up": (0, 0, 1), "fov": 35.0, "look_at": (0, 0, 0.4), "radius": 5.0, "height": 3.0,
                   "start": 1.0, "turn": 2.0},
     }  # fmt: skip
-    recording = read_recording(make_run({k: {"half": 0.06, "pos": p} for k, p in places.items()}, cameras=cameras))
+    paints = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+    boxes = {k: {"half": 0.06, "pos": p, "color": c} for (k, p), c in zip(places.items(), paints, strict=True)}
+    recording = read_recording(make_run(boxes, cameras=cameras))
     views = Cameras(recording.film, recording.states)
-    identifier, stage = Identifier(stage := Stage(recording), (320, 180)), stage
+    stage, watcher = Stage(recording), Watcher(recording)
+    aov = mitsuba().load_dict({"type": "aov", "aovs": "paint:albedo,depth:depth"})
     for name in cameras:
         view = views.view(name, 0.2, 0.5)
-        seen, depth = identifier.bodies(0.2, view)
+        made = mitsuba().render(stage.at(0.2).solid, sensor=sensor(view, (320, 180)), integrator=aov, spp=1, seed=0)
+        paint, depth = np.split(np.array(made, np.float32)[..., -4:], [3], axis=2)
+        sight = watcher.recorded.sight(0.2, view, (320, 180))
         expected = project(view, np.array(list(places.values())), 320 / 180)
         for k, (across, up, away) in enumerate(expected):
-            rows, columns = np.nonzero(seen == stage.bodies.index(list(places)[k]))
-            middle = (columns.mean() + 0.5, rows.mean() + 0.5)
-            assert middle == pytest.approx(((1 + across) * 160, (1 - up) * 90), abs=1.0)
+            rows, columns = np.nonzero((paint[..., k] > 0.3) & (paint.max(axis=2) == paint[..., k]))
+            for found in ((rows, columns), np.nonzero(sight.mask(k))):
+                middle = (found[1].mean() + 0.5, found[0].mean() + 0.5)
+                assert middle == pytest.approx(((1 + across) * 160, (1 - up) * 90), abs=1.0)
             assert depth[rows, columns].mean() == pytest.approx(away, rel=0.1)
-
-
-def test_codes_of_bodies_are_told_apart() -> None:
-    numbers = np.array([-1, 0, 62, 63, 64, 5000, 200_000])
-    assert decoded(coded(numbers).astype(np.float32)).tolist() == numbers.tolist()
 
 
 def test_a_second_render_does_nothing_and_a_change_only_what_it_touches(make_run: MakeRun) -> None:

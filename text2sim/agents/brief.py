@@ -16,7 +16,9 @@ LOG = 1_500
 """Characters of the end of the log, of a run that did not finish."""
 
 
-def evidence_text(folder: Path, evidence: Mapping[str, Any] | None, record: Mapping[str, Any], given: Iterable[str]) -> str:
+def evidence_text(
+    folder: Path, evidence: Mapping[str, Any] | None, record: Mapping[str, Any], given: Iterable[str]
+) -> str:
     """Say what a run shows.
 
     Args:
@@ -41,7 +43,9 @@ def evidence_text(folder: Path, evidence: Mapping[str, Any] | None, record: Mapp
     return "\n\n".join(part for part in parts if part)
 
 
-def history_row(number: int, cause: str, outcome: str, expect: Mapping[str, Any], critique: Mapping[str, Any] | None) -> str:
+def history_row(
+    number: int, cause: str, outcome: str, expect: Mapping[str, Any], critique: Mapping[str, Any] | None
+) -> str:
     """Return one line about an attempt, for those that come after it."""
     missed = [name for name, row in expect.items() if row.get("ok") is not True]
     row = f"{number}. {cause}: {outcome}"
@@ -122,7 +126,9 @@ def _events(events: Mapping[str, Data]) -> list[str]:
     rows = []
     for name, row in events.items():
         when = f"first at {_g(row['first'])} s, last at {_g(row['last'])} s" if row.get("count") else "never"
-        rows.append(f"- `{name}`: {row.get('count', 0)} times, {when}" + (f" ({row['problem']})" if row.get("problem") else ""))
+        rows.append(
+            f"- `{name}`: {row.get('count', 0)} times, {when}" + (f" ({row['problem']})" if row.get("problem") else "")
+        )
     return rows
 
 
@@ -174,7 +180,10 @@ def _log_tail(folder: Path) -> str:
     except OSError:
         return ""
     # The reader is told nothing of this machine: paths end with their last two parts.
-    rows = [" ".join(".../" + "/".join(w.split("/")[-2:]) if w.startswith("/") else w for w in row.split(" ")) for row in text[-LOG:].splitlines()]
+    rows = [
+        " ".join(".../" + "/".join(w.split("/")[-2:]) if w.startswith("/") else w for w in row.split(" "))
+        for row in text[-LOG:].splitlines()
+    ]
     return "\n".join(rows)
 
 

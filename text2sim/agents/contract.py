@@ -45,7 +45,12 @@ class Contract:
             words = _words(row)
             waiting += [(other, word) for other in PARTS[1:] for word in words if word in (actions.get(other) or {})]
         bodies = loaded.data.get("bodies") or {}
-        named = {word.split("[")[0].split(".")[0] for part in PARTS[1:] for row in values[part].values() for word in _words(row)}
+        named = {
+            word.split("[")[0].split(".")[0]
+            for part in PARTS[1:]
+            for row in values[part].values()
+            for word in _words(row)
+        }
         dynamic = {name for name in named & set(bodies) if _kind(bodies[name]) != "driven"}
         return cls(tuple(names), values, frozenset(dynamic))
 

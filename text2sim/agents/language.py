@@ -36,7 +36,9 @@ NARROWED: dict[str, tuple[str, ...]] = {
 }
 """Pages on which only the kinds that are needed are described in full."""
 DEFORMABLE = frozenset({"soft", "cloth", "granular", "liquid", "snow", "rope"})
-ALWAYS = frozenset({"rigid", "box", "sphere", "cylinder", "plane", "sheet", "line", "grid", "constant", "ramp", "still"})
+ALWAYS = frozenset(
+    {"rigid", "box", "sphere", "cylinder", "plane", "sheet", "line", "grid", "constant", "ramp", "still"}
+)
 """Kinds that are described to everybody: nearly every case has them."""
 _LINK = re.compile(r"\[([^\]\n]+)\]\(#[^)\n]*\)")
 _RULE = re.compile(r"^\|(?:-+\|)+\n", re.MULTILINE)
@@ -102,7 +104,9 @@ def prefabs(*, brief: bool = False, only: Collection[str] | None = None) -> str:
             continue
         line = f"- `{name}`: {_first(' '.join(definition.model.doc.split()))}"
         if not brief:
-            line += ". " + " ".join(f"`{row.name}` ({row.takes}; {row.default or 'required'})" for row in param_rows(definition))
+            line += ". " + " ".join(
+                f"`{row.name}` ({row.takes}; {row.default or 'required'})" for row in param_rows(definition)
+            )
             if several := parts_of(definition):
                 line += f" Bodies: {', '.join(f'NAME_{part}' for part in several)}."
             line += f"\n  ```yaml\n{_indented(usage(definition))}  ```"

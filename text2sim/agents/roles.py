@@ -31,7 +31,7 @@ ROLES = {
         Role("bodies", "Body Writer", "bodies", "bodies", "/bodies/ball/material/density, value: 2700}"),
         Role("actions", "Action Writer", "actions", "actions", "/actions/controls/turn/velocity, value: 3.0}"),
         Role("render", "Render Writer", "render", "render", "/render/speed, value: 0.5}"),
-        Role("mechanism", "Articulation agent", "mechanism"),
+        Role("articulation", "Articulation agent", "mechanism"),
         Role("mesh", "Mesh agent", "mesh"),
         Role("critic", "Critic", "critic"),
         Role("distiller", "Distiller", "distill"),

@@ -2,15 +2,15 @@
 
 import math
 import re
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-from text2sim.assets.mesh_intake import Up, read_surface
+from text2sim.assets.mesh_intake import Up
 from text2sim.assets.mesh_output import mesh_bytes, suffix_for
 from text2sim.assets.mesh_steps import decimated, filled, oriented, unknotted, without_debris, without_doubles, wrapped
+from text2sim.assets.mesh_report import faults
 from text2sim.assets.surface import Surface, welded
 from text2sim.spec_schema.errors import AssetError
 
@@ -82,22 +82,6 @@ def parse_size(text: str) -> tuple[float, Literal["x", "y", "z"] | None]:
     return float(found[2]), axis if axis in ("x", "y", "z") else None  # type: ignore[return-value]
 
 
-def repair_file(path: Path, wish: Wish | None = None) -> Repaired:
-    """Return what a mesh file becomes.
-
-    Args:
-        path: The file: .obj, .stl, .ply, .off, .glb or .gltf, wherever it lies.
-        wish: What it shall become.
-
-    Raises:
-        AssetError: if it cannot be used.
-    """
-    wish = wish or Wish()
-    surface, notes = read_surface(path, wish.up)
-    mended = repair(surface, wish)
-    return replace(mended, done=(*notes, *mended.done))
-
-
 def repair(surface: Surface, wish: Wish) -> Repaired:
     """Return what a surface becomes.
 
@@ -116,7 +100,7 @@ def repair(surface: Surface, wish: Wish) -> Repaired:
         surface = _simpler(surface, wish.triangles, done)
     surface = _scaled(surface, wish, done)
     surface = _moved(surface, wish.origin, done)
-    return Repaired(surface, tuple(done), tuple(_remains(surface)))
+    return Repaired(surface, tuple(done), tuple(faults(surface)))
 
 
 def _cleaned(surface: Surface, wish: Wish, done: list[str]) -> Surface:
@@ -137,7 +121,7 @@ def _cleaned(surface: Surface, wish: Wish, done: list[str]) -> Surface:
 
 def _closed(surface: Surface, wish: Wish, done: list[str]) -> Surface:
     surface, turned = oriented(surface)
-    if surface.edge_counts[0]:
+    if surface.edge_counts[0] and not surface.flat:
         surface, added = filled(surface, wish.holes)
         if added:
             done.append(f"closed holes with {_count(added, 'triangle')}")
@@ -194,12 +178,6 @@ def _center_of_mass(surface: Surface) -> np.ndarray:
     corners = surface.vertices[surface.faces] - middle
     volumes = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
     return middle + (corners.sum(axis=1) * volumes[:, None]).sum(axis=0) / (4.0 * volumes.sum())
-
-
-def _remains(surface: Surface) -> list[str]:
-    from text2sim.assets.mesh_report import faults
-
-    return faults(surface)
 
 
 def _count(number: int, one: str, many: str = "") -> str:

@@ -1,12 +1,10 @@
 """What a mesh is like: whether it encloses a volume, how large, how fine and how thin it is."""
 
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from text2sim.assets.mesh_intake import Up, read_surface
 from text2sim.assets.surface import Surface
 
 MAX_TRIANGLES = 200_000
@@ -62,20 +60,6 @@ class MeshReport:
         return asdict(self)
 
 
-def check_mesh(path: Path, up: Up | None = None) -> MeshReport:
-    """Return what a mesh file is like.
-
-    Args:
-        path: The file: .obj, .stl, .ply, .off, .glb or .gltf, wherever it lies.
-        up: Which of its axes points up; as its format has it if None.
-
-    Raises:
-        AssetError: if it cannot be read.
-    """
-    surface, notes = read_surface(path, up)
-    return report(surface, path.name, path.stat().st_size, notes)
-
-
 def report(surface: Surface, name: str, size: int, notes: tuple[str, ...] = ()) -> MeshReport:
     """Return what a surface is like.
 
@@ -125,7 +109,7 @@ def faults(surface: Surface) -> list[str]:
         found.append("its triangles face inwards")
     if len(surface.faces) > MAX_TRIANGLES:
         found.append(f"has {len(surface.faces):,} triangles; a case can have {MAX_TRIANGLES:,} of one mesh")
-    if float(surface.extent.min()) <= 1e-6 * surface.diagonal:
+    if surface.flat:
         found.append("is flat: it is a cloth, or a picture, but no body")
     if specks := _specks(surface):
         found.append(f"has {specks:,} tiny loose pieces")

@@ -1,9 +1,10 @@
 """Single steps of mending a mesh, each on the shape alone; places in pictures and colours come along."""
 
 import tempfile
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -70,7 +71,7 @@ def _disagreeing(surface: Surface) -> Array:
 
     try:
         found = _filtered(surface, lambda scene: scene.meshing_re_orient_faces_coherently())
-        faces = np.asarray(found.face_matrix(), np.int64)
+        faces = found.faces
     except pymeshlab.PyMeshLabException:  # edges of more than two triangles
         mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
         trimesh.repair.fix_winding(mesh)
@@ -92,9 +93,8 @@ def filled(surface: Surface, most: int) -> tuple[Surface, int]:
         found = _filtered(surface, lambda scene: scene.meshing_close_holes(maxholesize=most, selfintersection=True))
     except pymeshlab.PyMeshLabException:  # edges of more than two triangles
         return surface, 0
-    faces = np.asarray(found.face_matrix(), np.int64)
-    old = len(surface.faces)
-    if len(faces) <= old or len(found.vertex_matrix()) != len(surface.vertices):
+    faces, old = found.faces, len(surface.faces)
+    if len(faces) <= old or len(found.vertices) != len(surface.vertices):
         return surface, 0
     added = faces[old:]
     # A new triangle is painted as the corners that it hangs on.
@@ -127,7 +127,7 @@ def unknotted(surface: Surface, most: int) -> Surface:
         found = _filtered(surface, lambda scene: scene.meshing_repair_non_manifold_edges(method=0))
     except pymeshlab.PyMeshLabException:
         return surface
-    kept = np.asarray(found.face_scalar_array()).astype(np.int64)
+    kept = found.tags
     if not 0 < len(kept) < len(surface.faces):
         return surface
     better, _ = oriented(without_debris(surface.keep(kept), 1e-3)[0])
@@ -137,30 +137,33 @@ def unknotted(surface: Surface, most: int) -> Surface:
 
 
 def decimated(surface: Surface, most: int) -> Surface:
-    """Return a surface with at most so many triangles, as near to what it was as they let it be."""
-    if len(surface.faces) <= most:
+    """Return a surface with at most so many triangles, if they let it, as near to what it was as can be."""
+    fewer = surface
+    for careful in (True, False):
+        if len(fewer.faces) > most:
+            painted = fewer.uv is not None
+            fewer = _decimated_painted(fewer, most, careful) if painted else _decimated_bare(fewer, most, careful)
+            fewer = without_doubles(welded(fewer, 0.0))
+    if fewer is surface:
         return surface
-    fewer = _decimated_painted(surface, most) if surface.uv is not None else _decimated_bare(surface, most)
-    fewer = without_doubles(welded(fewer, 0.0))
     if surface.watertight and not fewer.watertight:
         fewer, _ = oriented(fewer)
         fewer, _ = filled(fewer, 100)
     return fewer
 
 
-def _decimated_bare(surface: Surface, most: int) -> Surface:
+def _decimated_bare(surface: Surface, most: int, careful: bool) -> Surface:
     from scipy.spatial import cKDTree
 
     found = _filtered(
-        replace(surface),
+        surface,
         lambda scene: scene.meshing_decimation_quadric_edge_collapse(
-            targetfacenum=most, preserveboundary=True, preservenormal=True, preservetopology=surface.watertight,
-            planarquadric=True, autoclean=False,
+            targetfacenum=most, preserveboundary=careful, preservenormal=careful, planarquadric=True,
+            preservetopology=careful and surface.watertight,
         ),
         surface.part,
     )  # fmt: skip
-    faces, vertices = np.asarray(found.face_matrix(), np.int64), np.asarray(found.vertex_matrix())
-    part = np.round(np.asarray(found.face_scalar_array())).astype(np.int64)
+    vertices, faces, part = found
     rgba = None
     if surface.rgba is not None:
         corner = np.zeros(len(surface.vertices), np.int64)
@@ -171,7 +174,7 @@ def _decimated_bare(surface: Surface, most: int) -> Surface:
     return replace(surface, vertices=vertices, faces=faces, part=part, rgba=rgba)
 
 
-def _decimated_painted(surface: Surface, most: int) -> Surface:
+def _decimated_painted(surface: Surface, most: int, careful: bool) -> Surface:
     """Return a surface with fewer triangles whose picture still lies where it lay.
 
     The library knows of pictures only what it reads from files; parts are told apart by where they lie in the picture.
@@ -198,11 +201,11 @@ def _decimated_painted(surface: Surface, most: int) -> Surface:
         scene = pymeshlab.MeshSet(verbose=False)
         scene.load_new_mesh(str(folder / "mesh.obj"))
         scene.meshing_decimation_quadric_edge_collapse_with_texture(
-            targetfacenum=most, preserveboundary=True, preservenormal=True, planarquadric=True
+            targetfacenum=most, preserveboundary=careful, preservenormal=careful, planarquadric=True
         )
         found = scene.current_mesh()
-        faces, vertices = np.asarray(found.face_matrix(), np.int64), np.asarray(found.vertex_matrix())
-        uv = np.asarray(found.wedge_tex_coord_matrix(), float).reshape(-1, 3, 2).copy()
+        faces, vertices = np.array(found.face_matrix(), np.int64), np.array(found.vertex_matrix(), float)
+        uv = np.array(found.wedge_tex_coord_matrix(), float).reshape(-1, 3, 2)
     part = np.clip(np.floor(uv[..., 0].mean(1) / (2.0 * span) + 0.25), 0, len(surface.paints) - 1).astype(np.int64)
     uv[..., 0] -= (2.0 * span * part - surface.uv[..., 0].min())[:, None]
     rgba = None if surface.rgba is None else np.full((len(faces), 3, 4), 255, np.uint8)
@@ -219,22 +222,37 @@ def wrapped(surface: Surface, fineness: float) -> Surface:
     found = _filtered(
         surface,
         lambda scene: scene.generate_alpha_wrap(alpha_fraction=fineness, offset_fraction=fineness / 20),
-        scene_mesh=1,
     )
-    faces = np.asarray(found.face_matrix(), np.int64)
+    faces = found.faces
     paint = replace(surface.paints[int(np.bincount(surface.part).argmax())], picture=None)
-    return Surface(np.asarray(found.vertex_matrix()), faces, np.zeros(len(faces), np.int64), (paint,))
+    return Surface(found.vertices, faces, np.zeros(len(faces), np.int64), (paint,))
 
 
-def _filtered(surface: Surface, work: Any, scalar: Array | None = None, scene_mesh: int = 0) -> Any:
-    """Return the mesh that comes out of a filter; triangles carry their number, or what else is given."""
+class _Found(NamedTuple):
+    """What comes out of a filter, copied: the library's own arrays end with its scene."""
+
+    vertices: Array
+    faces: Array
+    tags: Array
+
+
+def _filtered(surface: Surface, work: Callable[[Any], object], scalar: Array | None = None) -> _Found:
+    """Return what a filter of the library makes of a shape; triangles are tagged by their number, or as is said."""
     import pymeshlab
 
     tags = np.arange(len(surface.faces)) if scalar is None else scalar
-    mesh = pymeshlab.Mesh(
-        vertex_matrix=surface.vertices, face_matrix=surface.faces.astype(np.int32), f_scalar_array=tags.astype(float)
-    )
     scene = pymeshlab.MeshSet(verbose=False)
-    scene.add_mesh(mesh)
+    scene.add_mesh(
+        pymeshlab.Mesh(
+            vertex_matrix=surface.vertices,
+            face_matrix=surface.faces.astype(np.int32),
+            f_scalar_array=tags.astype(float),
+        )
+    )
     work(scene)
-    return scene.mesh(scene_mesh) if scene_mesh else scene.current_mesh()
+    mesh = scene.current_mesh()
+    return _Found(
+        np.array(mesh.vertex_matrix(), float),
+        np.array(mesh.face_matrix(), np.int64),
+        np.round(np.array(mesh.face_scalar_array(), float)).astype(np.int64),
+    )

@@ -56,6 +56,12 @@ class Surface:
         """Length [m] of the diagonal of its bounds."""
         return float(np.linalg.norm(self.extent))
 
+    @property
+    def flat(self) -> bool:
+        """Whether it lies in a plane: a cloth or a picture, with an edge that is no hole."""
+        middle = self.used - self.used.mean(axis=0)
+        return bool(np.sqrt(np.linalg.eigvalsh(middle.T @ middle / len(middle))[0].clip(0)) < 1e-6 * self.diagonal)
+
     def keep(self, faces: Array) -> "Surface":
         """Return the surface with some of its triangles: numbers, or a mask."""
         return replace(

@@ -137,7 +137,7 @@ def count_tokens(text: str) -> int:
 
 
 def card_schema() -> dict[str, Any]:
-    """JSON Schema of a card, small enough for a prompt: without titles, and with definitions put where they are used."""
+    """JSON Schema of a card, small enough for a prompt: no titles, and definitions where they are used."""
     schema = Card.model_json_schema()
     return _inlined({key: value for key, value in schema.items() if key != "$defs"}, schema.get("$defs", {}))
 

@@ -15,8 +15,8 @@ MAX_TEXT = 4000
 
 _WORD = re.compile(r"[a-z0-9]+")
 _COMMON = frozenset(
-    "a an and are as at be been but by can do does for from had has have how if in into is it its no not of on or so than"
-    " that the their them then there these they this to was were what when where which while who will with".split()
+    "a an and are as at be been but by can do does for from had has have how if in into is it its no not of on or so"
+    " than that the their them then there these they this to was were what when where which while who will with".split()
 )
 _ENDINGS = ("ing", "ed", "es", "s", "e")
 _SHORTEST = 3

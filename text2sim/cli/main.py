@@ -8,12 +8,15 @@ import typer
 
 from text2sim import __version__
 from text2sim.cli import exits
+from text2sim.cli.cards import cards
 from text2sim.cli.check import check
 from text2sim.cli.compare import compare_runs
 from text2sim.cli.compile import compile_cases
 from text2sim.cli.diff import diff
 from text2sim.cli.doctor import doctor
+from text2sim.cli.export import export
 from text2sim.cli.fmt import fmt
+from text2sim.cli.generate import edit, generate, repair
 from text2sim.cli.git import git
 from text2sim.cli.mcp import mcp
 from text2sim.cli.migrate import migrate
@@ -43,6 +46,10 @@ app.command("check")(check)
 app.command("show")(show)
 app.command("run")(run_cases)
 app.command("render")(render)
+app.command("export")(export)
+app.command("generate")(generate)
+app.command("repair")(repair)
+app.command("edit")(edit)
 app.command("watch")(watch)
 app.command("test")(run_suite)
 app.command("compare")(compare_runs)
@@ -53,6 +60,7 @@ app.command("patch")(patch)
 app.command("migrate")(migrate)
 app.add_typer(git, name="git")
 app.command("prefabs")(prefabs)
+app.add_typer(cards, name="cards")
 app.command("schema")(schema)
 app.command("doctor")(doctor)
 app.command("mcp")(mcp)

@@ -1,15 +1,10 @@
-"""The cameras of a case at its start, and what they see."""
+"""The cameras of a case at its start."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.trees.tree import tree_links
-from text2sim.drawing.prop import Stage
-from text2sim.drawing.raster import Raster
-from text2sim.drawing.stage import stage
 from text2sim.drawing.view import View, perspective
 from text2sim.templates.viewpoints import clip, place
 
@@ -17,11 +12,6 @@ if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
 
 Vec = tuple[float, float, float]
-
-COARSE = 30_000
-"""Triangles of a stage that is only asked what is seen of it."""
-SOLID = 0.5
-"""What is at least this opaque hides what is behind it."""
 
 
 class CameraPose(NamedTuple):
@@ -63,54 +53,6 @@ def film_view(resolution: "Resolution", name: str, size: tuple[int, int], t: flo
     shrink = min(size[0] / wide, size[1] / tall)
     fitting = max(round(wide * shrink), 1), max(round(tall * shrink), 1)
     return perspective(*pose, field_of_view(camera), fitting, near=clip(camera)[0])
-
-
-def visible(resolution: "Resolution", camera: str, size: tuple[int, int] = (160, 90)) -> dict[str, float]:
-    """Return the share of the picture that each copy fills at the start, by its name; only of those that are seen.
-
-    What is hidden behind something else is not seen, what stands behind glass is. What is smaller than a pixel
-    counts as a quarter of one.
-
-    Args:
-        resolution: The case, worked out.
-        camera: Name of the camera.
-        size: Largest width and height [pixels] of the picture that is looked at.
-    """
-    return shares(stage(resolution, COARSE), film_view(resolution, camera, size))
-
-
-def shares(props: Stage, view: View) -> dict[str, float]:
-    """Return the share of the picture that each copy fills, by its name; see `visible`."""
-    solid = np.array([prop.opacity >= SOLID for prop in props], bool)[props.owner]
-    raster = Raster(props.triangles, view, props.culled)
-    raster.draw(np.flatnonzero(solid))
-    total = view.width * view.height
-    seen = np.bincount(props.owner[raster.ids[raster.ids >= 0]], minlength=len(props)).astype(float)
-    for part in raster.fragments(np.flatnonzero(~solid)):
-        ahead = part.nearness > raster.nearness.ravel()[part.pixel]
-        seen += np.bincount(props.owner[part.triangle[ahead]], minlength=len(props))
-    seen[(seen == 0) & _peeping(props, raster, seen == 0)] = 0.25
-    found: dict[str, float] = {}
-    for prop, pixels in zip(props, seen.tolist(), strict=True):
-        if pixels and prop.opacity > 0.0:
-            found[prop.name] = found.get(prop.name, 0.0) + min(pixels / total, 1.0)
-    return found
-
-
-def _peeping(props: Stage, raster: Raster, wanted: np.ndarray) -> np.ndarray:
-    """Return which of the props that are wanted are seen with a corner, though it lies between pixels."""
-    view = raster.view
-    chosen = np.flatnonzero(wanted[props.owner])
-    points = props.triangles[chosen].reshape(-1, 3)
-    pixels = view.pixels(points)
-    depth = -view.local(points)[:, 2]
-    with np.errstate(invalid="ignore"):
-        inside = ((pixels >= 0) & (pixels < (view.width, view.height))).all(axis=1) & (depth > view.near)
-    column, row = np.floor(pixels[inside]).astype(int).T
-    ahead = 1.0 / depth[inside] >= raster.nearness[row, column] * (1 - 1e-3)
-    found = np.zeros(len(props), bool)
-    found[np.repeat(props.owner[chosen], 3)[inside][ahead]] = True
-    return found
 
 
 class _Start:

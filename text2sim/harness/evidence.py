@@ -24,7 +24,7 @@ from text2sim.harness.selection import base_name
 from text2sim.harness.soft_diagnostics import soft_diagnostics
 from text2sim.harness.states import Array
 from text2sim.harness.suspicions import suspicions
-from text2sim.harness.visibility import summarise_visibility
+from text2sim.harness.visibility import summarise_legibility, summarise_visibility
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.events import ContactEvent, SeparationEvent
 from text2sim.spec_schema.models.measures import ContactCount, ContactForce, Penetration
@@ -87,6 +87,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
             "driven": recording.cast.driven,
             "contacts": contacts,
             "visibility": summarise_visibility(run_dir, list(case.bodies)),
+            "legibility": summarise_legibility(run_dir, case, events),
             "left_out": [*states.losses, *_left_out(recording, contacts)],
         }
     plain = to_plain(evidence)

@@ -18,7 +18,7 @@ Array = NDArray[Any]
 
 BUDGET = 60_000
 """Triangles of what is rigid, about."""
-GRAINS = 5_000
+GRAINS = 2_000
 """Most particles of a body that are looked at; each stands for its neighbours too."""
 GRAIN = 0.7
 """Radius of a particle, in distances between them."""

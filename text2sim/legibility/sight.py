@@ -21,6 +21,8 @@ SOLID = 0.5
 """What is at least this opaque hides what is behind it."""
 SPECK = 0.25
 """Pixels that something counts for which is seen, but lies between the middles of pixels."""
+PIXELS = 4
+"""A thing that would cover fewer is too small for saying what part of it is hidden."""
 RING = 3
 """Pixels around a thing that it is compared with."""
 
@@ -43,8 +45,8 @@ class Measures(NamedTuple):
 
     share: float
     """Part of the picture that it fills."""
-    hidden: float
-    """Part of what the picture would show of it that others hide; 0 if it is beside the picture."""
+    hidden: float | None
+    """Part of what the picture would show of it that others hide; None if that is too small to tell."""
     inside: float
     """Part of its points that are in the picture, hidden or not."""
     edge: float | None
@@ -109,7 +111,8 @@ class Sight:
         edges = self._edges()
         return [
             Measures(
-                float(self.seen[k] / self.size), float(self.hidden[k]), float(self.inside[k]),
+                float(self.seen[k] / self.size), float(self.hidden[k]) if self.alone[k] >= PIXELS else None,
+                float(self.inside[k]),
                 float(edges[k]) if np.isfinite(edges[k]) else None,
                 None if picture is None else contrast(picture, self.mask(k)),
             )
@@ -166,7 +169,7 @@ def _specks(things: Things, view: View, nearness: Array, seen: Array, alone: Arr
     there, shown = (np.bincount(rows, minlength=count) for rows in (owner[within], owner[within][ahead]))
     tiny = (alone == 0) & (there > 0)
     alone[tiny] = SPECK
-    seen[(seen == 0) & (alone <= 1) & (shown > 0)] = SPECK
+    seen[(seen == 0) & (shown > 0)] = SPECK
     return there / np.maximum(np.bincount(owner, minlength=count), 1)
 
 

@@ -107,4 +107,5 @@ def problem_rows(problems: Iterable[Problem], sources: dict[str, str] | None = N
 
 
 def _dump(value: Any) -> str:
-    return json.dumps(value, ensure_ascii=False, default=str)
+    # Names and messages come from files of other people, and half a character could not be sent at all.
+    return printable(json.dumps(value, ensure_ascii=False, default=str))

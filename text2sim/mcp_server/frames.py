@@ -62,8 +62,8 @@ def frames_of(workspace: Workspace, run: str, times: list[float], count: int, ca
 def _sheet(thumbnails: "list[tuple[str, str, Image]]") -> "Image":
     from text2sim.harness.contact_sheet import contact_sheet
 
-    few = len(thumbnails) <= FEW
-    return contact_sheet(thumbnails, width=LARGE if few else SMALL, columns=2 if few else 4)
+    width = max(image.width for _, _, image in thumbnails)
+    return contact_sheet(thumbnails, width=width, columns=2 if len(thumbnails) <= FEW else 4)
 
 
 def _pictures(folder: Path, camera: str) -> tuple[str, list[Frame]]:

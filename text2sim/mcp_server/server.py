@@ -1,6 +1,8 @@
 """The server: its tools, their descriptions, and the wire. The only module that imports the protocol's SDK."""
 
 import base64
+import os
+import signal
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from functools import partial
@@ -15,6 +17,7 @@ from pydantic import Field
 
 from text2sim import __version__
 from text2sim.cli.output import reason
+from text2sim.harness.stop import SIGNALS
 from text2sim.mcp_server import cards, evidence, frames, language, reading, running, writing
 from text2sim.mcp_server.answers import Answer, problem_rows, refusal
 from text2sim.mcp_server.jobs import Job, Jobs
@@ -56,9 +59,8 @@ WRITES = ToolAnnotations(read_only_hint=False, destructive_hint=False, open_worl
 REPLACES = ToolAnnotations(read_only_hint=False, destructive_hint=True, open_world_hint=False)
 
 
-def make_server(workspace: Workspace) -> MCPServer:
-    """Return the server of a workspace, with all its tools."""
-    jobs = Jobs()
+def make_server(workspace: Workspace, jobs: Jobs) -> MCPServer:
+    """Return the server of a workspace, with all its tools; what runs in `jobs` ends with it."""
 
     @asynccontextmanager
     async def lifespan(_: MCPServer[Any]) -> AsyncIterator[None]:
@@ -284,4 +286,13 @@ def _result(answer: Answer) -> CallToolResult:
 
 def serve(root: Path) -> None:
     """Serve over the standard streams until the client goes away; the process works in `root` from now on."""
-    make_server(Workspace(root)).run("stdio")
+    jobs = Jobs()
+
+    def end(number: int, frame: object) -> None:
+        # The thread that waits for a line on the standard input cannot be told to stop waiting.
+        jobs.close()
+        os._exit(128 + number)
+
+    for number in SIGNALS:
+        signal.signal(number, end)
+    make_server(Workspace(root), jobs).run("stdio")

@@ -89,8 +89,9 @@ def joined(meshes: list[Mesh]) -> Mesh:
 
 def _ball(vertices: Array, faces: Indices) -> Mesh | None:
     """Return a sphere with four times the triangles, if it is one."""
-    radius = np.linalg.norm(vertices, axis=1)
-    if len(vertices) < 100 or np.ptp(radius) > 1e-4 * radius.max():
+    radius, extent = np.linalg.norm(vertices, axis=1), np.ptp(vertices, axis=0)
+    # The corners of a thin rod are equally far from its middle too, but it is not equally wide all round.
+    if len(vertices) < 100 or np.ptp(radius) > 1e-4 * radius.max() or np.ptp(extent) > 0.05 * extent.max():
         return None
     ends = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     edges, edge = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)

@@ -36,10 +36,9 @@ class Batch:
 
     Attributes:
         is_clear: Whether it is seen through, see `trace`.
-        owners: Body of each vertex, as an index of `bodies`, shape (n,).
     """
 
-    def __init__(self, name: str, wearing: Wearing, parts: list[Part], meshes: list[Mesh], bodies: dict[str, int]):
+    def __init__(self, name: str, wearing: Wearing, parts: list[Part], meshes: list[Mesh]):
         self.name, self.moves, self.is_clear = name, wearing.moves, finish_of(wearing.finish).kind == "clear"
         picture = None if wearing.picture is None else read_picture(wearing.picture)
         self._bsdf = material(wearing.finish, opacity=wearing.opacity, picture=picture)
@@ -55,17 +54,15 @@ class Batch:
         self._links = np.repeat([part.link for part in parts], sizes)
         colors = [shaded(part.look.color, part.look.finish) for part in parts]
         self._colors, self._shades = (np.repeat([row[i] for row in colors], sizes, axis=0) for i in (0, 1))
-        self.owners = np.repeat([bodies[part.body] for part in parts], sizes)
         self._made: Any = None
 
-    def shape(self, pos: Array, quat: Array, bsdf: Any = None, colors: Array | None = None) -> Any:
+    def shape(self, pos: Array, quat: Array, bsdf: Any = None) -> Any:
         """Return the mesh with the links at these positions (L, 3) [m] and orientations (L, 4).
 
         Args:
             pos: Positions.
             quat: Orientations.
             bsdf: Material instead of its own.
-            colors: Linear colour of each vertex instead of its own, shape (n, 3).
         """
         if self._made is None or self.moves or bsdf is not None:
             turn = matrices(quat)[self._links]
@@ -73,7 +70,7 @@ class Batch:
             normals = np.einsum("nij,nj->ni", turn, self._normals)
             made = mesh_shape(
                 self.name, bsdf or self._bsdf, vertices, self._faces, normals,
-                colors=self._colors if colors is None else colors, shades=self._shades, uvs=self._uvs,
+                colors=self._colors, shades=self._shades, uvs=self._uvs,
             )  # fmt: skip
             if bsdf is not None:
                 return made
@@ -81,13 +78,12 @@ class Batch:
         return self._made
 
 
-def batches(parts: list[Part], statics: frozenset[str], bodies: dict[str, int]) -> list[Batch]:
+def batches(parts: list[Part], statics: frozenset[str]) -> list[Batch]:
     """Return the meshes of all parts that are seen.
 
     Args:
         parts: They.
         statics: Bodies that never move.
-        bodies: Index of each.
     """
     read: dict[tuple[Path, bool], Mesh] = {}
     sorted_parts: dict[Wearing, list[tuple[Part, Mesh]]] = {}
@@ -108,7 +104,7 @@ def batches(parts: list[Part], statics: frozenset[str], bodies: dict[str, int]) 
         wearing = Wearing(look.finish, opacity, picture, part.body not in statics, mesh.uvs is not None)
         sorted_parts.setdefault(wearing, []).append((part, mesh))
     return [
-        Batch(f"rigid{k}", wearing, [part for part, _ in rows], [mesh for _, mesh in rows], bodies)
+        Batch(f"rigid{k}", wearing, [part for part, _ in rows], [mesh for _, mesh in rows])
         for k, (wearing, rows) in enumerate(sorted_parts.items())
     ]
 

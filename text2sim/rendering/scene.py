@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from text2sim.rendering.backdrop import backdrop_mesh
-from text2sim.rendering.finishes import COLOR, attribute, material, needs_uvs
+from text2sim.rendering.finishes import material, needs_uvs
 from text2sim.rendering.lights import emitters
 from text2sim.rendering.meshes import Mesh
 from text2sim.rendering.recording import Look, Part, Recording
@@ -27,8 +27,6 @@ from text2sim.templates.cameras import Cameras, View, basis
 BACKDROP_FINISH = "rough"
 ROOM = 0.8
 """Brightness of the room that glass mirrors, as a part of the background's."""
-CODES = 64
-"""Steps of each channel of a colour that stands for a body."""
 EYES = 60
 """Moments of the films at which is asked where cameras stand."""
 
@@ -48,15 +46,10 @@ class Stage:
 
     Args:
         recording: Of the run.
-
-    Attributes:
-        bodies: All there are; a number on a triangle is an index of them.
     """
 
     def __init__(self, recording: Recording):
         self.recording, film = recording, recording.film
-        self.bodies = recording.bodies
-        index = {body: k for k, body in enumerate(self.bodies)}
         self.backdrop = film["backdrop"] | {"level": self._level()}
         self._fixed: dict[str, Any] = {"type": "scene"}
         self._floor, replaced = self._floor_look()
@@ -66,9 +59,9 @@ class Stage:
             self._fixed["backdrop"] = self._backdrop(material(self._floor.finish, two_sided=True))
         center, radius = np.asarray(self.backdrop["center"], float), float(self.backdrop["radius"])
         self._fixed |= emitters(film["lights"], center, radius)
-        self._rigid = batches([part for part in recording.parts if part.body not in replaced], recording.statics, index)
+        self._rigid = batches([part for part in recording.parts if part.body not in replaced], recording.statics)
         states = recording.states.soft
-        self._soft = None if states is None else SoftBodies(recording.soft, states, index)
+        self._soft = None if states is None else SoftBodies(recording.soft, states)
 
     def _floor_look(self) -> tuple[Look, set[str]]:
         """Return how the backdrop looks, and which planes of the scene it takes the place of.
@@ -97,9 +90,10 @@ class Stage:
             return level
         states = self.recording.states
         times = states.time[:: max(1, len(states.time) // EYES)]
-        lowest = [states.bounds(self.bodies, float(t))[:, 2].min() for t in times] if self.bodies else []
+        bodies = self.recording.bodies
+        lowest = [states.bounds(bodies, float(t))[:, 2].min() for t in times] if bodies else []
         # What falls out of the picture takes no floor along.
-        return float(max(min(lowest), lowest[0] - np.ptp(states.bounds(self.bodies, 0.0)[:, 2]))) if lowest else None
+        return float(max(min(lowest), lowest[0] - np.ptp(states.bounds(bodies, 0.0)[:, 2]))) if lowest else None
 
     def _eyes(self) -> list[Any]:
         """Return where the cameras stand over the film, all of them."""
@@ -124,7 +118,7 @@ class Stage:
         shapes = {batch.name: batch.shape(pos, quat) for batch in clear}
         shapes |= {batch.name: batch.shape(pos, quat, black) for batch in self._rigid if not batch.is_clear}
         if self._soft is not None:
-            shapes |= self._soft.shapes(around, lambda body: black)
+            shapes |= self._soft.shapes(around, black)
         if self._backdrop is not None:
             shapes["backdrop"] = self._backdrop(black)
         # What glass mirrors besides lamps is the lit room, which is black here: its brightness comes from all around.
@@ -132,24 +126,6 @@ class Stage:
         room = linear(np.asarray(film["background"])) * ROOM / film["gain"]
         shapes["dome"] = {"type": "constant", "radiance": {"type": "rgb", "value": room.tolist()}}
         return Moment(solid, mitsuba().load_dict(self._fixed | shapes, optimize=False))
-
-    def identified(self, t: float) -> Any:
-        """Return the scene at simulated time `t` [s] with a colour for each body, see `coded`.
-
-        Clear things are left out: one sees through them.
-        """
-        mi = mitsuba()
-        pos, quat = self.recording.states.poses(t)
-        worn = mi.load_dict({"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": attribute(COLOR)}})
-        shapes: dict[str, Any] = {"type": "scene"}
-        for batch in self._rigid:
-            if not batch.is_clear:
-                shapes[batch.name] = batch.shape(pos, quat, worn, coded(batch.owners))
-        if self._soft is not None:
-            shapes |= self._soft.shapes(self.recording.states.around(t), _code_material)
-        if self._backdrop is not None:
-            shapes["backdrop"] = self._backdrop(_code_material(-1))
-        return mi.load_dict(shapes, optimize=False)
 
     def _make_backdrop(self, mesh: Mesh) -> Callable[[Any], Any]:
         color, _ = shaded(self._floor.color, self._floor.finish)
@@ -168,29 +144,12 @@ def _is_plane(part: Part, recording: Recording, level: float) -> bool:
     return bool(np.abs(corners[:, 2] + pos[part.link, 2] - level).max() < 1e-3)
 
 
-def coded(bodies: NDArray[np.integer]) -> NDArray[np.floating]:
-    """Return a colour for each index of a body, shape (n, 3), from which `decoded` tells the index; -1 is black."""
-    numbers = np.asarray(bodies)[..., None] + 1
-    return numbers // CODES ** np.arange(3) % CODES / (CODES - 1)
-
-
-def decoded(colors: NDArray[np.floating]) -> NDArray[np.integer]:
-    """Return the indices of bodies that colours (..., 3) stand for."""
-    return np.rint(colors * (CODES - 1)).astype(int) @ CODES ** np.arange(3) - 1
-
-
-def _code_material(body: int) -> Any:
-    color = {"type": "rgb", "value": coded(np.array(body)).tolist()}
-    return mitsuba().load_dict({"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": color}})
-
-
-def sensor(view: View, size: tuple[int, int], *, sharp: bool = False) -> Any:
+def sensor(view: View, size: tuple[int, int]) -> Any:
     """Return a camera of Mitsuba that sees what the film's camera sees.
 
     Args:
         view: Of the film's camera.
         size: Width and height [pixels].
-        sharp: Whether all is in focus.
     """
     mi = mitsuba()
     right, up, ahead = basis(view.pos, view.look_at, view.up)
@@ -211,6 +170,6 @@ def sensor(view: View, size: tuple[int, int], *, sharp: bool = False) -> Any:
         },
         "sampler": {"type": "multijitter"},
     }  # fmt: skip
-    if view.aperture > 0 and not sharp:
+    if view.aperture > 0:
         made |= {"type": "thinlens", "aperture_radius": float(view.aperture), "focus_distance": float(view.focus)}
     return mi.load_dict(made)

@@ -1,6 +1,5 @@
 """Bodies that deform: surfaces that bend, heaps of grains, liquids with a skin that is made anew for every picture."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -158,10 +157,9 @@ class SoftBodies:
     Args:
         parts: They.
         states: Their recorded states.
-        bodies: Index of each.
     """
 
-    def __init__(self, parts: list[SoftPart], states: SoftStates, bodies: dict[str, int]):
+    def __init__(self, parts: list[SoftPart], states: SoftStates):
         self._states, self._figures = states, []
         for k, part in enumerate(parts):
             if not part.look.visible or part.look.opacity <= 0:
@@ -173,18 +171,18 @@ class SoftBodies:
                 figure: Any = Surface(name, part, self._places(part, (0, 0, 0.0)), arrays)
             else:
                 figure = Liquid(name, part) if part.kind == "liquid" else Grains(name, part)
-            self._figures.append((part, bodies[part.body], figure))
+            self._figures.append((part, figure))
 
-    def shapes(self, around: Around, bsdf: Callable[[int], Any] | None = None) -> dict[str, Any]:
+    def shapes(self, around: Around, bsdf: Any = None) -> dict[str, Any]:
         """Return all shapes between two recorded frames.
 
         Args:
             around: Frames and how far from the one to the other.
-            bsdf: Material for each body, instead of its own.
+            bsdf: Material instead of their own.
         """
         found: dict[str, Any] = {}
-        for part, body, figure in self._figures:
-            found |= figure.shapes(self._places(part, around), None if bsdf is None else bsdf(body))
+        for part, figure in self._figures:
+            found |= figure.shapes(self._places(part, around), bsdf)
         return found
 
     def _places(self, part: SoftPart, around: Around) -> Array:

@@ -15,7 +15,7 @@ MEDIA_TYPES = {"image/png": ("png", b"\x89PNG\r\n\x1a\n"), "image/jpeg": ("jpg",
 
 Speaker = Literal["system", "user", "assistant"]
 
-_ROLE = re.compile(r"[a-z][a-z0-9_]{0,39}")
+_ROLE = re.compile(r"[a-z][a-z0-9_-]{0,39}")
 _IMAGE_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.@-]{0,99}")
 
 
@@ -94,8 +94,6 @@ class Request:
     """None: what the provider thinks best."""
     number: int = 1
     """How many calls this role has made in the conversation, this one included; names the files of a mailbox."""
-    attempt: int = 0
-    """The attempt at the case that it belongs to, for the account."""
 
     def __post_init__(self) -> None:
         if not _ROLE.fullmatch(self.role):
@@ -129,7 +127,7 @@ class Request:
         }
 
     def digest(self) -> str:
-        """SHA-256 over all that a model is told; `number` and `attempt` are no part of it."""
+        """SHA-256 over all that a model is told; `number` is no part of it."""
         # The order of keys in a schema is part of what a model sees, but not of what it means: it is sorted away.
         text = json.dumps(self.as_dict(), sort_keys=True, ensure_ascii=True, allow_nan=False)
         return sha256(text.encode()).hexdigest()
@@ -148,6 +146,8 @@ class Reply:
     model: str
     cached: bool = False
     """Whether it was at hand and cost nothing now."""
+    free: bool = False
+    """Whether it is not this case that paid for it, or it was counted already."""
     estimated: bool = False
     """Whether the tokens were counted by us and not by the provider."""
     truncated: bool = False

@@ -3,7 +3,7 @@
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.shots import Shot
-from text2sim.lint.film.subjects import Balls, drawn, middle_of
+from text2sim.lint.film.subjects import Balls
 
 RAYS = 6
 """Points of a subject that are looked at."""
@@ -32,21 +32,11 @@ def _meets(box: tuple[Vec, Vec], start: Vec, end: Vec) -> bool:
 
 def hidden_behind(facts: Facts, seeing: list[Shot], name: str) -> str:
     """Say what hides a subject from all these cameras; nothing if something of it is seen."""
-    from text2sim.drawing.views import visible
+    from text2sim.legibility.layout import at_start
 
     copies = {copy.name for copy in facts.placed[name]}
-    for shot in seeing:
-        seen = visible(facts.resolution, shot.name)
-        if copies & set(seen):
-            return ""
-    blocking = _blocking(facts, seeing[0], name)
+    layouts = [at_start(facts.resolution, shot.name) for shot in seeing]
+    if any(copies & layout.shares.keys() for layout in layouts):
+        return ""
+    blocking = layouts[0].hider(copies)
     return f"it is hidden behind `{blocking}`; move the camera" if blocking else "it is hidden; move the camera"
-
-
-def _blocking(facts: Facts, shot: Shot, name: str) -> str:
-    middle = middle_of(drawn(facts, name))
-    for copy in facts.copies.values():
-        box = facts.box(copy)
-        if copy.body != name and box is not None and _meets(box, shot.pos, middle):
-            return copy.name
-    return ""

@@ -19,6 +19,7 @@ _PRIVATE = re.compile("[\ue000-\ue0ff]")
 _START = re.compile(r"\$\{")
 _BRACKETS = re.compile(r"(?<=\w)\[(?:[\d:*]|\$\ue000[^\ue001\n]*\ue001)+\]")
 _INSIDE = re.compile(r"[{}\r\n]")
+_DEEPEST = 60  # braces in braces; without a bound, a line of many `${` would be searched once for each of them
 
 MARK = chr(_MASK[ord("{")])
 """Stands in every masked expression, right after its dollar sign."""
@@ -81,6 +82,8 @@ def closing_brace(text: str, start: int) -> int | None:
     while found := _INSIDE.search(text, start):
         if found[0] == "{":
             depth += 1
+            if depth > _DEEPEST:
+                return None
         elif found[0] == "}":
             depth -= 1
             if depth == 0:

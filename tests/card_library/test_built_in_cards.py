@@ -1,0 +1,55 @@
+"""The cards that come with the package: complete, affordable, and each with two cases that differ in little."""
+
+import difflib
+
+import pytest
+
+from text2sim.card_library.library import BUILT_IN, Entry, check_entry, load_library
+from text2sim.card_library.model import MAX_INDEX_TOKENS, MAX_TOKENS, count_tokens
+from text2sim.spec_schema.text.canonical import format_text
+
+LIBRARY = load_library([BUILT_IN])
+ENTRIES = list(LIBRARY.entries.values())
+
+
+@pytest.fixture(params=ENTRIES, ids=lambda entry: entry.id)
+def entry(request: pytest.FixtureRequest) -> Entry:
+    return request.param
+
+
+def test_all_of_them_can_be_read() -> None:
+    assert LIBRARY.problems == []
+    assert len(ENTRIES) >= 25
+    assert {folder.name for folder in BUILT_IN.iterdir() if folder.is_dir()} == set(LIBRARY.entries)
+
+
+def test_card_and_cases_are_valid(entry: Entry) -> None:
+    card, failing, repaired = check_entry(entry)
+    assert failing.case.name == repaired.case.name == card.id.replace("-", "_")
+    assert failing.case.actions.expect == repaired.case.actions.expect
+
+
+def test_a_card_is_cheap(entry: Entry) -> None:
+    card = entry.card
+    assert count_tokens(card.brief()) <= MAX_TOKENS
+    assert count_tokens(card.index_line()) <= MAX_INDEX_TOKENS
+    assert len(card.brief("scene")) <= len(card.brief())
+
+
+def test_the_repair_is_what_differs(entry: Entry) -> None:
+    before, after = (path.read_text("utf-8").splitlines() for path in (entry.failing, entry.repaired))
+    changed = [row for row in difflib.ndiff(before, after) if row[:2] in ("- ", "+ ")]
+    assert 0 < len(changed) <= 16, "a reader must see at once what the repair is"
+
+
+def test_cases_are_in_canonical_form(entry: Entry) -> None:
+    for path in (entry.failing, entry.repaired):
+        text = path.read_text("utf-8")
+        assert text == format_text(text), f"text2sim fmt {path}"
+
+
+def test_every_role_and_many_modes_have_cards() -> None:
+    roles = {role for entry in ENTRIES for role in entry.card.applies.roles}
+    modes = {mode for entry in ENTRIES for mode in entry.card.applies.modes}
+    assert roles >= {"planner", "scene", "bodies", "actions", "render", "critic", "articulation", "mesh"}
+    assert modes >= {"rigid", "articulated", "soft", "cloth", "rope", "liquid", "driven", "film"}

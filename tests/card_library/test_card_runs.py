@@ -1,0 +1,45 @@
+"""What cards tell of happens: two cheap ones in the engine, and all that the lint alone can decide."""
+
+from pathlib import Path
+
+import pytest
+
+from text2sim.card_library.library import BUILT_IN, Entry, load_library
+from text2sim.card_library.verify import verify_card, verify_cards
+
+LIBRARY = load_library([BUILT_IN])
+CHEAP = ("threshold-on-the-wrong-side", "friction-is-the-larger-of-two")
+BY_LINT = [e for e in LIBRARY.entries.values() if e.card.evidence.failing.outcome.startswith("lint:")]
+
+
+def test_failures_and_repairs_in_the_engine(tmp_path: Path) -> None:
+    entries = [LIBRARY.find(name) for name in CHEAP]
+    verdicts = list(verify_cards(entries, runs=tmp_path, jobs=1))
+    assert [(v.id, v.ok, v.repaired, v.message) for v in verdicts] == [(name, True, "passed", "") for name in CHEAP]
+    assert [v.failing for v in verdicts] == [entry.card.evidence.failing.outcome for entry in entries]
+
+
+@pytest.mark.parametrize("entry", BY_LINT, ids=lambda entry: entry.id)
+def test_what_the_lint_decides(entry: Entry, tmp_path: Path) -> None:
+    verdict = verify_card(entry, runs=tmp_path, simulate=False)
+    assert verdict.ok, verdict.message
+    assert verdict.failing == entry.card.evidence.failing.outcome
+
+
+def test_a_card_that_does_not_hold(shelf: Path, tmp_path: Path) -> None:
+    folder = shelf / "falls-too-far"
+    card = folder / "card.yaml"
+    card.write_text(card.read_text("utf-8").replace("missed:slow", "lint:overlap"), "utf-8")
+    entry = load_library([shelf]).find("falls-too-far")
+    verdict = verify_card(entry, runs=tmp_path, simulate=False)
+    assert not verdict.ok
+    assert "should be `lint:overlap`" in verdict.message
+
+
+def test_cases_that_broke_since_the_library_was_read(shelf: Path, tmp_path: Path) -> None:
+    entry = load_library([shelf]).find("falls-too-far")
+    entry.repaired.write_text("text2sim: 2\n", "utf-8")
+    verdict = verify_card(entry, runs=tmp_path)
+    assert not verdict.ok
+    assert "repaired.yaml" in verdict.message
+    assert not list(tmp_path.glob("falls_too_far*")), "nothing is run of a card that is not valid"

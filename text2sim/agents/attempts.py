@@ -1,0 +1,219 @@
+"""Attempts: each a folder with its case, what it showed, and what was thought of it."""
+
+import json
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from text2sim.agents.brief import citable, evidence_text
+from text2sim.agents.casework import Examination
+from text2sim.agents.models.exchange import Image
+from text2sim.harness.record import RunRecord, write_atomically
+from text2sim.spec_schema.errors import RunError
+
+SHEET_WIDTH = 400
+"""Of a picture on the sheet that the Critic sees [pixels]."""
+FRAMES = 12
+"""Pictures on it at most."""
+
+
+@dataclass
+class Attempt:
+    """One version of the case, run or not."""
+
+    number: int
+    text: str
+    cause: str
+    """Why it was made."""
+    changes: list[str] = field(default_factory=list)
+    """What is different from the one before."""
+    problems: list[str] = field(default_factory=list)
+    """What kept it from running."""
+    state: str = "unsound"
+    """`unsound` if it could not be run; otherwise how the run ended."""
+    run: str = ""
+    """The run folder, below that of the case."""
+    evidence: str = ""
+    """In words."""
+    expect: dict[str, dict[str, Any]] = field(default_factory=dict)
+    cites: list[str] = field(default_factory=list)
+    pictures: list[str] = field(default_factory=list)
+    """Files in its folder."""
+    critique: dict[str, Any] | None = None
+    accepted: bool = False
+
+    def missed(self, names: Sequence[str]) -> tuple[str, ...]:
+        """Expectations of these that did not come true."""
+        return tuple(name for name in names if self.expect.get(name, {}).get("ok") is not True)
+
+    def rank(self, names: Sequence[str]) -> tuple[Any, ...]:
+        """How good it is; larger is better."""
+        verdict = (self.critique or {}).get("verdict") == "pass"
+        kept = len(names) - len(self.missed(names))
+        return (
+            self.accepted,
+            self.state == "finished",
+            verdict,
+            kept,
+            (self.critique or {}).get("score", 0),
+            -self.number,
+        )
+
+
+class Attempts:
+    """The folder of attempts of a case.
+
+    Args:
+        case: The case's folder.
+    """
+
+    def __init__(self, case: Path) -> None:
+        self.case, self.folder = case, case / "generation" / "attempts"
+
+    def of(self, number: int) -> Path:
+        """The folder of an attempt."""
+        return self.folder / f"{number:02}"
+
+    def keep(self, attempt: Attempt) -> None:
+        """Write down what is known of an attempt."""
+        folder = self.of(attempt.number)
+        folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(folder / "case.yaml", attempt.text)
+        data = {name: value for name, value in vars(attempt).items() if name != "text"}
+        write_atomically(
+            folder / "attempt.json", json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        )
+
+    def recall(self, attempt: Attempt) -> bool:
+        """Take over what an earlier process found out by running the same text; return whether there was anything."""
+        folder = self.of(attempt.number)
+        try:
+            kept = json.loads((folder / "attempt.json").read_text("utf-8"))
+            text = (folder / "case.yaml").read_text("utf-8")
+            if text != attempt.text or kept["state"] in ("unsound", "interrupted", "running"):
+                return False
+            for name in ("state", "run", "evidence", "expect", "cites", "pictures"):
+                setattr(attempt, name, kept[name])
+        except (OSError, ValueError, KeyError, TypeError):
+            return False
+        return all((folder / name).is_file() for name in attempt.pictures)
+
+    def images(self, attempt: Attempt) -> tuple[Image, ...]:
+        """The pictures of an attempt."""
+        folder = self.of(attempt.number)
+        return tuple(Image(name, "image/png", (folder / name).read_bytes()) for name in attempt.pictures)
+
+    def run(
+        self,
+        attempt: Attempt,
+        examined: Examination,
+        given: Sequence[str],
+        timeout: float,
+        on_progress: Callable[[Any], None],
+    ) -> None:
+        """Simulate an attempt and put down what it shows.
+
+        Args:
+            attempt: What is run; it learns how that ended.
+            examined: The same, checked.
+            given: Expectations that come from the request.
+            timeout: Wall time [s] that the simulation may take.
+            on_progress: Told how far it has come.
+
+        Raises:
+            MachineError: If this machine cannot run it.
+            KeyboardInterrupt: If somebody stopped it.
+        """
+        from text2sim.harness.run import run_case
+
+        assert examined.loaded is not None
+        lint = [{"rule": p.rule, "path": p.path, "message": p.message, "reason": None} for p in examined.warnings]
+        runs = self.case / "runs"
+        try:
+            result = run_case(examined.loaded, runs=runs, timeout=timeout, on_progress=on_progress, lint=lint)
+        except RunError as error:
+            attempt.state, attempt.problems = "failed", [str(error)]
+            return
+        if result.stopped:
+            raise KeyboardInterrupt
+        record = RunRecord.read(result.folder)
+        attempt.state, attempt.run = result.state, result.folder.relative_to(self.case).as_posix()
+        attempt.expect = {
+            name: {k: row[k] for k in ("ok", "wanted", "why")} for name, row in result.expectations.items()
+        }
+        attempt.pictures = self._pictures(attempt, result.folder)
+        text = evidence_text(result.folder, result.evidence, vars(record) if record is not None else {}, given)
+        if examined.warnings:
+            text += "\n\n## Warnings of the lint\n\n" + "\n".join(
+                f"- {p.path}: {p.message} [{p.rule}]" for p in examined.warnings[:10]
+            )
+        if result.problem is not None:
+            text += f"\n\nTo blame: {result.problem.path or f'line {result.problem.line}'}: {result.problem.message}"
+        attempt.evidence = text
+        attempt.cites = sorted(citable(result.evidence, FRAMES if attempt.pictures else 0))
+        self.keep(attempt)
+
+    def _pictures(self, attempt: Attempt, run: Path) -> list[str]:
+        """Make the sheet of numbered pictures that the Critic sees."""
+        sheet = frame_sheet(run)
+        if sheet is None:
+            return []
+        folder = self.of(attempt.number)
+        folder.mkdir(parents=True, exist_ok=True)
+        sheet.save(folder / "frames.png", optimize=True)
+        return ["frames.png"]
+
+    def publish(self, attempt: Attempt) -> None:
+        """Make an attempt the case."""
+        self.case.mkdir(parents=True, exist_ok=True)
+        write_atomically(self.case / "case.yaml", attempt.text)
+
+
+def frame_sheet(run: Path) -> Any:
+    """Return the pictures that a run has kept as one, each with its number and time; None if it has none."""
+    from PIL import Image as Picture
+
+    from text2sim.harness.contact_sheet import contact_sheet
+    from text2sim.harness.visibility import read_samples
+
+    samples = read_samples(run)
+    files = [
+        (camera, k, run / "frames" / f"{camera}_{k}.png") for camera, rows in samples.items() for k in range(len(rows))
+    ]
+    found = [(camera, samples[camera][k][0], file) for camera, k, file in files if file.is_file()]
+    if not found:
+        found = [("film", float(k), file) for k, file in enumerate(sorted((run / "frames").glob("*.png")))]
+    thumbnails = []
+    for number, (camera, time, file) in enumerate(found[:FRAMES], 1):
+        with Picture.open(file) as picture:
+            small = picture.convert("RGB")
+        small.thumbnail((SHEET_WIDTH, 2 * SHEET_WIDTH))
+        thumbnails.append((camera, f"frame {number}: {time:.2f} s", small))
+    return contact_sheet(thumbnails, width=SHEET_WIDTH) if thumbnails else None
+
+
+def digest(text: str) -> str:
+    """Return a short digest of a text."""
+    return sha256(text.encode()).hexdigest()[:12]
+
+
+def copy_input(file: Path, folder: Path) -> Path:
+    """Copy a file that came with a request into the case, and return where it lies."""
+    folder.mkdir(parents=True, exist_ok=True)
+    target = folder / file.name
+    if not target.exists():
+        shutil.copyfile(file, target)
+    return target
+
+
+def changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
+    """Say which expectations turned."""
+    rows = []
+    for name, row in after.items():
+        was = before.get(name, {}).get("ok")
+        if name in before and was != row.get("ok"):
+            rows.append(f"`{name}` {'came true' if row.get('ok') else 'no longer holds'}")
+    return rows

@@ -1,0 +1,247 @@
+"""Finished calls of a case: kept so that none is paid for twice, counted, and bounded."""
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields, replace
+from hashlib import sha256
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+from text2sim.agents.models.endpoint import Endpoint, never
+from text2sim.agents.models.exchange import Reply, Request
+from text2sim.agents.models.files import UnfitFileError, read_plain, write_whole
+
+LARGEST = 64_000_000
+"""Largest file of a call [bytes] that is read back."""
+KEPT = ("text", "tokens_in", "tokens_out", "cost", "seconds", "model", "estimated", "truncated")
+
+
+class CallLog:
+    """The calls of a case, one file each, written before a reply is used; safe to use from several threads.
+
+    A call whose model and request are in the log is answered from it: a loop that was killed and is started again
+    asks nothing a second time.
+
+    Args:
+        folder: Where the files lie, `<role>-<NN>.json`; made when it is needed.
+        cache: A folder that several cases share. Replies from it were paid for by another case. Endpoints that
+            people answer never use it.
+    """
+
+    def __init__(self, folder: Path, cache: Path | None = None) -> None:
+        self._folder, self._cache = folder, cache
+        self._lock = Lock()
+        self._busy: dict[str, Lock] = {}
+        self._known: dict[str, Reply] = {}
+        self._counted: set[str] = set()
+        for path in sorted(folder.glob("*.json")):
+            found = _read(path)
+            if found is not None:
+                self._known.setdefault(*found)
+
+    def ask(self, endpoint: Endpoint, request: Request, stop: Callable[[], bool] = never, *, attempt: int = 0) -> Reply:
+        """Return the reply to a request, asking only if it is not at hand.
+
+        Args:
+            endpoint: The model.
+            request: What to ask.
+            stop: Whether to give up.
+            attempt: The attempt at the case that it belongs to; kept with it.
+
+        Returns:
+            The reply. `cached` says that nothing was asked; `free`, that this case does not pay, or paid and it is
+            counted already.
+
+        Raises:
+            ModelError: If the model gives none.
+        """
+        key = sha256(f"{endpoint.name}\n{request.digest()}".encode()).hexdigest()
+        with self._lock:
+            busy = self._busy.setdefault(key, Lock())
+        with busy:  # of two that ask the same at once, one waits for the other's reply
+            if key in self._known:
+                with self._lock:
+                    free = self._known[key].free or key in self._counted
+                    self._counted.add(key)
+                return replace(self._known[key], cached=True, free=free)
+            shared = self._cache / f"{key}.json" if self._cache is not None and endpoint.cacheable else None
+            found = _read(shared) if shared is not None else None
+            if found is not None and found[0] == key:
+                reply = replace(found[1], cached=True, free=True)
+            else:
+                reply = endpoint.complete(request, stop)
+            record = self._record(key, request, reply, attempt)
+            self._write(request, record)
+            if shared is not None and not reply.free:
+                write_whole(shared, record)
+            with self._lock:
+                self._known[key] = reply
+                self._counted.add(key)
+            return reply
+
+    def _record(self, key: str, request: Request, reply: Reply, attempt: int) -> str:
+        data: dict[str, Any] = {"key": key, "digest": request.digest(), "number": request.number, "attempt": attempt}
+        told = {"request": request.as_dict(), "reply": {name: getattr(reply, name) for name in KEPT}}
+        return json.dumps(data | {"free": reply.free} | told, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+    def _write(self, request: Request, record: str) -> None:
+        with self._lock:
+            path, count = self._folder / f"{request.stem}.json", 1
+            while path.exists():  # another question had this number, before the loop took another way
+                count += 1
+                path = self._folder / f"{request.stem}-{count}.json"
+            write_whole(path, record)
+
+
+def _read(path: Path) -> tuple[str, Reply] | None:
+    """Key and reply of a file; None if it cannot be trusted, and the call is made anew."""
+    try:
+        data = json.loads(read_plain(path, LARGEST))
+        kept = {name: data["reply"][name] for name in KEPT}
+        reply = Reply(**kept, cached=True, free=data["free"])
+        sound = isinstance(data["key"], str) and all(
+            isinstance(value, int | float) and value >= 0
+            for value in (reply.tokens_in, reply.tokens_out, reply.seconds)
+        )
+    except (OSError, UnfitFileError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+    return (data["key"], reply) if sound else None
+
+
+@dataclass(frozen=True)
+class Spent:
+    """What some calls took."""
+
+    calls: int = 0
+    """Calls that were made now."""
+    cached: int = 0
+    """Calls that were answered from what was at hand."""
+    tokens_in: int = 0
+    tokens_out: int = 0
+    cost: float = 0.0
+    """US dollars, as far as they are known."""
+    unpriced: int = 0
+    """Paid calls whose price nobody knows."""
+    estimated: int = 0
+    """Paid calls whose tokens were counted by us."""
+    seconds: float = 0.0
+    tokens_before: int = 0
+    """What of the tokens was spent before this process began."""
+    cost_before: float = 0.0
+    """What of the cost was spent before this process began."""
+
+    @property
+    def tokens(self) -> int:
+        """Tokens in and out."""
+        return self.tokens_in + self.tokens_out
+
+    def __add__(self, other: "Spent") -> "Spent":
+        return Spent(*(getattr(self, f.name) + getattr(other, f.name) for f in fields(Spent)))
+
+
+class Account:
+    """What calls took, by role and attempt; safe to use from several threads."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._spent: dict[tuple[str, int], Spent] = {}
+
+    def add(self, role: str, attempt: int, reply: Reply) -> None:
+        """Count a reply. One that was restored counts as spent before; a free one takes nothing."""
+        spent = Spent(calls=int(not reply.cached), cached=int(reply.cached))
+        if not reply.free:
+            cost = reply.cost or 0.0
+            spent += Spent(
+                tokens_in=reply.tokens_in,
+                tokens_out=reply.tokens_out,
+                cost=cost,
+                unpriced=int(reply.cost is None),
+                estimated=int(reply.estimated),
+                seconds=reply.seconds,
+                tokens_before=reply.tokens_in + reply.tokens_out if reply.cached else 0,
+                cost_before=cost if reply.cached else 0.0,
+            )
+        with self._lock:
+            self._spent[role, attempt] = self._spent.get((role, attempt), Spent()) + spent
+
+    def total(self) -> Spent:
+        """What all calls took."""
+        with self._lock:
+            return sum(self._spent.values(), Spent())
+
+    def by_role(self) -> dict[str, Spent]:
+        """What the calls of each role took."""
+        return self._by(0)
+
+    def by_attempt(self) -> dict[int, Spent]:
+        """What the calls for each attempt took, in order."""
+        return dict(sorted(self._by(1).items()))
+
+    def table(self) -> list[tuple[str, ...]]:
+        """Rows for people: a head, the roles by what they took, the attempts, the sum of all."""
+        head = ("", "calls", "cached", "tokens in", "tokens out", "cost", "time")
+        roles = sorted(self.by_role().items(), key=lambda row: -row[1].tokens)
+        attempts = [(f"attempt {number}", spent) for number, spent in self.by_attempt().items()]
+        return [head, *(_row(name, spent) for name, spent in [*roles, *attempts, ("all", self.total())])]
+
+    def as_dict(self) -> dict[str, Any]:
+        """The account as plain data, for `run.json`."""
+        rows: dict[str, dict[Any, Spent]] = {"roles": self.by_role(), "attempts": self.by_attempt()}
+        by = {name: {str(key): asdict(spent) for key, spent in row.items()} for name, row in rows.items()}
+        return {"total": asdict(self.total()), **by}
+
+    def _by(self, part: int) -> dict[Any, Spent]:
+        sums: dict[Any, Spent] = {}
+        with self._lock:
+            for key, spent in self._spent.items():
+                sums[key[part]] = sums.get(key[part], Spent()) + spent
+        return sums
+
+
+def _row(name: str, spent: Spent) -> tuple[str, ...]:
+    about = "~" if spent.estimated else ""
+    paid = f"${spent.cost:.4f}" if spent.cost else ""
+    if spent.unpriced:
+        paid = f"{paid} + ?" if paid else "?"
+    tokens = (f"{about}{spent.tokens_in:,}", f"{about}{spent.tokens_out:,}")
+    return (name, str(spent.calls), str(spent.cached), *tokens, paid, f"{spent.seconds:,.0f} s")
+
+
+class Budget:
+    """What a loop may take in all, with what it took before it was interrupted.
+
+    Args:
+        tokens: In and out together; None for no bound.
+        cost: US dollars. Calls whose price nobody knows count nothing: bound tokens as well.
+        minutes: Minutes by the clock, from now on.
+        minutes_before: Minutes that were used before an interruption.
+    """
+
+    def __init__(
+        self,
+        tokens: int | None = None,
+        cost: float | None = None,
+        minutes: float | None = None,
+        *,
+        minutes_before: float = 0.0,
+    ) -> None:
+        self._tokens, self._cost, self._minutes = tokens, cost, minutes
+        self._start = time.monotonic() - 60 * minutes_before
+
+    @property
+    def minutes_used(self) -> float:
+        """Minutes used so far, with those before."""
+        return (time.monotonic() - self._start) / 60
+
+    def exceeded(self, account: Account) -> str | None:
+        """Say which bound is reached, in words; None if there is something left."""
+        spent = account.total()
+        if self._tokens is not None and spent.tokens >= self._tokens:
+            return f"{spent.tokens:,} tokens are spent of {self._tokens:,}"
+        if self._cost is not None and spent.cost >= self._cost:
+            return f"${spent.cost:.2f} are spent of ${self._cost:.2f}"
+        if self._minutes is not None and self.minutes_used >= self._minutes:
+            return f"{self._minutes:g} minutes are over"
+        return None

@@ -1,0 +1,124 @@
+"""Whoever answers requests, and how it is named on a command line."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+from urllib.parse import urlsplit
+
+from text2sim.agents.models.exchange import ModelError, Reply, Request
+
+FORMS = (
+    "PROVIDER/MODEL, openai/MODEL@http://HOST:PORT/v1, mailbox:FOLDER or replay:FOLDER; "
+    "behind a model also ,vision=yes|no and ,schema=yes|no"
+)
+"""The names that `endpoint_of` takes, for help and messages."""
+
+_SPLIT = re.compile(r"@(?=https?://)")
+_MODEL = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.:@/+-]{0,199}")
+_SWITCH = {"yes": True, "no": False}
+
+
+class Endpoint(Protocol):
+    """A model, or somebody who plays one. It may be called from several threads at once."""
+
+    @property
+    def name(self) -> str:
+        """What it is called in records; the same for the same model wherever a case lies."""
+        ...
+
+    @property
+    def vision(self) -> bool:
+        """Whether it sees pictures."""
+        ...
+
+    @property
+    def cacheable(self) -> bool:
+        """Whether cases may share its replies."""
+        ...
+
+    def complete(self, request: Request, stop: Callable[[], bool]) -> Reply:
+        """Answer a request.
+
+        Args:
+            request: What is asked.
+            stop: Asked a few times a second whether to give up.
+
+        Raises:
+            StoppedError: If `stop` said so.
+            ModelError: If there is no reply.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class ModelName:
+    """A model as it is named on a command line."""
+
+    model: str
+    """`provider/model`, or what the server at `url` calls it."""
+    url: str | None = None
+    """Root of an OpenAI-compatible API; None for the provider's own."""
+    vision: bool | None = None
+    """Whether it sees pictures; None: as is known of it."""
+    schema: bool | None = None
+    """Whether it can be held to a JSON Schema; None: as is known of it."""
+
+
+def never() -> bool:
+    """For callers that never give up."""
+    return False
+
+
+def endpoint_of(spec: str) -> Endpoint:
+    """Return the endpoint of a name; see `FORMS`.
+
+    Raises:
+        ModelError: If the name is none, its provider unknown, its key not in the environment, or its folder missing.
+    """
+    kind, _, rest = spec.partition(":")
+    if kind in ("mailbox", "replay"):
+        from text2sim.agents.models.mailbox import Mailbox, Replay
+
+        if not rest.strip():
+            raise ModelError(f"`{kind}:` needs a folder behind it")
+        folder = Path(rest.strip()).expanduser().absolute()
+        return Mailbox(folder) if kind == "mailbox" else Replay(folder)
+    name = parse_name(spec)
+    from text2sim.agents.models.litellm_client import LiteLLMEndpoint
+
+    return LiteLLMEndpoint(name)
+
+
+def parse_name(spec: str) -> ModelName:
+    """Read the name of a model.
+
+    Raises:
+        ModelError: If it is none.
+    """
+    text, *options = spec.strip().split(",")
+    switches: dict[str, bool] = {}
+    for option in options:
+        key, _, value = option.partition("=")
+        if key not in ("vision", "schema") or value not in _SWITCH:
+            raise ModelError(f"`{option[:60]}` is no option of a model; there are vision=yes|no and schema=yes|no")
+        switches[key] = _SWITCH[value]
+    model, *rest = _SPLIT.split(text, maxsplit=1)
+    if not _MODEL.fullmatch(model) or (not rest and "/" not in model):
+        raise ModelError(f"`{spec[:100]}` does not name a model; write {FORMS}")
+    url = _checked_url(rest[0]) if rest else None
+    return ModelName(model.removeprefix("openai/") if url else model, url, **switches)
+
+
+def _checked_url(url: str) -> str:
+    try:
+        parts = urlsplit(url)
+        sound = bool(parts.hostname) and (parts.port or 1) > 0
+    except ValueError:
+        sound, parts = False, urlsplit("")
+    if not sound or parts.query or parts.fragment:
+        raise ModelError("the address behind `@` is none: write http://HOST:PORT/v1")
+    if parts.username is not None or parts.password is not None:
+        raise ModelError("no password in an address: put the key into TEXT2SIM_API_KEY")
+    return url.rstrip("/")

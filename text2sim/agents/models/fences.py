@@ -1,0 +1,114 @@
+"""Where the data of a reply stands: in a fenced block, or bare among prose."""
+
+import re
+from dataclasses import dataclass
+
+DATA = frozenset({"yaml", "yml", "json", "jsonc", "json5"})
+"""What a block of data is marked with; blocks without a mark come second."""
+
+_FENCE = re.compile(r"( *)(`{3,}|~{3,})\s*([^\s`{]*)([^`]*)")
+_THOUGHT = re.compile(r"\s*<(think|thinking|reasoning)>.*?</\1>", re.DOTALL)
+_TOP_KEY = re.compile(r"(?:[A-Za-z_]\w*|\"[^\"]{1,200}\")\s*:(?:\s|$)")
+_LIST_ITEM = re.compile(r"- \S")
+
+
+@dataclass(frozen=True)
+class Block:
+    """A part of a reply that may be data."""
+
+    text: str
+    mark: str = ""
+    """The word behind the fence, in lower case."""
+    line: int = 1
+    """Line of the reply in which it starts."""
+    closed: bool = True
+
+
+def without_thoughts(reply: str) -> str:
+    """Drop what a reasoning model thought aloud before its answer."""
+    found = _THOUGHT.match(reply)
+    return reply[found.end() :] if found else reply
+
+
+def fenced_blocks(reply: str) -> list[Block]:
+    """All fenced blocks in order. The last may be open: then the reply ended in it."""
+    blocks: list[Block] = []
+    lines: list[str] = []
+    opened: tuple[str, str, str, int] | None = None  # indentation, fence, mark, line
+    for number, line in enumerate(reply.splitlines(), 1):
+        if opened is None:
+            found = _FENCE.fullmatch(line)
+            if found is not None:
+                opened, lines = (found[1], found[2], found[3].lower(), number + 1), []
+            continue
+        indent, fence, mark, start = opened
+        # A fence that is indented more than the one that opened the block is text in the block.
+        stripped = line.strip()
+        if len(stripped) >= len(fence) and not stripped.strip(fence[0]) and line.startswith((indent + fence, fence)):
+            blocks.append(Block("\n".join(lines), mark, start))
+            opened = None
+        else:
+            lines.append(line.removeprefix(indent))
+    if opened is not None:
+        blocks.append(Block("\n".join(lines), opened[2], opened[3], closed=False))
+    return blocks
+
+
+def bare_block(reply: str) -> Block | None:
+    """The data of a reply without fences: what is left when prose before and after it is taken away."""
+    lines = reply.splitlines()
+    start = next((i for i, line in enumerate(lines) if _starts_data(line)), None)
+    if start is None:
+        return None
+    text = "\n".join(lines[start:])
+    if text.lstrip()[0] in "{[":
+        end = _closing(text)
+        return Block(text[:end] if end is not None else text, line=start + 1, closed=end is not None)
+    end = len(lines)
+    while end > start + 1 and not _is_data(lines[end - 1]):
+        end -= 1
+    return Block("\n".join(lines[start:end]), line=start + 1)
+
+
+def plain_json(text: str) -> str:
+    """Make JSON that takes liberties into YAML of the same lines: comments become blanks, pairs of surrogates one."""
+    pieces: list[str] = []
+    done = 0
+    for found in _JSON_PART.finditer(text):
+        pieces.append(text[done : found.start()])
+        part = found[0]
+        pieces.append(_SURROGATES.sub(_paired, part) if part[0] == '"' else re.sub(r"[^\n]", " ", part))
+        done = found.end()
+    return "".join([*pieces, text[done:]])
+
+
+# The last two take an end that is missing for the end of the text, so that nothing is searched twice.
+_JSON_PART = re.compile(r'"(?:[^"\\\n]|\\.)*"?|//[^\n]*|/\*(?:[^*]|\*(?!/))*(?:\*/)?')
+_SURROGATES = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u([dD][c-fC-F][0-9a-fA-F]{2})")
+
+
+def _paired(found: re.Match[str]) -> str:
+    high, low = int(found[2], 16) - 0xD800, int(found[3], 16) - 0xDC00
+    return f"{found[1]}\\U{0x10000 + high * 0x400 + low:08X}"
+
+
+def _starts_data(line: str) -> bool:
+    return line.lstrip()[:1] in ("{", "[") or bool(_TOP_KEY.match(line)) or bool(_LIST_ITEM.match(line))
+
+
+def _is_data(line: str) -> bool:
+    """Whether a last line can belong to block YAML: it is indented, or a key, an item or a comment."""
+    return line[:1] in (" ", "#", "}", "]") and bool(line.strip()) or _starts_data(line)
+
+
+def _closing(text: str) -> int | None:
+    """Index behind the bracket that closes the first one."""
+    depth = 0
+    for found in re.finditer(r'"(?:[^"\\\n]|\\.)*"?|[{}\[\]]', text):
+        if found[0] in ("{", "["):
+            depth += 1
+        elif found[0] in ("}", "]"):
+            depth -= 1
+            if depth == 0:
+                return found.end()
+    return None

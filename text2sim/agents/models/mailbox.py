@@ -1,0 +1,169 @@
+"""Models that are played through a folder: every request is a file, and its reply is awaited as one.
+
+`docs/models.md` has the protocol for whoever answers.
+"""
+
+import os
+import re
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from threading import Lock
+
+from text2sim.agents.models.exchange import MEDIA_TYPES, ModelError, Reply, Request, StoppedError
+from text2sim.agents.models.files import UnfitFileError, read_plain, write_whole
+from text2sim.agents.models.tokens import request_tokens, text_tokens
+
+ENDINGS = ("md", "yaml", "yml", "json", "txt")
+"""Endings of a reply, in the order in which they are looked for."""
+LARGEST = 10_000_000
+"""Largest reply [bytes]."""
+POLL = 0.2
+SETTLED = 2.0
+"""A reply that has not changed for so long [s] is complete; a younger one is looked at twice."""
+_DIGEST = re.compile(r"^- digest: ([0-9a-f]{64})$", re.MULTILINE)
+_HEAD = 2_000
+
+
+class Mailbox:
+    """Whoever reads the requests in a folder and writes replies beside them: a person, or another agent."""
+
+    name = "mailbox"
+    vision = True
+    cacheable = False
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._lock = Lock()
+
+    def complete(self, request: Request, stop: Callable[[], bool]) -> Reply:
+        """Write the request and wait for its reply, without end; see `Endpoint.complete`."""
+        start = time.monotonic()
+        with self._lock:
+            self._post(request)
+        text = self._await(request, stop)
+        return _reply(request, text, self.name, time.monotonic() - start)
+
+    def _post(self, request: Request) -> None:
+        """Write the request, unless the very same lies there: then its reply may already be there too."""
+        path = self._folder / f"{request.stem}.request.md"
+        try:
+            head = read_plain(path, LARGEST * 2)[:_HEAD] if path.exists() or path.is_symlink() else ""
+            found = _DIGEST.search(head)
+            if found is not None and found[1] == request.digest():
+                return
+            self._supersede(request)
+            for name, image in zip(_picture_names(request), _pictures(request), strict=True):
+                write_whole(self._folder / name, image.data)
+            write_whole(path, letter(request))
+        except UnfitFileError as error:
+            raise ModelError(f"{path}: {error}") from None
+        except OSError as error:
+            raise ModelError(f"{error.filename or self._folder}: {error.strerror or error}") from None
+
+    def _supersede(self, request: Request) -> None:
+        """Put what lies there under this number away: it belongs to another question."""
+        endings = [f"reply.{e}" for e in ENDINGS] + ["request.md"]
+        old = [self._folder / f"{request.stem}.{ending}" for ending in endings]
+        pictures = "|".join(ending for ending, _ in MEDIA_TYPES.values())
+        picture = re.compile(rf"{re.escape(request.stem)}\.\d+\.({pictures})")
+        if self._folder.is_dir():
+            old += [path for path in sorted(self._folder.iterdir()) if picture.fullmatch(path.name)]
+        old = [path for path in old if path.exists() or path.is_symlink()]
+        if not old:
+            return
+        count, away = 1, self._folder / "superseded" / f"{request.stem}.1"
+        while away.exists():
+            count += 1
+            away = away.with_name(f"{request.stem}.{count}")
+        away.mkdir(parents=True)
+        for path in old:
+            os.replace(path, away / path.name)
+
+    def _await(self, request: Request, stop: Callable[[], bool]) -> str:
+        seen: tuple[Path, int, int] | None = None
+        while True:
+            for path in _reply_paths(self._folder, request):
+                with suppress(FileNotFoundError):
+                    stat = path.lstat()
+                    if stat.st_size == 0:  # made, and about to be written
+                        continue
+                    now = (path, stat.st_size, stat.st_mtime_ns)
+                    if now == seen or time.time() - stat.st_mtime > SETTLED:
+                        return _read(path)
+                    seen = now
+                    break
+            if stop():
+                raise StoppedError(f"nobody waits any longer for {self._folder / request.stem}.reply.md")
+            time.sleep(POLL)
+
+
+class Replay:
+    """A finished mailbox that answers again, by role and number, whatever is asked."""
+
+    name = "replay"
+    vision = True
+    cacheable = False
+
+    def __init__(self, folder: Path) -> None:
+        if not folder.is_dir():
+            raise ModelError(f"{folder}: there is no such folder to replay")
+        self._folder = folder
+
+    def complete(self, request: Request, stop: Callable[[], bool]) -> Reply:
+        """Return the reply that was given to the call of this role and number; see `Endpoint.complete`."""
+        if stop():
+            raise StoppedError("the replay was stopped")
+        path = next(iter(_reply_paths(self._folder, request)), None)
+        if path is None:
+            raise ModelError(f"the replay ends here: {self._folder / request.stem}.reply.md is not there")
+        return _reply(request, _read(path), self.name, 0.0)
+
+
+def letter(request: Request) -> str:
+    """Text of a request for whoever answers it."""
+    names = iter(_picture_names(request))
+    head = [
+        f"# {request.role} {request.number:02}",
+        "",
+        f"- role: {request.role}",
+        f"- number: {request.number}",
+        f"- digest: {request.digest()}",
+        f"- reply: write your answer, and nothing else, into `{request.stem}.reply.md` in this folder, as UTF-8.",
+        f"  Write it under another name and rename it when it is complete. At most {request.max_tokens:,} tokens.",
+        "- You see nothing but this file and the pictures it names. It is what a language model would be sent.",
+    ]
+    body: list[str] = []
+    for count, message in enumerate(request.messages, 1):
+        body += ["", f"## Message {count} of {len(request.messages)}: {message.role}", "", message.text.rstrip("\n")]
+        for image in message.images:
+            body += ["", f"Picture `{image.name}`: see the file `{next(names)}` in this folder."]
+    return "\n".join([*head, *body, ""])
+
+
+def _pictures(request: Request) -> list:
+    return [image for message in request.messages for image in message.images]
+
+
+def _picture_names(request: Request) -> list[str]:
+    return [f"{request.stem}.{count}.{image.ending}" for count, image in enumerate(_pictures(request), 1)]
+
+
+def _reply_paths(folder: Path, request: Request) -> list[Path]:
+    """Files that may be the reply; a link counts as there even if it leads nowhere, so that it is told of."""
+    paths = [folder / f"{request.stem}.reply.{ending}" for ending in ENDINGS]
+    return [path for path in paths if path.exists() or path.is_symlink()]
+
+
+def _read(path: Path) -> str:
+    try:
+        return read_plain(path, LARGEST)
+    except UnfitFileError as error:
+        raise ModelError(f"{path} is no reply: {error}") from None
+    except OSError as error:
+        raise ModelError(f"{path} is no reply: {error.strerror or error}") from None
+
+
+def _reply(request: Request, text: str, model: str, seconds: float) -> Reply:
+    return Reply(text, request_tokens(request), text_tokens(text), None, seconds, model, estimated=True)

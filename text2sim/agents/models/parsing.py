@@ -1,0 +1,96 @@
+"""Reads the data in a model's reply. A reply is data whatever it says: nothing in it is run, opened or followed."""
+
+import re
+from typing import Any, NamedTuple
+
+from text2sim.agents.models.fences import DATA, Block, bare_block, fenced_blocks, plain_json, without_thoughts
+from text2sim.spec_schema.errors import Problem, SpecError, format_problems
+from text2sim.spec_schema.text.document import parse_document
+from text2sim.spec_schema.text.source import Source, check_source
+
+LIMIT = 1_000_000
+"""Longest reply [characters] that is read."""
+EXPRESSIONS = 1_000
+"""As many `${` one line may have: the reader looks at the rest of the line for each of them."""
+SHOWN = 10
+FILE = "reply"
+
+
+class Parsed(NamedTuple):
+    """What a reply says."""
+
+    data: Any
+    """A mapping or a list of plain values."""
+    text: str
+    """The block that it stood in."""
+
+
+class ReplyError(SpecError):
+    """A reply that holds no usable data. Its text is short and fit to be sent back to the model."""
+
+    def __init__(self, problems: list[Problem], source: Source | None = None) -> None:
+        super().__init__(problems)
+        shown = format_problems(self.problems[:SHOWN], source)
+        more = len(self.problems) - SHOWN
+        self.feedback = f"{shown}\n… and {more} more problems" if more > 0 else shown
+
+    def __str__(self) -> str:
+        return self.feedback
+
+
+def read_reply(text: str, limit: int = LIMIT) -> Parsed:
+    """Return the data of a reply.
+
+    It stands in a fenced block (the last complete one that is marked as YAML or JSON; else the last one without a
+    mark), or bare, with or without prose around it. JSON may have comments and commas at the end.
+
+    Args:
+        text: What the model said.
+        limit: Longest reply that is read [characters].
+
+    Raises:
+        ReplyError: If it holds no data, if that is not complete or not valid, has a key twice, anchors, aliases or
+            tags, or is nested too deep or too large. Lines are counted in the whole reply.
+    """
+    if len(text) > limit:
+        raise _error(f"the reply has {len(text):,} characters; {limit:,} are read", "too-large")
+    block = _choose(text)
+    # Lines before the block are kept as blank ones, so that lines are those of the reply.
+    content = block.text.replace("\ufeff", "")
+    if content.lstrip()[:1] in ("{", "["):
+        content = plain_json(content)
+    source = Source("\n" * (block.line - 1) + content, FILE)
+    for number, line in enumerate(source.lines, 1):
+        if line.count("${") > EXPRESSIONS:
+            raise _error(f"the line has more than {EXPRESSIONS} expressions", "too-large", number)
+    try:
+        data = parse_document(check_source(source)).data
+    except SpecError as error:
+        raise ReplyError(error.problems, source) from None
+    if not isinstance(data, dict | list):
+        raise _error("the block holds no mapping and no list", "no-data", block.line)
+    return Parsed(data, block.text)
+
+
+def _choose(text: str) -> Block:
+    answer = without_thoughts(text)
+    skipped = len(re.findall("\n", text[: len(text) - len(answer)]))
+    blocks = fenced_blocks(answer)
+    marked = [block for block in blocks if block.mark in DATA] or [block for block in blocks if not block.mark]
+    complete = [block for block in marked if block.closed and block.text.strip()]
+    block = complete[-1] if complete else None
+    if block is None and marked and not marked[-1].closed:
+        line = marked[-1].line - 1 + skipped
+        raise _error("the block that starts here is not closed; send it again, whole", "not-closed", line)
+    if block is None and not blocks:
+        block = bare_block(answer)
+        if block is not None and not block.closed:
+            raise _error("the brackets that open here are not closed; send it again, whole", "not-closed", block.line)
+    if block is None:
+        message = "the reply is empty" if not text.strip() else "the reply has no block of data"
+        raise _error(f"{message}; answer with one fenced ```yaml block", "no-data")
+    return Block(block.text, block.mark, block.line + skipped)
+
+
+def _error(message: str, rule: str, line: int = 1) -> ReplyError:
+    return ReplyError([Problem("", message, line, 1, FILE, rule=rule)])

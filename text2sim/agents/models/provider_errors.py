@@ -1,0 +1,77 @@
+"""What a provider said when it gave no reply: in plain words, without keys, and whether to ask again."""
+
+import os
+import re
+from datetime import UTC, datetime
+from email.utils import parsedate_to_datetime
+from typing import Any
+
+from text2sim.agents.models.exchange import ModelError
+
+LONGEST = 400
+"""As much of what a provider said is shown [characters]."""
+TRANSIENT = frozenset({408, 409, 425, 429, 500, 502, 503, 504, 520, 522, 524, 529})
+"""HTTP states after which the same request may succeed."""
+_FINAL_WORDS = ("insufficient_quota", "exceeded your current quota", "billing", "credit balance")
+"""A provider that wants money says 429 too, but waiting does not help."""
+_KEYS = re.compile(r"\b(?:sk|pk|gsk|xai|AIza|hf|key)[-_][\w*.-]{6,}|\bAIza[\w-]{10,}|(?i:bearer)\s+\S+")
+_SECRET = ("KEY", "TOKEN", "SECRET", "PASSWORD", "CREDENTIAL")
+_NOISE = re.compile(r"^(?:litellm\.)?(?:\w+(?:Error|Exception)\s*[:-]\s*)+")
+_ADVICE = {
+    401: "it does not accept the key",
+    403: "the key may not do this",
+    404: "it knows no such model, or no such address",
+    408: "it took too long",
+    413: "the request is too large",
+    429: "too many requests",
+}
+
+
+def without_keys(text: str) -> str:
+    """Replace whatever is, or looks like, a key."""
+    for name, value in os.environ.items():
+        if len(value) >= 8 and any(word in name.upper() for word in _SECRET):
+            text = text.replace(value, "[key]")
+    return _KEYS.sub("[key]", text)
+
+
+def model_error(who: str, error: Exception) -> ModelError:
+    """Return what the user is told of an error of the client library.
+
+    Args:
+        who: Whom was asked.
+        error: An exception with `status_code` and `message`, as those of OpenAI's client have.
+    """
+    status = status_of(error)
+    said = str(getattr(error, "message", None) or error)
+    said = " ".join(without_keys(_NOISE.sub("", said)).split())
+    said = said if len(said) <= LONGEST else said[: LONGEST - 1] + "…"
+    final = any(word in said.lower() for word in _FINAL_WORDS)
+    retryable = (status is None or status in TRANSIENT) and not final
+    number = f" ({status})" if status is not None else ""
+    advice = f"{_ADVICE[status]}; " if status in _ADVICE and not final else ""
+    return ModelError(f"{who}{number}: {advice}{said or type(error).__name__}", retryable=retryable)
+
+
+def status_of(error: Exception) -> int | None:
+    """HTTP state of an error; None if there was no answer at all."""
+    if type(error).__name__ in ("Timeout", "APITimeoutError", "APIConnectionError"):
+        return None  # the library gives them a number of its own
+    status = getattr(error, "status_code", None)
+    return status if isinstance(status, int) else None
+
+
+def wait_asked(error: Exception) -> float | None:
+    """Seconds that a provider asks to wait, by `Retry-After` in either of its forms; None if it says nothing."""
+    headers: Any = getattr(getattr(error, "response", None), "headers", None)
+    if not headers or "retry-after" not in headers:
+        headers = getattr(error, "litellm_response_headers", None)
+    value = str(headers.get("retry-after") or headers.get("Retry-After") or "") if headers else ""
+    try:
+        return max(0.0, float(value)) if float(value) < 1e9 else None
+    except ValueError:
+        pass
+    try:
+        return max(0.0, (parsedate_to_datetime(value) - datetime.now(UTC)).total_seconds())
+    except (ValueError, TypeError):
+        return None

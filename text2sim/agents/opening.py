@@ -1,0 +1,109 @@
+"""How a case that is there already enters the loop: to be mended, or to be changed as somebody wishes."""
+
+from text2sim.agents import revising
+from text2sim.agents.asking import BudgetSpent, RoleFailed
+from text2sim.agents.attempts import Attempt
+from text2sim.agents.casework import examine, said
+from text2sim.agents.loop import Loop, Outcome
+from text2sim.agents.models.exchange import ModelError
+from text2sim.agents.planning import open_case
+from text2sim.agents.replies import Decision, Fragments, Opening, Plan, PlannedBody
+from text2sim.spec_schema.errors import RunError
+
+
+def amend(loop: Loop, text: str, *, run_first: bool) -> Outcome:
+    """Bring a case to do what somebody wishes.
+
+    Args:
+        loop: The loop of the case.
+        text: The case as it is.
+        run_first: Whether it is run before anything is changed, because its author says that it goes wrong.
+
+    Raises:
+        RunError: If the text is not a case at all.
+    """
+    loop.plan = planned(text, loop.case.name)
+    try:
+        evidence, problems = _present_state(loop, text, run_first)
+        shown = "\n\n".join(part for part in (evidence, "\n".join(problems)) if part)
+        opening = open_case(loop.desk, loop.request, text, shown, list(loop.plan.checks.expect))
+        loop.emit(
+            "planned",
+            event=opening.event,
+            possible=opening.possible,
+            why=opening.why,
+            assumptions=[],
+            says=opening.says,
+        )
+        if opening.possible == "no":
+            return Outcome("impossible", opening.why, plan=loop.plan)
+        changed = _opened(loop, text, opening)
+    except (BudgetSpent, RoleFailed, ModelError) as failed:
+        return Outcome("failed", str(failed), None, [str(failed)], loop.plan)
+    return loop.work(changed, "as was wished")
+
+
+def planned(text: str, fallback: str) -> Plan:
+    """Return the plan that a case that is there already stands for."""
+    try:
+        data = revising.data_of(text)
+        actions = data.get("actions") or {}
+        bodies = {
+            str(name): PlannedBody(
+                kind=str(row.get("kind") or row.get("use")),
+                shape=_kind(row.get("shape")),
+                mount=_kind(row.get("mount")),
+            )
+            for name, row in (data.get("bodies") or {}).items()
+            if isinstance(row, dict)
+        }
+        for name, row in ((data.get("scene") or {}).get("statics") or {}).items():
+            bodies[str(name)] = PlannedBody(
+                kind="static", shape=_kind(row.get("shape") if isinstance(row, dict) else None)
+            )
+        checks = Fragments.model_validate({part: actions.get(part) or {} for part in ("measures", "events", "expect")})
+        return Plan(
+            name=str(data.get("name") or fallback),
+            event=" ".join(str(data.get("prompt") or "").split())[:2000],
+            duration=float((data.get("scene") or {}).get("duration") or 4.0),
+            params=data.get("params") or {},
+            bodies=bodies,
+            checks=checks,
+            says={name: "as the case says" for name in checks.expect},
+        )
+    except (ValueError, TypeError, AttributeError) as error:
+        raise RunError(f"this is not a case that agents could take up: {str(error).splitlines()[0]}") from None
+
+
+def _kind(row: object) -> str:
+    return str(row.get("kind") or "") if isinstance(row, dict) else ""
+
+
+def _present_state(loop: Loop, text: str, run_first: bool) -> tuple[str, list[str]]:
+    """What the case does now, or why it cannot be run."""
+    examined = examine(text, loop.path)
+    if examined.errors:
+        return "", [said(problem) for problem in examined.errors]
+    if not run_first:
+        return "", []
+    attempt = Attempt(0, text, "as it was")
+    if not loop.attempts.recall(attempt):
+        loop.emit("running", live=True, number=0)
+        loop.attempts.run(attempt, examined, tuple(loop.plan.checks.expect), loop.limits.sim_timeout, loop._progress)
+    return attempt.evidence, attempt.problems
+
+
+def _opened(loop: Loop, text: str, opening: Opening) -> str:
+    """Do what the Planner has decided; from then on the expectations stand."""
+    checks = loop.plan.checks
+    expect = {name: row for name, row in checks.expect.items() if name not in opening.drop} | opening.checks.expect
+    merged = Fragments(
+        measures=checks.measures | opening.checks.measures, events=checks.events | opening.checks.events, expect=expect
+    )  # fmt: skip
+    says = {name: row for name, row in loop.plan.says.items() if name in expect} | opening.says
+    loop.plan = loop.plan.model_copy(update={"checks": merged, "says": says, "event": opening.event or loop.plan.event})
+    loop.names = tuple(expect)
+    text = revising.with_checks(text, opening.checks, opening.drop)
+    decision = Decision(action="repair", why=opening.why, params=opening.params)
+    text, _ = loop.apply_plan(text, decision)
+    return loop.routed(text, opening.routes)

@@ -1,0 +1,198 @@
+"""The Planner: it alone reads the card library, defines success, and decides what is done next."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from text2sim.agents import language
+from text2sim.agents.asking import Desk, Wrong, either, typed
+from text2sim.agents.casework import FROZEN_PARTS, checks_faults
+from text2sim.agents.contract import weakened
+from text2sim.agents.models.exchange import Image
+from text2sim.agents.replies import Decision, Look, Opening, Plan
+from text2sim.agents.roles import ROLES, render, system_prompt
+from text2sim.agents.yaml_text import yaml_text
+
+if TYPE_CHECKING:
+    from text2sim.agents.deck import Deck
+
+PLANNER = ROLES["planner"]
+
+
+@dataclass(frozen=True)
+class Request:
+    """What somebody wants."""
+
+    text: str
+    images: tuple[Image, ...] = ()
+    inputs: tuple[str, ...] = ()
+    """Files that came with it, in words."""
+
+
+@dataclass
+class Report:
+    """What the Planner is told of an attempt."""
+
+    problems: Sequence[str] = ()
+    """What the checker said, if it could not be run."""
+    evidence: str = ""
+    critique: Mapping[str, Any] | None = None
+    breaches: Sequence[str] = field(default_factory=list)
+
+
+def make_plan(desk: Desk, request: Request, deck: "Deck", path: Path) -> Plan:
+    """Have a request planned; the Planner may read some pages first.
+
+    Args:
+        desk: Where it is asked.
+        request: What is wanted.
+        deck: The cards.
+        path: Where the case will stand.
+    """
+    looked = ""
+    question = render("plan_ask", request=request.text, inputs=request.inputs)
+    for _ in range(2):
+        system = system_prompt(
+            PLANNER,
+            vocabulary=language.vocabulary(),
+            pages=language.pages("expectations"),
+            cards=deck.index(),
+            looked=looked,
+        )
+        read = typed(Plan, lambda plan: _check_plan(plan, path))
+        if not looked:
+            read = either(read, "read", typed(Look))
+        answer = desk.ask("planner", system, question, read, request.images)
+        if isinstance(answer, Plan):
+            return answer
+        looked = _looked_up(answer, deck)
+    raise AssertionError("the second question takes nothing but a plan")
+
+
+def _check_plan(plan: Plan, path: Path) -> None:
+    if plan.possible == "no":
+        if not plan.why:
+            raise Wrong(["/why: say why it cannot be done"])
+        return
+    wrong = []
+    if not plan.bodies:
+        wrong.append("/bodies: name every body and static")
+    if not plan.checks.expect:
+        wrong.append("/checks/expect: at least one expectation has to follow from the request")
+    wrong += [
+        f"/says/{name}: there is no expectation `{name}` in checks"
+        for name in plan.says
+        if name not in plan.checks.expect
+    ]
+    wrong += [f"/says/{name}: say which sentence it stands for" for name in plan.checks.expect if name not in plan.says]
+    wrong += [
+        f"/assets: `{asset.body}` is not a body of the plan" for asset in plan.assets if asset.body not in plan.bodies
+    ]
+    wrong += checks_faults(plan, path)
+    if wrong:
+        raise Wrong(wrong)
+
+
+def _looked_up(look: Look, deck: "Deck") -> str:
+    """What the Planner asked to read."""
+    wanted = set(look.read)
+    parts = [deck.full(name) for name in look.read if deck.has(name)]
+    kinds = wanted & language.known_kinds()
+    if kinds:
+        parts.append(language.pages("bodies", kinds))
+        parts.append(language.prefabs(only=kinds))
+    return "\n\n".join(part for part in parts if part) or "(nothing of what you asked for is there)"
+
+
+def open_case(desk: Desk, request: Request, case: str, evidence: str, loaded_expect: Sequence[str]) -> Opening:
+    """Have the Planner take up a wish about a case that is there already."""
+
+    def check(opening: Opening) -> None:
+        wrong = []
+        if opening.possible != "no" and not (opening.routes or opening.params):
+            wrong.append("/routes: say which Writer does what")
+        wrong += [f"/drop: there is no expectation `{name}`" for name in opening.drop if name not in loaded_expect]
+        wrong += [
+            f"/says/{name}: say which sentence it stands for"
+            for name in opening.checks.expect
+            if name not in opening.says
+        ]
+        if wrong:
+            raise Wrong(wrong)
+
+    system = system_prompt(PLANNER, "open", pages=language.pages("expectations"))
+    question = render("open_ask", request=request.text, case=case, evidence=evidence)
+    return desk.ask("planner", system, question, typed(Opening, check), request.images)
+
+
+def decide(
+    desk: Desk, request: Request, plan: Plan, history: str, report: Report, cards: str, rules: frozenset[str]
+) -> Decision:
+    """Have the Planner decide about an attempt that was not accepted.
+
+    Args:
+        desk: Where it is asked.
+        request: What is wanted.
+        plan: The plan.
+        history: A line for each attempt.
+        report: The last one.
+        cards: One line for each card that may fit.
+        rules: Ids of the lint that may be waived.
+    """
+    offered = len((report.critique or {}).get("patches", ()))
+
+    def check(decision: Decision) -> None:
+        wrong = [f"/take: there is no patch {k}; there are {offered}" for k in decision.take if not 1 <= k <= offered]
+        wrong += [f"/waive/{rule}: the lint did not find this here" for rule in decision.waive if rule not in rules]
+        wrong += [
+            f"/waive/{rule}: say why, in ten characters or more"
+            for rule, why in decision.waive.items()
+            if len(why) < 10
+        ]
+        if decision.restate is not None:
+            wrong += weakened(plan.checks.expect, decision.restate.checks.expect)
+        busy = decision.take or decision.routes or decision.params or decision.waive or decision.restate
+        if decision.action == "repair" and not busy:
+            wrong.append("take a patch, route work, or change a parameter: otherwise the next attempt is this one")
+        if wrong:
+            raise Wrong(wrong)
+
+    question = render(
+        "decide_ask", request=request.text, plan=plan_text(plan), history=history, report=_reported(report), cards=cards
+    )  # fmt: skip
+    return desk.ask("planner", system_prompt(PLANNER, "decide"), question, typed(Decision, check))
+
+
+def plan_text(plan: Plan) -> str:
+    """Return a plan as YAML, without what only the Planner needs."""
+    data = plan.model_dump(mode="json", exclude={"cards", "briefs", "possible", "why", "assets"}, exclude_defaults=True)
+    for part in FROZEN_PARTS:
+        if "checks" in data and not data["checks"].get(part):
+            data["checks"].pop(part, None)
+    return yaml_text(data)
+
+
+def _reported(report: Report) -> str:
+    parts = []
+    if report.problems:
+        parts.append(
+            "It could not be run. What is wrong, and was not mended by its owners:\n\n" + _rows(report.problems)
+        )
+    if report.breaches:
+        parts.append(
+            "Refused, because the request's expectations would ask for something else:\n\n" + _rows(report.breaches)
+        )
+    if report.evidence:
+        parts.append("# Evidence\n\n" + report.evidence)
+    if report.critique is not None:
+        critique = dict(report.critique)
+        patches = critique.pop("patches", [])
+        parts.append("# The Critic\n\n" + yaml_text(critique))
+        for number, patch in enumerate(patches, 1):
+            parts.append(f"Patch {number}:\n\n" + yaml_text(patch))
+    return "\n\n".join(parts)
+
+
+def _rows(lines: Sequence[str]) -> str:
+    return "\n".join(f"- {line}" for line in lines)

@@ -1,0 +1,87 @@
+"""What a decision does to the text of a case: an author's comments and order stay."""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from text2sim.agents.casework import FROZEN_PARTS
+from text2sim.agents.replies import Fragments
+from text2sim.revision.revise import revise
+from text2sim.spec_schema.changes.diff import difference, operations
+from text2sim.spec_schema.changes.diff_words import change_line
+from text2sim.spec_schema.changes.edit import edit_source
+from text2sim.spec_schema.changes.operation import Operation
+from text2sim.spec_schema.changes.patch import PatchError
+from text2sim.spec_schema.errors import SpecError
+from text2sim.spec_schema.text.document import parse_document
+from text2sim.spec_schema.text.source import Source, check_source
+
+Data = dict[str, Any]
+
+
+def data_of(text: str) -> Data:
+    """The plain data of a case, with `${…}` left in."""
+    return parse_document(check_source(Source(text, "case.yaml"))).data
+
+
+def with_sections(text: str, sections: Mapping[str, Data]) -> str:
+    """Put other sections in the place of those that stand in a case."""
+    before = data_of(text)
+    after = before | {name: dict(data) for name, data in sections.items()}
+    return edited(text, operations(before, after))
+
+
+def with_patches(text: str, patches: Sequence[Mapping[str, Any]], path: Path) -> tuple[str, list[str]]:
+    """Apply patches one after the other; one that does not go with those before it is left out.
+
+    Returns:
+        The text, and why patches were left out.
+    """
+    left_out = []
+    for patch in patches:
+        try:
+            text = revise(Source(text, str(path)), path, patch["operations"], patch["section"]).text
+        except (PatchError, SpecError) as error:
+            left_out.append(f"a patch on {patch['section']} was left out: {str(error).splitlines()[0]}")
+    return text, left_out
+
+
+def with_params(text: str, params: Mapping[str, Any]) -> str:
+    """Give parameters other values."""
+    return _laid_over(text, "params", params)
+
+
+def with_waivers(text: str, waive: Mapping[str, str]) -> str:
+    """Say of findings of the lint that they are meant."""
+    return _laid_over(text, "waive", waive)
+
+
+def with_checks(text: str, checks: Fragments, drop: Sequence[str] = ()) -> str:
+    """Put measures, events and expectations into a case, in the place of those of the same name."""
+    before = data_of(text)
+    actions = dict(before.get("actions") or {})
+    for part in FROZEN_PARTS:
+        rows = dict(actions.get(part) or {}) | getattr(checks, part)
+        rows = {name: row for name, row in rows.items() if part != "expect" or name not in drop}
+        if rows:
+            actions[part] = rows
+        else:
+            actions.pop(part, None)
+    return edited(text, operations(before, before | {"actions": actions}))
+
+
+def edited(text: str, changes: Sequence[Operation]) -> str:
+    """Apply operations that are known to fit."""
+    return edit_source(Source(text, "case.yaml"), changes) if changes else text
+
+
+def change_lines(before: str, after: str) -> list[str]:
+    """Say what differs between two texts of a case."""
+    return [change_line(change) for change in difference(data_of(before), data_of(after))]
+
+
+def _laid_over(text: str, key: str, values: Mapping[str, Any]) -> str:
+    before = data_of(text)
+    merged = dict(before.get(key) or {}) | json.loads(json.dumps(dict(values)))
+    return edited(text, operations(before, before | {key: merged})) if values else text

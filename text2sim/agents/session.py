@@ -1,0 +1,233 @@
+"""A loop on disk: what was asked, with which models, and how far it came, so that it goes on after any interruption.
+
+CASE/case.yaml                     the best version
+CASE/generation/request.json       what was asked for
+CASE/generation/calls/             every finished call of a model
+CASE/generation/attempts/NN/       every version: case, evidence, judgement
+CASE/generation/journal.jsonl      what happened, in order
+CASE/generation/run.json           how it ended, and what it cost
+CASE/runs/                         the simulations
+"""
+
+import json
+import re
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from text2sim.agents.asking import Desk
+from text2sim.agents.attempts import copy_input
+from text2sim.agents.deck import Deck
+from text2sim.agents.journal import Journal, Listener
+from text2sim.agents.loop import Limits, Loop, Outcome
+from text2sim.agents.models.calls import Account, Budget, CallLog
+from text2sim.agents.models.endpoint import Endpoint
+from text2sim.agents.models.endpoint import endpoint_of as _endpoint_of
+from text2sim.agents.models.exchange import Image
+from text2sim.agents.opening import amend
+from text2sim.agents.planning import Request
+from text2sim.agents.roles import ROLES
+from text2sim.agents.yaml_text import yaml_text
+from text2sim.harness.record import write_atomically
+from text2sim.spec_schema.errors import RunError
+
+Kind = Literal["generate", "repair", "edit"]
+LONGEST = 20_000
+"""Characters of a request."""
+LARGEST_IMAGE = 4_000_000
+"""Bytes of a picture that goes with it."""
+IMAGES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"}
+
+
+@dataclass
+class Wish:
+    """What is asked for, and what it may cost."""
+
+    kind: Kind
+    text: str
+    models: dict[str, str]
+    """Model by role; "" for the rest."""
+    attempts: int = 30
+    tokens: int | None = None
+    cost: float | None = None
+    minutes: float | None = None
+    sim_timeout: float = 3600.0
+    cards: bool = True
+    images: list[str] = field(default_factory=list)
+    """Names of files in `generation/inputs`."""
+    inputs: list[str] = field(default_factory=list)
+    """Files in `assets`, in words."""
+    base: str = ""
+    """Text of the case that is to be changed."""
+
+
+class Session:
+    """The loop of one case folder.
+
+    Args:
+        case: The folder.
+        wish: What is asked for.
+    """
+
+    def __init__(self, case: Path, wish: Wish) -> None:
+        self.case, self.wish, self.folder = case, wish, case / "generation"
+        self.account = Account()
+
+    @classmethod
+    def begin(cls, case: Path, wish: Wish, images: list[Path], assets: list[Path]) -> "Session":
+        """Begin with a new request.
+
+        Raises:
+            RunError: If there is a loop in this folder already, or an input cannot be taken.
+        """
+        if (case / "generation" / "request.json").exists():
+            raise RunError(f"{case}: agents have worked here already; `--resume` goes on, another folder begins anew")
+        if not wish.text.strip():
+            raise RunError("the request is empty")
+        if len(wish.text) > LONGEST:
+            raise RunError(f"the request has {len(wish.text):,} characters, and may have {LONGEST:,}")
+        for file in images:
+            _check_image(file)
+        for file in assets:
+            if not file.is_file():
+                raise RunError(f"{file}: there is no such file")
+        case.mkdir(parents=True, exist_ok=True)
+        wish.images = [copy_input(file, case / "generation" / "inputs").name for file in images]
+        wish.inputs = [_described(copy_input(file, case / "assets"), case) for file in assets]
+        (case / "generation").mkdir(exist_ok=True)
+        text = json.dumps(asdict(wish), indent=1, ensure_ascii=False) + "\n"
+        write_atomically(case / "generation" / "request.json", text)
+        return cls(case, wish)
+
+    @classmethod
+    def resume(cls, case: Path) -> "Session":
+        """Go on with what was begun.
+
+        Raises:
+            RunError: If there is nothing to go on with.
+        """
+        file = case / "generation" / "request.json"
+        try:
+            return cls(case, Wish(**json.loads(file.read_text("utf-8"))))
+        except (OSError, ValueError, TypeError) as error:
+            raise RunError(f"{file}: nothing to go on with ({error})") from None
+
+    def run(self, listener: Listener, stop: Callable[[], bool] = lambda: False) -> Outcome:
+        """Work until the end.
+
+        Args:
+            listener: Told of everything that happens.
+            stop: Whether somebody wants it to end.
+
+        Raises:
+            MachineError: If this machine cannot run simulations.
+            KeyboardInterrupt: If it was stopped.
+        """
+        wish = self.wish
+        journal = Journal(self.folder / "journal.jsonl", listener)
+        budget = Budget(wish.tokens, wish.cost, wish.minutes, minutes_before=self._minutes_before())
+        endpoints = {role: endpoint_of(spec, self.case) for role, spec in wish.models.items()}
+        desk = Desk(endpoints, CallLog(self.folder / "calls"), self.account, budget, journal, stop)
+        deck = Deck(_library() if wish.cards else None, journal)
+        images = tuple(_image(self.folder / "inputs" / name) for name in wish.images)
+        request = Request(wish.text, images, tuple(wish.inputs))
+        loop = Loop(self.case, request, desk, deck, journal, Limits(wish.attempts, wish.sim_timeout))
+        outcome: Outcome | None = None
+        try:
+            if wish.kind == "generate":
+                outcome = loop.generate()
+            else:
+                outcome = amend(loop, wish.base, run_first=wish.kind == "repair")
+        finally:
+            self._write(loop, deck, outcome, budget)
+        return outcome
+
+    def _write(self, loop: Loop, deck: Deck, outcome: Outcome | None, budget: Budget) -> None:
+        best = outcome.best if outcome else None
+        record = {
+            "state": outcome.state if outcome else "interrupted",
+            "why": outcome.why if outcome else "",
+            "best": best.number if best else None,
+            "unresolved": outcome.unresolved if outcome else [],
+            "restated": loop.restated,
+            "attempts": [
+                {
+                    "number": one.number,
+                    "cause": one.cause,
+                    "state": one.state,
+                    "problems": one.problems,
+                    "expect": {name: row["ok"] for name, row in one.expect.items()},
+                    "verdict": (one.critique or {}).get("verdict"),
+                    "score": (one.critique or {}).get("score"),
+                    "run": one.run,
+                }
+                for one in loop.made
+            ],
+            "cards": {role: sorted(cards) for role, cards in deck.dealt.items()},
+            "models": self.wish.models,
+            "minutes": round(budget.minutes_used, 3),
+            "account": self.account.as_dict(),
+        }
+        write_atomically(self.folder / "run.json", json.dumps(record, indent=1, ensure_ascii=False) + "\n")
+        if loop.plan.event:
+            write_atomically(self.folder / "plan.yaml", yaml_text(loop.plan.model_dump(mode="json")) + "\n")
+
+    def _minutes_before(self) -> float:
+        try:
+            return float(json.loads((self.folder / "run.json").read_text("utf-8"))["minutes"])
+        except (OSError, ValueError, KeyError, TypeError):
+            return 0.0
+
+
+def endpoint_of(spec: str, case: Path) -> Endpoint:
+    """Return who answers; `{case}` in the name of a mailbox stands for the case's folder."""
+    return _endpoint_of(spec.replace("{case}", str(case)))
+
+
+def check_models(models: dict[str, str]) -> None:
+    """Refuse roles that nobody has.
+
+    Raises:
+        RunError: With the roles there are.
+    """
+    if unknown := sorted(set(models) - set(ROLES) - {""}):
+        raise RunError(f"there is no role {', '.join(unknown)}; there are {', '.join(ROLES)}")
+
+
+def folder_name(request: str) -> str:
+    """Return a folder's name for a request: its first words."""
+    words = re.findall(r"[a-z0-9]+", request.lower())
+    kept = [word for word in words if word not in ("a", "an", "the", "of", "and", "is", "are")][:5]
+    return "_".join(kept)[:48] or "request"
+
+
+def _library() -> Any:
+    from text2sim.card_library.library import load_library
+
+    return load_library()
+
+
+def _check_image(file: Path) -> None:
+    if file.suffix.lower() not in IMAGES or not file.is_file():
+        raise RunError(f"{file}: a picture is a .png or .jpg file")
+    if file.stat().st_size > LARGEST_IMAGE:
+        raise RunError(f"{file}: larger than {LARGEST_IMAGE / 1e6:g} MB")
+
+
+def _image(file: Path) -> Image:
+    return Image(file.name, IMAGES[file.suffix.lower()], file.read_bytes())
+
+
+def _described(file: Path, case: Path) -> str:
+    """Say what a given file is."""
+    name = file.relative_to(case).as_posix()
+    if file.suffix.lower() in (".urdf", ".xml", ".mjcf"):
+        return f"`{name}`: an articulated model; use it as `kind: articulated` with `file: {name}`"
+    from text2sim.assets.meshes import check_mesh
+
+    found = check_mesh(file)
+    size = " x ".join(f"{side:.3g}" for side in found.extent)
+    closed = "watertight" if found.watertight else "not watertight"
+    words = f"a mesh of {found.triangles:,} triangles, {size} in its own units, {closed}"
+    return f"`{name}`: {words}; use it as `shape: {{kind: mesh, file: {name}}}`"

@@ -1,0 +1,155 @@
+"""Asset agents: mechanisms and shapes that are worth an expert of their own, made before the bodies are written."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, StringConstraints
+
+from text2sim.agents import language
+from text2sim.agents.asking import Desk, Wrong, typed
+from text2sim.agents.casework import examine, said
+from text2sim.agents.planning import Request, plan_text
+from text2sim.agents.replies import Answer, Asset, Line, Lines, Plan
+from text2sim.agents.roles import ROLES, render, system_prompt
+from text2sim.agents.yaml_text import yaml_text
+from text2sim.spec_schema.text.canonical import format_text
+
+CLEAR = 2.0
+"""Height [m] at which a mechanism is looked at by itself."""
+
+
+class MechanismAnswer(Answer):
+    """A body, and what can be commanded on it."""
+
+    body: dict[str, Any]
+    controls: Lines = []
+
+
+class MeshWish(Answer):
+    """What a text-to-3D service is asked for."""
+
+    prompt: Annotated[str, StringConstraints(min_length=3, max_length=600)]
+    size: Annotated[float, Field(gt=0, le=100)]
+    """Largest extent [m]."""
+
+
+class ShapeAnswer(Answer):
+    """A shape, or the wish for a mesh."""
+
+    shape: dict[str, Any] | None = None
+    generate: MeshWish | None = None
+    note: Line = ""
+
+
+@dataclass
+class Supplies:
+    """What asset agents have made."""
+
+    bodies: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """Whole bodies, which are put into the case as they are."""
+    words: list[str] = field(default_factory=list)
+    """What the Writers have to know of them."""
+
+
+def supply(desk: Desk, asset: Asset, plan: Plan, request: Request, case: Path) -> Supplies:
+    """Have one asset made.
+
+    Args:
+        desk: Where the agents are asked.
+        asset: What is wanted.
+        plan: The plan.
+        request: What the user wants.
+        case: The case's folder.
+    """
+    maker = _mechanism if asset.kind == "mechanism" else _shape
+    return maker(desk, asset, plan, request, case)
+
+
+def _mechanism(desk: Desk, asset: Asset, plan: Plan, request: Request, case: Path) -> Supplies:
+    def check(answer: MechanismAnswer) -> None:
+        if answer.body.get("kind") not in ("articulated", "chain", "rope", "ragdoll"):
+            raise Wrong(["/body/kind: a mechanism is `articulated`"])
+        if wrong := mechanism_faults(asset.body, answer.body, plan, case):
+            raise Wrong(wrong)
+
+    kinds = {"articulated", "hinge", "slider", "ball", "fixed", "free", "compound", "cylinder", "capsule", "tube"}
+    system = system_prompt(ROLES["articulation"], rules=language.rules(), pages=language.pages("bodies", kinds))
+    answer = desk.ask("articulation", system, _question(asset, plan, request), typed(MechanismAnswer, check))
+    links = ", ".join(f"{asset.body}.{name}" for name in answer.body.get("links") or {})
+    words = f"`{asset.body}`: a mechanism, complete. Links and joints: {links or 'see its kind'}."
+    return Supplies({asset.body: answer.body}, [" ".join([words, *answer.controls])])
+
+
+def mechanism_faults(name: str, body: dict[str, Any], plan: Plan, case: Path) -> list[str]:
+    """Say what is wrong with a mechanism that stands by itself: its form, its tree of links, what the lint finds."""
+    document = {
+        "text2sim": 2,
+        "name": "mechanism",
+        "params": plan.params,
+        "scene": {"duration": 0.3, "dt": 0.005, "statics": {"floor": {"shape": {"kind": "plane"}}}},
+        "bodies": {name: {key: row for key, row in body.items() if key != "place"}},
+    }
+    found = examine(format_text(json.dumps(document, ensure_ascii=False)), case / "case.yaml")
+    # Where it stands is not settled by itself: only what is wrong inside it counts.
+    return [said(problem) for problem in found.errors if problem.path.startswith(f"/bodies/{name}") or not problem.path]
+
+
+def _shape(desk: Desk, asset: Asset, plan: Plan, request: Request, case: Path) -> Supplies:
+    from text2sim.agents.casework import section_faults
+
+    def check(answer: ShapeAnswer) -> None:
+        if answer.shape is None and answer.generate is None:
+            raise Wrong(["answer with `shape` or with `generate`"])
+        if answer.generate is not None and not _text_to_3d():
+            raise Wrong(["/generate: there is no text-to-3D service here; build the shape"])
+        if answer.shape is not None:
+            body = {"kind": "rigid", "shape": answer.shape}
+            wrong = section_faults("bodies", {asset.body: body}, plan, case / "case.yaml")
+            if wrong:
+                raise Wrong(wrong)
+
+    shapes = set(language.known_kinds())
+    system = system_prompt(
+        ROLES["mesh"], rules=language.rules(), pages=language.pages("bodies", shapes & _SHAPES), text_to_3d=_text_to_3d()
+    )  # fmt: skip
+    answer = desk.ask("mesh", system, _question(asset, plan, request), typed(ShapeAnswer, check))
+    shape = answer.shape
+    if shape is None:
+        assert answer.generate is not None
+        shape = _generated(asset.body, answer.generate, case)
+    return Supplies({}, [f"`{asset.body}`: give it this shape: {yaml_text({'shape': shape})} {answer.note}"])
+
+
+_SHAPES = frozenset({"compound", "mesh", "box", "sphere", "cylinder", "capsule", "cone", "ellipsoid", "torus", "tube",
+                     "cup", "funnel", "text", "sketch"})  # fmt: skip
+
+
+def _text_to_3d() -> bool:
+    import os
+
+    return bool(os.environ.get("MESHY_API_KEY"))
+
+
+def _generated(name: str, wish: MeshWish, case: Path) -> dict[str, Any]:
+    from text2sim.assets.generation import generate_mesh
+
+    entry = generate_mesh(case, name, wish.prompt, size=wish.size)
+    return {"kind": "mesh", "file": entry.file}
+
+
+def _question(asset: Asset, plan: Plan, request: Request) -> str:
+    return render(
+        "asset_ask", request=request.text, plan=plan_text(plan), body=asset.body, what=asset.what, inputs=request.inputs
+    )  # fmt: skip
+
+
+def merged(parts: Sequence[Supplies]) -> Supplies:
+    """Put together what several agents have made."""
+    whole = Supplies()
+    for part in parts:
+        whole.bodies |= part.bodies
+        whole.words += part.words
+    return whole

@@ -1,0 +1,187 @@
+"""The Writers: each returns its own section, or a patch on it, and sees nothing of what the others draft."""
+
+import copy
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from text2sim.agents import language
+from text2sim.agents.asking import Desk, Wrong, typed
+from text2sim.agents.casework import FROZEN_PARTS, names_in, section_faults
+from text2sim.agents.planning import plan_text
+from text2sim.agents.replies import Plan, Refer
+from text2sim.agents.roles import ROLES, render, writer_prompt
+from text2sim.agents.yaml_text import yaml_text
+from text2sim.spec_schema.changes.patch import PatchError, apply_operations
+from text2sim.spec_schema.text.canonical import format_text
+
+
+def write_section(
+    desk: Desk, section: str, plan: Plan, request: str, supplied: str, cards: str, path: Path
+) -> dict[str, Any]:
+    """Have a section written for the first time.
+
+    Args:
+        desk: Where its Writer is asked.
+        section: Which.
+        plan: The plan.
+        request: What is wanted.
+        supplied: What asset agents have made for it, in words.
+        cards: Debug Cards for its Writer.
+        path: Where the case will stand.
+    """
+    question = render(
+        "draft",
+        section=section,
+        request=request,
+        plan=plan_text(plan),
+        supplied=supplied,
+        cards=cards,
+        brief=plan.briefs.get(section, ""),  # type: ignore[call-overload]
+    )
+
+    def read(data: Any) -> dict[str, Any]:
+        return _section_of(data, section, plan, path)
+
+    return desk.ask(section, _system(section, plan), question, read)
+
+
+def change_section(
+    desk: Desk,
+    section: str,
+    plan: Plan,
+    case: Mapping[str, Any],
+    instruction: str,
+    problems: Sequence[str],
+    cards: str,
+    path: Path,
+) -> dict[str, Any] | Refer:
+    """Have a section changed.
+
+    Args:
+        desk: Where its Writer is asked.
+        section: Which.
+        plan: The plan.
+        case: The case as it is.
+        instruction: What has to come out.
+        problems: What the check of the whole case says about this section.
+        cards: Debug Cards for its Writer.
+        path: Where the case stands.
+
+    Returns:
+        The new section, or the Writer's word that somebody else has to mend it.
+    """
+    current = case.get(section) or {}
+    question = render(
+        "change",
+        plan=plan_text(plan),
+        params=yaml_text({"params": dict(case.get("params") or {})}),
+        names=names_in(case, without=section),
+        current=_section_text(section, current),
+        cards=cards,
+        problems="\n".join(f"- {problem}" for problem in problems),
+        instruction=instruction,
+    )
+
+    def read(data: Any) -> dict[str, Any] | Refer:
+        if isinstance(data, dict) and "refer" in data:
+            answer: Refer = typed(Refer)(data["refer"])
+            if answer.section == section:
+                raise Wrong(["/refer/section: that is your own section"])
+            return answer
+        if isinstance(data, dict) and "patch" in data:
+            return _patched(data["patch"], section, case, plan, path)
+        return _section_of(data, section, plan, path)
+
+    return desk.ask(section, _system(section, plan), question, read)
+
+
+def _system(section: str, plan: Plan) -> str:
+    return writer_prompt(ROLES[section], language.rules(), reading(section, plan))
+
+
+def reading(section: str, plan: Plan) -> str:
+    """Return the pages that the Writer of a section gets for a plan."""
+    pages = language.pages(section, needed_kinds(plan))
+    if section in ("scene", "bodies") and (used := _prefabs_of(plan)):
+        pages += "\n\nPrefabs\n\n" + language.prefabs(only=used)
+    return pages
+
+
+def needed_kinds(plan: Plan) -> set[str]:
+    """Return the kinds of bodies, shapes, mounts, measures and events that a plan names."""
+    found = set(plan.mode)
+    for body in plan.bodies.values():
+        words = f"{body.kind} {body.shape} {body.mount} {body.what}".lower().replace(",", " ").replace("-", "_").split()
+        found |= {body.kind, body.shape, body.mount} | (set(words) & language.known_kinds())
+        if body.count > 1:
+            found |= {"line", "grid", "stack", "ring"}
+    for part in ("measures", "events"):
+        found |= {str(row.get("kind")) for row in getattr(plan.checks, part).values()}
+    return found
+
+
+def _prefabs_of(plan: Plan) -> set[str]:
+    from text2sim.spec_schema.reuse.catalogue import examples
+
+    return {word for body in plan.bodies.values() for word in (body.kind, body.shape)} & set(examples())
+
+
+def _section_of(data: Any, section: str, plan: Plan, path: Path) -> dict[str, Any]:
+    """Take the section out of an answer."""
+    if not isinstance(data, dict):
+        raise Wrong([f"answer with a mapping that has the key `{section}`"])
+    inner = data.get(section, data)
+    if section not in data and set(data) & {"scene", "bodies", "actions", "render", "text2sim"}:
+        raise Wrong([f"`{section}` is your section, and the only one you write"])
+    if not isinstance(inner, dict):
+        raise Wrong([f"/{section}: has to be a mapping"])
+    inner = _own(section, inner, plan)
+    if wrong := section_faults(section, inner, plan, path):
+        raise Wrong(wrong)
+    return inner
+
+
+def _own(section: str, data: dict[str, Any], plan: Plan) -> dict[str, Any]:
+    """Leave out what the Planner has put in: it stands as it is."""
+    if section != "actions":
+        return data
+    kept = dict(data)
+    for part in FROZEN_PARTS:
+        if isinstance(kept.get(part), dict):
+            kept[part] = {name: row for name, row in kept[part].items() if name not in getattr(plan.checks, part)}
+            if not kept[part]:
+                del kept[part]
+    return kept
+
+
+def _patched(operations: Any, section: str, case: Mapping[str, Any], plan: Plan, path: Path) -> dict[str, Any]:
+    if not isinstance(operations, list):
+        raise Wrong(["/patch: has to be a list of operations"])
+    wrong = [
+        f"/patch/{k}: `{place}` is not below /{section}"
+        for k, row in enumerate(operations)
+        if isinstance(row, dict)
+        for place in (row.get("path"), row.get("from", row.get("path")))
+        if not str(place).startswith(f"/{section}/") and str(place) != f"/{section}"
+    ]
+    frozen = [f"/actions/{part}/{name}" for part in FROZEN_PARTS for name in getattr(plan.checks, part)]
+    wrong += [
+        f"/patch/{k}: {row['path']} comes from the request and is not yours to change"
+        for k, row in enumerate(operations)
+        if isinstance(row, dict) and row.get("op") != "test"
+        if any(str(row.get("path")) == place or str(row.get("path")).startswith(f"{place}/") for place in frozen)
+    ]
+    if wrong:
+        raise Wrong(wrong)
+    try:
+        changed = apply_operations(copy.deepcopy(dict(case)), operations)
+    except PatchError as error:
+        raise Wrong([f"/patch: {error}"]) from None
+    return _section_of({section: changed.get(section) or {}}, section, plan, path)
+
+
+def _section_text(section: str, data: Mapping[str, Any]) -> str:
+    """A section in the canonical form."""
+    return format_text(json.dumps({section: data}, ensure_ascii=False)).strip()

@@ -1,0 +1,37 @@
+"""The command `text2sim export`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from text2sim.cli import exits
+
+
+def export(
+    run: Annotated[Path, typer.Argument(help="Folder of a run.")],
+    usd: Annotated[
+        list[Path] | None, typer.Option("--usd", metavar="FILE", help="Write a .usdc, .usda or .usdz file.")
+    ] = None,
+    gltf: Annotated[list[Path] | None, typer.Option("--gltf", metavar="FILE", help="Write a .glb file.")] = None,
+    every: Annotated[int, typer.Option("--every", min=1, help="Only every so many recorded frames, and the last.")] = 1,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """Write a recorded run for other programs: to render it there, or to look at it from all sides."""
+    from text2sim.cli.output import say, say_json, shown
+    from text2sim.exchange.gltf import write_gltf
+    from text2sim.exchange.usd import write_usd
+
+    wanted = [*((path, write_usd) for path in usd or []), *((path, write_gltf) for path in gltf or [])]
+    if not wanted:
+        raise typer.BadParameter("name a file to write: --usd FILE, --gltf FILE", param_hint="'--usd'")
+    rows = []
+    for path, write in wanted:
+        counts = write(run, path, every=every)
+        rows.append({"file": str(path), "bytes": path.stat().st_size, **counts})
+        if not as_json:
+            size = f"{path.stat().st_size / 1e6:.1f} MB"
+            say(f"{shown(path)}: {counts['bodies']} bodies in {counts['frames']} frames, {size}")
+    if as_json:
+        say_json({"ok": True, "files": rows})
+    raise typer.Exit(exits.OK)

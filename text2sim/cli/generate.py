@@ -1,0 +1,226 @@
+"""The commands `text2sim generate`, `repair` and `edit`: agents that write and mend cases."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from text2sim.cli import exits
+
+if TYPE_CHECKING:
+    from text2sim.agents.loop import Outcome
+    from text2sim.agents.session import Kind, Session
+
+MODEL = "TEXT2SIM_MODEL"
+
+Model = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--model",
+        metavar="[ROLE=]MODEL",
+        envvar=MODEL,
+        help="Who answers: provider/model, openai/model@URL, mailbox:DIR, replay:DIR; with ROLE= for that role alone.",
+    ),
+]
+Attempts = Annotated[int, typer.Option("--attempts", min=1, max=1000, help="Versions of the case that may be made.")]
+Tokens = Annotated[int | None, typer.Option("--tokens", min=1, help="Tokens that may be used, in and out.")]
+Cost = Annotated[float | None, typer.Option("--cost", min=0.0, help="US dollars that may be spent.")]
+Minutes = Annotated[float | None, typer.Option("--minutes", min=0.1, help="Minutes by the clock that it may take.")]
+SimTimeout = Annotated[float, typer.Option("--sim-timeout", min=1.0, help="Wall time in seconds of one simulation.")]
+NoCards = Annotated[bool, typer.Option("--no-cards", help="Do without Debug Cards.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Go on with what was begun in this folder.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document at the end.")]
+Images = Annotated[list[Path] | None, typer.Option("--image", help="A picture or sketch that belongs to the request.")]
+
+
+def generate(
+    request: Annotated[str, typer.Argument(help="What is to be shown, in words; or a text file that says it.")] = "",
+    out: Annotated[
+        Path | None, typer.Option("--out", help="The case's folder; cases/<first words> if left out.")
+    ] = None,
+    model: Model = None,
+    images: Images = None,
+    meshes: Annotated[list[Path] | None, typer.Option("--mesh", help="A mesh that the case is to use.")] = None,
+    urdfs: Annotated[list[Path] | None, typer.Option("--urdf", help="A URDF or MJCF model that it is to use.")] = None,
+    attempts: Attempts = 30,
+    tokens: Tokens = None,
+    cost: Cost = None,
+    minutes: Minutes = None,
+    sim_timeout: SimTimeout = 3600.0,
+    no_cards: NoCards = False,
+    resume: Resume = False,
+    as_json: AsJson = False,
+) -> None:
+    """Make a case from a request in words: plan it, write it, run it, judge it, until it shows what was asked for.
+
+    Always leaves the best version behind, with its evidence and with what is unresolved. Exit code 1: it was not
+    accepted.
+    """
+    from text2sim.agents.session import folder_name
+
+    text = _request(request)
+    options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards)
+    if resume and out is None and Path(request).is_dir():
+        out = Path(request)
+    case = out or Path("cases") / folder_name(text)
+    session = _session("generate", case, text, model, options, resume, images, [*(meshes or []), *(urdfs or [])])
+    _work(session, as_json)
+
+
+def repair(
+    case: Annotated[Path, typer.Argument(help="The case's folder.")],
+    wrong: Annotated[str, typer.Argument(metavar="WHAT_IS_WRONG", help="What is wrong with it, in words.")] = "",
+    model: Model = None,
+    images: Images = None,
+    attempts: Attempts = 30,
+    tokens: Tokens = None,
+    cost: Cost = None,
+    minutes: Minutes = None,
+    sim_timeout: SimTimeout = 3600.0,
+    no_cards: NoCards = False,
+    resume: Resume = False,
+    as_json: AsJson = False,
+) -> None:
+    """Have agents mend a case: it is run first, and everything that it expects stays."""
+    options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards)
+    _work(_amendment("repair", case, wrong, model, options, resume, images), as_json)
+
+
+def edit(
+    case: Annotated[Path, typer.Argument(help="The case's folder.")],
+    wish: Annotated[str, typer.Argument(help="What is to be different, in words.")] = "",
+    model: Model = None,
+    images: Images = None,
+    attempts: Attempts = 30,
+    tokens: Tokens = None,
+    cost: Cost = None,
+    minutes: Minutes = None,
+    sim_timeout: SimTimeout = 3600.0,
+    no_cards: NoCards = False,
+    resume: Resume = False,
+    as_json: AsJson = False,
+) -> None:
+    """Have agents change a case as somebody wishes."""
+    options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards)
+    _work(_amendment("edit", case, wish, model, options, resume, images), as_json)
+
+
+def _options(
+    attempts: int, tokens: int | None, cost: float | None, minutes: float | None, sim_timeout: float, no_cards: bool
+) -> dict[str, Any]:
+    return {
+        "attempts": attempts, "tokens": tokens, "cost": cost, "minutes": minutes, "sim_timeout": sim_timeout,
+        "cards": not no_cards,
+    }  # fmt: skip
+
+
+def _request(words: str) -> str:
+    """The request itself, or what the file says that is named."""
+    from text2sim.spec_schema.errors import RunError
+
+    path = Path(words) if words and len(words) < 500 and "\n" not in words else None
+    try:
+        if path is None or not path.is_file():
+            return words
+        if path.stat().st_size > 100_000:
+            raise RunError(f"{path}: a request is a short text")
+        return path.read_text("utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise RunError(f"{words[:100]}: {error}") from None
+
+
+def _amendment(
+    kind: "Kind",
+    case: Path,
+    text: str,
+    model: list[str] | None,
+    options: dict[str, Any],
+    resume: bool,
+    images: list[Path] | None,
+) -> "Session":
+    from text2sim.cli.cases import case_file
+    from text2sim.spec_schema.text.source import read_source
+
+    file = case_file(case)
+    base = "" if resume else read_source(file).text
+    return _session(kind, file.parent, text, model, options | {"base": base}, resume, images, [])
+
+
+def _session(
+    kind: "Kind",
+    case: Path,
+    text: str,
+    model: list[str] | None,
+    options: dict[str, Any],
+    resume: bool,
+    images: list[Path] | None,
+    assets: list[Path],
+) -> "Session":
+    from text2sim.agents.session import Session, Wish
+
+    models = _models(model)
+    if resume:
+        session = Session.resume(case)
+        # A key may have run out, or a budget been too small: what is said now counts.
+        session.wish.models |= models
+        session.wish.attempts = max(session.wish.attempts, options["attempts"])
+        for name in ("tokens", "cost", "minutes"):
+            if options[name] is not None:
+                setattr(session.wish, name, options[name])
+        return session
+    return Session.begin(case, Wish(kind, text, _needed(models), **options), images or [], assets)
+
+
+def _models(given: list[str] | None) -> dict[str, str]:
+    from text2sim.agents.session import check_models
+
+    found: dict[str, str] = {}
+    for word in given or []:
+        role, equals, name = word.partition("=")
+        found |= {role: name} if equals and role.isidentifier() else {"": word}
+    check_models(found)
+    return found
+
+
+def _needed(models: dict[str, str]) -> dict[str, str]:
+    from text2sim.spec_schema.errors import RunError
+
+    if "" not in models:
+        raise RunError(
+            f"say which model answers: --model provider/model (or the variable {MODEL}), or --model mailbox:DIR to answer "
+            "yourself; docs/models.md tells more"
+        )
+    return models
+
+
+def _work(session: "Session", as_json: bool) -> None:
+    from text2sim.cli.loop_view import looking_on, say_outcome
+    from text2sim.cli.output import say_json
+    from text2sim.harness.stop import Stop
+
+    with Stop() as stop, looking_on(session.case.name, quiet=as_json) as listener:
+        with stop.gently():
+            outcome = session.run(listener, lambda: stop.count > 0)
+    if as_json:
+        say_json(outcome_document(session, outcome))
+    else:
+        say_outcome(session, outcome)
+    raise typer.Exit(exits.OK if outcome.state == "accepted" else exits.PHYSICS)
+
+
+def outcome_document(session: "Session", outcome: "Outcome") -> dict[str, Any]:
+    """What `--json` says."""
+    best = outcome.best
+    return {
+        "ok": outcome.state == "accepted",
+        "state": outcome.state,
+        "why": outcome.why,
+        "case": str(session.case / "case.yaml") if best is not None else None,
+        "attempt": best.number if best else None,
+        "run": str(session.case / best.run) if best is not None and best.run else None,
+        "expect": best.expect if best else {},
+        "critique": best.critique if best else None,
+        "unresolved": outcome.unresolved,
+        "assumptions": outcome.plan.assumptions if outcome.plan else [],
+        "account": session.account.as_dict(),
+    }

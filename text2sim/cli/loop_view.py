@@ -1,0 +1,146 @@
+"""What agents are doing, as it happens: a line for each thing, and on a terminal one more that says what is awaited."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from text2sim.cli.output import say, seconds
+
+if TYPE_CHECKING:
+    from text2sim.agents.journal import Listener
+    from text2sim.agents.loop import Outcome
+    from text2sim.agents.session import Session
+
+TITLES = {
+    "planner": "Planner", "scene": "Scene Writer", "bodies": "Body Writer", "actions": "Action Writer",
+    "render": "Render Writer", "articulation": "Articulation agent", "mesh": "Mesh agent", "critic": "Critic",
+    "distiller": "Distiller",
+}  # fmt: skip
+LONG = 160
+
+
+@contextmanager
+def looking_on(name: str, *, quiet: bool = False) -> Iterator["Listener"]:
+    """Give a listener that shows what happens in the loop of a case."""
+    if quiet:
+        yield lambda event, what: None
+    elif sys.stderr.isatty():
+        with _live(name) as listener:
+            yield listener
+    else:
+        yield _Plain()
+
+
+class _Plain:
+    """One line for each thing that happened."""
+
+    def __init__(self) -> None:
+        self.waiting: dict[str, None] = {}
+        self.doing = ""
+
+    def __call__(self, event: str, what: dict[str, Any]) -> None:
+        self._follow(event, what)
+        for line in _lines(event, what):
+            self.print(line)
+
+    def _follow(self, event: str, what: dict[str, Any]) -> None:
+        if event == "asked":
+            self.waiting[what["role"]] = None
+        elif event == "answered":
+            self.waiting.pop(what["role"], None)
+        elif event == "running":
+            self.doing = "simulating"
+        elif event == "progress":
+            duration = f" {what['t']:.2f} of {what['duration']:g} s" if what.get("t") else ""
+            self.doing = f"{what['phase']}{duration}"
+        elif event == "ran":
+            self.doing = ""
+
+    def print(self, line: str) -> None:
+        say(line, to=sys.stderr)
+        sys.stderr.flush()
+
+    @property
+    def status(self) -> str:
+        """What is awaited."""
+        asked = ", ".join(TITLES.get(role, role) for role in self.waiting)
+        return f"waiting for the {asked}" if asked else self.doing or "working"
+
+
+@contextmanager
+def _live(name: str) -> Iterator["Listener"]:
+    from rich.console import Console
+    from rich.status import Status
+
+    console = Console(stderr=True)
+    plain = _Plain()
+    plain.print = lambda line: console.print(line, markup=False, highlight=False)  # type: ignore[method-assign]
+    with Status(f"{name}: working", console=console) as status:
+
+        def listener(event: str, what: dict[str, Any]) -> None:
+            plain(event, what)
+            status.update(f"{name}: {plain.status}")
+
+        yield listener
+
+
+def _lines(event: str, what: dict[str, Any]) -> list[str]:
+    if event == "planned":
+        rows = [f"plan: {what['event']}"] if what["possible"] != "no" else [f"cannot be done: {what['why']}"]
+        rows += [f"  assumed: {row}" for row in what["assumptions"]]
+        return rows + [f"  expected: {row} ({name})" for name, row in what["says"].items()]
+    if event == "answered":
+        return [
+            f"  {TITLES.get(what['role'], what['role'])} answered ({what['tokens']:,} tokens, {seconds(what['seconds'])})"
+        ]
+    if event == "answer_refused":
+        return [f"  {TITLES.get(what['role'], what['role'])} is asked again: {_short(what['reasons'][0])}"]
+    if event == "attempt":
+        return [
+            f"attempt {what['number']}: {_short(what['cause'])}",
+            *(f"  changed: {_short(row)}" for row in what["changes"][:6]),
+        ]
+    if event in ("mending", "unsound"):
+        word = "to mend" if event == "mending" else "cannot be run"
+        return [f"  {word}: {_short(row)}" for row in what["problems"][:6]]
+    if event == "ran":
+        marks = {True: "ok", False: "FAIL", None: "open"}
+        return [f"  run {what['state']}", *(f"    {marks[ok]:4}  {name}" for name, ok in what["expect"].items())]
+    if event == "judged":
+        rows = [f"  Critic: {what['verdict']}, {what['score']:g} of 100{', accepted' if what['accepted'] else ''}"]
+        return rows + [f"    {_short(row)}" for row in what["failures"][:5]]
+    if event == "decided":
+        rows = [f"  Planner: {what['action']}: {_short(what['why'])}"]
+        rows += [f"    takes patch {k}" for k in what["take"]]
+        return rows + [f"    {TITLES[section]}: {_short(text)}" for section, text in what["routes"].items()]
+    if event == "restated":
+        return [f"  restated: {what['part']} {what['name']} ({_short(what['why'])})"]
+    if event == "cards":
+        return [f"  cards for the {TITLES.get(what['role'], what['role'])}: {', '.join(what['cards'])}"]
+    return []
+
+
+def say_outcome(session: "Session", outcome: "Outcome") -> None:
+    """Print how it ended, what it cost, and where things are."""
+    say("")
+    say(f"{outcome.state.replace('_', ' ')}: {outcome.why}")
+    for row in outcome.unresolved:
+        say(f"  unresolved: {_short(row)}")
+    table = session.account.table()
+    wide = [max(len(row[k]) for row in table) for k in range(len(table[0]))]
+    say("")
+    for row in table:
+        say("  ".join(f"{cell:<{wide[0]}}" if not k else f"{cell:>{wide[k]}}" for k, cell in enumerate(row)))
+    if outcome.best is not None:
+        say("")
+        say(f"case: {session.case / 'case.yaml'} (attempt {outcome.best.number})")
+        if outcome.best.run:
+            run = session.case / outcome.best.run
+            say(f"report: {run / 'report.html'}")
+            say(f"a path-traced film: text2sim render {run}")
+
+
+def _short(text: str) -> str:
+    line = " ".join(str(text).split())
+    return line if len(line) <= LONG else line[: LONG - 1] + "…"

@@ -1,0 +1,1 @@
+"""Recorded runs in formats that other programs read: USD and glTF."""

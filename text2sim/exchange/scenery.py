@@ -1,0 +1,210 @@
+"""What a recorded run shows, without a renderer: links with their meshes, bodies that deform, all over time."""
+
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.exchange.materials import Material, material_of
+from text2sim.rendering.meshes import Mesh, read_mesh
+from text2sim.rendering.recording import Look, Part, Recording, SoftPart, read_recording
+from text2sim.spec_schema.errors import RunError
+from text2sim.templates.shading import Shell
+
+Array = NDArray[np.floating]
+Indices = NDArray[np.integer]
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A mesh that a link wears."""
+
+    mesh: Path
+    pos: tuple[float, ...]
+    """In the link's frame [m]."""
+    quat: tuple[float, ...]
+    """(w, x, y, z)"""
+    material: Material
+
+
+@dataclass(frozen=True)
+class Link:
+    """A rigid thing that moves as one."""
+
+    row: int
+    """Of its poses."""
+    body: str
+    """The copy it belongs to, such as `brick[3]`."""
+    name: str
+    fixed: bool
+    """Whether the world holds it."""
+    mass: float
+    """[kg]"""
+    com: tuple[float, ...]
+    """Centre of mass in its frame [m]."""
+    pieces: list[Piece]
+
+
+class Figure:
+    """A body that deforms.
+
+    Attributes:
+        body: The copy.
+        kind: soft, cloth, granular, liquid or snow.
+        faces: Triangles, shape (f, 3); None of particles.
+        uvs: Texture coordinates of the vertices, shape (n, 2), or None.
+        spacing: Distance of neighbouring particles [m].
+        material: Its surface.
+    """
+
+    def __init__(self, part: SoftPart, recording: Recording):
+        assert recording.states.soft is not None
+        self.body, self.kind, self.spacing = part.body, part.kind, float(part.row["spacing"])
+        self._soft = recording.states.soft
+        surface = part.row["surface"]
+        self._name, columns = ("soft_points", part.row["points"]) if surface is None else ("soft_surface", surface)
+        self._columns = slice(*columns)
+        with np.load(part.geometry) as file:
+            arrays = dict(file)
+        self.faces: Indices | None = None
+        self.uvs: Array | None = None
+        self._shell: Shell | None = None
+        if "faces" in arrays:
+            rest = self._places(0)
+            self._shell = Shell(rest, arrays["faces"])
+            self.faces = self._shell.faces
+            uvs = arrays.get("uvs")
+            if uvs is not None and len(uvs) == len(rest):
+                self.uvs = uvs[self._shell.worn].astype(np.float32)
+        self.material = material_of(part.look, two_sided=part.kind == "cloth", has_uvs=self.uvs is not None)
+
+    @property
+    def size(self) -> int:
+        """How many vertices or particles it has."""
+        return self._columns.stop - self._columns.start if self._shell is None else len(self._shell.worn)
+
+    def points(self, frame: int) -> Array:
+        """Return its vertices or particles in a recorded frame [m], shape (n, 3)."""
+        places = self._places(frame)
+        return places if self._shell is None else places[self._shell.worn]
+
+    def normals(self, frame: int) -> Array:
+        """Return a unit normal for each vertex in a recorded frame, shape (n, 3)."""
+        assert self._shell is not None
+        return self._shell.normals(self._places(frame))
+
+    def _places(self, frame: int) -> Array:
+        return np.nan_to_num(self._soft.at(self._name, (frame, frame, 0.0))[self._columns].astype(np.float32))
+
+
+class Scenery:
+    """Everything that is seen of a run, frame by frame.
+
+    Args:
+        folder: Of the run.
+        every: Every so many recorded frames are taken, and the last.
+        detailed: Whether meshes get the round edges that films show.
+
+    Raises:
+        RunError: if nothing, or something broken, is recorded there.
+    """
+
+    def __init__(self, folder: Path, *, every: int = 1, detailed: bool = True):
+        self.recording = _opened(folder)
+        self._meshes: dict[Path, Mesh] = {}
+        self._detailed = detailed
+        count = len(self.recording.states.time)
+        if not count:
+            raise RunError(f"{folder}: no frame was recorded")
+        self.frames: Indices = np.unique([*range(0, count, every), count - 1])
+        """Numbers of the frames."""
+        self.times: Array = self.recording.states.time[self.frames].astype(float)
+        """Of the frames [s]."""
+        self.poses: tuple[Array, Array] = self._poses()
+        """Positions [m], shape (F, L, 3), and orientations (w, x, y, z), shape (F, L, 4), of the links' frames.
+
+        Orientations that follow each other are on the same side, so that readers that mix them go the short way.
+        """
+        try:
+            self.links = self._links()
+            self.figures = [Figure(part, self.recording) for part in self.recording.soft if _seen(part.look)]
+        except (OSError, KeyError, IndexError, TypeError, ValueError, zipfile.BadZipFile) as error:
+            raise RunError(f"{folder}: its geometry is damaged ({error})") from error
+
+    def mesh(self, path: Path) -> Mesh:
+        """Return a mesh of a piece."""
+        if path not in self._meshes:
+            self._meshes[path] = read_mesh(path) if self._detailed else _plain_mesh(path)
+        return self._meshes[path]
+
+    def _poses(self) -> tuple[Array, Array]:
+        made = [self.recording.states.poses(float(t)) for t in self.times]
+        pos, quat = np.array([row[0] for row in made]), np.array([row[1] for row in made])
+        sound = np.isfinite(pos).all(axis=(1, 2)) & np.isfinite(quat).all(axis=(1, 2))
+        if not sound.all():  # a run that diverged is shown up to there
+            end = int(sound.argmin())
+            if not end:
+                raise RunError(f"{self.recording.folder}: no frame holds numbers")
+            self.frames, self.times, pos, quat = self.frames[:end], self.times[:end], pos[:end], quat[:end]
+        turned = (quat[1:] * quat[:-1]).sum(axis=-1) < 0
+        quat[1:] *= np.cumprod(np.where(turned, -1.0, 1.0), axis=0)[..., None]
+        return pos, quat
+
+    def _links(self) -> list[Link]:
+        worn: dict[int, list[Piece]] = {}
+        for part in self.recording.parts:
+            if _seen(part.look):
+                worn.setdefault(part.link, []).append(self._piece(part))
+        rows = self.recording.states.layout["links"]
+        return [
+            Link(
+                k, row["body"], row["link"], bool(row["fixed"]), float(row["mass"]),
+                tuple(float(x) for x in row.get("com", (0, 0, 0))), worn.get(k, []),
+            )
+            for k, row in enumerate(rows)
+        ]  # fmt: skip
+
+    def _piece(self, part: Part) -> Piece:
+        has_uvs = part.look.picture is not None and self.mesh(part.mesh).uvs is not None
+        material = material_of(part.look, two_sided=False, has_uvs=has_uvs)
+        return Piece(part.mesh, part.pos, part.quat, material)
+
+
+def keys(values: Array) -> Indices:
+    """Return which rows of a track (n, ...) have to be kept, so that between them it is the same on a straight line."""
+    if len(values) < 3:
+        return np.arange(len(values))
+    changed = (values[1:] != values[:-1]).reshape(len(values) - 1, -1).any(axis=1)
+    needed = np.concatenate([[True], changed[:-1] | changed[1:], [True]])
+    return np.flatnonzero(needed)
+
+
+def _seen(look: Look) -> bool:
+    return look.visible and look.opacity > 0
+
+
+def _plain_mesh(path: Path) -> Mesh:
+    with np.load(path) as arrays:
+        vertices, faces = arrays["vertices"].astype(float), arrays["faces"].astype(np.int64)
+        uvs = arrays["uvs"].astype(float) if "uvs" in arrays and len(arrays["uvs"]) == len(vertices) else None
+    shell = Shell(vertices, faces)
+    worn = None if uvs is None else uvs[shell.worn]
+    return Mesh(vertices[shell.worn], shell.faces.astype(np.int64), shell.normals(vertices).astype(float), worn)
+
+
+def _opened(folder: Path) -> Recording:
+    """Read a recording of which nothing lies outside its folder: it may come from somebody else."""
+    try:
+        recording = read_recording(folder)
+    except zipfile.BadZipFile as error:
+        raise RunError(f"{folder}: its states are damaged ({error})") from error
+    root = folder.resolve()
+    files = [*(part.mesh for part in recording.parts), *(part.geometry for part in recording.soft)]
+    looks = [part.look for part in (*recording.parts, *recording.soft)]
+    files += [look.picture for look in looks if look.picture is not None]
+    for path in dict.fromkeys(files):
+        if not path.resolve().is_relative_to(root):
+            raise RunError(f"{folder}: names a file outside of it: {path}")
+    return recording

@@ -1,0 +1,88 @@
+"""Lights of the film as those of USD, so bright that a white sheet is white without an exposure."""
+
+from math import degrees, pi
+from typing import Any
+
+import numpy as np
+
+from text2sim.exchange.openusd import openusd
+from text2sim.exchange.viewing import facing
+from text2sim.rendering.lights import CLEAR, box_irradiance
+from text2sim.rendering.tone import linear
+
+POINT = 0.01
+"""Radius of what a spot shines from [m]."""
+
+
+def add_lights(stage: Any, at: str, film: dict[str, Any], name_of: Any) -> None:
+    """Put the lights of a film on a stage.
+
+    Args:
+        stage: The stage.
+        at: Path of the prim below which they go.
+        film: What the run's `render.py` says.
+        name_of: Turns a name into one that USD allows.
+    """
+    gain = float(film.get("gain", 1.0))
+    for name, light in film["lights"].items():
+        path, strength = f"{at}/{name_of(name)}", float(light["strength"]) * gain
+        color = linear(np.asarray(light["color"], float))
+        kind = light["kind"]
+        if kind == "sun":
+            _sun(stage, path, light, color, strength)
+        elif kind == "softbox":
+            _softbox(stage, path, light, color, strength)
+        elif kind in ("lamp", "spot"):
+            _lamp(stage, path, light, color, strength)
+        elif kind == "environment":
+            above, horizon = color, linear(np.asarray(light["horizon"], float))
+            _common(openusd().UsdLux.DomeLight.Define(stage, path), (above + horizon) / 2, strength)
+        elif kind == "sky":
+            low = max(abs(light["direction"][2]) / np.linalg.norm(light["direction"]), 0.15)
+            _sun(stage, path, light | {"angle": 0.02}, color, CLEAR * strength / low)
+            _common(openusd().UsdLux.DomeLight.Define(stage, f"{path}_dome"), color, (1 - CLEAR) * strength / pi)
+
+
+def _sun(stage: Any, path: str, light: dict[str, Any], color: Any, strength: float) -> None:
+    made = openusd().UsdLux.DistantLight.Define(stage, path)
+    _common(made, color, strength)
+    made.CreateNormalizeAttr(True)  # then its intensity is the irradiance of what faces it
+    made.CreateAngleAttr(degrees(light["angle"]))
+    _place(made, (0, 0, 0), light["direction"])
+
+
+def _softbox(stage: Any, path: str, light: dict[str, Any], color: Any, strength: float) -> None:
+    made = openusd().UsdLux.RectLight.Define(stage, path)
+    _common(made, color, strength / box_irradiance(light["size"], light["distance"]))
+    made.CreateWidthAttr(light["size"])
+    made.CreateHeightAttr(light["size"])
+    way = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
+    pos = np.asarray(light["at"], float) - light["distance"] * way
+    _place(made, pos, way)
+
+
+def _lamp(stage: Any, path: str, light: dict[str, Any], color: Any, strength: float) -> None:
+    made = openusd().UsdLux.SphereLight.Define(stage, path)
+    radius = POINT if light["kind"] == "spot" else float(light["radius"])
+    _common(made, color, strength / (pi * radius**2))
+    made.CreateRadiusAttr(radius)
+    way = (0, 0, -1)
+    if light["kind"] == "spot":
+        shaping = openusd().UsdLux.ShapingAPI.Apply(made.GetPrim())
+        shaping.CreateShapingConeAngleAttr(degrees(light["angle"]) / 2)
+        shaping.CreateShapingConeSoftnessAttr(float(light["blur"]))
+        way = np.subtract(light["look_at"], light["pos"])
+    _place(made, light["pos"], way)
+
+
+def _common(made: Any, color: Any, intensity: float) -> None:
+    made.CreateColorAttr(openusd().Gf.Vec3f(*(float(x) for x in color)))
+    made.CreateIntensityAttr(float(intensity))
+
+
+def _place(made: Any, pos: Any, way: Any) -> None:
+    start = np.asarray(pos, float)
+    turn = facing(start, start + np.asarray(way, float))
+    ops = openusd().UsdGeom.Xformable(made)
+    ops.AddTranslateOp().Set(openusd().Gf.Vec3d(*start.tolist()))
+    ops.AddOrientOp().Set(openusd().Gf.Quatf(*turn.tolist()))

@@ -1,0 +1,121 @@
+"""How well bodies are seen in the pictures of a film, measured on recorded states."""
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.legibility.recorded import Recorded
+from text2sim.legibility.sight import Measures, Sight
+from text2sim.templates.cadence import Frame
+from text2sim.templates.cameras import Cameras, project
+
+if TYPE_CHECKING:
+    from text2sim.rendering.recording import Recording
+
+Array = NDArray[Any]
+Row = dict[str, Any]
+"""Of a picture: frame, camera, t, and bodies with their measures by name."""
+Painted = Callable[[Frame, tuple[int, int]], Array | None]
+"""Returns a picture of a film in this size, colours 0 to 1, shape (h, w, 3); None if there is none."""
+
+SAMPLES = 15
+"""Pictures of a film that are looked at: every second one is also one that the preview keeps."""
+WIDTH = 192
+"""Of the pictures that are looked at [pixels]; shares do not depend on it."""
+NEAR = 0.1
+"""How far [s of film] a picture may be from the moment that it is to show."""
+DIGITS = 5
+
+
+class Watcher:
+    """Looks at pictures of a film.
+
+    Args:
+        recording: Of the run.
+        painted: Where finished pictures come from, for contrast; that of plain colours if left out.
+    """
+
+    def __init__(self, recording: "Recording", painted: Painted | None = None):
+        self.recording, self._painted = recording, painted
+        self.recorded = Recorded(recording)
+        self.cameras = Cameras(recording.film, recording.states)
+        wide, tall = recording.film["resolution"]
+        self.size = (WIDTH, max(2, round(WIDTH * tall / wide)))
+
+    @property
+    def moving(self) -> list[str]:
+        """Bodies: all that is no static."""
+        return [name for name in self.recorded.names if name not in self.recorded.statics]
+
+    def sight(self, frame: Frame) -> Sight:
+        """Return what is seen in a picture."""
+        return self.recorded.sight(frame.t, self.cameras.view(frame.camera, frame.t, frame.part), self.size)
+
+    def measures(self, frame: Frame) -> dict[str, Measures]:
+        """Return how well each thing is seen in a picture, by its name."""
+        sight = self.sight(frame)
+        if self._painted is None:
+            picture = self.recorded.flat_picture(sight, self.recording.film["background"])
+        else:
+            picture = self._painted(frame, self.size)
+        return dict(zip(self.recorded.names, sight.measures(picture), strict=True))
+
+    def row(self, frame: Frame, after: Frame | None = None) -> Row:
+        """Return the measures of a picture: of all that is in it, and of bodies that others hide in it.
+
+        Args:
+            frame: The picture.
+            after: The next one, for motion.
+        """
+        found, motion = self.measures(frame), self._motion(frame, after)
+        bodies = {
+            name: {key: None if value is None else round(value, DIGITS) for key, value in measures._asdict().items()}
+            | {"motion": None if motion is None else round(float(motion[k]), DIGITS)}
+            for k, (name, measures) in enumerate(found.items())
+            if measures.share or measures.inside
+        }
+        return {"frame": frame.k, "camera": frame.camera, "t": round(frame.t, 6), "bodies": bodies}
+
+    def rows(self, frames: Sequence[Frame], samples: int = SAMPLES) -> list[Row]:
+        """Return the measures of pictures spread evenly over a film."""
+        return [
+            self.row(frames[k], frames[k + 1] if k + 1 < len(frames) else None) for k in spread(len(frames), samples)
+        ]
+
+    def _motion(self, frame: Frame, after: Frame | None) -> Array | None:
+        """Mean way of each thing's points from a picture to the next [heights of it]; None across a cut."""
+        if after is None or after.camera != frame.camera:
+            return None
+        aspect, places, things = self.size[0] / self.size[1], [], []
+        for one in (frame, after):
+            things.append(self.recorded.things(one.t))
+            view = self.cameras.view(one.camera, one.t, one.part)
+            places.append(project(view, things[-1].triangles[:, 0], aspect))
+        if len(places[0]) != len(places[1]):
+            return None
+        owner, count = things[0].owner, len(things[0].solid)
+        ahead = (places[0][:, 2] > 0) & (np.abs(places[0][:, :2]) < 1).all(axis=1) & (places[1][:, 2] > 0)
+        way = np.hypot(*((places[1] - places[0])[ahead, :2] * (aspect / 2, 0.5)).T)
+        return np.bincount(owner[ahead], way, count) / np.maximum(np.bincount(owner[ahead], minlength=count), 1)
+
+
+def spread(count: int, samples: int) -> list[int]:
+    """Return the numbers of at most some of `count` pictures, spread evenly from the first to the last."""
+    return np.unique(np.linspace(0, count - 1, samples).round().astype(int)).tolist() if count else []
+
+
+def nearest_frame(frames: Iterable[Frame], t: float) -> Frame | None:
+    """Return the picture of a film that shows a time [s] best; None if none does."""
+    best = min(frames, key=lambda frame: abs(frame.t - t), default=None)
+    return best if best is not None and abs(best.t - t) <= NEAR * best.speed else None
+
+
+def read_picture(path: Path, size: tuple[int, int]) -> Array:
+    """Return a picture in this size, colours 0 to 1, shape (h, w, 3)."""
+    from PIL import Image
+
+    with Image.open(path) as picture:
+        return np.asarray(picture.convert("RGB").resize(size, Image.Resampling.BOX), float) / 255

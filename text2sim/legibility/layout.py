@@ -1,0 +1,66 @@
+"""What the cameras of a case see at its start."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from text2sim.drawing.prop import Stage
+from text2sim.drawing.stage import stage
+from text2sim.drawing.view import View
+from text2sim.drawing.views import film_view
+from text2sim.legibility.sight import SOLID, Sight, Things, look
+
+if TYPE_CHECKING:
+    from text2sim.compiler.build import Resolution
+
+COARSE = 30_000
+"""Triangles of a stage that is only asked what is seen of it."""
+
+
+class Layout(NamedTuple):
+    """Copies of bodies and statics, and what a camera sees of them."""
+
+    names: list[str]
+    sight: Sight
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Share of the picture that each copy fills, of those that are seen."""
+        rows = zip(self.names, self.sight.seen.tolist(), strict=True)
+        return {name: min(pixels / self.sight.size, 1.0) for name, pixels in rows if pixels}
+
+    def hider(self, copies: set[str]) -> str:
+        """Return the copy that hides most of these; nothing if none does."""
+        hidden: dict[str, float] = {}
+        for k, name in enumerate(self.names):
+            for other, part in self.sight.hiders(k) if name in copies else ():
+                hider = self.names[other]
+                hidden[hider] = hidden.get(hider, 0.0) + part * float(self.sight.alone[k])
+        return max(hidden.keys() - copies, key=lambda name: (hidden[name], name), default="")
+
+
+def at_start(resolution: "Resolution", camera: str, size: tuple[int, int] = (160, 90)) -> Layout:
+    """Return what a camera sees at the start of a case.
+
+    What is hidden behind something else is not seen, what stands behind glass is. What is smaller than a pixel
+    counts as a quarter of one.
+
+    Args:
+        resolution: The case, worked out.
+        camera: Name of the camera.
+        size: Largest width and height [pixels] of the picture that is looked at.
+    """
+    return of_stage(stage(resolution, COARSE), film_view(resolution, camera, size))
+
+
+def of_stage(props: Stage, view: View) -> Layout:
+    """Return what is seen of the props of a stage."""
+    names = list(dict.fromkeys(prop.name for prop in props if prop.opacity > 0.0))
+    index = {name: k for k, name in enumerate(names)}
+    thing = np.array([index.get(prop.name, -1) for prop in props], np.int64)
+    solid = np.zeros(len(names), bool)
+    for prop, k in zip(props, thing.tolist(), strict=True):
+        solid[k] |= k >= 0 and prop.opacity >= SOLID
+    owner = thing[props.owner] if len(props) else np.zeros(0, np.int64)
+    kept = owner >= 0
+    return Layout(names, look(Things(props.triangles[kept], owner[kept], solid, props.culled[kept]), view))

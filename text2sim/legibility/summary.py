@@ -1,0 +1,163 @@
+"""How well bodies are seen in a film, in a few numbers and a few words: what evidence says, and critics read."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from statistics import median
+from typing import Any
+
+from text2sim.legibility.film import SAMPLES, Row, Watcher, nearest_frame
+from text2sim.legibility.sight import PIXELS, Sight
+from text2sim.templates.cadence import MAIN, Frame, frames, reels
+
+OTHERS = 8
+"""Pictures of each film but the main one that are looked at."""
+FILMS = 6
+"""Films that are looked at."""
+EVENTS = 8
+"""Events whose moments are looked at."""
+REMARKS = 16
+"""Most remarks."""
+SMALL = 0.002
+"""Part of the picture below which a body is said to be small: 43 x 43 pixels of 1280 x 720."""
+HIDDEN = 0.6
+"""Part of a body that others hide, from which on that is said."""
+CUT = 0.5
+"""Part of a body beyond the edges from which on that is said."""
+FAINT = 0.04
+"""Contrast below which a body hardly stands out."""
+QUICK = 0.25
+"""Heights of the picture from one picture to the next, from which on a body is too quick to follow."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """An event that a film should show."""
+
+    name: str
+    t: float
+    """[s]"""
+    bodies: tuple[str, ...]
+    """Which bodies it is about."""
+
+
+def summarise(watcher: Watcher, moments: Sequence[Moment] = ()) -> dict[str, Any]:
+    """Return the numbers of each film of a run, and remarks about the main one.
+
+    Args:
+        watcher: Of the run.
+        moments: Events of the run, the first time of each.
+    """
+    film, last = watcher.recording.film, watcher.recording.last
+    taken = {name: frames(film, shots, last) for name, shots in list(reels(film).items())[:FILMS]}
+    rows = {name: watcher.rows(found, SAMPLES if name == MAIN else OTHERS) for name, found in taken.items()}
+    remarks = [
+        *_about_bodies(watcher, taken[MAIN], rows[MAIN]),
+        *_about_moments(watcher, taken[MAIN], moments[:EVENTS]),
+    ]
+    return {
+        "films": {name: _film(watcher, found) for name, found in rows.items()},
+        "remarks": remarks[:REMARKS],
+    }
+
+
+def _film(watcher: Watcher, rows: list[Row]) -> dict[str, Any]:
+    return {"pictures": len(rows), "bodies": {name: _body(rows, name) for name in watcher.moving}}
+
+
+def _body(rows: list[Row], name: str) -> dict[str, Any]:
+    """Numbers of a body over the pictures of a film."""
+    found: list[Mapping[str, float | None]] = [row["bodies"].get(name, {}) for row in rows]
+    shares = [row.get("share") or 0.0 for row in found]
+
+    def known(key: str) -> list[float]:
+        return [value for row in found if (value := row.get(key)) is not None]
+
+    return {
+        "share": {"min": min(shares), "median": median(shares), "max": max(shares)},
+        "hidden": max(known("hidden"), default=None),
+        "edge": min(known("edge"), default=None),
+        "contrast": median(known("contrast")) if known("contrast") else None,
+        "motion": max(known("motion"), default=None),
+        "seen": sum(share > 0 for share in shares),
+    }
+
+
+def _about_bodies(watcher: Watcher, taken: list[Frame], rows: list[Row]) -> list[str]:
+    found = []
+    for name in watcher.moving:
+        numbers, mine = _body(rows, name), [row["bodies"].get(name) for row in rows]
+        there = [row for row in mine if row is not None]
+        if not there:
+            found.append(f"`{name}` is in no picture")
+            continue
+        if not numbers["seen"]:
+            found.append(f"`{name}` is in the picture and never seen: {_behind(watcher, taken, rows, name)}")
+            continue
+        if numbers["share"]["max"] < SMALL:
+            found.append(f"`{name}` fills at most {_percent(numbers['share']['max'])} of the picture")
+        if mine[0] is not None and mine[-1] is None:
+            found.append(f"`{name}` leaves the picture at {_last_seen(watcher, taken, rows, name):.2f} s")
+        elif median(row["inside"] for row in there) < CUT:
+            found.append(f"most of `{name}` is beyond the edges of the picture")
+        if median(row["hidden"] or 0.0 for row in there) > HIDDEN:
+            found.append(f"`{name}` is hidden in most pictures: {_behind(watcher, taken, rows, name)}")
+        if numbers["contrast"] is not None and numbers["contrast"] < FAINT and numbers["share"]["max"] >= SMALL:
+            found.append(f"`{name}` hardly stands out from what is around it")
+        if numbers["motion"] is not None and numbers["motion"] > QUICK:
+            found.append(
+                f"`{name}` crosses {_percent(numbers['motion'])} of the picture's height from one picture to the next"
+            )
+    return found
+
+
+def _about_moments(watcher: Watcher, taken: list[Frame], moments: Sequence[Moment]) -> list[str]:
+    found = []
+    for moment in moments:
+        frame = nearest_frame(taken, moment.t)
+        if frame is None:
+            found.append(f"event `{moment.name}` at {moment.t:.2f} s is not in the film")
+            continue
+        sight, names = watcher.sight(frame), watcher.recorded.names
+        for body in moment.bodies:
+            if body not in names or body in watcher.recorded.statics:
+                continue
+            k, when = names.index(body), f"at the moment of event `{moment.name}` ({moment.t:.2f} s)"
+            if not sight.inside[k]:
+                found.append(f"`{body}` is not in the picture {when}")
+            elif sight.hidden[k] > HIDDEN and sight.alone[k] >= PIXELS:
+                found.append(f"`{body}` is hidden {_percent(sight.hidden[k])}{_who(sight, names, k)} {when}")
+    return found
+
+
+def _behind(watcher: Watcher, taken: list[Frame], rows: list[Row], name: str) -> str:
+    """Say what hides a body where most of it is hidden."""
+    worst = max((row for row in rows if name in row["bodies"]), key=lambda row: row["bodies"][name]["hidden"] or 0.0)
+    frame = next(frame for frame in taken if frame.k == worst["frame"])
+    sight, names = watcher.sight(frame), watcher.recorded.names
+    k = names.index(name)
+    return f"{_percent(sight.hidden[k])}{_who(sight, names, k)} at {frame.t:.2f} s"
+
+
+def _who(sight: Sight, names: list[str], thing: int) -> str:
+    hider = next((names[other] for other, _ in sight.hiders(thing)), None)
+    return f" behind `{hider}`" if hider is not None else ""
+
+
+def _last_seen(watcher: Watcher, taken: list[Frame], rows: list[Row], name: str) -> float:
+    """Return when a body leaves the picture for good [s], by halving between the pictures that were looked at."""
+    k = watcher.recorded.names.index(name)
+    there = [row["frame"] for row in rows if name in row["bodies"]]
+    gone = [row["frame"] for row in rows if row["frame"] > there[-1]]
+    numbers = [frame.k for frame in taken]
+    low, high = numbers.index(there[-1]), numbers.index(gone[0])
+    while high - low > 1:
+        middle = (low + high) // 2
+        if watcher.sight(taken[middle]).inside[k]:
+            low = middle
+        else:
+            high = middle
+    return taken[high].t
+
+
+def _percent(part: float) -> str:
+    return f"{100 * float(part):.2g} %"

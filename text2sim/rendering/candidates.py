@@ -1,0 +1,187 @@
+"""Cameras that might film a run well, and how well each would."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.legibility.recorded import Recorded, raster_view
+from text2sim.legibility.sight import Things, look
+from text2sim.rendering.recording import Recording
+from text2sim.templates.cameras import View, framed
+from text2sim.templates.viewpoints import place
+
+Array = NDArray[Any]
+
+AZIMUTHS = (-61, -119, -90, -75, -105, -30, -150, 0, 180, 61, 119, 90)
+"""Angles [deg] of ways to a camera, from +x. The first are what people are used to: from the front, and from its right."""
+HEIGHTS = (24, 12, 40, 62)
+"""Angles [deg] above the horizon."""
+LENSES = (42.0, 28.0, 70.0)
+"""Focal lengths [mm], the plainest first."""
+SIZE = (96, 54)
+"""Of the pictures in which candidates are compared [pixels]."""
+ENOUGH = 0.06
+"""Part of the picture from which on a body gains nothing by being larger."""
+APART = 0.12
+"""Contrast from which on a body gains nothing by standing out more."""
+BESIDE = 0.25
+"""What a body counts that the script is not about, compared with one that it is."""
+WORST = 0.35
+"""What the worst moment counts, compared with the mean of all."""
+LATERAL = 0.12
+"""Gain of a camera that sees all motion across the picture, over one that sees it come straight at itself."""
+HABIT = 0.004
+"""Loss of each step down the lists above."""
+FRAMED_AT = 40
+"""Moments at which is asked what has to be in the picture."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A still camera with a frame."""
+
+    frame: tuple[str, ...]
+    """Bodies and statics that it shows."""
+    direction: tuple[float, float, float]
+    """The way from them to the camera."""
+    lens: float
+    """Focal length [mm]."""
+    habit: float
+    """What it loses for being unusual."""
+
+
+class Jury:
+    """Judges cameras of a recorded run.
+
+    Args:
+        recording: Of the run.
+        subjects: Bodies that the script is about; all if it says none.
+        times: Moments at which is looked [s].
+        within: Space in which bodies are followed [m]: its lowest and highest corner; None for everywhere.
+    """
+
+    def __init__(self, recording: Recording, subjects: Sequence[str], times: Sequence[float], within: Any = None):
+        self.recording, self.within = recording, within
+        self.recorded = Recorded(recording)
+        names, statics = self.recorded.names, self.recorded.statics
+        moving = [name for name in names if name not in statics]
+        wanted = [name for name in subjects if name in moving] or moving
+        self.weights = np.array([(1.0 if n in wanted else BESIDE) * (n in moving) for n in names])
+        wide, tall = recording.film["resolution"]
+        self._aspect = wide / tall
+        self._size = (SIZE[0], max(2, round(SIZE[0] * tall / wide)))
+        self._things = [self.recorded.things(t) for t in times]
+        self._ways = self._motion()
+        self._points: dict[tuple[str, ...], Array] = {}
+
+    def camera(self, candidate: Candidate) -> dict[str, Any]:
+        """Return the camera of a candidate as numbers, see `templates/cameras.py`."""
+        fov = 2 * math.degrees(math.atan(12.0 / candidate.lens))
+        frame = {"bodies": list(candidate.frame), "margin": 0.08, "within": self.within, "direction": candidate.direction}
+        camera = {"kind": "still", "up": (0.0, 0.0, 1.0), "fov": fov, "frame": frame}
+        return framed(camera, self._shown(candidate.frame), self._aspect)
+
+    def score(self, candidate: Candidate) -> float:
+        """Return how well a camera shows the run, about 0 to 1."""
+        camera = self.camera(candidate)
+        pos, look_at = (np.asarray(point, float) for point in place(camera, 0.0, 0.0, None))
+        view = View(pos, look_at, np.asarray(camera["up"], float), camera["fov"], 1.0, 0.0)
+        return self.judge([view] * len(self._things), look_at - pos) - candidate.habit
+
+    def judge(self, views: Sequence[View], ahead: Array) -> float:
+        """Return how well a camera shows the run that stands there at each of the moments."""
+        scores = [self._moment(things, view) for things, view in zip(self._things, views, strict=True)]
+        return (1 - WORST) * float(np.mean(scores)) + WORST * min(scores) + LATERAL * self._across(ahead)
+
+    def _moment(self, things: Things, view: View) -> float:
+        """How well things are seen at a moment, by their weights."""
+        sight = look(things, raster_view(view, self._size))
+        colors = np.concatenate([self.recorded.colors, [self.recording.film["background"]]])
+        picture = colors[sight.front].reshape(sight.view.height, sight.view.width, 3)
+        total = 0.0
+        for k, measures in enumerate(sight.measures(picture)):
+            if self.weights[k]:
+                large = min(1.0, measures.share / ENOUGH) ** 0.4
+                stands_out = 1.0 if measures.contrast is None else min(1.0, measures.contrast / APART)
+                free = 1 - (measures.hidden or 0.0)
+                total += self.weights[k] * measures.inside * free * large * (0.7 + 0.3 * stands_out)
+        return total / max(float(self.weights.sum()), 1e-9)
+
+    def _motion(self) -> Array:
+        """Ways [m] of the middles of all things from moment to moment, by their weights, shape (n, 3)."""
+        count = len(self.recorded.names)
+        middles = []
+        for things in self._things:
+            corners, owner = things.triangles[:, 0], things.owner
+            sums = np.stack([np.bincount(owner, corners[:, i], count) for i in range(3)], axis=1)
+            middles.append(sums / np.maximum(np.bincount(owner, minlength=count), 1)[:, None])
+        return (np.diff(np.array(middles), axis=0) * self.weights[:, None]).reshape(-1, 3)
+
+    def _across(self, ahead: Array) -> float:
+        """Part of all motion that goes across the picture, 0 to 1."""
+        ahead = ahead / np.linalg.norm(ahead)
+        across = self._ways - np.outer(self._ways @ ahead, ahead)
+        whole = np.linalg.norm(self._ways, axis=1).sum()
+        return float(np.linalg.norm(across, axis=1).sum() / whole) if whole > 1e-9 else 1.0
+
+    def strays(self, bodies: tuple[str, ...]) -> bool:
+        """Whether some of these leave the space in which they are followed."""
+        if self.within is None:
+            return False
+        low, high = self.within
+        points = self._outermost(bodies)
+        return bool(((points < low) | (points > high)).any())
+
+    def _shown(self, bodies: tuple[str, ...]) -> Array:
+        """Points that a camera has to show, shape (n, 3)."""
+        points = self._outermost(bodies)
+        if self.within is None:
+            return points
+        low, high = self.within
+        near = points[((points >= low) & (points <= high)).all(axis=1)]
+        return near if len(near) else points
+
+    def _outermost(self, bodies: tuple[str, ...]) -> Array:
+        """Outermost points of bodies over the film, shape (n, 3)."""
+        if bodies not in self._points:
+            states, film = self.recording.states, self.recording.film
+            times = np.linspace(film["start"], min(film["end"], self.recording.last), FRAMED_AT)
+            points = np.concatenate([np.asarray(states.bounds(list(bodies), float(t)), float) for t in times])
+            self._points[bodies] = points[np.isfinite(points).all(axis=1)]
+        return self._points[bodies]
+
+
+def directions() -> list[tuple[tuple[float, float, float], float]]:
+    """Return ways to cameras, and what each loses for being unusual."""
+    found = []
+    for i, height in enumerate(HEIGHTS):
+        for k, azimuth in enumerate(AZIMUTHS):
+            up, round_ = math.radians(height), math.radians(azimuth)
+            way = (math.cos(up) * math.cos(round_), math.cos(up) * math.sin(round_), math.sin(up))
+            found.append(((round(way[0], 3), round(way[1], 3), round(way[2], 3)), HABIT * (i + k)))
+    return found
+
+
+def best(jury: Jury, frames: Sequence[tuple[str, ...]], keep: int = 4) -> list[tuple[float, Candidate]]:
+    """Return the best cameras with their scores, the best first: ways and frames first, then lenses for the best.
+
+    Args:
+        jury: Judges them.
+        frames: What a camera may frame, the most usual first.
+        keep: How many ways are tried with other lenses.
+    """
+    first = [
+        Candidate(frame, way, LENSES[0], habit + HABIT * n) for n, frame in enumerate(frames) for way, habit in directions()
+    ]
+    ranked = sorted(((jury.score(one), one) for one in first), key=lambda row: -row[0])
+    lenses = [
+        Candidate(one.frame, one.direction, lens, one.habit + 2 * HABIT * n)
+        for _, one in ranked[:keep]
+        for n, lens in enumerate(LENSES)
+        if n
+    ]
+    return sorted([*ranked, *((jury.score(one), one) for one in lenses)], key=lambda row: -row[0])

@@ -1,0 +1,183 @@
+"""A camera and light for a run, found by trying many and measuring how well bodies are seen."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from text2sim.compiler.build import resolve_case
+from text2sim.harness.run_files import read_events
+from text2sim.legibility.film import Watcher, spread
+from text2sim.legibility.sight import contrast
+from text2sim.legibility.summary import summarise
+from text2sim.lint.facts import Facts
+from text2sim.lint.film.subjects import subjects
+from text2sim.rendering.candidates import Candidate, Jury, best
+from text2sim.rendering.film import Filming
+from text2sim.rendering.recording import Recording
+from text2sim.spec_schema.changes.operation import Operation
+from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.models.render import Render
+from text2sim.templates.cadence import MAIN, frames, reels
+from text2sim.templates.cameras import Cameras
+
+MOMENTS, EVENTS = 4, 3
+"""Moments spread over the film at which is looked, and moments of events."""
+LIGHTINGS = ("studio", "overcast", "golden_hour", "dark_stage")
+TRIAL = (160, 90)
+"""Of the pictures in which light is compared [pixels]."""
+LIT_AT = 2
+"""Moments at which light is compared."""
+PLAIN = 0.03
+"""Contrast by which another light has to be better than `studio`."""
+DARK, BURNT = 0.05, 0.97
+"""Brightness of a body at which nothing of its shape is seen."""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What is proposed for the section `render`."""
+
+    render: dict[str, Any]
+    """Words of the language: `cameras`, and `lighting` where the case has no lights of its own."""
+    operations: list[Operation]
+    """The same as a JSON Patch of the case."""
+    score: float
+    """How well the camera shows the run, about 0 to 1,"""
+    before: float
+    """and the first camera that the run has now."""
+    lights: dict[str, float]
+    """How well bodies stand out in each light that was tried."""
+    legibility: dict[str, Any]
+    """As in `evidence.json`, of the film that is proposed."""
+    tried: int
+    """Cameras."""
+
+
+def suggest(recording: Recording, loaded: LoadedCase, tell: Callable[[str], None]) -> Proposal:
+    """Return a camera and light for a run.
+
+    Args:
+        recording: Of the run.
+        loaded: Its case.
+        tell: Told what is done.
+
+    Raises:
+        SpecError: if the case cannot be worked out.
+    """
+    facts, film = Facts(resolve_case(loaded)), recording.film
+    bare = _with_render(loaded, {key: value for key, value in _written(loaded).items() if key not in ("cameras", "shots")})
+    derived = resolve_case(bare).plan.render["cameras"]["main"]["frame"]
+    times = _moments(recording)
+    jury = Jury(recording, subjects(facts), times, derived["within"])
+    chosen = _frames(jury, derived["bodies"])
+    tell(f"trying cameras at {len(times)} moments")
+    ranked = best(jury, chosen)
+    score, camera = ranked[0]
+    present = Cameras(film, recording.states)
+    views = [present.view(*_camera_at(film, recording, t)) for t in times]
+    before = jury.judge(views, np.subtract(views[0].look_at, views[0].pos))
+    render: dict[str, Any] = {"cameras": {"main": _words(camera, jury)}}
+    lights: dict[str, float] = {}
+    if not loaded.case.render.lights:
+        tell("trying lights")
+        lights = {name: _lit(recording, loaded, render | {"lighting": name}, jury) for name in LIGHTINGS}
+        winner = max(LIGHTINGS, key=lambda name: lights[name] + PLAIN * (name == LIGHTINGS[0]))
+        render = {"lighting": winner, **render}
+    shown = _filmed(recording, loaded, render)
+    return Proposal(
+        render, _operations(loaded, render), round(score, 4), round(before, 4),
+        {name: round(value, 4) for name, value in lights.items()}, summarise(Watcher(shown)), len(ranked),
+    )  # fmt: skip
+
+
+def _moments(recording: Recording) -> list[float]:
+    """Times [s] spread over the film, and the first times of events."""
+    film = recording.film
+    pictures = frames(film, reels(film)[MAIN], recording.last)
+    times = [pictures[k].t for k in spread(len(pictures), MOMENTS)]
+    first: dict[str, float] = {}
+    for row in read_events(recording.folder):
+        if row["name"] and film["start"] <= row["time"] <= film["end"]:
+            first.setdefault(row["name"], float(row["time"]))
+    return sorted({round(t, 6) for t in [*times, *list(first.values())[:EVENTS]]})
+
+
+def _camera_at(film: dict[str, Any], recording: Recording, t: float) -> tuple[str, float, float]:
+    """Return the camera of the film as it is, its moment nearest to a time [s], and how far it has come."""
+    pictures = frames(film, reels(film)[MAIN], recording.last)
+    frame = min(pictures, key=lambda frame: abs(frame.t - t))
+    return frame.camera, frame.t, frame.part
+
+
+def _frames(jury: Jury, derived: Sequence[str]) -> list[tuple[str, ...]]:
+    """Return what a camera may frame: what one that nobody placed does, all that moves, what the script is about."""
+    names, statics = jury.recorded.names, jury.recorded.statics
+    usual = tuple(name for name in derived if name in names)
+    moving = tuple(name for name in names if name not in statics)
+    meant = tuple(name for name, weight in zip(names, jury.weights, strict=True) if weight == 1.0)
+    return [frame for frame in dict.fromkeys([usual, moving, meant]) if frame]
+
+
+def _words(candidate: Candidate, jury: Jury) -> dict[str, Any]:
+    """Return a camera in the words of the language."""
+    words: dict[str, Any] = {
+        "kind": "still",
+        "frame": list(candidate.frame),
+        "direction": [round(c, 2) for c in candidate.direction],
+        "lens_mm": candidate.lens,
+    }
+    if jury.within is not None and jury.strays(candidate.frame):
+        low, high = ([round(float(c), 2) for c in corner] for corner in jury.within)
+        words["within"] = {"min": low, "max": high}
+    return words
+
+
+def _written(loaded: LoadedCase) -> dict[str, Any]:
+    """The section `render` as it is written, variants and expressions resolved."""
+    return loaded.case.render.model_dump(mode="json", by_alias=True, exclude_unset=True)
+
+
+def _with_render(loaded: LoadedCase, render: dict[str, Any]) -> LoadedCase:
+    """The case with another section `render`."""
+    made = Render.model_validate(render)
+    return replace(loaded, case=loaded.case.model_copy(update={"render": made}))
+
+
+def _filmed(recording: Recording, loaded: LoadedCase, render: dict[str, Any]) -> Recording:
+    """The recording, filmed as is proposed."""
+    kept = {key: value for key, value in _written(loaded).items() if key not in ("cameras", "shots")}
+    return replace(recording, film=resolve_case(_with_render(loaded, kept | render)).plan.render)
+
+
+def _lit(recording: Recording, loaded: LoadedCase, render: dict[str, Any], jury: Jury) -> float:
+    """Return how well bodies stand out in a light: contrast in traced pictures, less what is too dark or too bright."""
+    shown = _filmed(recording, loaded, render)
+    filming, watcher = Filming(shown, "draft", size=TRIAL, samples=4), Watcher(shown)
+    pictures = filming.reels()[0].frames
+    found = []
+    for k in spread(len(pictures), LIT_AT + 2)[1:-1] or [0]:
+        picture = filming.develop(filming.trace(pictures[k])).astype(float) / 255
+        frame = pictures[k]
+        view = watcher.cameras.view(frame.camera, frame.t, frame.part)
+        sight = watcher.recorded.sight(frame.t, view, TRIAL)
+        for n, weight in enumerate(jury.weights):
+            mask = sight.mask(n)
+            if weight and mask.any() and (apart := contrast(picture, mask)) is not None:
+                bright = picture[mask].mean(axis=1)
+                lost = float(((bright < DARK) | (bright > BURNT)).mean())
+                found.append((weight, apart * (1 - lost)))
+    total = sum(weight for weight, _ in found)
+    return sum(weight * value for weight, value in found) / total if total else 0.0
+
+
+def _operations(loaded: LoadedCase, render: dict[str, Any]) -> list[Operation]:
+    """Return the patch of the case as it is written."""
+    data = loaded.written.data
+    if not isinstance(data.get("render"), dict):
+        return [{"op": "add", "path": "/render", "value": render}]
+    found: list[Operation] = [{"op": "add", "path": f"/render/{key}", "value": value} for key, value in render.items()]
+    if "shots" in data["render"]:
+        found.append({"op": "remove", "path": "/render/shots"})
+    return found
