@@ -42,9 +42,7 @@ def test_a_card_that_is_right(texts: Texts) -> None:
         ("id: falls-too-far", "id: Falls", 1, "is not a card's id"),
     ],
 )
-def test_what_is_wrong_with_a_card_is_said_at_its_line(
-    texts: Texts, old: str, new: str, line: int, words: str
-) -> None:
+def test_what_is_wrong_with_a_card_is_said_at_its_line(texts: Texts, old: str, new: str, line: int, words: str) -> None:
     texts["card.yaml"] = texts["card.yaml"].replace(old, new)
     found = [problem for problem in problems_of(texts) if problem.line == line]
     assert found, problems_of(texts)

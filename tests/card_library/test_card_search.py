@@ -38,7 +38,9 @@ def test_only_cards_for_the_role() -> None:
 
 
 def test_what_the_run_said_counts_more_than_words() -> None:
-    assert ids(text="the ball rolls on a ramp and falls", signatures=["diverged"])[0] == "chain-without-damping-explodes"
+    assert (
+        ids(text="the ball rolls on a ramp and falls", signatures=["diverged"])[0] == "chain-without-damping-explodes"
+    )
     (first, *_) = find_cards(LIBRARY, text="", signatures=["lint:undamped-joints"])
     assert first.entry.id == "chain-without-damping-explodes"
     assert first.signatures == ("undamped-joints",)

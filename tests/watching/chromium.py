@@ -21,9 +21,9 @@ def find() -> str | None:
 class Chromium:
     """One page."""
 
-    def __init__(self, profile: Path) -> None:
+    def __init__(self, profile: Path, drawing: str = "--disable-gpu") -> None:
         down, up = os.pipe(), os.pipe()
-        flags = "--headless=new --no-sandbox --disable-gpu --no-first-run --remote-debugging-pipe --mute-audio"
+        flags = f"--headless=new --no-sandbox {drawing} --no-first-run --remote-debugging-pipe --mute-audio"
 
         def wire() -> None:  # the browser reads from 3 and writes to 4
             reading, writing = os.dup(down[0]), os.dup(up[1])

@@ -127,9 +127,8 @@ class Desk:
         request = Request(role=role, messages=tuple(messages), number=number)
         reply = self._log.ask(self._endpoint(role), request, self._stop, attempt=self.attempt)
         self.account.add(role, self.attempt, reply)
-        self._emit(
-            "answered", live=True, role=role, number=number, tokens=reply.tokens_in + reply.tokens_out, seconds=reply.seconds
-        )  # fmt: skip
+        tokens = reply.tokens_in + reply.tokens_out
+        self._emit("answered", live=True, role=role, number=number, tokens=tokens, seconds=reply.seconds)
         return reply.text
 
     def _endpoint(self, role: str) -> Endpoint:

@@ -95,7 +95,8 @@ def _measures(folder: Path, measures: Mapping[str, Data]) -> list[str]:
         if row.get("problem"):
             rows.append(f"- `{name}`: {row['problem']}")
             continue
-        text = f"- `{name}` [{row.get('unit') or '-'}]: min {_g(row['min'])} at {_g(row['min_at'])} s, max {_g(row['max'])} at {_g(row['max_at'])} s"
+        low, high = (f"{_g(row[end])} at {_g(row[f'{end}_at'])} s" for end in ("min", "max"))
+        text = f"- `{name}` [{row.get('unit') or '-'}]: min {low}, max {high}"
         times, values = series.get("t") or series.get("time") or [], series.get(name) or []
         if len(times) > MEASURED and len(values) == len(times):
             picked = [round(k * (len(times) - 1) / (MEASURED - 1)) for k in range(MEASURED)]
@@ -156,10 +157,9 @@ def _seen(evidence: Mapping[str, Any]) -> list[str]:
     rows = []
     for camera, row in (evidence.get("visibility") or {}).items():
         for body, seen in row["bodies"].items():
-            rows.append(
-                f"- `{camera}`: `{body}` fills at most {100 * seen['largest']:.2g} % of the picture (at {_g(seen['at'])} s), "
-                f"seen in {seen['pictures']} of {row['pictures']} pictures"
-            )
+            share = f"{100 * seen['largest']:.2g} % of the picture (at {_g(seen['at'])} s)"
+            often = f"seen in {seen['pictures']} of {row['pictures']} pictures"
+            rows.append(f"- `{camera}`: `{body}` fills at most {share}, {often}")
         if row["never_seen"]:
             rows.append(f"- `{camera}` never sees {', '.join(f'`{name}`' for name in row['never_seen'])}")
     legibility = evidence.get("legibility") or {}

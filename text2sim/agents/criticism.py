@@ -40,8 +40,8 @@ def criticise(
 ) -> Critique:
     """Have a run judged.
 
-    A patch that could not be applied, changes what is not its section's, makes the case wrong, or asks for something else
-    than the request does, goes back to the Critic; one that stays wrong is left out.
+    A patch that could not be applied, changes what is not its section's, makes the case wrong, or asks for something
+    else than the request does, goes back to the Critic; one that stays wrong is left out.
 
     Args:
         desk: Where the Critic is asked.
@@ -119,8 +119,8 @@ def _contradictions(critique: Critique, exhibit: Exhibit) -> list[str]:
         wrong.append("/failures: what is to be repaired?")
     if critique.verdict == "pass" and exhibit.missed:
         wrong.append(
-            f"/verdict: it cannot pass while {', '.join(exhibit.missed)} did not come true; if the expectation says the "
-            "wrong thing, answer `repair` with a failure of section `plan`"
+            f"/verdict: it cannot pass while {', '.join(exhibit.missed)} did not come true; if the expectation says "
+            "the wrong thing, answer `repair` with a failure of section `plan`"
         )
     return wrong
 

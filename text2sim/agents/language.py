@@ -86,7 +86,7 @@ def rules() -> str:
 
 @cache
 def vocabulary() -> str:
-    """One line for each kind of body, shape, mount, control and camera, and for each prefab: what can be planned with."""
+    """What can be planned with: a line for each kind of body, shape, mount, control, camera, and for each prefab."""
     parts = []
     for section in _sections(INDEXED):
         rows = [f"- `{kind}`: {_first(model_doc(model))}" for kind, model in section_kinds(section.models).items()]

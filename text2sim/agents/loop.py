@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeVar
 
 from text2sim.agents import revising
 from text2sim.agents.asking import BudgetSpent, Desk, RoleFailed
-from text2sim.agents.attempts import FRAMES, Attempt, Attempts, changed
+from text2sim.agents.attempts import Attempt, Attempts, changed
 from text2sim.agents.brief import history_row
 from text2sim.agents.casework import Examination, case_text, examine, owner_of, said
 from text2sim.agents.contract import Contract
@@ -16,17 +16,22 @@ from text2sim.agents.criticism import Exhibit, criticise
 from text2sim.agents.deck import Deck
 from text2sim.agents.journal import Emit
 from text2sim.agents.models.exchange import ModelError
-from text2sim.agents.planning import Report, Request, decide, make_plan, plan_text
+from text2sim.agents.planning import Report, Request, decide, make_plan
 from text2sim.agents.replies import SECTIONS, Decision, Plan, Refer, Route
 from text2sim.agents.supplying import Supplies, merged, supply
 from text2sim.agents.writing import change_section, write_section
-from text2sim.spec_schema.errors import Problem, RunError
+from text2sim.spec_schema.errors import Problem
 
 State = Literal["accepted", "impossible", "gave_up", "spent", "failed"]
 T = TypeVar("T")
 
 MENDS = 3
 """Times that owners may mend what the check finds, before it is the Planner's turn."""
+MEND = "Mend what the check found in your section, and change nothing else."
+CONSIDER = (
+    "These are warnings: it can be run as it is. Mend what is true of them, and change nothing else; answer "
+    "`patch: []` if all of it is meant."
+)
 TOGETHER = 4
 """Questions that are put at the same time."""
 
@@ -73,6 +78,7 @@ class Loop:
         """Expectations that come from the request."""
         self.restated: list[str] = []
         self._contract: Contract | None = None
+        self._warned: set[tuple[str, str]] = set()
 
     # --- ways in ----------------------------------------------------------------------------------------------
 
@@ -81,7 +87,7 @@ class Loop:
         self.emit("stage", name="plan")
         self.plan = make_plan(self.desk, self.request, self.deck, self.path)
         self.names = tuple(self.plan.checks.expect)
-        self.emit("planned", event=self.plan.event, possible=self.plan.possible, why=self.plan.why,
+        self.emit("planned", goal=self.plan.event, possible=self.plan.possible, why=self.plan.why,
                   assumptions=self.plan.assumptions, says=self.plan.says)  # fmt: skip
         if self.plan.possible == "no":
             return Outcome("impossible", self.plan.why, plan=self.plan)
@@ -169,9 +175,9 @@ class Loop:
             return Report(problems=attempt.problems or [f"the run ended without evidence: {attempt.state}"])
         report = Report(evidence=self._with_effects(attempt))
         if attempt.state == "finished" or attempt.pictures:
+            exhibit = self._exhibit(attempt, report.evidence)
             critique = criticise(
-                self.desk, self.request, self.plan, self._exhibit(attempt, report.evidence), self._contract, self.restated,
-                self.path,
+                self.desk, self.request, self.plan, exhibit, self._contract, self.restated, self.path
             )  # fmt: skip
             attempt.critique = report.critique = critique.model_dump(mode="json")
             attempt.accepted = (
@@ -180,8 +186,9 @@ class Loop:
                 and not critique.unfaithful
                 and not attempt.missed(list(attempt.expect))
             )
-            self.emit("judged", number=attempt.number, verdict=critique.verdict, score=critique.score, summary=critique.summary,
-                      failures=[failure.what for failure in critique.failures], accepted=attempt.accepted)  # fmt: skip
+            said = {"verdict": critique.verdict, "score": critique.score, "summary": critique.summary}
+            failures = [failure.what for failure in critique.failures]
+            self.emit("judged", number=attempt.number, **said, failures=failures, accepted=attempt.accepted)
         self.attempts.keep(attempt)
         return report
 
@@ -192,13 +199,29 @@ class Loop:
             examined = examine(attempt.text, self.path)
             errors = examined.errors or self._breaches(examined)
             if not errors:
-                return examined, []
+                return self._considered(attempt, examined), []
             owners = self._owners(errors, told)
             if mend == MENDS or "plan" in owners:
                 return examined, [said(problem) for problem in errors]
             self.emit("mending", number=attempt.number, problems=[said(problem) for problem in errors][:20])
-            told = self._mended(attempt, owners)
+            attempt.text, told = self._mended(attempt.text, owners, MEND)
         raise AssertionError("the last round returns")
+
+    def _considered(self, attempt: Attempt, examined: Examination) -> Examination:
+        """Give owners one chance to mend what the lint warns of: that is cheaper before a run than after it."""
+        fresh = [p for p in examined.warnings if (p.rule, p.path) not in self._warned]
+        self._warned |= {(p.rule, p.path) for p in fresh}
+        owners = self._owners(fresh, {})
+        owners.pop("plan", None)
+        if not owners:
+            return examined
+        self.emit("mending", number=attempt.number, problems=[said(problem) for problem in fresh][:20])
+        text, _ = self._mended(attempt.text, owners, CONSIDER)
+        mended = examine(text, self.path)
+        if mended.errors or self._breaches(mended):
+            return examined  # it made things worse
+        attempt.text = text
+        return mended
 
     def _breaches(self, examined: Examination) -> list[Problem]:
         assert examined.loaded is not None
@@ -224,12 +247,13 @@ class Loop:
             f"/actions/{part}/{name}" for part in ("measures", "events", "expect") for name in getattr(checks, part)
         )
 
-    def _mended(self, attempt: Attempt, owners: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-        """Have owners mend their sections; return what they say others have to mend."""
-        case = revising.data_of(attempt.text)
+    def _mended(
+        self, text: str, owners: Mapping[str, Sequence[str]], instruction: str
+    ) -> tuple[str, dict[str, list[str]]]:
+        """Have owners mend their sections; return the text, and what they say others have to mend."""
+        case = revising.data_of(text)
 
         def mended(section: str) -> dict[str, Any] | Refer:
-            instruction = "Mend what the check found in your section, and change nothing else."
             return change_section(self.desk, section, self.plan, case, instruction, owners[section], "", self.path)
 
         answers = self._together({name: lambda name=name: mended(name) for name in SECTIONS if name in owners})
@@ -237,15 +261,11 @@ class Loop:
         for section, answer in answers.items():
             if isinstance(answer, Refer):
                 told.setdefault(answer.section, []).append(f"the Writer of {section} says: {answer.why}")
-        sections = {name: answer for name, answer in answers.items() if not isinstance(answer, Refer)}
-        attempt.text = revising.with_sections(attempt.text, sections)
-        return told
+        return revising.with_sections(text, _written(answers)), told
 
     def _exhibit(self, attempt: Attempt, evidence: str) -> Exhibit:
-        images = self.attempts.images(attempt)
-        return Exhibit(
-            attempt.number, attempt.text, evidence, frozenset(attempt.cites), images[:FRAMES], attempt.missed(list(attempt.expect))
-        )  # fmt: skip
+        images, missed = self.attempts.images(attempt), attempt.missed(list(attempt.expect))
+        return Exhibit(attempt.number, attempt.text, evidence, frozenset(attempt.cites), images, missed)
 
     def _with_effects(self, attempt: Attempt) -> str:
         """The evidence, and what was changed since the attempt before and what that did."""
@@ -338,7 +358,7 @@ class Loop:
         for section, answer in answers.items():
             if isinstance(answer, Refer):
                 self.emit("referred", section=section, to=answer.section, why=answer.why)
-        return revising.with_sections(text, {n: row for n, row in answers.items() if not isinstance(row, Refer)})
+        return revising.with_sections(text, _written(answers))
 
     # --- ends -------------------------------------------------------------------------------------------------
 
@@ -362,4 +382,6 @@ class Loop:
         return {name: future.result() for name, future in futures.items()}
 
 
-__all__ = ["Limits", "Loop", "Outcome", "RunError", "plan_text"]
+def _written(answers: Mapping[str, dict[str, Any] | Refer]) -> dict[str, dict[str, Any]]:
+    """The sections that were written, without those whose Writers refer to others."""
+    return {name: answer for name, answer in answers.items() if not isinstance(answer, Refer)}

@@ -56,6 +56,7 @@ def make_plan(desk: Desk, request: Request, deck: "Deck", path: Path) -> Plan:
         system = system_prompt(
             PLANNER,
             vocabulary=language.vocabulary(),
+            rules=language.rules(),
             pages=language.pages("expectations"),
             cards=deck.index(),
             looked=looked,
@@ -121,7 +122,7 @@ def open_case(desk: Desk, request: Request, case: str, evidence: str, loaded_exp
         if wrong:
             raise Wrong(wrong)
 
-    system = system_prompt(PLANNER, "open", pages=language.pages("expectations"))
+    system = system_prompt(PLANNER, "open", rules=language.rules(), pages=language.pages("expectations"))
     question = render("open_ask", request=request.text, case=case, evidence=evidence)
     return desk.ask("planner", system, question, typed(Opening, check), request.images)
 

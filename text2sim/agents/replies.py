@@ -1,6 +1,6 @@
 """What the roles answer: a type for each answer, checked before anything is done with it.
 
-Keys that a type does not know are ignored, so that a chatty model costs nothing; values of the wrong type go back to it.
+Keys that a type does not know are ignored, so that a chatty model costs nothing; values of the wrong type go back.
 """
 
 from typing import Annotated, Any, Literal
@@ -94,7 +94,7 @@ class Failure(Answer):
 
     what: Line
     cites: Annotated[list[Annotated[str, StringConstraints(max_length=120)]], Field(min_length=1, max_length=20)]
-    """What it rests on: `expect:NAME`, `measure:NAME`, `event:NAME`, `frame:N`, `body:NAME`, `diagnostic:NAME`, `run`."""
+    """What it rests on: `expect:`, `measure:`, `event:`, `body:` or `diagnostic:` and a name, `frame:N`, `run`."""
     section: Where
 
 

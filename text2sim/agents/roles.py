@@ -45,9 +45,8 @@ def _environment() -> Any:
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     # What is printed goes to a model as text, not into a page: there is nothing to escape.
-    return Environment(
-        loader=FileSystemLoader(PROMPTS), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, autoescape=False
-    )  # fmt: skip
+    loader = FileSystemLoader(PROMPTS)
+    return Environment(loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, autoescape=False)
 
 
 def render(prompt: str, **values: Any) -> str:

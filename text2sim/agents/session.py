@@ -139,9 +139,9 @@ class Session:
                 outcome = loop.generate()
             else:
                 outcome = amend(loop, wish.base, run_first=wish.kind == "repair")
+            return outcome
         finally:
             self._write(loop, deck, outcome, budget)
-        return outcome
 
     def _write(self, loop: Loop, deck: Deck, outcome: Outcome | None, budget: Budget) -> None:
         best = outcome.best if outcome else None

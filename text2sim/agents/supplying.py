@@ -112,9 +112,8 @@ def _shape(desk: Desk, asset: Asset, plan: Plan, request: Request, case: Path) -
                 raise Wrong(wrong)
 
     shapes = set(language.known_kinds())
-    system = system_prompt(
-        ROLES["mesh"], rules=language.rules(), pages=language.pages("bodies", shapes & _SHAPES), text_to_3d=_text_to_3d()
-    )  # fmt: skip
+    pages = language.pages("bodies", shapes & _SHAPES)
+    system = system_prompt(ROLES["mesh"], rules=language.rules(), pages=pages, text_to_3d=_text_to_3d())
     answer = desk.ask("mesh", system, _question(asset, plan, request), typed(ShapeAnswer, check))
     shape = answer.shape
     if shape is None:

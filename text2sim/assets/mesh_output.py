@@ -74,6 +74,8 @@ def corner_normals(surface: Surface) -> np.ndarray:
 def _mesh(surface: Surface, normals: np.ndarray, paint: Paint) -> Any:
     """Return a part as trimesh has it: a vertex for every place in space, in the picture, and of the light."""
     import trimesh
+    from trimesh.visual import ColorVisuals, TextureVisuals
+    from trimesh.visual.material import PBRMaterial
 
     columns = [surface.faces.reshape(-1, 1).astype(float), np.round(normals.reshape(-1, 3), 4) + 0.0]
     if surface.uv is not None:
@@ -83,15 +85,15 @@ def _mesh(surface: Surface, normals: np.ndarray, paint: Paint) -> Any:
     rows, index = np.unique(np.concatenate(columns, axis=1), axis=0, return_inverse=True)
     vertices = turned(surface.vertices[rows[:, 0].astype(np.int64)])
     mesh = trimesh.Trimesh(vertices, index.reshape(-1, 3), vertex_normals=turned(rows[:, 1:4]), process=False)
-    material = trimesh.visual.material.PBRMaterial(
+    material = PBRMaterial(
         baseColorFactor=np.round(np.array(paint.rgba) * 255).astype(np.uint8), baseColorTexture=paint.picture,
         metallicFactor=paint.metallic, roughnessFactor=paint.roughness, doubleSided=False,
     )  # fmt: skip
     if surface.rgba is not None and paint.picture is None:
-        mesh.visual = trimesh.visual.ColorVisuals(mesh, vertex_colors=rows[:, -4:].astype(np.uint8))
+        mesh.visual = ColorVisuals(mesh, vertex_colors=rows[:, -4:].astype(np.uint8))
     else:
         uv = rows[:, 4:6] if surface.uv is not None else np.zeros((len(rows), 2))
-        mesh.visual = trimesh.visual.TextureVisuals(uv=uv, material=material)
+        mesh.visual = TextureVisuals(uv=uv, material=material)
     return mesh
 
 

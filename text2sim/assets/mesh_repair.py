@@ -9,8 +9,8 @@ import numpy as np
 
 from text2sim.assets.mesh_intake import Up
 from text2sim.assets.mesh_output import mesh_bytes, suffix_for
-from text2sim.assets.mesh_steps import decimated, filled, oriented, unknotted, without_debris, without_doubles, wrapped
 from text2sim.assets.mesh_report import faults
+from text2sim.assets.mesh_steps import decimated, filled, oriented, unknotted, without_debris, without_doubles, wrapped
 from text2sim.assets.surface import Surface, welded
 from text2sim.spec_schema.errors import AssetError
 

@@ -72,7 +72,7 @@ def _disagreeing(surface: Surface) -> Array:
     try:
         found = _filtered(surface, lambda scene: scene.meshing_re_orient_faces_coherently())
         faces = found.faces
-    except pymeshlab.PyMeshLabException:  # edges of more than two triangles
+    except pymeshlab.PyMeshLabException:  # type: ignore[attr-defined]  # edges of more than two triangles
         mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
         trimesh.repair.fix_winding(mesh)
         faces = np.asarray(mesh.faces, np.int64)
@@ -91,7 +91,7 @@ def filled(surface: Surface, most: int) -> tuple[Surface, int]:
 
     try:
         found = _filtered(surface, lambda scene: scene.meshing_close_holes(maxholesize=most, selfintersection=True))
-    except pymeshlab.PyMeshLabException:  # edges of more than two triangles
+    except pymeshlab.PyMeshLabException:  # type: ignore[attr-defined]  # edges of more than two triangles
         return surface, 0
     faces, old = found.faces, len(surface.faces)
     if len(faces) <= old or len(found.vertices) != len(surface.vertices):
@@ -125,7 +125,7 @@ def unknotted(surface: Surface, most: int) -> Surface:
     before = np.abs(surface.volumes()).sum()
     try:
         found = _filtered(surface, lambda scene: scene.meshing_repair_non_manifold_edges(method=0))
-    except pymeshlab.PyMeshLabException:
+    except pymeshlab.PyMeshLabException:  # type: ignore[attr-defined]
         return surface
     kept = found.tags
     if not 0 < len(kept) < len(surface.faces):
@@ -153,7 +153,7 @@ def decimated(surface: Surface, most: int) -> Surface:
 
 
 def _decimated_bare(surface: Surface, most: int, careful: bool) -> Surface:
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     found = _filtered(
         surface,
@@ -169,7 +169,7 @@ def _decimated_bare(surface: Surface, most: int, careful: bool) -> Surface:
         corner = np.zeros(len(surface.vertices), np.int64)
         corner[surface.faces.reshape(-1)] = np.arange(3 * len(surface.faces))
         used = np.unique(surface.faces)
-        _, near = cKDTree(surface.vertices[used]).query(vertices)
+        _, near = KDTree(surface.vertices[used]).query(vertices)
         rgba = surface.rgba.reshape(-1, 4)[corner[used[near]]][faces]
     return replace(surface, vertices=vertices, faces=faces, part=part, rgba=rgba)
 
@@ -198,7 +198,7 @@ def _decimated_painted(surface: Surface, most: int, careful: bool) -> Surface:
             np.savetxt(stream, surface.vertices, fmt="v %.9g %.9g %.9g")
             np.savetxt(stream, places, fmt="vt %.9g %.9g")
             np.savetxt(stream, rows, fmt="f %d/%d %d/%d %d/%d")
-        scene = pymeshlab.MeshSet(verbose=False)
+        scene = pymeshlab.MeshSet(verbose=False)  # type: ignore[attr-defined]
         scene.load_new_mesh(str(folder / "mesh.obj"))
         scene.meshing_decimation_quadric_edge_collapse_with_texture(
             targetfacenum=most, preserveboundary=careful, preservenormal=careful, planarquadric=True
@@ -241,9 +241,9 @@ def _filtered(surface: Surface, work: Callable[[Any], object], scalar: Array | N
     import pymeshlab
 
     tags = np.arange(len(surface.faces)) if scalar is None else scalar
-    scene = pymeshlab.MeshSet(verbose=False)
+    scene = pymeshlab.MeshSet(verbose=False)  # type: ignore[attr-defined]
     scene.add_mesh(
-        pymeshlab.Mesh(
+        pymeshlab.Mesh(  # type: ignore[attr-defined]
             vertex_matrix=surface.vertices,
             face_matrix=surface.faces.astype(np.int32),
             f_scalar_array=tags.astype(float),

@@ -152,12 +152,12 @@ def welded(surface: Surface, tolerance: float) -> Surface:
     """Return a surface in which vertices that are nearer to each other than a tolerance [m] are one."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     vertices, inverse = np.unique(surface.vertices + 0.0, axis=0, return_inverse=True)
     faces = inverse.reshape(-1)[surface.faces]
     if tolerance > 0:
-        pairs = cKDTree(vertices).query_pairs(tolerance, output_type="ndarray")
+        pairs = KDTree(vertices).query_pairs(tolerance, output_type="ndarray")
         size = len(vertices)
         graph = coo_matrix((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), (size, size))
         count, label = connected_components(graph, directed=False)

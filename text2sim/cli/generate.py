@@ -187,8 +187,8 @@ def _needed(models: dict[str, str]) -> dict[str, str]:
 
     if "" not in models:
         raise RunError(
-            f"say which model answers: --model provider/model (or the variable {MODEL}), or --model mailbox:DIR to answer "
-            "yourself; docs/models.md tells more"
+            f"say which model answers: --model provider/model (or the variable {MODEL}), or --model mailbox:DIR to "
+            "answer yourself; docs/models.md tells more"
         )
     return models
 

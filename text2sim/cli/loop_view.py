@@ -87,13 +87,12 @@ def _live(name: str) -> Iterator["Listener"]:
 
 def _lines(event: str, what: dict[str, Any]) -> list[str]:
     if event == "planned":
-        rows = [f"plan: {what['event']}"] if what["possible"] != "no" else [f"cannot be done: {what['why']}"]
+        rows = [f"plan: {what['goal']}"] if what["possible"] != "no" else [f"cannot be done: {what['why']}"]
         rows += [f"  assumed: {row}" for row in what["assumptions"]]
         return rows + [f"  expected: {row} ({name})" for name, row in what["says"].items()]
     if event == "answered":
-        return [
-            f"  {TITLES.get(what['role'], what['role'])} answered ({what['tokens']:,} tokens, {seconds(what['seconds'])})"
-        ]
+        cost = f"{what['tokens']:,} tokens, {seconds(what['seconds'])}"
+        return [f"  {TITLES.get(what['role'], what['role'])} answered ({cost})"]
     if event == "answer_refused":
         return [f"  {TITLES.get(what['role'], what['role'])} is asked again: {_short(what['reasons'][0])}"]
     if event == "attempt":

@@ -8,6 +8,7 @@ import typer
 
 from text2sim import __version__
 from text2sim.cli import exits
+from text2sim.cli.asset import asset
 from text2sim.cli.cards import cards
 from text2sim.cli.check import check
 from text2sim.cli.compare import compare_runs
@@ -24,6 +25,7 @@ from text2sim.cli.new import new
 from text2sim.cli.patch import patch
 from text2sim.cli.prefabs import prefabs
 from text2sim.cli.render import render
+from text2sim.cli.replay import replay
 from text2sim.cli.run import run_cases
 from text2sim.cli.schema import schema
 from text2sim.cli.show import show
@@ -46,6 +48,7 @@ app.command("check")(check)
 app.command("show")(show)
 app.command("run")(run_cases)
 app.command("render")(render)
+app.command("replay")(replay)
 app.command("export")(export)
 app.command("generate")(generate)
 app.command("repair")(repair)
@@ -60,6 +63,7 @@ app.command("patch")(patch)
 app.command("migrate")(migrate)
 app.add_typer(git, name="git")
 app.command("prefabs")(prefabs)
+app.add_typer(asset, name="asset")
 app.add_typer(cards, name="cards")
 app.command("schema")(schema)
 app.command("doctor")(doctor)

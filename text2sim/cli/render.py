@@ -17,7 +17,7 @@ EVERY = 15.0
 
 
 def render(
-    run: Annotated[Path, typer.Argument(help="Folder of a run.")],
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run; or a case that was run.")],
     quality: Annotated[
         Literal["draft", "final", "still"],
         typer.Option("--quality", help="draft: 8 samples per pixel; final: 36; still: one picture with 144."),
@@ -35,25 +35,39 @@ def render(
         str, typer.Option("--shard", metavar="I/N", help="Only the I-th of N parts (from 1), for several processes.")
     ] = "",
     join: Annotated[bool, typer.Option("--join", help="Only make the film of pictures that shards have left.")] = False,
+    suggest: Annotated[
+        bool, typer.Option("--suggest", help="Propose a camera and light by how well they show the run; render nothing.")
+    ] = False,
+    write: Annotated[bool, typer.Option("--write", help="With --suggest: put the proposal into the case.")] = False,
+    runs: Annotated[Path, typer.Option("--runs", help="Where the runs of cases lie.")] = Path("runs"),
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Make a path-traced film of a recorded run, without simulating again.
+
+    Of a case, the run in `runs` is filmed as the case now says.
 
     Pictures that are there already and would come out the same are kept, so a render that was stopped goes on, and a
     change of the case costs only what it touches.
     """
     from text2sim.cli.output import say, say_json, shown
+    from text2sim.cli.recorded import choose
     from text2sim.rendering.film import Filming
-    from text2sim.rendering.recording import read_recording
     from text2sim.rendering.renderer import find_variant
 
     span, part, size = _span(frames), _shard(shard), _size(resolution)
-    recording = read_recording(run)
+    if write and not suggest:
+        raise typer.BadParameter("goes with --suggest", param_hint="'--write'")
+    chosen = choose(run, runs)
     if not join:
         variant = find_variant()
         if variant.hint and not as_json:
             say(variant.hint, to=sys.stderr)
-    filming = Filming(recording, quality, size=size)
+    if suggest:
+        from text2sim.cli.suggest import propose
+
+        propose(chosen, write=write, as_json=as_json)
+        raise typer.Exit(exits.OK)
+    filming = Filming(chosen.recording, quality, size=size)
     reels = filming.reels(camera, span)
     if quality == "still":
         reels = [_still(reel, span) for reel in reels[:1]]

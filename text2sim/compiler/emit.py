@@ -13,7 +13,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, TemplateError
 from text2sim import __version__
 from text2sim.compiler.emit_actions import action_context, copied_actions
 from text2sim.compiler.literal import Code, comment, identifier, literal
-from text2sim.compiler.plan import EntityPlan, Group, Plan
+from text2sim.compiler.plan import EntityPlan, Group, Plan, Surface
 from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.soft.setup import SoftSettings
 
@@ -92,21 +92,28 @@ def emit(plan: Plan) -> dict[str, bytes]:
 
 
 def _looks(plan: Plan) -> bytes:
-    """Colour and finish of every copy, for whoever draws recorded states: what was recorded may have had others."""
+    """Colour and finish of every copy, for whoever draws recorded states: what was recorded may have had others.
+
+    A copy of several colours has a list, in which a recorded part is found by its colour.
+    """
     looks = {
-        entity.name: {
-            "color": list(entity.surface.rgba[:3]),
-            "opacity": entity.surface.rgba[3],
-            "finish": entity.surface.finish,
-            "visible": bool(entity.options.get("visualization", True)),
-            "picture": entity.surface.picture,
-        }
+        entity.name: _look(entity, entity.surface) if entity.surface else [_look(entity, one) for one in entity.worn]
         for group in (*plan.statics, *plan.bodies)
         for entity in group.entities
-        if entity.surface is not None
+        if entity.surface or entity.worn
     }
     rows = [f"  {json.dumps(name)}: {json.dumps(look)}" for name, look in looks.items()]
     return ("{\n" + ",\n".join(rows) + "\n}\n").encode()
+
+
+def _look(entity: EntityPlan, surface: Surface) -> dict[str, Any]:
+    return {
+        "color": list(surface.rgba[:3]),
+        "opacity": surface.rgba[3],
+        "finish": surface.finish,
+        "visible": bool(entity.options.get("visualization", True)),
+        "picture": surface.picture,
+    }
 
 
 def _format(texts: dict[str, str]) -> dict[str, str]:

@@ -2,7 +2,10 @@
 
 import colorsys
 import random
+from collections.abc import Iterator
 from typing import Any
+
+from pydantic import BaseModel
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.spec_schema.models.colors import PALETTES, rgb
@@ -46,3 +49,23 @@ def rgba_of(look: Look, copy: Copy) -> Rgba:
         light = min(max(light + look.vary.value * chance.uniform(-1, 1), 0.0), 1.0)
         red, green, blue = colorsys.hls_to_rgb(hue, light, saturation)
     return (round(red, 4), round(green, 4), round(blue, 4), look.opacity)
+
+
+def worn_by(copy: Copy) -> dict[Rgba, str]:
+    """Return the finish that goes with each colour of a copy: that of the body, of its parts and of its links."""
+    worn: dict[Rgba, str] = {}
+    for look in _looks_in(copy.model):
+        worn.setdefault(rgba_of(look, copy), look.finish)
+    return worn
+
+
+def _looks_in(model: Any) -> Iterator[Look]:
+    """All looks within a body, its own first."""
+    if isinstance(model, Look):
+        yield model
+    elif isinstance(model, BaseModel):
+        for name in sorted(type(model).model_fields, key=lambda name: name != "look"):
+            yield from _looks_in(getattr(model, name))
+    elif isinstance(model, dict):
+        for value in model.values():
+            yield from _looks_in(value)

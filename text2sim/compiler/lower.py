@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.mechanism import Mechanism, Mechanisms, load_mechanism
 from text2sim.compiler.files import Files
-from text2sim.compiler.looks import Rgba, rgba_of
+from text2sim.compiler.looks import Rgba, rgba_of, worn_by
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
 from text2sim.compiler.shapes import geometry
@@ -207,7 +207,10 @@ class Lowering:
     def _entity_of(self, copy: Copy, made: Written, color: Rgba | None) -> EntityPlan:
         self._take_in(copy, made.tree, made.balls, made.pieces)
         surface = None if made.color is None or color is None else Surface(color, copy.model.look.finish)
-        return EntityPlan(copy.name, "MJCF", dict(made.options), copy.pos, copy.quat, surface=surface)
+        seen = {part.rgba for link in made.tree.links() for part in (*link.geoms, *link.visuals)}
+        finishes = {} if surface else worn_by(copy)
+        worn = tuple(Surface(rgba, finish) for rgba, finish in finishes.items() if rgba in seen)
+        return EntityPlan(copy.name, "MJCF", dict(made.options), copy.pos, copy.quat, surface=surface, worn=worn)
 
     def _take_in(self, copy: Copy, tree: Tree, balls: list[Ball], pieces: int) -> None:
         """Remember what the rest of the compiler asks about a tree."""

@@ -61,6 +61,8 @@ class EntityPlan:
     """Coefficient; None where the model file says it."""
     surface: Surface | None = None
     """None where the model file has its own colours."""
+    worn: tuple[Surface, ...] = ()
+    """What its parts wear, where the model file has its own colours: the file knows colours, but no finishes."""
     family: str = "rigid"
     """Solver of the engine that holds it: rigid, mpm, pbd or fem."""
     material: str = "Rigid"

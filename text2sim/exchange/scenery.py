@@ -1,6 +1,5 @@
 """What a recorded run shows, without a renderer: links with their meshes, bodies that deform, all over time."""
 
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from text2sim.exchange.materials import Material, material_of
+from text2sim.harness.chunks import DAMAGED
 from text2sim.rendering.meshes import Mesh, read_mesh
 from text2sim.rendering.recording import Look, Part, Recording, SoftPart, read_recording
 from text2sim.spec_schema.errors import RunError
@@ -130,13 +130,16 @@ class Scenery:
         try:
             self.links = self._links()
             self.figures = [Figure(part, self.recording) for part in self.recording.soft if _seen(part.look)]
-        except (OSError, KeyError, IndexError, TypeError, ValueError, zipfile.BadZipFile) as error:
+        except DAMAGED as error:
             raise RunError(f"{folder}: its geometry is damaged ({error})") from error
 
     def mesh(self, path: Path) -> Mesh:
         """Return a mesh of a piece."""
         if path not in self._meshes:
-            self._meshes[path] = read_mesh(path) if self._detailed else _plain_mesh(path)
+            try:
+                self._meshes[path] = read_mesh(path) if self._detailed else _plain_mesh(path)
+            except DAMAGED as error:
+                raise RunError(f"{path}: its geometry is damaged ({error})") from error
         return self._meshes[path]
 
     def _poses(self) -> tuple[Array, Array]:
@@ -198,7 +201,7 @@ def _opened(folder: Path) -> Recording:
     """Read a recording of which nothing lies outside its folder: it may come from somebody else."""
     try:
         recording = read_recording(folder)
-    except zipfile.BadZipFile as error:
+    except DAMAGED as error:
         raise RunError(f"{folder}: its states are damaged ({error})") from error
     root = folder.resolve()
     files = [*(part.mesh for part in recording.parts), *(part.geometry for part in recording.soft)]

@@ -35,6 +35,8 @@ SOFT_WORDS = {
     "against_bounds": "part of the points against the sides of their solver's space",
 }
 """What the table of deformable bodies says."""
+REPLAY = "replay.html"
+"""The page in 3D beside the report, if there is one."""
 LOG = 6_000
 """Bytes of the end of the log."""
 
@@ -74,6 +76,7 @@ def _contents(run_dir: Path, case: Case) -> dict[str, Any]:
         "touches": touches[:TOUCHES],
         "films": films,
         "linked": linked,
+        "replay": REPLAY if (run_dir / REPLAY).is_file() else None,
         "first": None if films else data_uri(run_dir / "first.png", "image/png"),
         "sheet": data_uri(write_contact_sheet(run_dir), "image/png"),
         "plots": _plots(run_dir, case, evidence, declared),
@@ -97,7 +100,7 @@ def _plots(run_dir: Path, case: Case, evidence: dict[str, Any], events: list[dic
         summary = evidence.get("measures", {}).get(name)
         if summary is None or not np.isfinite(values).any():
             continue
-        bounds = [b for key, row in case.actions.expect.items() if (b := _bound(key, row, name, evidence, time))]
+        bounds = [b for key, row in case.actions.expect.items() if (b := bound_of(key, row, name, evidence, time))]
         title = f"{name}: {describe(case.actions.measures[name])}" if name in case.actions.measures else name
         plot_series(
             folder / f"{name}.png",
@@ -140,7 +143,16 @@ def _energy_lines(run_dir: Path, case: Case) -> tuple[Array, list[Line]] | None:
     return recording.states.time, lines
 
 
-def _bound(name: str, expect: Expect, measure: str, evidence: dict[str, Any], time: Array) -> Bound | None:
+def bound_of(name: str, expect: Expect, measure: str, evidence: dict[str, Any], time: Array) -> Bound | None:
+    """Return what an expectation allows a measure to be; None if it is about another, or no bound on its values.
+
+    Args:
+        name: Of the expectation.
+        expect: The expectation.
+        measure: Name of the measure.
+        evidence: What was found.
+        time: Times of the measure [s].
+    """
     # The mean or the range of a measure is no bound on its values.
     if expect.measure != measure or expect.stat in ("mean", "range") or not len(time):
         return None

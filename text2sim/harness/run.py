@@ -302,8 +302,20 @@ class _Run:
             self.record.notes.append(f"nothing could be judged: {error}")
             return
         self.clock.enter("report")
+        self._make_replay()
         write_report(self.folder, self.loaded.case)
         self.record.judge_digest = self.judge_digest
+
+    def _make_replay(self) -> None:
+        from text2sim.replay.page import NAME, is_quick, write_replay
+
+        (self.folder / NAME).unlink(missing_ok=True)  # of what was recorded or expected before
+        if not is_quick(self.folder):
+            return
+        try:
+            write_replay(self.folder, self.loaded.case)
+        except RunError as error:
+            self.record.notes.append(f"there is no 3D replay: {error}")
 
 
 def _case_digest(loaded: "LoadedCase") -> str:

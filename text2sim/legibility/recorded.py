@@ -17,9 +17,7 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 
 BUDGET = 60_000
-"""Triangles of what is rigid, about."""
 GRAINS = 2_000
-"""Most particles of a body that are looked at; each stands for its neighbours too."""
 GRAIN = 0.7
 """Radius of a particle, in distances between them."""
 CLEAR = ("glass",)
@@ -36,6 +34,8 @@ class Recorded:
 
     Args:
         recording: Of the run.
+        budget: Triangles of what is rigid, about.
+        grains: Most particles of a body that are looked at; each stands for its neighbours too.
 
     Attributes:
         names: Of the things.
@@ -43,8 +43,8 @@ class Recorded:
         colors: sRGB of each, 0 to 1, shape (m, 3).
     """
 
-    def __init__(self, recording: "Recording"):
-        self.recording = recording
+    def __init__(self, recording: "Recording", budget: int = BUDGET, grains: int = GRAINS):
+        self.recording, self._budget, self._grains = recording, budget, grains
         parts = [part for part in recording.parts if _shown(part.look)]
         soft = [part for part in recording.soft if _shown(part.look)]
         bodies = [(part.body, part.look) for part in (*parts, *soft)]
@@ -96,8 +96,8 @@ class Recorded:
             with np.load(mesh) as arrays:
                 read[mesh] = arrays["vertices"].astype(float)[arrays["faces"]]
         whole = sum(len(read[part.mesh]) for part in parts)
-        if whole > BUDGET:
-            most = max(BUDGET // max(len(parts), 1), 24)
+        if whole > self._budget:
+            most = max(self._budget // max(len(parts), 1), 48)
             read = {mesh: coarse(corners, most) for mesh, corners in read.items()}
         if not parts:
             return np.zeros((0, 3, 3)), np.zeros(0, int), np.zeros(0, int)
@@ -123,7 +123,7 @@ class Recorded:
         points = states.soft.at(name, states.around(t))[slice(*part.row[columns])].astype(float)
         if faces is not None:
             return points[faces]
-        step = -(-len(points) // GRAINS)
+        step = -(-len(points) // self._grains)
         radius = GRAIN * float(part.row["spacing"]) * step ** (1 / 3)
         return (points[::step, None, None] + radius * OCTAHEDRON).reshape(-1, 3, 3)
 

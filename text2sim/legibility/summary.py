@@ -160,4 +160,4 @@ def _last_seen(watcher: Watcher, taken: list[Frame], rows: list[Row], name: str)
 
 
 def _percent(part: float) -> str:
-    return f"{100 * float(part):.2g} %"
+    return f"{100 * part:.0f} %" if part > 0.1 else f"{100 * float(part):.2g} %"

@@ -18,12 +18,14 @@ Array = NDArray[Any]
 
 AZIMUTHS = (-61, -119, -90, -75, -105, -30, -150, 0, 180, 61, 119, 90)
 """Angles [deg] of ways to a camera, from +x. The first are what people are used to: from the front, and from its right."""
-HEIGHTS = (24, 12, 40, 62)
-"""Angles [deg] above the horizon."""
+HEIGHTS = {24: 0.0, 40: 0.015, 12: 0.02, 62: 0.08}
+"""Angles [deg] above the horizon, and what a camera loses for each: from high above, things do not seem to stand."""
 LENSES = (42.0, 28.0, 70.0)
 """Focal lengths [mm], the plainest first."""
 SIZE = (96, 54)
 """Of the pictures in which candidates are compared [pixels]."""
+COARSE, GRAINS = 16_000, 800
+"""Triangles and particles that candidates are compared by."""
 ENOUGH = 0.06
 """Part of the picture from which on a body gains nothing by being larger."""
 APART = 0.12
@@ -35,7 +37,7 @@ WORST = 0.35
 LATERAL = 0.12
 """Gain of a camera that sees all motion across the picture, over one that sees it come straight at itself."""
 HABIT = 0.004
-"""Loss of each step down the lists above."""
+"""Loss of each step down the other lists above."""
 FRAMED_AT = 40
 """Moments at which is asked what has to be in the picture."""
 
@@ -66,7 +68,7 @@ class Jury:
 
     def __init__(self, recording: Recording, subjects: Sequence[str], times: Sequence[float], within: Any = None):
         self.recording, self.within = recording, within
-        self.recorded = Recorded(recording)
+        self.recorded = Recorded(recording, COARSE, GRAINS)
         names, statics = self.recorded.names, self.recorded.statics
         moving = [name for name in names if name not in statics]
         wanted = [name for name in subjects if name in moving] or moving
@@ -81,7 +83,12 @@ class Jury:
     def camera(self, candidate: Candidate) -> dict[str, Any]:
         """Return the camera of a candidate as numbers, see `templates/cameras.py`."""
         fov = 2 * math.degrees(math.atan(12.0 / candidate.lens))
-        frame = {"bodies": list(candidate.frame), "margin": 0.08, "within": self.within, "direction": candidate.direction}
+        frame = {
+            "bodies": list(candidate.frame),
+            "margin": 0.08,
+            "within": self.within,
+            "direction": candidate.direction,
+        }
         camera = {"kind": "still", "up": (0.0, 0.0, 1.0), "fov": fov, "frame": frame}
         return framed(camera, self._shown(candidate.frame), self._aspect)
 
@@ -158,11 +165,11 @@ class Jury:
 def directions() -> list[tuple[tuple[float, float, float], float]]:
     """Return ways to cameras, and what each loses for being unusual."""
     found = []
-    for i, height in enumerate(HEIGHTS):
+    for height, loss in HEIGHTS.items():
         for k, azimuth in enumerate(AZIMUTHS):
             up, round_ = math.radians(height), math.radians(azimuth)
             way = (math.cos(up) * math.cos(round_), math.cos(up) * math.sin(round_), math.sin(up))
-            found.append(((round(way[0], 3), round(way[1], 3), round(way[2], 3)), HABIT * (i + k)))
+            found.append(((round(way[0], 3), round(way[1], 3), round(way[2], 3)), loss + HABIT * k))
     return found
 
 
@@ -175,7 +182,9 @@ def best(jury: Jury, frames: Sequence[tuple[str, ...]], keep: int = 4) -> list[t
         keep: How many ways are tried with other lenses.
     """
     first = [
-        Candidate(frame, way, LENSES[0], habit + HABIT * n) for n, frame in enumerate(frames) for way, habit in directions()
+        Candidate(frame, way, LENSES[0], habit + HABIT * n)
+        for n, frame in enumerate(frames)
+        for way, habit in directions()
     ]
     ranked = sorted(((jury.score(one), one) for one in first), key=lambda row: -row[0])
     lenses = [

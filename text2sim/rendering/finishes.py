@@ -21,6 +21,8 @@ HAZE = 0.06
 """Part of the light that clear glass scatters, by which one sees that it is there."""
 MILKY = 0.45
 """Part of the light that frosted glass scatters; the rest goes straight through, so that its content is seen."""
+TINT = 0.62
+"""The same of dark glass."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,7 @@ class Finish:
     bump: float = 0.0
     """Depth of its relief, as a part of the tile."""
     kind: str = "solid"
-    """solid, clear or frosted."""
+    """solid, clear, frosted or tinted."""
 
 
 FINISHES = {
@@ -60,12 +62,20 @@ FINISHES = {
     "ceramic": Finish(0.09, 0.6, clearcoat=1.0),
     "glass": Finish(0.0, kind="clear"),
     "frosted_glass": Finish(0.3, kind="frosted"),
+    "tinted_glass": Finish(0.05, 0.6, clearcoat=1.0, kind="tinted"),
     "cloth": Finish(0.85, 0.15, sheen=0.7, texture="weave", shade=0.8, tile=0.03, bump=0.01),
     "silicone": Finish(0.45, 0.35, sheen=0.3, clearcoat=0.1),
     "paper": Finish(0.9, 0.1, texture="fibres", shade=0.94, tile=0.2),
     "sand": Finish(0.95, 0.1, texture="specks", shade=0.7, tile=0.12, bump=0.01),
 }
 PLAIN = "rough"
+DEEP = 0.65
+"""Brightest channel of a colour, below which glass is that of a wine bottle: it colours what is behind it."""
+
+
+def worn(finish: str, color: tuple[float, float, float]) -> str:
+    """Return the finish that is drawn for one of the language: dark glass has its own."""
+    return "tinted_glass" if finish == "glass" and max(color) < DEEP else finish
 
 
 def finish_of(name: str) -> Finish:
@@ -88,9 +98,9 @@ def material(name: str, *, opacity: float = 1.0, two_sided: bool = False, pictur
         return mi.load_dict({
             "type": "blendbsdf", "weight": HAZE, "bsdf_0": {"type": "thindielectric", "int_ior": 1.6}, "bsdf_1": haze,
         })  # fmt: skip
-    if finish.kind == "frosted":
+    if finish.kind in ("frosted", "tinted"):
         milky = {"type": "twosided", "bsdf": _principled(finish, attribute(COLOR))}
-        return mi.load_dict({"type": "mask", "opacity": MILKY, "bsdf": milky})
+        return mi.load_dict({"type": "mask", "opacity": TINT if finish.kind == "tinted" else MILKY, "bsdf": milky})
     made: dict[str, Any]
     if picture is not None:
         made = _principled(finish, _bitmap(picture[..., :3], raw=False))

@@ -1,15 +1,23 @@
 """What a run's folder says that a film shows: how it is filmed, what there is, and how it looks."""
 
 import json
+import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.errors import RunError, SpecError
 from text2sim.templates.cadence import read_film
 from text2sim.templates.playback import States
 
+if TYPE_CHECKING:
+    from text2sim.compiler.plan import Plan
+
 Rgb = tuple[float, float, float]
+Paint = tuple[float, ...]
+"""Colour and opacity."""
+SAME = 0.01
+"""Difference of colours that are the same."""
 
 
 @dataclass(frozen=True)
@@ -77,24 +85,32 @@ class Recording:
         return list(dict.fromkeys([*(part.body for part in self.parts), *(part.body for part in self.soft)]))
 
 
-def read_recording(folder: Path) -> Recording:
+def read_recording(folder: Path, plan: "Plan | None" = None) -> Recording:
     """Read a run's folder.
+
+    Args:
+        folder: Of the run.
+        plan: Says how the run is filmed and how it looks; what lies in the folder says that if left out.
 
     Raises:
         RunError: if nothing was recorded in it.
     """
-    film, looks = _program(folder)
+    film, looks = _program(folder, plan)
     try:
         states = States(folder)
         index = json.loads((folder / "geometry" / "index.json").read_text("utf-8"))
         rows = states.layout["links"]
+        listed = [(rows[int(link)]["body"], int(link), worn) for link, all_worn in index.items() for worn in all_worn]
+        painted: dict[str, list[Paint]] = {}
+        for body, _, worn in listed:
+            painted.setdefault(body, []).append(tuple(worn["color"]))
+        dressed = {body: _dressed(colors, looks[body]) for body, colors in painted.items() if body in looks}
         parts = [
             Part(
-                rows[int(link)]["body"], int(link), folder / "geometry" / worn["mesh"], tuple(worn["pos"]),
-                tuple(worn["quat"]), _look(folder, looks.get(rows[int(link)]["body"]), worn),
+                body, link, folder / "geometry" / worn["mesh"], tuple(worn["pos"]), tuple(worn["quat"]),
+                _look(folder, dressed.get(body, {}).get(tuple(worn["color"])), worn),
             )
-            for link, all_worn in index.items()
-            for worn in all_worn
+            for body, link, worn in listed
         ]  # fmt: skip
         soft = _soft(folder, states, looks)
     except OSError as error:
@@ -105,22 +121,55 @@ def read_recording(folder: Path) -> Recording:
     return Recording(folder, film, states, parts, soft, frozenset(held))
 
 
-def _program(folder: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+def _program(folder: Path, plan: "Plan | None") -> tuple[dict[str, Any], dict[str, Any]]:
     """Return how the run is filmed, and its looks by copy."""
     program = folder / "program"
     if not (folder / "states" / "layout.json").is_file():
         raise RunError(f"{folder}: nothing was recorded there")
-    try:
-        film = read_film((program / "render.py").read_text("utf-8"))
-        return film, json.loads((program / "looks.json").read_text("utf-8"))
-    except (OSError, ValueError):
-        # An older version recorded it: what its case says is worked out anew.
-        from text2sim.compiler.build import plan_case
-        from text2sim.compiler.emit import emit
-        from text2sim.spec_schema.load import load_case
+    if plan is None:
+        try:
+            film = read_film((program / "render.py").read_text("utf-8"))
+            return film, json.loads((program / "looks.json").read_text("utf-8"))
+        except (OSError, ValueError):
+            plan = _plan_anew(folder)
+    from text2sim.compiler.emit import emit
 
-        plan = plan_case(load_case(folder / "expanded.yaml"))
-        return plan.render, json.loads(emit(plan)["looks.json"])
+    return plan.render, json.loads(emit(plan)["looks.json"])
+
+
+def _plan_anew(folder: Path) -> "Plan":
+    """Work out what the case of a run says, which an older version recorded."""
+    from text2sim.compiler.build import plan_case
+    from text2sim.spec_schema.load import load_case
+
+    try:
+        return plan_case(load_case(folder / "expanded.yaml"))
+    except SpecError as error:
+        raise RunError(
+            f"{folder}: an older version recorded it, and its expanded.yaml cannot be worked out any more; name its "
+            f"case instead of the run ({error.problems[0].message})"
+        ) from error
+
+
+def _dressed(colors: list[Paint], looks: dict[str, Any] | list[dict[str, Any]]) -> dict[Paint, dict[str, Any]]:
+    """Return the look that goes with each recorded colour of a copy.
+
+    Colours that the case still has find theirs. One that was changed since gets the nearest of those that are left.
+    """
+    if isinstance(looks, dict):
+        return dict.fromkeys(colors, looks)
+    pairs = sorted(
+        (math.dist(color, (*look["color"], look["opacity"])), color, k)
+        for color in set(colors)
+        for k, look in enumerate(looks)
+    )
+    found: dict[Paint, dict[str, Any]] = {}
+    taken: set[int] = set()
+    for away, color, k in pairs:
+        if color not in found and (k not in taken or away < SAME):
+            found[color] = looks[k]
+            taken.add(k)
+    return found
 
 
 def _look(folder: Path, look: dict[str, Any] | None, painted: dict[str, Any]) -> Look:
@@ -130,6 +179,7 @@ def _look(folder: Path, look: dict[str, Any] | None, painted: dict[str, Any]) ->
         return Look((color[0], color[1], color[2]), opacity, picture=picture)
     if look.get("picture"):
         picture = folder / "program" / look["picture"]
+        picture = picture if picture.is_file() else None
     red, green, blue = look["color"]
     return Look((red, green, blue), look["opacity"], look["finish"], look["visible"], picture)
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from text2sim.rendering.finishes import finish_of, material, needs_uvs
+from text2sim.rendering.finishes import finish_of, material, needs_uvs, worn
 from text2sim.rendering.meshes import Mesh, boxed_uvs, read_mesh
 from text2sim.rendering.recording import Part
 from text2sim.rendering.shapes import mesh_shape, shaded
@@ -91,7 +91,8 @@ def batches(parts: list[Part], statics: frozenset[str]) -> list[Batch]:
         look = part.look
         if not look.visible or look.opacity <= 0:
             continue
-        key = part.mesh, needs_uvs(look.finish)
+        finish = worn(look.finish, look.color)
+        key = part.mesh, needs_uvs(finish)
         if key not in read:
             mesh = read_mesh(part.mesh)
             if key[1] and mesh.uvs is None:
@@ -100,8 +101,8 @@ def batches(parts: list[Part], statics: frozenset[str]) -> list[Batch]:
         mesh = read[key]
         # A picture without coordinates to lay it out by is not seen.
         picture = look.picture if mesh.uvs is not None else None
-        opacity = 1.0 if finish_of(look.finish).kind != "solid" else look.opacity
-        wearing = Wearing(look.finish, opacity, picture, part.body not in statics, mesh.uvs is not None)
+        opacity = 1.0 if finish_of(finish).kind != "solid" else look.opacity
+        wearing = Wearing(finish, opacity, picture, part.body not in statics, mesh.uvs is not None)
         sorted_parts.setdefault(wearing, []).append((part, mesh))
     return [
         Batch(f"rigid{k}", wearing, [part for part, _ in rows], [mesh for _, mesh in rows])

@@ -67,7 +67,9 @@ def suggest(recording: Recording, loaded: LoadedCase, tell: Callable[[str], None
         SpecError: if the case cannot be worked out.
     """
     facts, film = Facts(resolve_case(loaded)), recording.film
-    bare = _with_render(loaded, {key: value for key, value in _written(loaded).items() if key not in ("cameras", "shots")})
+    bare = _with_render(
+        loaded, {key: value for key, value in _written(loaded).items() if key not in ("cameras", "shots")}
+    )
     derived = resolve_case(bare).plan.render["cameras"]["main"]["frame"]
     times = _moments(recording)
     jury = Jury(recording, subjects(facts), times, derived["within"])

@@ -23,6 +23,8 @@ GUIDES = "albedo:albedo,normal:sh_normal,depth:depth"
 GUIDE_SAMPLES = 4
 ROULETTE = 3
 """Bounces after which a path ends by chance, the darker the sooner: a third of the time of a studio with walls."""
+SAMPLES_OF_DRAFTS = 8
+"""Per pixel, up to which the denoiser takes its quick way: a third of its time, and little of what it does."""
 SEED = 0
 """The same for every picture: then what does not move does not flicker."""
 BRIGHTEST = 24.0
@@ -70,7 +72,8 @@ def trace(moments: Sequence[tuple[Moment, Any]], quality: Quality, gain: float, 
     mi = mitsuba()
     path: dict[str, Any] = {"type": "path", "max_depth": quality.depth, "rr_depth": ROULETTE, "hide_emitters": True}
     integrator, guide = mi.load_dict(path), mi.load_dict({"type": "aov", "aovs": GUIDES})
-    samples = max(4, quality.samples // len(moments)) if len(moments) > 1 else quality.samples
+    # Together the moments of a blurred picture have as many samples as a sharp one.
+    samples, guiding = (max(1, total // len(moments)) for total in (quality.samples, GUIDE_SAMPLES))
     seconds = {"trace": 0.0, "guides": 0.0, "gloss": 0.0, "denoise": 0.0}
     pictures, guides, glosses = _Mean(), _Mean(), _Mean()
     for k, (moment, sensor) in enumerate(moments):
@@ -78,18 +81,19 @@ def trace(moments: Sequence[tuple[Moment, Any]], quality: Quality, gain: float, 
         with _timed(seconds, "trace"):
             pictures.add(mi.render(moment.solid, sensor=sensor, integrator=integrator, spp=samples, seed=seed))
         with _timed(seconds, "guides"):
-            guides.add(mi.render(moment.solid, sensor=sensor, integrator=guide, spp=GUIDE_SAMPLES, seed=SEED))
+            guides.add(mi.render(moment.solid, sensor=sensor, integrator=guide, spp=guiding, seed=seed))
         if moment.gloss is not None:
             with _timed(seconds, "gloss"):
                 glosses.add(mi.render(moment.gloss, sensor=sensor, integrator=integrator, spp=samples, seed=seed))
     with _timed(seconds, "denoise"):
         picture, seen = pictures.value, guides.value[..., -7:]
         radiance, alpha = _limited(picture[..., :3], gain), np.clip(picture[..., 3], 0, 1)
+        fast = quality.samples <= SAMPLES_OF_DRAFTS
         if denoise:
-            radiance = _denoised(radiance, np.clip(seen[..., :3], 0, 1), seen[..., 3:6])
+            radiance = _denoised(radiance, np.clip(seen[..., :3], 0, 1), seen[..., 3:6], fast=fast)
         if glosses.count:
             gloss = _limited(glosses.value[..., :3], gain)
-            gloss = _denoised(gloss) if denoise else gloss
+            gloss = _denoised(gloss, fast=fast) if denoise else gloss
             radiance, alpha = radiance + gloss, np.maximum(alpha, np.clip(gloss.mean(axis=-1) * gain, 0, 1))
     return Traced(radiance, alpha, seen[..., 6], seconds)
 
@@ -119,8 +123,9 @@ def _limited(radiance: Array, gain: float) -> Array:
     return np.minimum(np.nan_to_num(radiance), BRIGHTEST / gain)
 
 
-def _denoised(*pictures: Array) -> Array:
+def _denoised(*pictures: Array, fast: bool) -> Array:
     """Return the first picture without noise; albedo and normals may go with it."""
     import mitsuba_oidn as oidn
 
-    return np.array(oidn.denoise(*(np.ascontiguousarray(a, np.float32) for a in pictures), hdr=True))
+    quality = oidn.Quality.Fast if fast else oidn.Quality.High
+    return np.array(oidn.denoise(*(np.ascontiguousarray(a, np.float32) for a in pictures), hdr=True, quality=quality))

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 DATA = frozenset({"yaml", "yml", "json", "jsonc", "json5"})
 """What a block of data is marked with; blocks without a mark come second."""
 
-_FENCE = re.compile(r"( *)(`{3,}|~{3,})\s*([^\s`{]*)([^`]*)")
+_LINES = re.compile(r"\r\n|\r|\n")
+_FENCE = re.compile(r"( *)(`{3,}|~{3,})(.*)")
 _THOUGHT = re.compile(r"\s*<(think|thinking|reasoning)>.*?</\1>", re.DOTALL)
 _TOP_KEY = re.compile(r"(?:[A-Za-z_]\w*|\"[^\"]{1,200}\")\s*:(?:\s|$)")
 _LIST_ITEM = re.compile(r"- \S")
+_INLINE = re.compile(r"\{\s*\"|\[\s*[{\[\"]")
 
 
 @dataclass(frozen=True)
@@ -35,11 +37,12 @@ def fenced_blocks(reply: str) -> list[Block]:
     blocks: list[Block] = []
     lines: list[str] = []
     opened: tuple[str, str, str, int] | None = None  # indentation, fence, mark, line
-    for number, line in enumerate(reply.splitlines(), 1):
+    for number, line in enumerate(_LINES.split(reply), 1):
         if opened is None:
             found = _FENCE.fullmatch(line)
-            if found is not None:
-                opened, lines = (found[1], found[2], found[3].lower(), number + 1), []
+            if found is not None and not (found[2][0] == "`" and "`" in found[3]):  # else it is code within a line
+                words = found[3].strip().lower().split("{")[0].split()
+                opened, lines = (found[1], found[2], words[0] if words else "", number + 1), []
             continue
         indent, fence, mark, start = opened
         # A fence that is indented more than the one that opened the block is text in the block.
@@ -56,10 +59,15 @@ def fenced_blocks(reply: str) -> list[Block]:
 
 def bare_block(reply: str) -> Block | None:
     """The data of a reply without fences: what is left when prose before and after it is taken away."""
-    lines = reply.splitlines()
+    lines = _LINES.split(reply)
     start = next((i for i, line in enumerate(lines) if _starts_data(line)), None)
     if start is None:
-        return None
+        inline = _INLINE.search(reply)
+        end = _closing(reply[inline.start() :]) if inline is not None else None
+        if inline is None or end is None:
+            return None
+        text = reply[inline.start() : inline.start() + end]
+        return Block(text, line=len(_LINES.findall(reply[: inline.start()])) + 1)
     text = "\n".join(lines[start:])
     if text.lstrip()[0] in "{[":
         end = _closing(text)
@@ -68,6 +76,11 @@ def bare_block(reply: str) -> Block | None:
     while end > start + 1 and not _is_data(lines[end - 1]):
         end -= 1
     return Block("\n".join(lines[start:end]), line=start + 1)
+
+
+def looks_like_json(text: str) -> bool:
+    """Whether it begins as JSON does, and not as lists and mappings of YAML do: with a quote, or with a comment."""
+    return text.lstrip()[:1] in ("{", "[") and text.lstrip(" \t\r\n{[")[:1] in ('"', "/")
 
 
 def plain_json(text: str) -> str:

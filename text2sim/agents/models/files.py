@@ -44,9 +44,10 @@ def read_plain(path: Path, limit: int) -> str:
     if path.is_symlink():
         raise UnfitFileError("it is a link, and links are not followed")
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise UnfitFileError("it is no ordinary file")
     with os.fdopen(descriptor, "rb") as file:
-        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise UnfitFileError("it is no ordinary file")
         data = file.read(limit + 1)
     if len(data) > limit:
         raise UnfitFileError(f"it has more than {limit:,} bytes")

@@ -155,12 +155,13 @@ class LiteLLMEndpoint:
             raise ConnectionError("the answer has no text")
         usage = getattr(response, "usage", None)
         sent, came = getattr(usage, "prompt_tokens", None), getattr(usage, "completion_tokens", None)
-        estimated = not (isinstance(sent, int) and isinstance(came, int) and sent > 0 and came >= 0)
-        if estimated:
+        estimated = False
+        if not isinstance(sent, int) or not isinstance(came, int) or sent <= 0 or came < 0:
+            estimated = True
             messages = [self._message(message) for message in request.messages]
             sent = _library().token_counter(model=self._model, messages=messages)
             came = _library().token_counter(model=self._model, text=text)
-        cost = None if self._url is not None or estimated else _cost(response)
+        cost = None if self._url is not None or estimated else _cost(response, self._model)
         return Reply(text, sent, came, cost, seconds, self.name, estimated=estimated, truncated=reason == "length")
 
     def _pause(self, tried: int, asked: float | None, told: ModelError, stop: Callable[[], bool]) -> None:
@@ -191,6 +192,7 @@ def _imported() -> Any:
     library.drop_params = True
     library.turn_off_message_logging = True
     library.cache = None
+    library.disable_hf_tokenizer_download = True  # to count tokens it would download a tokenizer
     for callbacks in ("callbacks", "input_callback", "success_callback", "failure_callback", "service_callback"):
         setattr(library, callbacks, [])
     for name in ("LiteLLM", "LiteLLM Router", "LiteLLM Proxy"):
@@ -218,10 +220,10 @@ def _is_about_schema(error: Exception) -> bool:
     return "response_format" in text or "json_schema" in text or "schema" in text
 
 
-def _cost(response: Any) -> float | None:
+def _cost(response: Any, model: str) -> float | None:
     """US dollars; None if litellm does not know the model's price."""
     try:
-        cost = float(_library().completion_cost(completion_response=response))
+        cost = float(_library().completion_cost(completion_response=response, model=model))
     except Exception:  # it raises whatever it meets
         return None
     return cost if math.isfinite(cost) and cost >= 0 else None

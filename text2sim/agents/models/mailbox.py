@@ -5,6 +5,7 @@
 
 import os
 import re
+import stat
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -86,11 +87,11 @@ class Mailbox:
         while True:
             for path in _reply_paths(self._folder, request):
                 with suppress(FileNotFoundError):
-                    stat = path.lstat()
-                    if stat.st_size == 0:  # made, and about to be written
+                    state = path.lstat()
+                    if state.st_size == 0 and stat.S_ISREG(state.st_mode):  # made, and about to be written
                         continue
-                    now = (path, stat.st_size, stat.st_mtime_ns)
-                    if now == seen or time.time() - stat.st_mtime > SETTLED:
+                    now = (path, state.st_size, state.st_mtime_ns)
+                    if now == seen or time.time() - state.st_mtime > SETTLED:
                         return _read(path)
                     seen = now
                     break

@@ -1,18 +1,28 @@
 """Reads the data in a model's reply. A reply is data whatever it says: nothing in it is run, opened or followed."""
 
-import re
 from typing import Any, NamedTuple
 
-from text2sim.agents.models.fences import DATA, Block, bare_block, fenced_blocks, plain_json, without_thoughts
+from text2sim.agents.models.fences import (
+    DATA,
+    Block,
+    bare_block,
+    fenced_blocks,
+    looks_like_json,
+    plain_json,
+    without_thoughts,
+)
 from text2sim.spec_schema.errors import Problem, SpecError, format_problems
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source, check_source
 
 LIMIT = 1_000_000
 """Longest reply [characters] that is read."""
-EXPRESSIONS = 1_000
+EXPRESSIONS = 500
 """As many `${` one line may have: the reader looks at the rest of the line for each of them."""
 SHOWN = 10
+"""As many problems go back to the model."""
+TOLD = 100
+"""As many are kept."""
 FILE = "reply"
 
 
@@ -57,7 +67,7 @@ def read_reply(text: str, limit: int = LIMIT) -> Parsed:
     block = _choose(text)
     # Lines before the block are kept as blank ones, so that lines are those of the reply.
     content = block.text.replace("\ufeff", "")
-    if content.lstrip()[:1] in ("{", "["):
+    if looks_like_json(content):
         content = plain_json(content)
     source = Source("\n" * (block.line - 1) + content, FILE)
     for number, line in enumerate(source.lines, 1):
@@ -66,7 +76,7 @@ def read_reply(text: str, limit: int = LIMIT) -> Parsed:
     try:
         data = parse_document(check_source(source)).data
     except SpecError as error:
-        raise ReplyError(error.problems, source) from None
+        raise ReplyError(error.problems[:TOLD], source) from None
     if not isinstance(data, dict | list):
         raise _error("the block holds no mapping and no list", "no-data", block.line)
     return Parsed(data, block.text)
@@ -74,7 +84,7 @@ def read_reply(text: str, limit: int = LIMIT) -> Parsed:
 
 def _choose(text: str) -> Block:
     answer = without_thoughts(text)
-    skipped = len(re.findall("\n", text[: len(text) - len(answer)]))
+    skipped = text[: len(text) - len(answer)].count("\n")
     blocks = fenced_blocks(answer)
     marked = [block for block in blocks if block.mark in DATA] or [block for block in blocks if not block.mark]
     complete = [block for block in marked if block.closed and block.text.strip()]

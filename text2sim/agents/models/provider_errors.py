@@ -43,7 +43,7 @@ def model_error(who: str, error: Exception) -> ModelError:
         error: An exception with `status_code` and `message`, as those of OpenAI's client have.
     """
     status = status_of(error)
-    said = str(getattr(error, "message", None) or error)
+    said = str(getattr(error, "message", None) or error).split(", Received response -")[0]
     said = " ".join(without_keys(_NOISE.sub("", said)).split())
     said = said if len(said) <= LONGEST else said[: LONGEST - 1] + "…"
     final = any(word in said.lower() for word in _FINAL_WORDS)

@@ -1,0 +1,341 @@
+"""A client of Meshy's REST interface for making meshes from words: a preview of the shape, then its picture.
+
+Known of it (docs.meshy.ai, text to 3D, version 2): `POST /openapi/v2/text-to-3d` answers with the name of a task,
+`GET` of that name with its status, `GET` of the list with the latest tasks. A task goes from PENDING and IN_PROGRESS to
+SUCCEEDED, FAILED, CANCELED or EXPIRED. The links to results hold for some days.
+"""
+
+import os
+import re
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
+
+from text2sim.assets.meshy_ledger import Ledger, Order, Stage, Task
+from text2sim.spec_schema.errors import AssetError, MachineError, RunError
+
+if TYPE_CHECKING:
+    import httpx
+
+BASE = "https://api.meshy.ai"
+PATH = "/openapi/v2/text-to-3d"
+KEY = "MESHY_API_KEY"
+"""The variable that holds the key. It is sent to Meshy, and neither printed nor written anywhere."""
+PRICES = {"meshy-5": 5}
+PREVIEW, REFINE = 20, 10
+"""Credits: of a preview (of models not named above), and of its picture."""
+MAX_PROMPT = 600
+MAX_GLB = 64 * 1024 * 1024
+MAX_JSON = 1024 * 1024
+TRIES = 6
+"""How often a request goes out that fails for reasons of the network or the server."""
+FIRST, LAST = 2.0, 20.0
+"""Seconds between two looks at a task: at first, and at most."""
+LOST = 120_000
+"""A task that was made up to so long [ms] before we asked, by another clock, can be ours."""
+PENDING = ("PENDING", "IN_PROGRESS")
+_ID = re.compile(r"[A-Za-z0-9_-]{1,100}")
+
+Said = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Order3D:
+    """What is wished for."""
+
+    prompt: str
+    """At most 600 characters."""
+    refine: bool = True
+    """Whether it gets a picture; the shape alone costs less."""
+    model: str = "latest"
+    """Name of Meshy's model."""
+    triangles: int = 30_000
+    """About so many."""
+
+    def __post_init__(self) -> None:
+        text = self.prompt
+        if not text.strip() or len(text) > MAX_PROMPT or not text.isprintable():
+            raise AssetError(f"a prompt is one line of 1 to {MAX_PROMPT} characters (got {len(text)})")
+        if not _ID.fullmatch(self.model.replace(".", "_")):
+            raise AssetError(f"`{self.model[:40]}` is not the name of a model")
+        if not 100 <= self.triangles <= 300_000:
+            raise AssetError(f"{self.triangles} triangles are not possible: Meshy makes 100 to 300000")
+
+    def price(self, stage: Stage) -> int:
+        """Credits of a stage, as the public price list has it."""
+        return REFINE if stage == "refine" else PRICES.get(self.model, PREVIEW)
+
+
+class Meshy:
+    """Makes meshes for a case.
+
+    Args:
+        case: The case's folder; the tasks are kept in it.
+        base: Where Meshy is.
+        budget: Credits that the case may cost in all, former tasks included.
+        timeout: Seconds that one mesh may take.
+        say: Is told how far it has come.
+        pause: Waits for some seconds.
+        clock: Seconds that grow.
+
+    Raises:
+        MachineError: if there is no key.
+        AssetError: if `base` is neither https nor on this machine.
+    """
+
+    def __init__(
+        self,
+        case: Path,
+        *,
+        base: str = BASE,
+        budget: int = 100,
+        timeout: float = 900.0,
+        say: Said = lambda text: None,
+        pause: Callable[[float], None] = time.sleep,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        if not os.environ.get(KEY, "").strip():
+            raise MachineError(
+                f"there is no {KEY} in the environment; without a key, make the shape of the language's own shapes"
+            )
+        if not _trusted(base, base):
+            raise AssetError(f"`{base[:80]}` is not an https address")
+        self.base, self.budget, self.timeout, self.say = base.rstrip("/"), budget, timeout, say
+        self._pause, self._clock, self._end = pause, clock, 0.0
+        self._ledger = Ledger(case)
+
+    def make(self, wish: Order3D) -> bytes:
+        """Return the .glb of a wish: made, or fetched if it was made before.
+
+        Raises:
+            RunError: if Meshy refuses, fails at it, or it would cost more than the budget.
+            MachineError: if Meshy cannot be reached or time runs out; the same call goes on with the same task.
+        """
+        import httpx
+
+        self._end = self._clock() + self.timeout
+        key, order = self._ledger.order(wish.prompt, _options(wish))
+        with httpx.Client(timeout=30.0, follow_redirects=False) as client:
+            found = self._stage(client, "preview", wish, key, order)
+            if wish.refine:
+                found = self._stage(client, "refine", wish, key, order)
+            return self._download(client, found)
+
+    # --- one task -----------------------------------------------------------------------------------------
+
+    def _stage(self, client: "httpx.Client", stage: Stage, wish: Order3D, key: str, order: Order) -> dict[str, Any]:
+        """Bring a task to its end, with a new one only if there is none."""
+        task = order.tasks.get(stage)
+        if task is not None and not task.id:
+            task.id = self._lost(client, stage, wish, task)
+            if not task.id:
+                del order.tasks[stage]
+                task = None
+        if task is None or task.over:
+            task = self._ask(client, stage, wish, key, order)
+        self._ledger.write(key, order)
+        found = self._wait(client, stage, task, lambda: self._ledger.write(key, order))
+        if task.status != "SUCCEEDED":
+            reason = _words((found.get("task_error") or {}).get("message"))
+            because = f": {reason}" if reason else ""
+            raise RunError(f"Meshy's {stage} ended as {task.status}{because}; ask again for another try")
+        return found
+
+    def _ask(self, client: "httpx.Client", stage: Stage, wish: Order3D, key: str, order: Order) -> Task:
+        price, spent = wish.price(stage), self._ledger.spent()
+        if spent + price > self.budget:
+            raise RunError(
+                f"a {stage} costs about {price} credits, and {spent} of the budget of {self.budget} are spent; "
+                f"raise it with --budget"
+            )
+        if (former := order.tasks.get(stage)) is not None:
+            order.former.append(former)
+        task = order.tasks[stage] = Task(asked=int(time.time() * 1000), price=price)
+        self._ledger.write(key, order)
+        body: dict[str, Any] = {"mode": stage}
+        if stage == "preview":
+            body |= {"prompt": wish.prompt, "ai_model": wish.model, "should_remesh": True}
+            body |= {"topology": "triangle", "target_polycount": wish.triangles}
+        else:
+            body |= {"preview_task_id": order.tasks["preview"].id, "enable_pbr": False}
+        try:
+            answer = self._send(client, "POST", PATH, body, lambda: self._lost(client, stage, wish, task))
+        except RunError:
+            del order.tasks[stage]  # it was refused, and costs nothing
+            self._ledger.write(key, order)
+            raise
+        task.id = _task_id(answer.get("result"))
+        self.say(f"meshy: {stage} asked for, about {price} credits")
+        return task
+
+    def _wait(self, client: "httpx.Client", stage: Stage, task: Task, changed: Callable[[], None]) -> dict[str, Any]:
+        pause, last = FIRST, -1
+        while True:
+            found = self._send(client, "GET", f"{PATH}/{task.id}", missing={"status": "EXPIRED"})
+            status = str(found.get("status"))
+            if status not in (*PENDING, "SUCCEEDED", "FAILED", "CANCELED", "EXPIRED"):
+                raise RunError(f"Meshy says a status that is not known: {_words(status)[:40]}")
+            credits = found.get("consumed_credits")
+            if isinstance(credits, int) and 0 <= credits < 10_000 and status not in PENDING:
+                task.credits = credits
+            if status != task.status:
+                task.status = status
+                changed()
+            if status not in PENDING:
+                return found
+            progress = found.get("progress")
+            if isinstance(progress, int) and progress != last:
+                last = progress
+                self.say(f"meshy: {stage} {max(0, min(progress, 100))} %")
+            self._sleep(pause)
+            pause = min(pause * 1.5, LAST)
+
+    def _lost(self, client: "httpx.Client", stage: Stage, wish: Order3D, task: Task) -> str:
+        """Return the name of a task whose name was never received; empty if it was never made."""
+        found = self._send(client, "GET", f"{PATH}?page_num=1&page_size=50&sort_by=-created_at")
+        rows, known = found.get("items", []), self._ledger.known()
+        for row in rows if isinstance(rows, list) else []:
+            if not isinstance(row, dict) or row.get("prompt") != wish.prompt or row.get("id") in known:
+                continue
+            kind = f"{row.get('mode', '')} {row.get('type', '')}".lower()
+            other = "refine" if stage == "preview" else "preview"
+            made = row.get("created_at")
+            if other not in kind and isinstance(made, int | float) and made >= task.asked - LOST:
+                return _task_id(row.get("id"))
+        return ""
+
+    # --- one request --------------------------------------------------------------------------------------
+
+    def _send(
+        self,
+        client: "httpx.Client",
+        method: str,
+        path: str,
+        body: dict[str, Any] | None = None,
+        lost: Callable[[], str] | None = None,
+        missing: dict[str, Any] | None = None,
+    ) -> dict[str, Any]:
+        """Send a request until there is an answer to it.
+
+        Args:
+            client: The connection.
+            method: GET or POST.
+            path: From the base on.
+            body: What is sent.
+            lost: Looks whether a request without an answer was obeyed, and returns the name of the task.
+            missing: The answer where there is no such thing.
+        """
+        import httpx
+
+        headers = {"Authorization": f"Bearer {os.environ.get(KEY, '').strip()}"}
+        for attempt in range(TRIES):
+            wait, sent = min(FIRST * 2**attempt, LAST), True
+            try:
+                with client.stream(method, self.base + path, json=body, headers=headers) as reply:
+                    if reply.status_code == 404 and missing is not None:
+                        return missing
+                    if reply.is_success:
+                        return _plain(reply)
+                    self._refuse(reply)
+                    sent = reply.status_code != 429
+                    wait = max(wait, _retry_after(reply))
+            except (httpx.ConnectError, httpx.ConnectTimeout, httpx.PoolTimeout):
+                sent = False
+            except httpx.TransportError:
+                pass
+            except (httpx.HTTPError, httpx.InvalidURL, ValueError) as error:
+                raise RunError(f"Meshy cannot be asked: {type(error).__name__}") from None
+            self._sleep(wait)
+            if lost is not None and sent and (name := lost()):
+                return {"result": name}
+        raise MachineError("Meshy does not answer; nothing is lost, ask again later")
+
+    def _refuse(self, reply: "httpx.Response") -> None:
+        """Raise what no second try would change."""
+        code = reply.status_code
+        if code == 401:
+            raise RunError(f"Meshy does not know the key in {KEY}")
+        if code == 402:
+            raise RunError("the Meshy account has not enough credits")
+        if code < 500 and code != 429:
+            raise RunError(f"Meshy refuses ({code}): {_words(_plain(reply).get('message')) or 'without a reason'}")
+
+    def _download(self, client: "httpx.Client", found: dict[str, Any]) -> bytes:
+        """Return the result of a task. The key is not sent there: results lie on other machines."""
+        import httpx
+
+        url = (found.get("model_urls") or {}).get("glb")
+        if not isinstance(url, str) or not _trusted(url, self.base):
+            raise RunError("Meshy names no .glb file that can be fetched")
+        for attempt in range(TRIES):
+            try:
+                with client.stream("GET", url) as reply:
+                    if reply.status_code in (403, 404, 410):
+                        raise RunError("Meshy's result is no longer there; ask for it with other words")
+                    if reply.is_success:
+                        content = _limited(reply, MAX_GLB)
+                        if not content.startswith(b"glTF"):
+                            raise RunError("what Meshy gives is not a .glb file")
+                        return content
+            except httpx.HTTPError:
+                pass
+            self._sleep(min(FIRST * 2**attempt, LAST))
+        raise MachineError("Meshy's result cannot be fetched; nothing is lost, ask again later")
+
+    def _sleep(self, seconds: float) -> None:
+        if self._clock() + seconds > self._end:
+            raise MachineError(f"Meshy takes more than {self.timeout:g} s; nothing is lost, ask again to go on")
+        self._pause(seconds)
+
+
+def _options(wish: Order3D) -> dict[str, Any]:
+    return {name: value for name, value in asdict(wish).items() if name not in ("prompt", "refine")}
+
+
+def _trusted(url: str, base: str) -> bool:
+    """Whether an address is encrypted, or on this machine as the base is."""
+    try:
+        parts, home = urlsplit(url), urlsplit(base)
+        local = parts.hostname in ("127.0.0.1", "localhost", "::1") and parts.netloc == home.netloc
+    except ValueError:
+        return False
+    return bool(parts.hostname) and (parts.scheme == "https" or (parts.scheme == "http" and local))
+
+
+def _plain(reply: "httpx.Response") -> dict[str, Any]:
+    """Return an answer as a mapping; a list as its `items`."""
+    import json
+
+    try:
+        data = json.loads(_limited(reply, MAX_JSON))
+    except (ValueError, RecursionError):
+        return {}
+    return data if isinstance(data, dict) else {"items": data}
+
+
+def _limited(reply: "httpx.Response", most: int) -> bytes:
+    content = bytearray()
+    for block in reply.iter_bytes():
+        content += block
+        if len(content) > most:
+            raise RunError(f"Meshy's answer is larger than {most // 2**20} MiB")
+    return bytes(content)
+
+
+def _retry_after(reply: "httpx.Response") -> float:
+    text = reply.headers.get("retry-after", "")
+    return min(float(text), 120.0) if text.isdigit() and len(text) < 6 else 0.0
+
+
+def _task_id(value: Any) -> str:
+    if not isinstance(value, str) or not _ID.fullmatch(value):
+        raise RunError("Meshy's answer names no task")
+    return value
+
+
+def _words(value: Any) -> str:
+    """Return what somebody else says, as text of one line that is not too long."""
+    return "".join(c if c.isprintable() else " " for c in value)[:200].strip() if isinstance(value, str) else ""

@@ -1,0 +1,79 @@
+"""The page of the documentation about Debug Cards: `python -m text2sim.card_library.reference > docs/cards.md`."""
+
+from typing import get_args
+
+from text2sim.card_library.library import BUILT_IN, MAX_CARD, MAX_CASE, Entry, Library, load_library
+from text2sim.card_library.model import Mode, Role
+
+_INTRODUCTION = """\
+<!-- Made by `python -m text2sim.card_library.reference`: change the cards in text2sim/card_library, not this page. -->
+# Debug Cards
+
+A Debug Card is a lesson from a failure that was reproduced and a repair that was run: symptoms, likely causes, what
+tells it from others, what to change, and which shortcuts only hide it. Cards go into prompts of language models, so
+that each has at most 350 tokens; people read them just as well. Most are about what the [lint](lint.md) cannot see.
+
+```sh
+text2sim cards list                      # one line for each
+text2sim cards show grip-slips           # all that a card says, and where its two cases lie
+text2sim cards find "the brick slips out of the gripper" --role actions --mode articulated
+text2sim cards verify grip-slips         # run both cases, and compare with what the card says
+text2sim cards verify --jobs 2           # the same of all cards: two runs for each, ten seconds or more for a run
+```
+
+All take `--json`. `verify` ends with 1 if a card does not hold; `--lint-only` compares what needs no engine; `--force`
+simulates again what lies in `--runs` already.
+
+## A card
+
+A folder `cards/ID` of the package with three files: `card.yaml`, `failing.yaml` and `repaired.yaml`. The last two are
+ordinary cases with the same expectations, which differ in the repair and little else: `text2sim diff` shows it, and
+`text2sim run` runs them.
+
+`card.yaml` has
+
+- `id`, the folder's name, and `title`, the lesson in 80 characters;
+- `applies`, when it is of use: `modes` (@MODES@), `tags` (what the task is about), `signatures` (how the failure shows:
+  ids of lint rules, `diverged`, words of the evidence) and `roles` (who needs it: @ROLES@);
+- `symptoms`, `likely_causes`, `checks`, `repair` and `forbidden`, lists of sentences;
+- `evidence`: the scene in words, an `outcome` and what was `observed`, with numbers, of the failing and of the repaired
+  case, and the versions that they ran on.
+
+An outcome is `lint:RULE` (the lint finds it), `state:diverged` (the run stops as diverged), `missed:NAME` (it ends, and
+this expectation did not come true), `suspicion` (it ends, and its evidence says that something looks wrong) or
+`passed`.
+
+`TEXT2SIM_CARDS` names a folder with more cards, which are held to the same rules and limits: no links, @CARD@
+characters for a card and @CASE@ for a case, nothing executed. What is wrong with one is said at its line, and it is
+left out.
+
+## How they are found
+
+Cards for other roles are left out. A signature that the lint or the run has given counts most, then words (BM25 over
+title, tags, signatures, symptoms and causes), then the mode of the scene. The order is the same each time. From Python:
+`text2sim.card_library.retrieval.find_cards`, `Library.index` for the list that a Planner chooses from, and
+`Card.brief(role)` for the text of a prompt.
+
+## The cards
+
+"""
+
+
+def cards_reference(library: Library | None = None) -> str:
+    """Text of the page."""
+    entries = (library or load_library([BUILT_IN])).entries.values()
+    intro = _INTRODUCTION.replace("@MODES@", ", ".join(get_args(Mode))).replace("@ROLES@", ", ".join(get_args(Role)))
+    intro = intro.replace("@CARD@", f"{MAX_CARD:,}").replace("@CASE@", f"{MAX_CASE:,}")
+    rows = ["| card | lesson | failing | repaired |", "|---|---|---|---|", *map(_row, entries)]
+    return intro + "\n".join(rows) + "\n"
+
+
+def _row(entry: Entry) -> str:
+    seen = entry.card.evidence
+    failing = f"{seen.failing.observed} (`{seen.failing.outcome}`)"
+    cells = (f"`{entry.id}`", entry.card.title, failing, seen.repaired.observed)
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+if __name__ == "__main__":
+    print(cards_reference(), end="")

@@ -1,0 +1,241 @@
+"""The commands `text2sim asset`: meshes, mechanisms and pictures of a case."""
+
+import os
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from text2sim.cli import exits
+
+if TYPE_CHECKING:
+    from text2sim.assets.mesh_repair import Wish
+    from text2sim.assets.register import Added
+
+asset = typer.Typer(
+    help="Meshes, mechanisms and pictures of a case: checked, mended, made, tried.",
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+class Axis(StrEnum):
+    """What may point up in a file."""
+
+    x = "x"
+    y = "y"
+    z = "z"
+
+
+class Middle(StrEnum):
+    """Where the origin of a mesh may lie."""
+
+    base = "base"
+    mass = "mass"
+    keep = "keep"
+
+
+_File = Annotated[Path, typer.Argument(metavar="FILE", help="A mesh, an MJCF or URDF file, or a picture.")]
+_Case = Annotated[Path, typer.Argument(metavar="CASE", help="A case folder or case.yaml file.")]
+_Name = Annotated[str, typer.Option("--name", metavar="NAME", help="What the asset is called; its file, too.")]
+_Size = Annotated[str, typer.Option("--size", metavar="M", help="Largest extent [m], or the height by z=0.3.")]
+_Up = Annotated[Axis | None, typer.Option("--up", help="The file's axis that points up; y in glTF, z elsewhere.")]
+_Origin = Annotated[Middle, typer.Option("--origin", help="Where its origin comes to lie.")]
+_Triangles = Annotated[int, typer.Option("--triangles", min=4, max=200_000, help="At most so many triangles.")]
+_Wrap = Annotated[bool, typer.Option("--wrap", help="Put a closed skin around what cannot be closed otherwise.")]
+_Root = Annotated[Path | None, typer.Option("--root", help="Folder of all its files; that of FILE if left out.")]
+_AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
+MODELS = (".xml", ".mjcf", ".urdf")
+
+
+@asset.command("check")
+def check(
+    file: _File,
+    up: _Up = None,
+    root: _Root = None,
+    png: Annotated[Path | None, typer.Option("--png", help="Draw a mechanism into this file.")] = None,
+    engine: Annotated[bool, typer.Option("--engine", help="Let the engine take a mesh for five steps, too.")] = False,
+    as_json: _AsJson = False,
+) -> None:
+    """Say what a mesh or a mechanism is like, and what stands in its way. Nothing is changed."""
+    from text2sim.cli.output import say, say_json
+
+    document: dict[str, Any]
+    if file.suffix.lower() in MODELS:
+        from text2sim.assets.trials.mechanism_check import check_mechanism, preview
+
+        report = check_mechanism(file, root)
+        if png is not None:
+            png.write_bytes(preview(file, root))
+        document = {"ok": True, "file": str(file), **report.as_dict()}
+        lines = _mechanism_lines(document)
+    else:
+        from text2sim.assets.meshes import check_mesh
+
+        found = check_mesh(file, up.value if up else None)
+        document = {"ok": not found.problems, "path": str(file), **found.as_dict()}
+        lines = _mesh_lines(document)
+        if engine:
+            from dataclasses import asdict
+
+            from text2sim.assets.trials.mesh_import import import_into_engine
+
+            tried = import_into_engine(file)
+            document |= {"engine": asdict(tried), "ok": document["ok"] and tried.ok}
+            lines.append(f"engine: {'takes it' if tried.ok else tried.message} ({tried.wall:.0f} s)")
+    if as_json:
+        say_json(document)
+    for text in () if as_json else lines:
+        say(text)
+    raise typer.Exit(exits.OK if document["ok"] else exits.INPUT)
+
+
+@asset.command("add")
+def add(
+    case: _Case,
+    file: _File,
+    name: _Name,
+    size: _Size = "",
+    up: _Up = None,
+    licence: Annotated[str, typer.Option("--licence", help="On what terms it may be used.")] = "",
+    origin: _Origin = Middle.base,
+    triangles: _Triangles = 20_000,
+    wrap: _Wrap = False,
+    as_json: _AsJson = False,
+) -> None:
+    """Mend a mesh, or take a mechanism or a picture, and put it into a case's folder and manifest."""
+    from text2sim.assets.register import add
+
+    _say_added(add(case, file, name, wish=_wish(size, up, origin, triangles, wrap), licence=licence), as_json)
+
+
+@asset.command("generate")
+def generate(
+    case: _Case,
+    prompt: Annotated[str, typer.Argument(metavar="PROMPT", help="What it is, in words.")],
+    name: _Name,
+    size: _Size = "",
+    origin: _Origin = Middle.base,
+    triangles: _Triangles = 20_000,
+    wrap: _Wrap = False,
+    no_texture: Annotated[bool, typer.Option("--no-texture", help="The shape alone, which costs less.")] = False,
+    model: Annotated[str, typer.Option("--model", help="Meshy's model.")] = "latest",
+    budget: Annotated[int, typer.Option("--budget", min=0, help="Credits that the case may cost in all.")] = 100,
+    timeout: Annotated[float, typer.Option("--timeout", min=1.0, help="Seconds that it may take.")] = 900.0,
+    as_json: _AsJson = False,
+) -> None:
+    """Have Meshy make a mesh from words, mend it, and put it into a case. Needs MESHY_API_KEY.
+
+    A call that was interrupted is repeated as it was: it goes on with the same task, and nothing is paid for twice.
+    """
+    from text2sim.assets.keeping import case_folder
+    from text2sim.assets.meshy import BASE, Meshy, Order3D
+    from text2sim.assets.register import check_name, generate
+    from text2sim.cli.output import say
+
+    check_name(name)
+    wish = _wish(size, None, origin, triangles, wrap)
+    order = Order3D(prompt, refine=not no_texture, model=model)
+    base = os.environ.get("TEXT2SIM_MESHY_URL", BASE)
+    meshy = Meshy(
+        case_folder(case), base=base, budget=budget, timeout=timeout, say=lambda text: say(text, to=sys.stderr)
+    )
+    _say_added(generate(case, name, order, meshy, wish=wish), as_json)
+
+
+@asset.command("probe")
+def probe(file: _File, root: _Root = None, as_json: _AsJson = False) -> None:
+    """Move each joint of a mechanism a little in the engine, and say which of them answer."""
+    from dataclasses import asdict
+
+    from text2sim.assets.trials.probe import probe
+    from text2sim.cli.output import say, say_json
+
+    found = probe(file, root)
+    if as_json:
+        say_json(
+            {
+                "ok": found.ok,
+                "state": found.state,
+                "message": found.message,
+                "joints": {name: asdict(answer) for name, answer in found.joints.items()},
+                "given": found.given,
+                "left_out": found.left_out,
+                "control": {name: one.model_dump(mode="json") for name, one in found.control.items()},
+                "wall": round(found.wall, 2),
+            }
+        )
+    else:
+        for name, answer in found.joints.items():
+            unit = found.control[name].unit
+            word = "answers" if answer.answers else "does not answer"
+            motor = ", with a motor that was lent to it" if name in found.given else ""
+            say(f"{name}: {word}: {answer.moved:.3g} of {answer.target:.3g} {unit}{motor}")
+        for name in found.left_out:
+            say(f"{name}: not asked")
+        say(f"{file.name}: {found.state}{f': {found.message}' if found.message else ''} ({found.wall:.0f} s)")
+    raise typer.Exit(exits.OK if found.ok else exits.PHYSICS)
+
+
+@asset.command("list")
+def list_assets(case: _Case, as_json: _AsJson = False) -> None:
+    """Say what assets a case has, and whether their files are still what was registered."""
+    from text2sim.assets.keeping import case_folder
+    from text2sim.assets.manifest import problems_of, read_manifest, verify_manifest
+    from text2sim.cli.output import say, say_json, say_problems
+
+    folder = case_folder(case)
+    manifest = read_manifest(folder)
+    found = verify_manifest(folder, manifest)
+    wrong = any(found.values())
+    if as_json:
+        rows = {n: a.model_dump(mode="json") | {"problems": found[n]} for n, a in manifest.assets.items()}
+        say_json({"ok": not wrong, "assets": rows})
+    else:
+        for name, one in manifest.assets.items():
+            size = " x ".join(f"{length:.3g}" for length in one.size) + " m" if one.size else ""
+            facts = [one.kind, one.file, size, f"{one.triangles:,} triangles" if one.triangles else "", one.source]
+            say(f"{name}: {', '.join(filter(None, facts))}{'' if one.licence else '; no licence is written down'}")
+        if wrong:
+            say_problems(problems_of(folder, found), {})
+    raise typer.Exit(exits.INPUT if wrong else exits.OK)
+
+
+def _wish(size: str, up: Axis | None, origin: Middle, triangles: int, wrap: bool) -> "Wish":
+    from text2sim.assets.mesh_repair import Wish, parse_size
+
+    length, along = parse_size(size) if size else (None, None)
+    axis = up.value if up is not None else None
+    return Wish(length, along, axis, origin.value, triangles, wrap=wrap)
+
+
+def _say_added(added: "Added", as_json: bool) -> None:
+    from text2sim.cli.output import say, say_json
+
+    if as_json:
+        say_json({"ok": True, "name": added.name, "remains": added.remains, **added.asset.model_dump(mode="json")})
+        return
+    say(f"{added.name}: {added.asset.file}")
+    for note in added.asset.notes:
+        say(f"    {note}")
+
+
+def _mesh_lines(found: dict[str, Any]) -> list[str]:
+    x, y, z = found["extent"]
+    volume = f", {found['volume']:.3g} m3" if found["volume"] is not None else ""
+    closed = "closed" if found["watertight"] else "not closed"
+    return [
+        f"{found['file']}: {found['triangles']:,} triangles, {x:.3g} x {y:.3g} x {z:.3g} m, {closed}{volume}",
+        *(f"    wrong: {text}" for text in found["problems"]),
+        *(f"    {text}" for text in found["notes"]),
+    ]
+
+
+def _mechanism_lines(found: dict[str, Any]) -> list[str]:
+    lines = [f"{found['file']}: {found['kind']}, {len(found['links'])} links, {found['mass']:.3g} kg"]
+    for name, one in found["control"].items():
+        span = f" from {one['range'][0]:.3g} to {one['range'][1]:.3g} {one['unit']}" if one["range"] else ""
+        lines.append(f"    {name}: {one['kind']}{span}{', with a motor' if one['actuator'] else ''}")
+    return [*lines, *(f"    {text}" for text in found["notes"])]

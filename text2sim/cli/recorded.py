@@ -1,0 +1,52 @@
+"""Which run a command is about: a folder of one, or the run that a case has in `runs`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from text2sim.spec_schema.errors import RunError
+
+if TYPE_CHECKING:
+    from text2sim.rendering.recording import Recording
+    from text2sim.spec_schema.load import LoadedCase
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A recorded run."""
+
+    recording: "Recording"
+    loaded: "LoadedCase | None"
+    """The case that was named, if one was."""
+    case: Path | None
+    """Its file."""
+
+
+def choose(path: Path, runs: Path) -> Chosen:
+    """Return the run that a path means; of a case, filmed as the case now says.
+
+    Args:
+        path: A run folder, a case folder, or a case file.
+        runs: Where runs of cases lie.
+
+    Raises:
+        SpecError: if the case is wrong.
+        RunError: if there is no such run.
+    """
+    from text2sim.rendering.recording import read_recording
+
+    if not path.exists():
+        raise RunError(f"{path}: there is no such run or case")
+    if path.is_dir() and not (path / "case.yaml").is_file() or (path / "states").is_dir():
+        return Chosen(read_recording(path), None, None)
+    from text2sim.cli.cases import case_file
+    from text2sim.compiler.build import plan_case
+    from text2sim.spec_schema.load import load_case
+
+    file = case_file(path)
+    loaded = load_case(file)
+    plan = plan_case(loaded)
+    folder = runs / f"{loaded.case.name}-{plan.sim_digest[:10]}"
+    if not folder.is_dir():
+        raise RunError(f"{path} has no run in {runs} as it is now: text2sim run {path}")
+    return Chosen(read_recording(folder, plan), loaded, file)

@@ -1,0 +1,33 @@
+"""The command `text2sim replay`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from text2sim.cli import exits
+
+
+def replay(
+    run: Annotated[Path, typer.Argument(help="Folder of a run.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """Make the page in which a run is looked at in 3D.
+
+    `text2sim run` makes it, too; this is for runs of older versions, and for those with so many states that it
+    left it out.
+    """
+    from text2sim.cli.output import say, say_json, shown
+    from text2sim.replay.page import write_replay
+    from text2sim.spec_schema.errors import RunError
+    from text2sim.spec_schema.load import load_case
+
+    case = run / "expanded.yaml"
+    if not case.is_file():
+        raise RunError(f"{run}: not the folder of a run: it has no expanded.yaml")
+    path = write_replay(run, load_case(case).case)
+    if as_json:
+        say_json({"ok": True, "file": str(path), "bytes": path.stat().st_size})
+    else:
+        say(f"replay: {shown(path)}, {path.stat().st_size / 1e6:.1f} MB")
+    raise typer.Exit(exits.OK)

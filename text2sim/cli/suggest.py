@@ -1,0 +1,72 @@
+"""What `text2sim render --suggest` does."""
+
+import sys
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from text2sim.cli.recorded import Chosen
+    from text2sim.rendering.suggest import Proposal
+
+
+def propose(chosen: "Chosen", *, write: bool, as_json: bool) -> None:
+    """Print a camera and light for a run; if wanted, put them into its case.
+
+    Raises:
+        RunError: if they are to be written and no case was named.
+        SpecError: if the case would be wrong with them.
+    """
+    from text2sim.cli.output import say, say_json, shown
+    from text2sim.rendering.suggest import suggest
+    from text2sim.revision.files import rewrite
+    from text2sim.revision.revise import revise
+    from text2sim.spec_schema.errors import RunError
+    from text2sim.spec_schema.load import load_case
+    from text2sim.spec_schema.text.canonical import dump_case
+    from text2sim.spec_schema.text.source import read_source
+
+    if write and chosen.case is None:
+        raise RunError("a run does not know where its case is: name the case instead of the run to write into it")
+    loaded = chosen.loaded or load_case(chosen.recording.folder / "expanded.yaml")
+    quiet = (lambda text: None) if as_json else (lambda text: print(text, file=sys.stderr, flush=True))
+    proposal = suggest(chosen.recording, loaded, quiet)
+    if write and chosen.case is not None:
+        source = read_source(chosen.case)
+        rewrite(chosen.case, source, revise(source, chosen.case, proposal.operations, "render").text)
+    if as_json:
+        say_json(_document(proposal, written=write))
+        return
+    say(dump_case({"render": proposal.render}).rstrip())
+    say()
+    for line in _reasons(proposal):
+        say(line)
+    if write and chosen.case is not None:
+        say(f"{shown(chosen.case)}: written")
+    elif chosen.case is not None:
+        say("--write puts it into the case")
+
+
+def _document(proposal: "Proposal", *, written: bool) -> dict[str, Any]:
+    return {
+        "ok": True,
+        "render": proposal.render,
+        "patch": proposal.operations,
+        "written": written,
+        "score": proposal.score,
+        "before": proposal.before,
+        "lights": proposal.lights,
+        "legibility": proposal.legibility,
+        "tried": proposal.tried,
+    }
+
+
+def _reasons(proposal: "Proposal") -> list[str]:
+    """Say in lines how well bodies would be seen."""
+    lines = [f"{proposal.tried} cameras tried: this one scores {proposal.score:.2f}, the present one {proposal.before:.2f}"]
+    if proposal.score <= proposal.before:
+        lines.append("none of them shows more than the present one")
+    if proposal.lights:
+        lines.append("contrast by light: " + ", ".join(f"{name} {value:.2f}" for name, value in proposal.lights.items()))
+    for name, row in proposal.legibility["films"]["video"]["bodies"].items():
+        hidden = "" if row["hidden"] is None else f", at most {row['hidden']:.0%} hidden"
+        lines.append(f"{name}: {100 * row['share']['median']:.2g} % of the picture{hidden}")
+    return lines + proposal.legibility["remarks"]

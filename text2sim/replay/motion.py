@@ -1,0 +1,149 @@
+"""How everything moves, in as many frames as a page has room for."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.exchange.scenery import Figure, Scenery
+from text2sim.exchange.viewing import camera_tracks
+from text2sim.harness.states import RunStates
+from text2sim.replay.packing import Blob
+from text2sim.replay.pictures import Pictures
+from text2sim.replay.shapes import pack_faces, surface_of
+
+Array = NDArray[Any]
+
+RIGID = 6_000_000
+"""Bytes of poses."""
+POSE = 14
+"""Bytes of one."""
+SOFT = 7_000_000
+"""Bytes of what deforms."""
+POINT = 6
+"""Bytes of a point in a frame."""
+FEW, SMOOTH = 12, 50
+"""Frames that what deforms has at least, and that it shall have before particles are left out."""
+TOUCHES = 100_000
+"""Contacts that are shown, of all frames."""
+
+
+def thinned(count: int, most: int) -> Array:
+    """Return the numbers of at most `most` frames of `count`, evenly, the first and the last among them."""
+    every = math.ceil(max(count - 1, 1) / max(most - 2, 1))
+    return np.unique([*range(0, count, every), count - 1])
+
+
+def pack_links(scenery: Scenery, blob: Blob, notes: list[str]) -> tuple[dict[str, Any], dict[int, int], Array]:
+    """Pack the poses of links that are seen to move.
+
+    Returns:
+        What the page has to know; the place of each such link; the frames that were taken.
+    """
+    pos, quat = scenery.poses
+    moving = [
+        link.row
+        for link in scenery.links
+        if link.pieces and ((pos[:, link.row] != pos[0, link.row]).any() or (quat[:, link.row] != quat[0, link.row]).any())
+    ]  # fmt: skip
+    taken = thinned(len(pos), max(RIGID // (POSE * max(len(moving), 1)), 2))
+    _tell(notes, "rigid bodies", len(pos), taken)
+    row: dict[str, Any] = {"times": blob.add(scenery.times[taken].astype(np.float32)), "count": len(moving)}
+    row["pos"] = blob.add_points(pos[taken][:, moving])
+    row["quat"] = blob.add(np.rint(np.clip(quat[taken][:, moving], -1, 1) * 32767).astype(np.int16))
+    return row, {link: k for k, link in enumerate(moving)}, taken
+
+
+def pack_figures(scenery: Scenery, blob: Blob, pictures: Pictures, notes: list[str]) -> list[dict[str, Any]]:
+    """Pack all that deforms: surfaces whole, of particles as many as there is room for."""
+    figures = list(scenery.figures)
+    surfaces = sorted((f for f in figures if f.faces is not None), key=lambda f: f.size)
+    while sum(f.size for f in surfaces) * POINT * FEW > SOFT:
+        figures.remove(large := surfaces.pop())
+        notes.append(f"{large.body} is left out: its surface has {large.size} points")
+    room = SOFT / POINT / min(SMOOTH, len(scenery.frames)) - sum(f.size for f in surfaces)
+    particles = sum(f.size for f in figures if f.faces is None)
+    every = max(1, math.ceil(particles / max(room, SOFT / POINT / SMOOTH / 10)))
+    if every > 1:
+        notes.append(f"one of {every} particles is shown, and larger")
+    total = sum(f.size if f.faces is not None else math.ceil(f.size / every) for f in figures)
+    taken = thinned(len(scenery.frames), max(SOFT // (POINT * max(total, 1)), 2))
+    if figures:
+        _tell(notes, "bodies that deform", len(scenery.frames), taken)
+    # Frame by frame: the chunks of a long recording do not fit into memory together.
+    tracks: list[list[Array]] = [[] for _ in figures]
+    for frame in scenery.frames[taken]:
+        for track, figure in zip(tracks, figures, strict=True):
+            points = figure.points(int(frame))
+            track.append(points if figure.faces is not None else points[::every])
+    times = blob.add(scenery.times[taken].astype(np.float32))
+    return [
+        _packed(figure, np.array(track), every, blob, pictures) | {"times": times}
+        for figure, track in zip(figures, tracks, strict=True)
+    ]
+
+
+def _packed(figure: Figure, points: Array, every: int, blob: Blob, pictures: Pictures) -> dict[str, Any]:
+    count = points.shape[1]
+    # One box for the whole body: as one long list of points.
+    row: dict[str, Any] = {"body": figure.body, "kind": figure.kind, "count": count, "frames": len(points)}
+    row["points"] = blob.add_points(points.reshape(-1, 3))
+    if figure.faces is None:
+        row["radius"] = 0.5 * figure.spacing * every ** (1 / 3)
+    else:
+        row["faces"] = pack_faces(figure.faces, blob)
+        if figure.uvs is not None and figure.material.picture is not None:
+            row["uvs"] = blob.add(figure.uvs.astype(np.float32))
+    return row | surface_of(figure.material, pictures)
+
+
+def pack_contacts(folder: Path, scenery: Scenery, taken: Array, blob: Blob, notes: list[str]) -> dict[str, Any] | None:
+    """Pack the contacts between links: of each pair, the strongest since the frame before."""
+    states = RunStates.load(folder)
+    pos, force, pairs = (states.contact(name) for name in ("pos", "normal_force", "links"))
+    steps = np.rint(scenery.times[taken] / states.dt).astype(np.int64)
+    frame = np.searchsorted(steps, states.contact("step"))
+    sound = (frame < len(steps)) & np.isfinite(pos).all(axis=1) & np.isfinite(force)
+    pos, force, pairs, frame = pos[sound], force[sound], np.sort(pairs[sound], axis=1), frame[sound]
+    if not len(pos):
+        return None
+    order = np.lexsort((-force, pairs[:, 1], pairs[:, 0], frame))
+    rows = np.column_stack([frame, pairs])[order]
+    order = order[np.concatenate([[True], (rows[1:] != rows[:-1]).any(axis=1)])]
+    if len(order) > TOUCHES:
+        notes.append(f"of {len(order)} contacts the {TOUCHES} strongest are shown")
+        order = order[np.sort(np.argsort(-force[order], kind="stable")[:TOUCHES])]
+    names, number = [], {}
+    for link in scenery.links:
+        number.setdefault(link.body, len(number))
+        names.append(number[link.body])
+    return {
+        "starts": blob.add(np.searchsorted(frame[order], np.arange(len(steps) + 1)).astype(np.uint32)),
+        "pos": blob.add_points(pos[order]),
+        "force": blob.add(force[order].astype(np.float32)),
+        "pairs": blob.add(np.array(names)[pairs[order]].astype(np.uint16)),
+        "names": list(number),
+        "strongest": float(force.max()),
+    }
+
+
+def pack_cameras(scenery: Scenery, blob: Blob) -> list[dict[str, Any]]:
+    """Pack the cameras of the film."""
+    rows = []
+    for name, track in camera_tracks(scenery.recording).items():
+        rows.append(
+            {
+                "name": name, "times": blob.add(track.times.astype(np.float32)),
+                "pos": blob.add(np.array([view.pos for view in track.views], np.float32)),
+                "look": blob.add(np.array([view.look_at for view in track.views], np.float32)),
+                "up": [float(x) for x in track.views[0].up], "fov": track.views[0].fov,
+            }
+        )  # fmt: skip
+    return rows
+
+
+def _tell(notes: list[str], what: str, count: int, taken: Array) -> None:
+    if len(taken) < count:
+        notes.append(f"{what} are shown in {len(taken)} of {count} recorded frames")

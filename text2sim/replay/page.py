@@ -1,0 +1,134 @@
+"""The 3D replay: `RUN/replay.html`, one page that needs no other file, no network and no server."""
+
+import base64
+import json
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from text2sim.exchange.scenery import Scenery
+from text2sim.harness.page import render_page, sentence
+from text2sim.harness.record import RunRecord, write_atomically
+from text2sim.harness.report import REPLAY
+from text2sim.harness.run_files import read_json
+from text2sim.replay.findings import pack_findings
+from text2sim.replay.motion import pack_cameras, pack_contacts, pack_figures, pack_links
+from text2sim.replay.packing import Blob
+from text2sim.replay.pictures import Pictures
+from text2sim.replay.shapes import pack_shapes
+from text2sim.spec_schema.models.case import Case
+
+NAME = REPLAY
+VIEWER = ("arithmetic.js", "arrays.js", "shaders.js", "stage.js", "eye.js", "plots.js", "page.js")
+"""Parts of the script, in their order."""
+MOMENTS = 40
+"""At which is asked where things are."""
+QUICK = 500_000_000
+"""Bytes of states from which on a replay takes longer than a report may."""
+
+
+def is_quick(folder: Path) -> bool:
+    """Whether the replay of a run is a matter of a second or so."""
+    return sum(path.stat().st_size for path in (folder / "states").glob("*.npz")) <= QUICK
+
+
+def write_replay(folder: Path, case: Case) -> Path:
+    """Write the replay of a run that was judged; return its path.
+
+    Args:
+        folder: Of the run.
+        case: As it was judged.
+
+    Raises:
+        RunError: if nothing, or something broken, is recorded there.
+    """
+    scenery = Scenery(folder, detailed=False)
+    blob, notes = Blob(), list[str]()
+    pictures = Pictures(notes)
+    links, rows, taken = pack_links(scenery, blob, notes)
+    center, radius = _room(scenery)
+    contents: dict[str, Any] = {
+        "center": center,
+        "radius": radius,
+        "background": [float(x) for x in scenery.recording.film["background"]],
+        "light": _light(scenery.recording.film["lights"]),
+        "links": links,
+        **pack_shapes(scenery, blob, pictures, rows, notes),
+        "figures": pack_figures(scenery, blob, pictures, notes),
+        "contacts": pack_contacts(folder, scenery, taken, blob, notes),
+        "cameras": pack_cameras(scenery, blob),
+        **pack_findings(folder, case, blob, notes),
+        "pictures": pictures.uris,
+        "notes": notes,
+    }
+    evidence, record = read_json(folder / "evidence.json") or {}, RunRecord.read(folder)
+    why = evidence.get("why") or (record.message if record else "") or "there is nothing to judge"
+    script = _script()
+    page = render_page(
+        "replay",
+        "replay.html.j2",
+        {
+            "case": case,
+            "verdict": evidence.get("verdict") or "incomplete",
+            "why": sentence(str(why)),
+            "script": _trusted(script),
+            # The one script that may run is ours: the browser compares.
+            "allowed": base64.b64encode(sha256(script.encode()).digest()).decode(),
+            "contents": _trusted(_json(contents)),
+            "blob": blob.text(),
+        },
+    )
+    path = folder / NAME
+    write_atomically(path, page)
+    return path
+
+
+def _script() -> str:
+    here = Path(__file__).parent / "viewer"
+    parts = [(here / name).read_text("utf-8") for name in VIEWER]
+    return '(() => {\n"use strict";\n' + "\n".join(parts) + "\n})();"
+
+
+def _json(contents: dict[str, Any]) -> str:
+    """Return JSON that cannot end the element it stands in, whatever names a case has."""
+    text = json.dumps(_finite(contents), separators=(",", ":"), ensure_ascii=True, allow_nan=False)
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(row) for key, row in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(row) for row in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def _trusted(text: str) -> Any:
+    from markupsafe import Markup
+
+    return Markup(text)
+
+
+def _room(scenery: Scenery) -> tuple[list[float], float]:
+    """Return the middle and the radius [m] of where things happen: of all that moves, else of all there is."""
+    recording = scenery.recording
+    moving = [body for body in recording.bodies if body not in recording.statics] or recording.bodies
+    times = scenery.times[:: max(1, len(scenery.times) // MOMENTS)]
+    points = np.concatenate([recording.states.bounds(moving, float(t)) for t in times]) if moving else np.zeros((1, 3))
+    points = points[np.isfinite(points).all(axis=1)]
+    if not len(points):
+        return [0.0, 0.0, 0.0], 1.0
+    # What is thrown far away does not make everything else small.
+    low, high = np.percentile(points, (3, 97), axis=0)
+    return ((low + high) / 2).tolist(), max(float(np.linalg.norm(high - low)) / 2, 0.05)
+
+
+def _light(lights: dict[str, dict[str, Any]]) -> list[float]:
+    """Return the way of the strongest light that has one."""
+    aimed = [light for light in lights.values() if "direction" in light]
+    if not aimed:
+        return [0.4, 0.5, -1.0]
+    way = max(aimed, key=lambda light: light["strength"])["direction"]
+    return [float(x) for x in way]

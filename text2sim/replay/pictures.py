@@ -1,0 +1,47 @@
+"""Pictures that bodies wear, small enough for a page."""
+
+import tempfile
+from pathlib import Path
+
+from text2sim.exchange.files import save_picture
+from text2sim.harness.page import data_uri
+from text2sim.spec_schema.errors import RunError
+
+LARGEST = 512
+"""Pixels on each side."""
+MOST = 3_000_000
+"""Characters of all pictures."""
+
+
+class Pictures:
+    """Collects pictures as URIs that a page can hold.
+
+    Attributes:
+        uris: They.
+    """
+
+    def __init__(self, notes: list[str]) -> None:
+        self.uris: list[str] = []
+        self._numbers: dict[Path, int | None] = {}
+        self._notes = notes
+
+    def add(self, path: Path) -> int | None:
+        """Return the number of a picture; None if there is no room for it, or it is none."""
+        if path not in self._numbers:
+            self._numbers[path] = self._take(path)
+        return self._numbers[path]
+
+    def _take(self, path: Path) -> int | None:
+        with tempfile.TemporaryDirectory() as folder:
+            small = Path(folder) / "picture.png"
+            try:
+                save_picture(path, small, LARGEST)
+            except RunError:
+                self._notes.append(f"the picture {path.name} cannot be read")
+                return None
+            uri = data_uri(small, "image/png") or ""
+        if len(uri) + sum(map(len, self.uris)) > MOST:
+            self._notes.append(f"the picture {path.name} found no room")
+            return None
+        self.uris.append(uri)
+        return len(self.uris) - 1

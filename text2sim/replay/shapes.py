@@ -1,0 +1,100 @@
+"""Rigid bodies for the page: meshes that are small enough, and which of them go where."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from text2sim.exchange.materials import Material
+from text2sim.exchange.scenery import Scenery
+from text2sim.rendering.meshes import Mesh
+from text2sim.rendering.tone import bytes_of, encoded
+from text2sim.replay.packing import Blob
+from text2sim.replay.pictures import Pictures
+from text2sim.templates.shading import Shell
+
+MOST_TRIANGLES = 160_000
+"""Of all meshes together; beyond that each gets as many fewer."""
+FEWEST = 400
+"""Triangles of a mesh that is left as it is."""
+
+
+def pack_shapes(scenery: Scenery, blob: Blob, pictures: Pictures, rows: dict[int, int], notes: list[str]) -> dict:
+    """Pack the meshes of all links, and say where each is worn.
+
+    Args:
+        scenery: The run.
+        blob: Where arrays go.
+        pictures: Where pictures go.
+        rows: Place of each link that moves among the tracks; what stands still has none.
+        notes: Told what is not as it was recorded.
+
+    Returns:
+        `meshes`, and `pieces` with the body that each is a part of.
+    """
+    worn = {piece.mesh for link in scenery.links for piece in link.pieces}
+    total = sum(len(scenery.mesh(path).faces) for path in worn)
+    keep = min(1.0, MOST_TRIANGLES / max(total, 1))
+    if keep < 1:
+        notes.append(f"meshes have {keep:.0%} of their triangles")
+    numbers: dict[Path, int] = {}
+    meshes, pieces = [], []
+    pos, quat = (values[0] for values in scenery.poses)
+    for link in scenery.links:
+        for piece in link.pieces:
+            if piece.mesh not in numbers:
+                numbers[piece.mesh] = len(meshes)
+                meshes.append(_packed(_reduced(scenery.mesh(piece.mesh), keep), blob))
+            row: dict[str, Any] = {"mesh": numbers[piece.mesh], "body": link.body}
+            row |= _placed([*piece.pos], [*piece.quat])
+            if link.row in rows:
+                row["track"] = rows[link.row]
+            else:
+                row["base"] = _placed(pos[link.row].tolist(), quat[link.row].tolist())
+            pieces.append(row | surface_of(piece.material, pictures))
+    return {"meshes": meshes, "pieces": pieces}
+
+
+def surface_of(material: Material, pictures: Pictures) -> dict[str, Any]:
+    """Return how a surface looks: its colour in sRGB, and what it wears."""
+    color = bytes_of(encoded(np.asarray(material.color, float))).tolist()
+    row = {"color": [*color, round(255 * material.opacity)], "rough": round(material.roughness, 3)}
+    if material.metallic:
+        row["metal"] = material.metallic
+    if material.picture is not None and (number := pictures.add(material.picture)) is not None:
+        row["picture"] = number
+    return row
+
+
+def _placed(pos: list[float], quat: list[float]) -> dict[str, list[float]]:
+    return {"pos": [round(x, 7) for x in pos], "quat": [round(x, 7) for x in quat]}
+
+
+def _reduced(mesh: Mesh, keep: float) -> Mesh:
+    if keep >= 1 or len(mesh.faces) <= FEWEST:
+        return mesh
+    import fast_simplification
+
+    # Where an edge is, vertices lie twice; they have to be one, or the mesh would tear there.
+    places, own = np.unique(np.round(mesh.vertices, 7), axis=0, return_inverse=True)
+    faces = own.ravel()[mesh.faces]
+    away = 1 - max(keep, FEWEST / len(faces))
+    vertices, faces = fast_simplification.simplify(places.astype(np.float32), faces.astype(np.int32), away)
+    shell = Shell(np.asarray(vertices, float), np.asarray(faces))
+    return Mesh(np.asarray(vertices, float)[shell.worn], shell.faces, shell.normals(np.asarray(vertices, float)))
+
+
+def _packed(mesh: Mesh, blob: Blob) -> dict[str, Any]:
+    row = {
+        "points": blob.add_points(mesh.vertices),
+        "normals": blob.add(np.rint(mesh.normals * 127).astype(np.int8)),
+        "faces": pack_faces(mesh.faces, blob),
+    }
+    if mesh.uvs is not None:
+        row["uvs"] = blob.add(mesh.uvs.astype(np.float32))
+    return row
+
+
+def pack_faces(faces: Any, blob: Blob) -> dict[str, Any]:
+    """Pack the corners of triangles."""
+    return blob.add(faces.astype(np.uint16 if not faces.size or faces.max() < 65535 else np.uint32))
