@@ -5,12 +5,14 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.bootstrapped
 SOURCES := text2sim tests $(wildcard benchmarks)
+# Of the path-traced film of the demo: a few seconds per picture without LLVM.
+DEMO ?= 480x270
 export VENV
 
 .PHONY: help demo test check format fuzz bench setup clean
 
 help:
-	@echo 'make demo    set up, run cases/brick_wall, print where the film and the report are'
+	@echo 'make demo    set up, run cases/brick_wall, path trace its film, print where film and report are'
 	@echo 'make test    set up, run the tests'
 	@echo 'make check   set up; format, lint, types, tests: what a change must pass'
 	@echo 'make format  set up, put the source in its canonical format'
@@ -20,6 +22,7 @@ help:
 
 demo: $(STAMP)
 	@$(BIN)/text2sim run cases/brick_wall
+	@$(BIN)/text2sim render cases/brick_wall --resolution $(DEMO)
 
 test: $(STAMP)
 	$(BIN)/python -m pytest $(ARGS)

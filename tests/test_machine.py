@@ -84,7 +84,7 @@ def test_inspection_is_complete_and_keeps_secrets(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setenv("QD_OFFLINE_CACHE_FILE_PATH", str(tmp_path / "kernels"))
     findings = {finding.name: finding for finding in inspect_machine()}
     assert list(findings) == [
-        *("python", "processor", "memory", "system libraries", "genesis", "opengl", "torch", "cuda"),
+        *("python", "processor", "memory", "system libraries", "genesis", "opengl", "path tracer", "torch", "cuda"),
         *("ipc", "video encoder", "formatter", "kernel cache", "api keys"),
     ]
     assert not any("sk-do-not-show" in repr(finding) for finding in findings.values())

@@ -158,7 +158,7 @@ def test_what_is_done_is_not_done_again(stage: Stage):
     assert (first.folder / "evidence.json").read_bytes() == evidence
 
     stage.edit("fps: 25", "fps: 50")
-    assert stage.run(film=False).work is Work.NOTHING
+    assert stage.run(film=False).work is Work.JUDGE, "how well bodies are seen goes with the cameras"
     filmed = stage.run()
     assert (filmed.work, filmed.passed, filmed.folder) == (Work.FILM, True, first.folder)
     assert stage.programs == [".", "--film-only."]
@@ -166,6 +166,16 @@ def test_what_is_done_is_not_done_again(stage: Stage):
     stage.edit("duration: 1.0", "duration: 0.9")
     other = stage.run()
     assert (other.work, other.folder != first.folder) == (Work.SIMULATE, True)
+
+
+def test_new_code_does_again_what_depends_on_it(stage: Stage, monkeypatch: pytest.MonkeyPatch):
+    stage.run()
+    monkeypatch.setattr("text2sim.harness.run.film_code", lambda: "other cameras")
+    assert [stage.run().work for _ in range(2)] == [Work.FILM, Work.NOTHING]
+    monkeypatch.setattr("text2sim.harness.run.judge_code", lambda: "other evidence")
+    assert [stage.run().work for _ in range(2)] == [Work.JUDGE, Work.NOTHING]
+    monkeypatch.setattr("text2sim.harness.run.simulation_code", lambda: "another recorder")
+    assert [stage.run().work for _ in range(2)] == [Work.SIMULATE, Work.NOTHING]
 
 
 def test_a_film_that_was_not_wanted_is_made_later(stage: Stage):

@@ -219,10 +219,10 @@ def wrapped(surface: Surface, fineness: float) -> Surface:
         surface: The surface.
         fineness: Smallest gap that the skin goes into, as a part of the diagonal.
     """
-    found = _filtered(
-        surface,
-        lambda scene: scene.generate_alpha_wrap(alpha_fraction=fineness, offset_fraction=fineness / 20),
-    )
+    from pymeshlab import PercentageValue  # type: ignore[attr-defined]
+
+    alpha, offset = PercentageValue(100 * fineness), PercentageValue(5 * fineness)
+    found = _filtered(surface, lambda scene: scene.generate_alpha_wrap(alpha=alpha, offset=offset))
     faces = found.faces
     paint = replace(surface.paints[int(np.bincount(surface.part).argmax())], picture=None)
     return Surface(found.vertices, faces, np.zeros(len(faces), np.int64), (paint,))
@@ -254,5 +254,7 @@ def _filtered(surface: Surface, work: Callable[[Any], object], scalar: Array | N
     return _Found(
         np.array(mesh.vertex_matrix(), float),
         np.array(mesh.face_matrix(), np.int64),
-        np.round(np.array(mesh.face_scalar_array(), float)).astype(np.int64),
+        np.round(np.array(mesh.face_scalar_array(), float)).astype(np.int64)
+        if mesh.has_face_scalar()
+        else np.zeros(mesh.face_number(), np.int64),
     )

@@ -60,6 +60,7 @@ MIN_MEMORY = 4 * 2**30
 """Least memory [bytes] for comfort: a small rigid scene takes 1 GB, compiling its kernels up to 3 GB."""
 
 _REINSTALL = "scripts/bootstrap (or: pip install -c constraints.txt .)"
+_RENDER_INSTALL = "pip install -c constraints.txt '.[render]'"
 _IPC_INSTALL = "pip install -c constraints.txt '.[ipc]'"
 _DRIVERS = "sudo apt-get install -y libegl-mesa0 libgl1-mesa-dri; NVIDIA containers: NVIDIA_DRIVER_CAPABILITIES=all"
 _CHILD_LIMIT = 120.0
@@ -147,7 +148,7 @@ def inspect_machine() -> list[Finding]:
         What was found, in a fixed order. Values of secrets are never part of it.
     """
     # The first child loads gigabytes of libraries, so it starts first and the others run beside it.
-    slow = (_genesis_and_opengl, _torch, _ipc, _encoder, _formatter)
+    slow = (_genesis_and_opengl, _path_tracer, _torch, _ipc, _encoder, _formatter)
     with ThreadPoolExecutor(max_workers=2) as pool:
         answers = [pool.submit(look) for look in slow]
         quick = [look() for look in (_python, _processor, _memory, _libraries)]
@@ -326,6 +327,30 @@ def _encoder() -> list[Finding]:
     learned, failure = ask_child(code)
     value = f"libx264 in PyAV {learned['av']}" if learned else f"no libx264: {failure}"
     return [Finding("video encoder", bool(learned), "optional", value, "" if learned else _REINSTALL)]
+
+
+# The variants of the path tracer are tried in children of this child: one that does not suit may abort.
+_ASK_RENDERER = """
+import json
+from text2sim.rendering.renderer import find_variant, is_installed
+print(json.dumps({"installed": is_installed()}), flush=True)
+variant = find_variant()
+print(json.dumps({"variant": variant.name, "library": variant.library, "hint": variant.hint}))
+"""
+_VARIANTS = {"cuda": "on the NVIDIA device", "llvm": "compiled by LLVM", "scalar": "without LLVM, the slowest"}
+
+
+def _path_tracer() -> list[Finding]:
+    """What `text2sim render` traces with; no simulation needs it."""
+    name = "path tracer"
+    learned, failure = ask_child(_ASK_RENDERER, timeout=3 * _CHILD_LIMIT)
+    if "variant" in learned:
+        variant, hint = learned["variant"], str(learned.get("hint") or "")
+        value = f"mitsuba {_version('mitsuba')}, {variant}: {_VARIANTS.get(variant, variant)}"
+        return [Finding(name, True, "optional", value, hint)]
+    if learned.get("installed") is False:
+        return [Finding(name, False, "optional", "not installed: no path-traced films", _RENDER_INSTALL)]
+    return [Finding(name, False, "optional", f"does not start: {failure}", _RENDER_INSTALL)]
 
 
 def _formatter() -> list[Finding]:

@@ -26,6 +26,8 @@ BEHIND = np.radians(75.0)
 """How far to both sides of where a camera looks the wall goes."""
 VAST = 60.0
 """Radius of ground without an end, in radii of the stage."""
+HAZY = {"ground": 1.0, "horizon": 2.5}
+"""Distance from the camera at which ground without an end is lost in haze, in radii of the stage."""
 SUNK = 1e-4
 """How far the floor lies below the level on which things stand [m], so that both are not in one place."""
 
@@ -53,6 +55,17 @@ def backdrop_mesh(backdrop: dict[str, Any], eyes: Iterable[Array]) -> Mesh | Non
         made = joined([made, _open(wall, backdrop, eyes)])
     x, y = backdrop["center"][:2]
     return Mesh(made.vertices + (x, y, backdrop["level"] - SUNK), made.faces, made.normals)
+
+
+def clearness(backdrop: dict[str, Any], depth: Array) -> Array:
+    """Return how much of what is seen comes through the haze, 0 to 1: ground fades before it ends in a hard line.
+
+    Args:
+        backdrop: As the film section has it resolved.
+        depth: Distance from the camera [m].
+    """
+    far = HAZY.get(backdrop["kind"], 0.0) * float(backdrop["radius"])
+    return np.exp(-((depth / far) ** 4)) if far else np.ones_like(depth)
 
 
 def _turned(profile: Array, slopes: Array) -> Mesh:

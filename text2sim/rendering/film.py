@@ -15,7 +15,8 @@ import numpy as np
 
 from text2sim.harness.run_files import read_measures
 from text2sim.rendering import tone
-from text2sim.rendering.frames import Digests, save
+from text2sim.rendering.backdrop import clearness
+from text2sim.rendering.frames import Digests, save, sweep
 from text2sim.rendering.recording import Recording
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.scene import Stage, sensor
@@ -122,7 +123,8 @@ class Filming:
         """Return a traced picture as it is shown, uint8."""
         film = self.recording.film
         shown = tone.developed(traced.radiance, film["gain"], film.get("tone", "agx"))
-        return tone.bytes_of(tone.over(shown, traced.alpha, film["background"]))
+        alpha = traced.alpha * clearness(film["backdrop"], traced.depth)
+        return tone.bytes_of(tone.over(shown, alpha, film["background"]))
 
     def finished(self, frame: Frame, format: Format = "png") -> Path:
         """Return where a picture lies, or would lie."""
@@ -139,6 +141,7 @@ class Filming:
             shard: Only every n-th picture, from the i-th on.
             format: png is what is shown, exr is radiance.
         """
+        sweep(self.folder / "frames")
         mine = reel.frames[shard[0] :: shard[1]]
         paths = [self.finished(frame, format) for frame in mine]
         for done, (frame, path) in enumerate(zip(mine, paths, strict=True), 1):

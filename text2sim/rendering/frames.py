@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 from pathlib import Path
+from time import time
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,10 @@ from text2sim.rendering.trace import Quality
 from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras
 
-LOOKS = 1
+LOOKS = 2
 """Raised whenever this package draws the same thing differently."""
+ABANDONED = 3600.0
+"""Time [s] after which nobody is writing a file any more."""
 SHOWN = ("lights", "background", "backdrop", "gain", "tone")
 """Parts of the film section that every picture depends on."""
 
@@ -57,6 +60,16 @@ class Digests:
             for array in arrays:
                 digest.update(np.ascontiguousarray(array, np.float32).tobytes())
         return digest.hexdigest()[:20]
+
+
+def sweep(folder: Path) -> None:
+    """Remove what processes that were killed have left half written."""
+    for part in folder.glob(".*-*"):
+        try:
+            if time() - part.stat().st_mtime > ABANDONED:
+                part.unlink()
+        except OSError:
+            continue  # somebody else was quicker
 
 
 def save(path: Path, write: Any) -> None:

@@ -29,7 +29,7 @@ TRIAL = (160, 90)
 """Of the pictures in which light is compared [pixels]."""
 LIT_AT = 2
 """Moments at which light is compared."""
-PLAIN = 0.03
+PLAIN = 0.06
 """Contrast by which another light has to be better than `studio`."""
 DARK, BURNT = 0.05, 0.97
 """Brightness of a body at which nothing of its shape is seen."""

@@ -31,7 +31,10 @@ def pack_findings(folder: Path, case: Case, blob: Blob, notes: list[str]) -> dic
             {
                 "name": name, "unit": summary.get("unit") or "", "values": blob.add(values[::every].astype(np.float32)),
                 "bounds": [
-                    {"name": b.name, "from": b.start, "to": b.end, "low": b.low, "high": b.high, "ok": b.ok}
+                    {
+                        "name": b.name, "from": b.start, "to": b.end, "low": b.low, "high": b.high, "ok": b.ok,
+                        "every": b.every,
+                    }
                     for b in bounds
                 ],
             }

@@ -32,7 +32,9 @@ TOUCHES = 100_000
 
 def thinned(count: int, most: int) -> Array:
     """Return the numbers of at most `most` frames of `count`, evenly, the first and the last among them."""
-    every = math.ceil(max(count - 1, 1) / max(most - 2, 1))
+    if count <= most:
+        return np.arange(count)
+    every = math.ceil((count - 1) / max(most - 2, 1))
     return np.unique([*range(0, count, every), count - 1])
 
 
@@ -43,11 +45,8 @@ def pack_links(scenery: Scenery, blob: Blob, notes: list[str]) -> tuple[dict[str
         What the page has to know; the place of each such link; the frames that were taken.
     """
     pos, quat = scenery.poses
-    moving = [
-        link.row
-        for link in scenery.links
-        if link.pieces and ((pos[:, link.row] != pos[0, link.row]).any() or (quat[:, link.row] != quat[0, link.row]).any())
-    ]  # fmt: skip
+    moves = ((pos != pos[0]).any(axis=2) | (quat != quat[0]).any(axis=2)).any(axis=0)
+    moving = [link.row for link in scenery.links if link.pieces and moves[link.row]]
     taken = thinned(len(pos), max(RIGID // (POSE * max(len(moving), 1)), 2))
     _tell(notes, "rigid bodies", len(pos), taken)
     row: dict[str, Any] = {"times": blob.add(scenery.times[taken].astype(np.float32)), "count": len(moving)}

@@ -33,7 +33,7 @@ class Blob:
         return row
 
     def add_points(self, points: Array) -> dict[str, Any]:
-        """Put points in, in steps of a box: around all of them, shape (n, 3), or around the way of each, shape (F, n, 3).
+        """Put points in, in steps of a box: around all, shape (n, 3), or around the way of each, shape (F, n, 3).
 
         The page gets `low` and `step` of the boxes: a coordinate is low + step * number.
         """

@@ -52,6 +52,7 @@ def write_replay(folder: Path, case: Case) -> Path:
     contents: dict[str, Any] = {
         "center": center,
         "radius": radius,
+        "aspect": scenery.recording.film["resolution"][0] / scenery.recording.film["resolution"][1],
         "background": [float(x) for x in scenery.recording.film["background"]],
         "light": _light(scenery.recording.film["lights"]),
         "links": links,

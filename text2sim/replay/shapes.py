@@ -79,9 +79,10 @@ def _reduced(mesh: Mesh, keep: float) -> Mesh:
     places, own = np.unique(np.round(mesh.vertices, 7), axis=0, return_inverse=True)
     faces = own.ravel()[mesh.faces]
     away = 1 - max(keep, FEWEST / len(faces))
-    vertices, faces = fast_simplification.simplify(places.astype(np.float32), faces.astype(np.int32), away)
-    shell = Shell(np.asarray(vertices, float), np.asarray(faces))
-    return Mesh(np.asarray(vertices, float)[shell.worn], shell.faces, shell.normals(np.asarray(vertices, float)))
+    fewer = fast_simplification.simplify(np.asarray(places, np.float64), faces.astype(np.int32), away)
+    vertices, left = np.asarray(fewer[0], float), np.asarray(fewer[1])
+    shell = Shell(vertices, left)
+    return Mesh(vertices[shell.worn], shell.faces, shell.normals(vertices))
 
 
 def _packed(mesh: Mesh, blob: Blob) -> dict[str, Any]:

@@ -31,7 +31,7 @@ def answer(folder: Path, name: str, content: str = "verdict: pass\n", *, age: fl
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / name
     path.write_text(content, "utf-8")
-    os.utime(path, (time.time() - age,) * 2)
+    os.utime(path, (time.time() - age, time.time() - age))
     return path
 
 

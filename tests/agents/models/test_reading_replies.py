@@ -74,7 +74,7 @@ def test_the_block_comes_along_as_it_was_written() -> None:
         (fenced('{"a": "\\u0000"}', "json"), 2, "not allowed"),
         (fenced("a: \x07"), 2, "not allowed"),
         (fenced("a: 1\n---\nb: 2"), 3, "one document"),
-        ("<think>\n\n</think>\n" + fenced("a: [1"), 5, "missing"),
+        ("<think>\n\n</think>\n" + fenced("a: [1"), 6, "opened in line 5"),
         (fenced("a: " + "${" * 600), 2, "expressions"),
         (" " * (LIMIT + 1), 1, "characters"),
     ],

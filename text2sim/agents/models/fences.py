@@ -61,6 +61,9 @@ def bare_block(reply: str) -> Block | None:
     """The data of a reply without fences: what is left when prose before and after it is taken away."""
     lines = _LINES.split(reply)
     start = next((i for i, line in enumerate(lines) if _starts_data(line)), None)
+    if start is not None and lines[start].rstrip().endswith(":"):
+        after = next((i for i in range(start + 1, len(lines)) if lines[i].strip()), start)
+        start = after if lines[after][0] in "{[" else start  # `Well:` is prose where brackets follow it
     if start is None:
         inline = _INLINE.search(reply)
         end = _closing(reply[inline.start() :]) if inline is not None else None

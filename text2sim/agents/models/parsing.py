@@ -17,7 +17,9 @@ from text2sim.spec_schema.text.source import Source, check_source
 
 LIMIT = 1_000_000
 """Longest reply [characters] that is read."""
-EXPRESSIONS = 500
+EXPRESSIONS = 5_000
+"""As many `${` a reply may have."""
+ON_A_LINE = 500
 """As many `${` one line may have: the reader looks at the rest of the line for each of them."""
 SHOWN = 10
 """As many problems go back to the model."""
@@ -64,15 +66,13 @@ def read_reply(text: str, limit: int = LIMIT) -> Parsed:
     """
     if len(text) > limit:
         raise _error(f"the reply has {len(text):,} characters; {limit:,} are read", "too-large")
-    block = _choose(text)
+    block = _choose(text.replace("\ufeff", ""))
     # Lines before the block are kept as blank ones, so that lines are those of the reply.
-    content = block.text.replace("\ufeff", "")
+    content = block.text + "\n"
     if looks_like_json(content):
         content = plain_json(content)
     source = Source("\n" * (block.line - 1) + content, FILE)
-    for number, line in enumerate(source.lines, 1):
-        if line.count("${") > EXPRESSIONS:
-            raise _error(f"the line has more than {EXPRESSIONS} expressions", "too-large", number)
+    _bound_expressions(source, block.line)
     try:
         data = parse_document(check_source(source)).data
     except SpecError as error:
@@ -100,6 +100,15 @@ def _choose(text: str) -> Block:
         message = "the reply is empty" if not text.strip() else "the reply has no block of data"
         raise _error(f"{message}; answer with one fenced ```yaml block", "no-data")
     return Block(block.text, block.mark, block.line + skipped)
+
+
+def _bound_expressions(source: Source, first: int) -> None:
+    total = source.text.count("${")
+    if total > EXPRESSIONS:
+        raise _error(f"the block has {total:,} expressions; {EXPRESSIONS:,} are read", "too-large", first)
+    for number, line in enumerate(source.lines, 1):
+        if line.count("${") > ON_A_LINE:
+            raise _error(f"the line has more than {ON_A_LINE} expressions", "too-large", number)
 
 
 def _error(message: str, rule: str, line: int = 1) -> ReplyError:

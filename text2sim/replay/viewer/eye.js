@@ -82,8 +82,14 @@ class Eye {
     return { pos: mix(camera.pos), look: mix(camera.look), up: camera.up, fov: camera.fov * Math.PI / 180 };
   }
 
-  /** Where it stands at a time. */
+  /** Where it stands at a time, and its vertical field of view: a narrow page shows no less across than the film. */
   camera(t = this.time ?? 0) {
+    const camera = this.standing(t), { clientWidth: w, clientHeight: h } = this.canvas;
+    const narrow = Math.max(this.data.aspect * h / Math.max(w, 1), 1);
+    return { ...camera, fov: 2 * Math.atan(Math.tan(camera.fov / 2) * narrow) };
+  }
+
+  standing(t) {
     this.time = t;
     if (this.track !== null) return this.along(this.data.cameras[this.track], t);
     const flat = Math.cos(this.pitch);

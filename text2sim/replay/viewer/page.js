@@ -127,10 +127,13 @@ class Replay {
       if (event.button === 0 && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 4) this.pick(event.offsetX, event.offsetY);
     });
     window.addEventListener("keydown", (event) => this.press(event));
+    // A button that was clicked shall not keep the space bar.
+    document.addEventListener("click", (event) => { if (event.detail) event.target.closest("button")?.blur(); });
   }
 
   press(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches("select")) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("select")) return;
+    if (event.key === " " && event.target.matches?.("button")) return;  // it does what it does
     const times = this.data.links.times.length > 1 ? this.data.links.times : this.data.figures[0]?.times ?? this.data.links.times;
     const step = (count) => {
       this.pause();

@@ -62,7 +62,7 @@ class Plot {
         if (edge === null) continue;
         const at = clamp(y(edge), 0, h);
         pen.globalAlpha = 0.16;
-        pen.fillRect(from, Math.min(at, far), to - from, Math.abs(far - at));
+        if (bound.every) pen.fillRect(from, Math.min(at, far), to - from, Math.abs(far - at));
         pen.globalAlpha = 1;
         line(pen, from, at, to, at);
       }

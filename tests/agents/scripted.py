@@ -1,0 +1,35 @@
+"""A model that answers from a script: role by role, in order."""
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from threading import Lock
+
+from text2sim.agents.models.exchange import ModelError, Reply, Request
+
+
+class Scripted:
+    """Answers with the lines it was given, and keeps what it was asked."""
+
+    name, vision, cacheable = "scripted", True, False
+
+    def __init__(self, replies: Mapping[str, Sequence[str]]) -> None:
+        self.replies, self.asked, self._count, self._lock = replies, list[Request](), Counter[str](), Lock()
+
+    def complete(self, request: Request, stop: Callable[[], bool]) -> Reply:
+        with self._lock:
+            self.asked.append(request)
+            number = self._count[request.role]
+            self._count[request.role] += 1
+        rows = self.replies.get(request.role, ())
+        if number >= len(rows):
+            raise ModelError(f"the script ends here: {request.role} {number + 1}")
+        text = rows[number]
+        return Reply(text, len(request.messages[-1].text) // 4, len(text) // 4, None, 0.0, "scripted")
+
+    def questions(self, role: str) -> list[str]:
+        """The last message of each request to a role."""
+        return [request.messages[-1].text for request in self.asked if request.role == role]
+
+
+def fenced(text: str) -> str:
+    return f"```yaml\n{text.strip()}\n```\n"

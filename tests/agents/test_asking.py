@@ -1,0 +1,100 @@
+"""Questions, answers, and what is done with answers that cannot be used."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.agents.scripted import Scripted, fenced
+from text2sim.agents.asking import BudgetSpent, Desk, RoleFailed, Wrong, either, typed
+from text2sim.agents.journal import Journal
+from text2sim.agents.models.calls import Account, Budget, CallLog
+from text2sim.agents.replies import Critique, Look, Plan
+
+
+def desk(tmp_path: Path, model: Scripted, budget: Budget | None = None) -> Desk:
+    journal = Journal(tmp_path / "journal.jsonl")
+    return Desk({"": model}, CallLog(tmp_path / "calls"), Account(), budget or Budget(), journal)
+
+
+def number(data: Any) -> int:
+    if not isinstance(data, dict) or not isinstance(data.get("n"), int):
+        raise Wrong(["/n: has to be a whole number"])
+    return data["n"]
+
+
+def test_what_is_wrong_goes_back_and_the_next_answer_counts(tmp_path: Path) -> None:
+    model = Scripted({"critic": [fenced("n: [1,"), fenced("n: three"), fenced("n: 3")]})
+    assert desk(tmp_path, model).ask("critic", "You count.", "How many?", number) == 3
+    third = model.asked[-1].messages
+    assert [message.role for message in third] == ["system", "user", "assistant", "user", "assistant", "user"]
+    assert "/n: has to be a whole number" in third[-1].text
+
+
+def test_a_role_that_never_answers_well_has_failed(tmp_path: Path) -> None:
+    model = Scripted({"critic": ["No.", fenced("n: x"), fenced("- 1")]})
+    with pytest.raises(RoleFailed, match="critic gave no usable answer"):
+        desk(tmp_path, model).ask("critic", "You count.", "How many?", number)
+
+
+@pytest.mark.parametrize(
+    "hostile",
+    [
+        "x" * 1_100_000,
+        fenced("n: !!python/object/apply:os.system ['touch pwned']"),
+        fenced("a: &a [1]\nb: [*a, *a]\nn: 3"),
+        "```python\nimport os; os.system('touch pwned')\n```",
+        fenced("{" * 80 + "}" * 80),
+    ],
+    ids=["long", "tag", "alias", "code", "deep"],
+)
+def test_hostile_answers_are_data_and_refused(tmp_path: Path, hostile: str) -> None:
+    model = Scripted({"critic": [hostile, fenced("n: 1")]})
+    assert desk(tmp_path, model).ask("critic", "s", "q", number) == 1
+    assert not list(tmp_path.rglob("pwned"))
+
+
+def test_finished_calls_are_not_made_again(tmp_path: Path) -> None:
+    first = Scripted({"critic": [fenced("n: 7")]})
+    assert desk(tmp_path, first).ask("critic", "s", "q", number) == 7
+    second = Scripted({})
+    again = desk(tmp_path, second)
+    assert again.ask("critic", "s", "q", number) == 7
+    assert second.asked == []
+    assert again.account.total().tokens > 0, "what was spent before still counts"
+
+
+def test_nothing_is_asked_when_the_budget_is_spent(tmp_path: Path) -> None:
+    model = Scripted({"critic": [fenced("n: 7"), fenced("n: 8")]})
+    bounded = desk(tmp_path, model, Budget(tokens=1))
+    bounded.ask("critic", "s", "q", number)
+    with pytest.raises(BudgetSpent, match="tokens are spent"):
+        bounded.ask("critic", "s", "another", number)
+    assert len(model.asked) == 1
+
+
+def test_types_say_what_is_wrong_with_an_answer() -> None:
+    with pytest.raises(Wrong) as caught:
+        typed(Critique)({"seen": "x", "score": 140, "verdict": "fine"})
+    said = " ".join(caught.value.reasons)
+    assert "/score" in said
+    assert "/verdict" in said
+
+
+def test_either_of_two_types() -> None:
+    read = either(typed(Plan), "read", typed(Look))
+    assert isinstance(read({"read": ["net"]}), Look)
+    assert isinstance(read({"name": "a", "event": "b"}), Plan)
+
+
+def test_a_journal_keeps_each_thing_once(tmp_path: Path) -> None:
+    file = tmp_path / "journal.jsonl"
+    for _ in range(2):
+        journal = Journal(file)
+        journal("planned", what="a")
+        journal("asked", live=True, role="critic")
+        journal("planned", what="a")
+    assert file.read_text("utf-8").count("\n") == 2
+    file.write_text(file.read_text("utf-8") + '{"event": "hal', "utf-8")
+    Journal(file)("planned", what="b")
+    assert [line for line in file.read_text("utf-8").splitlines() if "hal" in line] == []

@@ -1,0 +1,118 @@
+"""Writers own one section, and what they may do in it is checked."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.agents.scripted import Scripted, fenced
+from tests.agents.test_asking import desk
+from text2sim.agents import language
+from text2sim.agents.asking import RoleFailed
+from text2sim.agents.casework import case_text, examine, owner_of
+from text2sim.agents.replies import Plan, Refer
+from text2sim.agents.writing import change_section, reading, write_section
+from text2sim.spec_schema.errors import Problem
+
+PLAN = Plan.model_validate(
+    {
+        "name": "drop",
+        "event": "A ball falls on the floor.",
+        "duration": 0.5,
+        "params": {"height": 0.5},
+        "bodies": {"floor": {"kind": "static", "shape": "plane"}, "ball": {"kind": "rigid", "shape": "sphere"}},
+        "says": {"lands": "It lands."},
+        "checks": {
+            "events": {"touch": {"kind": "contact", "between": ["ball", "floor"]}},
+            "expect": {"lands": {"event": "touch", "within": [0.1, 0.5]}},
+        },
+        "briefs": {"bodies": "One ball."},
+    }
+)
+SCENE = {"duration": 0.5, "dt": 0.005, "statics": {"floor": {"shape": {"kind": "plane"}}}}
+BALL = {"kind": "rigid", "shape": {"kind": "sphere", "radius": 0.1}, "pose": {"pos": [0, 0, "${height + 0.1}"]}}
+SECTIONS = {"scene": SCENE, "bodies": {"ball": BALL}, "actions": {}, "render": {}}
+CASE = {"params": {"height": 0.5}, **SECTIONS}
+FILE = Path("drop/case.yaml")
+
+
+def written(tmp_path: Path, *replies: str, section: str = "bodies"):
+    model = Scripted({section: [fenced(reply) for reply in replies]})
+    found = write_section(desk(tmp_path, model), section, PLAN, "A ball falls.", "", "", FILE)
+    return found, model.questions(section)
+
+
+def test_errors_of_form_go_back_to_the_writer(tmp_path: Path) -> None:
+    bad = "bodies: {ball: {kind: rigid, shape: {kind: sphere, radius: -1}, colour: red}}"
+    good = "bodies: {ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}}}"
+    found, asked = written(tmp_path, bad, good)
+    assert found["ball"]["shape"]["radius"] == 0.1
+    assert "/bodies/ball/shape/radius" in asked[1]
+    assert "unknown key `colour`" in asked[1]
+
+
+def test_a_section_may_come_without_its_key(tmp_path: Path) -> None:
+    found, _ = written(tmp_path, "ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}}")
+    assert "ball" in found
+
+
+def test_another_section_is_not_taken(tmp_path: Path) -> None:
+    with pytest.raises(RoleFailed, match="the only one you write"):
+        written(tmp_path, *["scene: {duration: 3}"] * 3)
+
+
+def test_the_planners_expectations_are_not_overwritten(tmp_path: Path) -> None:
+    easier = "actions: {expect: {lands: {event: touch, within: [0, 9]}, own: {event: touch, count: 1}}}"
+    found, _ = written(tmp_path, easier, section="actions")
+    assert set(found["expect"]) == {"own"}
+    text = case_text(PLAN, "A ball falls.", PLAN.params, SECTIONS | {"actions": found})
+    assert "lands: {event: touch, within: [0.1, 0.5]}" in text
+    assert examine(text, FILE).ok
+
+
+def changed(tmp_path: Path, *replies: str, section: str = "bodies"):
+    model = Scripted({section: [fenced(reply) for reply in replies]})
+    case = {**CASE, "actions": {"events": dict(PLAN.checks.events), "expect": dict(PLAN.checks.expect)}}
+    found = change_section(desk(tmp_path, model), section, PLAN, case, "Larger.", [], "", FILE)
+    return found, model.questions(section)
+
+
+def test_a_patch_on_the_own_section(tmp_path: Path) -> None:
+    found, asked = changed(tmp_path, "patch: [{op: replace, path: /bodies/ball/shape/radius, value: 0.2}]")
+    assert found["ball"]["shape"]["radius"] == 0.2
+    assert "statics floor" in asked[0], "the names of the rest are told"
+    assert "dt: 0.005" not in asked[0], "what stands in the rest is not"
+
+
+@pytest.mark.parametrize(
+    ("section", "operation", "reason"),
+    [
+        ("bodies", "{op: replace, path: /scene/dt, value: 0.1}", "not below /bodies"),
+        ("bodies", "{op: copy, from: /scene/dt, path: /bodies/ball/shape/radius}", "not below /bodies"),
+        ("bodies", "{op: replace, path: /bodies/none/shape, value: 1}", "none"),
+        ("actions", "{op: replace, path: /actions/expect/lands/within, value: [0, 9]}", "comes from the request"),
+        ("actions", "{op: remove, path: /actions/events/touch}", "comes from the request"),
+    ],
+)
+def test_a_patch_that_is_not_its_authors_goes_back(tmp_path: Path, section: str, operation: str, reason: str) -> None:
+    found, asked = changed(tmp_path, f"patch: [{operation}]", "refer: {section: plan, why: I cannot}", section=section)
+    assert isinstance(found, Refer)
+    assert reason in asked[1]
+
+
+def test_who_owns_a_problem() -> None:
+    frozen = ("/actions/expect/lands",)
+    for path, owner in {
+        "/bodies/ball/shape": "bodies", "/actions/controls/push": "actions", "/actions/expect/lands/within": "plan",
+        "/actions/expect/lands_too": "actions", "/params/height": "plan", "": "plan",
+    }.items():  # fmt: skip
+        assert owner_of(Problem(path, "wrong"), frozen) == owner
+
+
+def test_a_writer_reads_what_its_plan_needs_and_little_more() -> None:
+    pages = reading("bodies", PLAN)
+    assert "#### `sphere`" in pages or "### `sphere`" in pages
+    assert "### `funnel`" not in pages
+    assert "- `funnel`:" in pages, "that there is more is said in a line"
+    tokens = {section: len(reading(section, PLAN)) // 4 for section in SECTIONS}
+    assert sum(tokens.values()) < 20_000, tokens
+    assert len(language.pages("bodies")) > 2 * len(pages)

@@ -1,0 +1,181 @@
+"""Assets tried out: what a mechanism is like, whether its joints answer, whether the engine takes a mesh."""
+
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+from typer.testing import CliRunner
+
+from text2sim.assets.manifest import read_manifest, verify_manifest
+from text2sim.assets.register import add
+from text2sim.assets.trials.mechanism_check import check_mechanism, preview
+from text2sim.assets.trials.mesh_import import import_into_engine
+from text2sim.assets.trials.probe import probe
+from text2sim.cli.main import app
+from text2sim.spec_schema.errors import AssetError
+
+ARM = """\
+<mujoco model="arm">
+  <compiler angle="radian"/>
+  <worldbody>
+    <body name="base">
+      <geom type="box" size="0.1 0.1 0.05" mass="2"/>
+      <body name="upper" pos="0 0 0.05">
+        <joint name="shoulder" type="hinge" axis="0 1 0" range="-1 1" damping="0.1"/>
+        <geom type="capsule" fromto="0 0 0 0 0 0.4" size="0.03" mass="1"/>
+        <body name="hand" pos="0 0 0.4">
+          <joint name="grip" type="slide" axis="0 0 1" range="0.02 0.1" damping="1"/>
+          <geom type="box" size="0.04 0.04 0.02" mass="0.2"/>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+  <actuator>
+    <position joint="shoulder" kp="60" kv="6" forcerange="-30 30"/>
+  </actuator>
+</mujoco>
+"""
+LEVER = {
+    "kind": "articulated",
+    "links": {
+        "post": {"shape": {"kind": "box", "size": [0.1, 0.1, 0.4]}},
+        "lever": {
+            "parent": "post",
+            "shape": {"kind": "box", "size": [0.4, 0.04, 0.04]},
+            "pose": {"pos": [0.0, 0.08, 0.2]},
+            "joint": {"kind": "hinge", "axis": "y", "actuator": {"stiffness": 20, "damping": 2, "max_force": 10}},
+        },
+    },
+}
+
+
+@pytest.fixture
+def arm(tmp_path: Path) -> Path:
+    path = tmp_path / "arm.xml"
+    path.write_text(ARM)
+    return path
+
+
+def test_a_mechanism_is_told_as_it_is(arm: Path):
+    found = check_mechanism(arm)
+    assert found.kind == "mjcf"
+    assert found.mass == pytest.approx(3.2)
+    shoulder, grip = found.control["shoulder"], found.control["grip"]
+    assert (shoulder.kind, shoulder.unit, shoulder.range) == ("hinge", "rad", (-1.0, 1.0))
+    assert shoulder.actuator is not None and shoulder.actuator.max_force == pytest.approx(30.0)
+    assert (grip.kind, grip.unit, grip.actuator) == ("slider", "m", None)
+
+
+def test_a_mechanism_of_the_language_is_told_as_it_is():
+    found = check_mechanism(LEVER)
+    assert found.kind == "body"
+    assert list(found.control) == ["lever"]
+    assert found.control["lever"].actuator is not None
+
+
+def test_a_mechanism_is_drawn(arm: Path):
+    picture = np.asarray(Image.open(BytesIO(preview(arm, size=(160, 120)))).convert("L"), float)
+    assert picture.shape == (120, 160)
+    assert picture.min() < 200, "there is something darker than the ground"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("<robot name='r'/>", "begins with <robot>"),
+        ("<mujoco><worldbody><body><joint/></body></worldbody></mujoco>", "arm.xml"),
+        ("<!DOCTYPE x [<!ENTITY a 'b'>]><mujoco/>", "arm.xml"),
+        ("<mujoco><asset><mesh file='../../etc/passwd.obj'/></asset></mujoco>", "arm.xml"),
+    ],
+)
+def test_what_is_no_mechanism_is_refused_in_words(tmp_path: Path, text: str, words: str):
+    (tmp_path / "arm.xml").write_text(text)
+    with pytest.raises(AssetError, match=words):
+        check_mechanism(tmp_path / "arm.xml")
+
+
+def test_what_lies_elsewhere_is_refused(arm: Path, tmp_path: Path):
+    (tmp_path / "root").mkdir()
+    with pytest.raises(AssetError, match="does not lie in"):
+        check_mechanism(arm, tmp_path / "root")
+    (tmp_path / "link.xml").symlink_to(arm)
+    with pytest.raises(AssetError, match="symbolic link"):
+        check_mechanism(tmp_path / "link.xml")
+    with pytest.raises(AssetError, match="kind `articulated`"):
+        check_mechanism({"kind": "rigid"})
+
+
+def test_a_mechanism_comes_into_a_case_with_all_its_files(tmp_path: Path):
+    (tmp_path / "from" / "meshes").mkdir(parents=True)
+    part = trimesh.creation.box((0.1, 0.1, 0.1)).export(file_type="obj")
+    (tmp_path / "from" / "meshes" / "part.obj").write_text(str(part))
+    text = ARM.replace(
+        '<compiler angle="radian"/>',
+        '<compiler angle="radian" meshdir="meshes"/><asset><mesh name="p" file="part.obj"/></asset>',
+    )
+    text = text.replace(
+        '<geom type="box" size="0.04 0.04 0.02" mass="0.2"/>', '<geom type="mesh" mesh="p" mass="0.2"/>'
+    )
+    (tmp_path / "from" / "arm.xml").write_text(text)
+    case = tmp_path / "case"
+    case.mkdir()
+    added = add(case, tmp_path / "from" / "arm.xml", "robot")
+    assert added.asset.file == "assets/robot/robot.xml"
+    assert list(added.asset.parts) == ["assets/robot/part.obj"]
+    assert set(read_manifest(case).assets["robot"].control) == {"shoulder", "grip"}
+    assert verify_manifest(case) == {"robot": []}
+    (case / "assets" / "robot" / "part.obj").write_text("v 0 0 0\n")
+    assert "part.obj" in verify_manifest(case)["robot"][0]
+
+
+def test_the_command_line_takes_a_mesh_in_and_lists_it(tmp_path: Path):
+    (tmp_path / "box.stl").write_bytes(bytes(trimesh.creation.box((1, 2, 3)).export(file_type="stl")))
+    (tmp_path / "case").mkdir()
+    cli = CliRunner()
+    file, case = str(tmp_path / "box.stl"), str(tmp_path / "case")
+    done = cli.invoke(app, ["asset", "add", case, file, "--name", "box", "--size", "z=0.3", "--licence", "CC0"])
+    assert done.exit_code == 0, done.output
+    done = cli.invoke(app, ["asset", "list", case])
+    assert done.exit_code == 0 and "box: mesh, assets/box.obj, 0.1 x 0.2 x 0.3 m, 12 triangles" in done.output
+    assert cli.invoke(app, ["asset", "check", file, "--json"]).exit_code == 0
+    (tmp_path / "case" / "assets" / "box.obj").write_text("changed\n")
+    assert cli.invoke(app, ["asset", "list", case]).exit_code == 2
+
+
+@pytest.mark.slow
+def test_joints_answer_a_small_signal(arm: Path):
+    found = probe(arm)
+    assert found.ok, found.message
+    assert set(found.joints) == {"shoulder", "grip"}
+    assert found.given == ("grip",), "the file has no motor on it"
+    shoulder = found.joints["shoulder"]
+    assert shoulder.moved == pytest.approx(shoulder.target, rel=0.5)
+    assert 0 < found.joints["grip"].moved < 0.05
+    assert found.control["shoulder"].moved == shoulder.moved
+
+
+@pytest.mark.slow
+def test_a_joint_that_is_stuck_does_not_answer():
+    stuck = {**LEVER, "links": {**LEVER["links"]}}
+    lever = stuck["links"]["lever"]
+    joint = {**lever["joint"], "friction": 100.0}
+    stuck["links"]["lever"] = {**lever, "joint": joint}
+    found = probe(stuck)
+    assert found.state == "finished"
+    assert not found.ok
+    assert not found.joints["lever"].answers
+
+
+@pytest.mark.slow
+def test_the_engine_takes_a_mended_mesh(tmp_path: Path):
+    ball = trimesh.creation.icosphere(3, 0.1)
+    (tmp_path / "ball.stl").write_bytes(bytes(ball.export(file_type="stl")))
+    added = add(tmp_path, tmp_path / "ball.stl", "ball")
+    found = import_into_engine(tmp_path / added.asset.file)
+    assert found.ok, found.message
+    assert found.mass == pytest.approx(1000 * ball.volume, rel=0.01)
+    (tmp_path / "bad.obj").write_text("v 0 0 0\n")
+    assert not import_into_engine(tmp_path / "bad.obj").ok
