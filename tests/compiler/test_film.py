@@ -67,6 +67,17 @@ def test_it_does_not_stand_behind_a_wall(wall, side):
     assert math.copysign(1, camera["pos"][1]) == side
 
 
+@pytest.mark.parametrize(("step", "axis"), [("[0.3, 0, 0.4]", 1), ("[0, 0.3, 0.4]", 0), ("[0.3, 0.3, 0.4]", None)])
+def test_what_stands_flat_is_seen_from_its_broad_side(step, axis):
+    text = CASE.replace("count: 3, step: [0.2, 0, 0]", f"count: 6, step: {step}").replace(
+        "pos: [0, 0, 0.5]", "pos: [0.5, 0, 0.5]"
+    )
+    made = plan_case(load_text(text.replace("RENDER", "{}").replace("WALL", "").replace("LOOK", "{}"))).render
+    way = np.array(made["cameras"]["main"]["frame"]["direction"])
+    flat = abs(way[axis]) if axis is not None else max(abs(way[:2]))
+    assert (flat > 3.5 * abs(way[1 - axis])) if axis is not None else tuple(way) == (0.55, -1.0, 0.5)
+
+
 def test_frames_name_what_states_know():
     cameras = "{cameras: {a: {kind: still, frame: ['brick[0:2]', ball], direction: [0, -1, 0], margin: 0.2}, b: {kind: orbit, frame: ['brick[*]']}}}"
     a, b = film(cameras)["cameras"].values()

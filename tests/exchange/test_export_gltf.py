@@ -8,6 +8,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from exchange.recorded import DT, FRAMES, LINKS, cloth_points, write_run
+from text2sim.exchange import gltf
 from text2sim.exchange.gltf import MOST_TARGETS, write_gltf
 from text2sim.spec_schema.errors import RunError
 
@@ -101,6 +102,27 @@ def test_cloth_is_morphed_from_frame_to_frame(document: Document) -> None:
     for frame, wanted in enumerate(cloth_points()):
         np.testing.assert_allclose(first + np.tensordot(weights[frame], deltas, 1), wanted, atol=1e-5)
     np.testing.assert_allclose(times, np.arange(FRAMES) * DT, atol=1e-6)
+
+
+def test_grains_are_small_solids_that_move(document: Document, recorded: dict[str, np.ndarray]) -> None:
+    mesh = document.gltf.meshes[document.gltf.nodes[document.names["sand"]].mesh]
+    primitive = mesh.primitives[0]
+    first = document.array(primitive.attributes.POSITION)
+    solid = trimesh.Trimesh(first, document.array(primitive.indices).reshape(-1, 3), process=False)
+    assert solid.is_volume, "closed, with all sides outwards"
+    assert solid.volume == pytest.approx(7 * 4 / 3 * 0.01**3, rel=1e-4)
+    last = first + document.array(primitive.targets[-1]["POSITION"])
+    middles = last.reshape(7, 6, 3).mean(axis=1)
+    np.testing.assert_allclose(middles, recorded["soft_points"][-1, -7:], atol=1e-6)
+
+
+def test_grains_that_are_too_many_are_points(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gltf, "MOST_MORPHED", FRAMES * (16 + 7))
+    write_gltf(run, tmp_path / "run.glb")
+    document = Document(tmp_path / "run.glb")
+    primitive = document.gltf.meshes[document.gltf.nodes[document.names["sand"]].mesh].primitives[0]
+    assert primitive.mode == gltf.POINTS
+    assert document.array(primitive.attributes.POSITION).shape == (7, 3)
 
 
 def test_cloth_wears_its_picture(document: Document) -> None:

@@ -84,14 +84,17 @@ def test_case_run_and_film_measure_the_same(make_run: MakeRun) -> None:
     case = """\
 text2sim: 2
 name: same
-scene: {statics: {wall: {shape: {kind: box, size: [0.6, 0.1, 1]}, pose: {pos: [-0.3, -1, 0.5]}}}}
+scene: {duration: 1, statics: {wall: {shape: {kind: box, size: [0.6, 0.1, 1]}, pose: {pos: [-0.3, -1, 0.5]}}}}
 bodies: {crate: {kind: rigid, shape: {kind: box, size: [0.8, 0.8, 0.8]}, pose: {pos: [0, 0, 0.4]}}}
 render: {resolution: [64, 64], cameras: {main: {kind: still, from: [0, -4, 0.8], look_at: [0, 0, 0.4], fov_deg: 40}}}
 """
     layout = at_start(resolve_case(load_text(case)), "main", (192, 192))
     camera = {"main": {"kind": "still", "up": (0, 0, 1), "fov": 40.0, "pos": (0, -4, 0.8), "look_at": (0, 0, 0.4)}}
     # The boxes of recorded runs are cubes: the wall of the same outline as its front.
-    boxes = {"crate": STILL | {"half": 0.4, "pos": (0, 0, 0.4)}, "wall": {"half": (0.3, 0.05, 0.5), "pos": (-0.3, -1, 0.5)}}
+    boxes = {
+        "crate": STILL | {"half": 0.4, "pos": (0, 0, 0.4)},
+        "wall": {"half": (0.3, 0.05, 0.5), "pos": (-0.3, -1, 0.5)},
+    }
     recording = read_recording(make_run(boxes, cameras=camera, resolution=(64, 64)))
     watcher = Watcher(recording)
     sight = watcher.recorded.sight(0.0, watcher.cameras.view("main", 0.0), (192, 192))
@@ -114,7 +117,11 @@ BOXES = {
 
 def test_remarks_say_what_is_not_seen(make_run: MakeRun) -> None:
     watcher = Watcher(read_recording(make_run(BOXES, fps=50.0)))
-    moments = [Moment("impact", 0.1, ("key", "crate")), Moment("late", 3.0, ("crate",)), Moment("flight", 0.39, ("runner",))]
+    moments = [
+        Moment("impact", 0.1, ("key", "crate")),
+        Moment("late", 3.0, ("crate",)),
+        Moment("flight", 0.39, ("runner",)),
+    ]
     found = summarise(watcher, moments)
     remarks = "\n".join(found["remarks"])
     assert "`gone` is in no picture" in remarks
@@ -155,6 +162,7 @@ def test_evidence_names_the_bodies_of_events(make_run: MakeRun) -> None:
     case = load_text("""\
 text2sim: 2
 name: evidence
+scene: {duration: 1}
 bodies:
   crate: {kind: rigid, shape: {kind: box, size: [0.8, 0.8, 0.8]}}
   key: {kind: rigid, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 1, 0]}}

@@ -43,6 +43,16 @@ def test_a_coarse_cylinder_becomes_round() -> None:
     assert agreement(mesh) > 0.95
 
 
+def test_a_thin_rod_is_no_ball() -> None:
+    angle = np.linspace(0, 2 * np.pi, 64, endpoint=False)
+    ring = np.stack([0.002 * np.cos(angle), 0.002 * np.sin(angle)], axis=1)
+    vertices = np.concatenate([np.c_[ring, np.full(64, z)] for z in (-0.225, 0.225)])
+    k, n = np.arange(64), (np.arange(64) + 1) % 64
+    faces = np.concatenate([np.c_[k, n, k + 64], np.c_[n, n + 64, k + 64]])
+    mesh = presentable(vertices, faces)
+    assert np.allclose(np.abs(mesh.vertices).max(axis=0), (0.002, 0.002, 0.225), rtol=0.01)
+
+
 def test_what_is_not_convex_keeps_its_vertices() -> None:
     vertices = np.concatenate([BOX, BOX + (3, 0, 0)])
     mesh = presentable(vertices, np.concatenate([BOX_FACES, BOX_FACES + 8]))

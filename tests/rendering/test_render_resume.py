@@ -56,7 +56,7 @@ def test_what_was_half_written_is_removed_later(make_run: MakeRun) -> None:
     old, young = frames / ".1-a.png", frames / ".2-b.png"
     for part in (old, young):
         part.touch()
-    os.utime(old, (time.time() - 2 * ABANDONED,) * 2)
+    os.utime(old, (0, time.time() - 2 * ABANDONED))
     filming = Filming(read_recording(folder), size=(32, 18), samples=4)
     told: list[Progress] = []
     filming.render(filming.reels()[0], told.append)

@@ -18,6 +18,8 @@ T = TypeVar("T")
 
 ROUNDS = 3
 """Answers that a role may give to one question before it has failed."""
+ECHO = 12_000
+"""Characters of a refused answer that go back with what is wrong."""
 SHOWN = 12
 """Errors that are sent back at once."""
 
@@ -114,7 +116,7 @@ class Desk:
             except Wrong as error:
                 reasons = error.reasons
             self._emit("answer_refused", role=role, round=round_ + 1, reasons=reasons[:SHOWN])
-            messages += [Message("assistant", reply), Message("user", _complaint(reasons))]
+            messages += [Message("assistant", _echo(reply)), Message("user", _complaint(reasons))]
         raise RoleFailed(role, reasons)
 
     def _call(self, role: str, messages: Sequence[Message]) -> str:
@@ -158,6 +160,11 @@ def typed(model: type[BaseModel], check: Callable[[Any], None] | None = None) ->
 def either(first: Callable[[Any], Any], key: str, second: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """Return a reader that takes `second` for answers that have a key, and `first` for others."""
     return lambda data: (second if isinstance(data, dict) and key in data else first)(data)
+
+
+def _echo(reply: str) -> str:
+    """What of a refused answer is sent back: a hostile one must not be paid for three times in full."""
+    return reply if len(reply) <= ECHO else f"{reply[: ECHO // 2]}\n[…]\n{reply[-ECHO // 2 :]}"
 
 
 def _said(error: ValidationError) -> list[str]:

@@ -1,10 +1,9 @@
 """Attempts: each a folder with its case, what it showed, and what was thought of it."""
 
 import json
-import shutil
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,8 @@ from text2sim.spec_schema.errors import RunError
 
 SHEET_WIDTH = 400
 """Of a picture on the sheet that the Critic sees [pixels]."""
+LARGEST_INPUT = 100_000_000
+"""Bytes of a file that comes with a request."""
 FRAMES = 12
 """Pictures on it at most."""
 
@@ -144,7 +145,8 @@ class Attempts:
         attempt.expect = {
             name: {k: row[k] for k in ("ok", "wanted", "why")} for name, row in result.expectations.items()
         }
-        attempt.pictures = self._pictures(attempt, result.folder)
+        attempt.pictures, frames = self._pictures(attempt, result.folder)
+        bodies = [*examined.loaded.case.bodies, *examined.loaded.case.scene.statics]
         text = evidence_text(result.folder, result.evidence, vars(record) if record is not None else {}, given)
         if examined.warnings:
             text += "\n\n## Warnings of the lint\n\n" + "\n".join(
@@ -153,18 +155,18 @@ class Attempts:
         if result.problem is not None:
             text += f"\n\nTo blame: {result.problem.path or f'line {result.problem.line}'}: {result.problem.message}"
         attempt.evidence = text
-        attempt.cites = sorted(citable(result.evidence, FRAMES if attempt.pictures else 0))
+        attempt.cites = sorted(citable(result.evidence, frames, bodies))
         self.keep(attempt)
 
-    def _pictures(self, attempt: Attempt, run: Path) -> list[str]:
-        """Make the sheet of numbered pictures that the Critic sees."""
-        sheet = frame_sheet(run)
+    def _pictures(self, attempt: Attempt, run: Path) -> tuple[list[str], int]:
+        """Make the sheet of numbered pictures that the Critic sees; say how many are on it."""
+        sheet, count = frame_sheet(run)
         if sheet is None:
-            return []
+            return [], 0
         folder = self.of(attempt.number)
         folder.mkdir(parents=True, exist_ok=True)
         sheet.save(folder / "frames.png", optimize=True)
-        return ["frames.png"]
+        return ["frames.png"], count
 
     def publish(self, attempt: Attempt) -> None:
         """Make an attempt the case."""
@@ -172,40 +174,48 @@ class Attempts:
         write_atomically(self.case / "case.yaml", attempt.text)
 
 
-def frame_sheet(run: Path) -> Any:
-    """Return the pictures that a run has kept as one, each with its number and time; None if it has none."""
-    from PIL import Image as Picture
+def frame_sheet(run: Path) -> tuple[Any, int]:
+    """Return the pictures that a run has kept as one, each with its number and time, and how many they are.
+
+    Of several cameras each has its share, spread over the whole film. (None, 0) if there are no pictures.
+    """
+    from PIL import Image, UnidentifiedImageError
 
     from text2sim.harness.contact_sheet import contact_sheet
     from text2sim.harness.visibility import read_samples
 
     samples = read_samples(run)
-    files = [
-        (camera, k, run / "frames" / f"{camera}_{k}.png") for camera, rows in samples.items() for k in range(len(rows))
-    ]
-    found = [(camera, samples[camera][k][0], file) for camera, k, file in files if file.is_file()]
-    if not found:
-        found = [("film", float(k), file) for k, file in enumerate(sorted((run / "frames").glob("*.png")))]
+    share = FRAMES // max(1, len(samples)) or 1
     thumbnails = []
-    for number, (camera, time, file) in enumerate(found[:FRAMES], 1):
-        with Picture.open(file) as picture:
-            small = picture.convert("RGB")
-        small.thumbnail((SHEET_WIDTH, 2 * SHEET_WIDTH))
-        thumbnails.append((camera, f"frame {number}: {time:.2f} s", small))
-    return contact_sheet(thumbnails, width=SHEET_WIDTH) if thumbnails else None
-
-
-def digest(text: str) -> str:
-    """Return a short digest of a text."""
-    return sha256(text.encode()).hexdigest()[:12]
+    for camera, rows in samples.items():
+        last = len(rows) - 1
+        spread = (round(k * last / max(1, share - 1)) for k in range(share))
+        chosen = dict.fromkeys(spread) if last >= share else range(last + 1)
+        for k in chosen:
+            try:
+                with Image.open(run / "frames" / f"{camera}_{k}.png") as picture:
+                    small = picture.convert("RGB")
+            except (OSError, UnidentifiedImageError, Image.DecompressionBombError):
+                continue
+            small.thumbnail((SHEET_WIDTH, 2 * SHEET_WIDTH))
+            thumbnails.append((camera, f"frame {len(thumbnails) + 1}: {rows[k][0]:.2f} s", small))
+    return (contact_sheet(thumbnails, width=SHEET_WIDTH) if thumbnails else None), len(thumbnails)
 
 
 def copy_input(file: Path, folder: Path) -> Path:
-    """Copy a file that came with a request into the case, and return where it lies."""
+    """Copy a file that came with a request into a folder of the case, under a plain name; return where it lies.
+
+    Raises:
+        RunError: If it is too large, or another file has its name.
+    """
+    if file.stat().st_size > LARGEST_INPUT:
+        raise RunError(f"{file}: larger than {LARGEST_INPUT / 1e6:g} MB")
     folder.mkdir(parents=True, exist_ok=True)
-    target = folder / file.name
-    if not target.exists():
-        shutil.copyfile(file, target)
+    target = folder / (re.sub(r"[^A-Za-z0-9_.-]+", "_", file.name).lstrip(".-") or "file")
+    content = file.read_bytes()
+    if target.exists() and target.read_bytes() != content:
+        raise RunError(f"{target} is another file of this name")
+    target.write_bytes(content)
     return target
 
 

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from text2sim.agents.roles import quoted
+
 Data = dict[str, Any]
 
 MEASURED = 7
@@ -39,7 +41,7 @@ def evidence_text(
     else:
         parts.append("Nothing was recorded.")
     if record.get("state") != "finished":
-        parts.append("## End of the log\n\n<log>\n" + _log_tail(folder) + "\n</log>")
+        parts.append("## End of the log\n\n<log>\n" + quoted(_log_tail(folder)) + "\n</log>")
     return "\n\n".join(part for part in parts if part)
 
 
@@ -59,9 +61,9 @@ def history_row(
     return row
 
 
-def citable(evidence: Mapping[str, Any] | None, frames: int) -> frozenset[str]:
+def citable(evidence: Mapping[str, Any] | None, frames: int, bodies: Iterable[str]) -> frozenset[str]:
     """Return what a judgement of a run can rest on, as it is cited."""
-    cites = {"run"} | {f"frame:{k}" for k in range(1, frames + 1)}
+    cites = {"run"} | {f"frame:{k}" for k in range(1, frames + 1)} | {f"body:{name}" for name in bodies}
     if evidence is not None:
         for part, word in (("expect", "expect"), ("measures", "measure"), ("events", "event")):
             cites |= {f"{word}:{name}" for name in evidence[part]}

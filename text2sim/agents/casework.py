@@ -60,19 +60,22 @@ def case_text(plan: Plan, request: str, params: Mapping[str, Any], sections: Map
     The Planner's measures, events and expectations come first among those of the Action Writer, and stand whatever that
     one wrote.
     """
-    actions = dict(sections.get("actions") or {})
-    for part in FROZEN_PARTS:
-        own = actions.get(part)
-        actions[part] = getattr(plan.checks, part) | {
-            name: row
-            for name, row in (own.items() if isinstance(own, dict) else ())
-            if name not in getattr(plan.checks, part)
-        }
-        if not actions[part]:
-            del actions[part]
+    actions = whole_actions(plan, sections.get("actions") or {})
     document = {"text2sim": 2, "name": plan.name, "prompt": " ".join(request.split())[:2000], "params": dict(params)}
     document |= {name: sections[name] for name in SECTIONS if name != "actions" and sections.get(name)}
     return format_text(json.dumps({**document, "actions": actions}, ensure_ascii=False))
+
+
+def whole_actions(plan: Plan, section: Mapping[str, Any]) -> Data:
+    """Return a section of actions with the Planner's measures, events and expectations put in."""
+    actions = dict(section)
+    for part in FROZEN_PARTS:
+        given, own = getattr(plan.checks, part), actions.get(part)
+        rows = own.items() if isinstance(own, dict) else ()
+        actions[part] = given | {name: row for name, row in rows if name not in given}
+        if not actions[part]:
+            del actions[part]
+    return actions
 
 
 def section_faults(section: str, data: Any, plan: Plan, path: Path) -> list[str]:

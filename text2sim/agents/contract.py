@@ -12,6 +12,8 @@ from text2sim.spec_schema.load import LoadedCase
 
 Data = dict[str, Any]
 PARTS = ("expect", "measures", "events")
+SLACK = 0.5
+"""By how much of itself a bound may become easier when the Planner says an expectation anew."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +33,14 @@ class Contract:
         return tuple(f"/actions/{part}/{name}" for part in PARTS for name in self.values[part])
 
     @classmethod
-    def of(cls, loaded: LoadedCase, names: Iterable[str]) -> "Contract":
-        """Take down what a case says under these names, and what that leads to."""
+    def of(cls, loaded: LoadedCase, names: Iterable[str], planned: Iterable[str] = ()) -> "Contract":
+        """Take down what a case says under these names, and what that leads to.
+
+        Args:
+            loaded: The case.
+            names: Expectations.
+            planned: Bodies that the plan calls dynamic, whatever the case has made of them.
+        """
         actions = loaded.data.get("actions") or {}
         values: dict[str, Data] = {part: {} for part in PARTS}
         waiting = [("expect", name) for name in names]
@@ -52,12 +60,16 @@ class Contract:
             for word in _words(row)
         }
         dynamic = {name for name in named & set(bodies) if _kind(bodies[name]) != "driven"}
-        return cls(tuple(names), values, frozenset(dynamic))
+        return cls(tuple(names), values, frozenset(dynamic | (named & set(planned))))
 
     def breaches(self, loaded: LoadedCase) -> list[str]:
         """Say in which points another version of the case asks for something else."""
         actions = loaded.data.get("actions") or {}
-        found = []
+        found = [
+            f"/actions/expect/{name} comes from the request and must stay"
+            for name in self.names
+            if name not in self.values["expect"]
+        ]
         for part in PARTS:
             for name, row in self.values[part].items():
                 now = (actions.get(part) or {}).get(name)
@@ -78,7 +90,7 @@ def weakened(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
     """Say what a restatement of expectations must not do, as far as that can be told without judgement.
 
     Args:
-        old: The expectations as they are, by name.
+        old: The expectations as they were first put, by name.
         new: Those that are to take their place.
     """
     found = []
@@ -87,14 +99,20 @@ def weakened(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
         if before is None:
             found.append(f"{name}: only an expectation that is there can be restated")
             continue
-        was, now = _strictness(before), _strictness(row)
-        if was and not now:
-            found.append(f"{name}: a restated expectation still needs a bound, a span or a count")
+        was, now = _bounds(before), _bounds(row)
+        if was - now:
+            found.append(f"{name}: a restated expectation keeps its {', '.join(sorted(was - now))}")
+        for side, sign in (("above", -1), ("below", 1)):
+            old_bound, new_bound = before.get(side), row.get(side)
+            if not (isinstance(old_bound, int | float) and isinstance(new_bound, int | float)):
+                continue
+            if sign * (new_bound - old_bound) > SLACK * abs(old_bound):
+                found.append(f"{name}: `{side}` may move by {SLACK:.0%} of {old_bound:g} at most: this asks for less")
     return found
 
 
-def _strictness(row: Mapping[str, Any]) -> int:
-    return len({"within", "never", "count", "before", "above", "below", "equals"} & set(row)) + ("event" in row)
+def _bounds(row: Mapping[str, Any]) -> set[str]:
+    return {"within", "never", "count", "before", "above", "below", "equals"} & set(row)
 
 
 def _words(value: Any) -> list[str]:

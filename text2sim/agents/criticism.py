@@ -109,7 +109,7 @@ def _worst(problems: Sequence[Problem]) -> list[Problem]:
 def _contradictions(critique: Critique, exhibit: Exhibit) -> list[str]:
     wrong = []
     for number, failure in enumerate(critique.failures):
-        known = [cite for cite in failure.cites if cite in exhibit.cites or cite.startswith("body:")]
+        known = [cite for cite in failure.cites if cite.split("[")[0].strip() in exhibit.cites]
         if not known:
             wrong.append(
                 f"/failures/{number}/cites: {', '.join(failure.cites)} is not in the evidence; cite expect:NAME, "

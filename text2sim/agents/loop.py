@@ -10,17 +10,19 @@ from text2sim.agents import revising
 from text2sim.agents.asking import BudgetSpent, Desk, RoleFailed
 from text2sim.agents.attempts import Attempt, Attempts, changed
 from text2sim.agents.brief import history_row
-from text2sim.agents.casework import Examination, case_text, examine, owner_of, said
+from text2sim.agents.casework import FROZEN_PARTS, Examination, case_text, examine, owner_of, said, whole_actions
 from text2sim.agents.contract import Contract
 from text2sim.agents.criticism import Exhibit, criticise
 from text2sim.agents.deck import Deck
 from text2sim.agents.journal import Emit
-from text2sim.agents.models.exchange import ModelError
+from text2sim.agents.models.exchange import ModelError, StoppedError
 from text2sim.agents.planning import Report, Request, decide, make_plan
-from text2sim.agents.replies import SECTIONS, Decision, Plan, Refer, Route
+from text2sim.agents.replies import SECTIONS, Decision, Fragments, Plan, Refer, Route
 from text2sim.agents.supplying import Supplies, merged, supply
 from text2sim.agents.writing import change_section, write_section
+from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.load import LoadedCase
 
 State = Literal["accepted", "impossible", "gave_up", "spent", "failed"]
 T = TypeVar("T")
@@ -43,6 +45,13 @@ class Limits:
     attempts: int = 30
     sim_timeout: float = 3600.0
     """Wall time [s] of one simulation."""
+    minutes_left: Callable[[], float | None] = lambda: None
+    """Minutes by the clock that are left for everything."""
+
+    def timeout(self) -> float:
+        """Wall time [s] that the next simulation may take."""
+        left = self.minutes_left()
+        return self.sim_timeout if left is None else max(1.0, min(self.sim_timeout, 60 * left))
 
 
 @dataclass
@@ -76,26 +85,46 @@ class Loop:
         self.plan = Plan.model_construct(name=case.name)
         self.names: tuple[str, ...] = ()
         """Expectations that come from the request."""
+        self.first = self.plan.checks = Fragments()
+        """What was expected before anything was built."""
         self.restated: list[str] = []
+        self.only_if_accepted = False
+        """Whether the case is somebody's own, and only a version that was accepted may take its place."""
         self._contract: Contract | None = None
+        self._replaced: Contract | None = None
+        self._why = ""
         self._warned: set[tuple[str, str]] = set()
 
     # --- ways in ----------------------------------------------------------------------------------------------
 
     def generate(self) -> Outcome:
         """Make a case from the request."""
+        return self.ending(self._generated)
+
+    def _generated(self) -> Outcome:
         self.emit("stage", name="plan")
-        self.plan = make_plan(self.desk, self.request, self.deck, self.path)
-        self.names = tuple(self.plan.checks.expect)
-        self.emit("planned", goal=self.plan.event, possible=self.plan.possible, why=self.plan.why,
-                  assumptions=self.plan.assumptions, says=self.plan.says)  # fmt: skip
-        if self.plan.possible == "no":
-            return Outcome("impossible", self.plan.why, plan=self.plan)
+        plan = make_plan(self.desk, self.request, self.deck, self.path)
+        self.expect_of(plan, tuple(plan.checks.expect))
+        self.emit("planned", goal=plan.event, possible=plan.possible, why=plan.why, assumptions=plan.assumptions,
+                  says=plan.says)  # fmt: skip
+        if plan.possible == "no":
+            return Outcome("impossible", plan.why, plan=plan)
+        return self.work(self._drafted(), "first version")
+
+    def ending(self, way: Callable[[], Outcome]) -> Outcome:
+        """Go a way in to its end, whatever that is."""
         try:
-            text = self._drafted()
-        except RoleFailed as failed:
-            return Outcome("failed", str(failed), None, [str(failed)], self.plan)
-        return self.work(text, "first version")
+            return way()
+        except BudgetSpent as spent:
+            return self.outcome("spent", str(spent))
+        except StoppedError:
+            raise KeyboardInterrupt from None
+        except (RoleFailed, ModelError) as failed:
+            return self.outcome("failed", str(failed))
+
+    def expect_of(self, plan: Plan, names: tuple[str, ...]) -> None:
+        """Take up a plan; from now on these of its expectations stand."""
+        self.plan, self.names, self.first = plan, names, plan.checks
 
     def work(self, text: str, cause: str) -> Outcome:
         """Bring a case to acceptance, beginning with a version of it.
@@ -105,26 +134,21 @@ class Loop:
             cause: Why it was made.
         """
         before = self.made[-1].text if self.made else None
-        try:
-            while True:
-                attempt = Attempt(len(self.made) + 1, text, cause)
-                attempt.changes = revising.change_lines(before, text) if before is not None else []
-                self.made.append(attempt)
-                self.desk.attempt = attempt.number
-                report = self._try(attempt)
-                if attempt.accepted:
-                    return self._outcome("accepted", "the Critic passed it and everything expected came true")
-                if attempt.number >= self.limits.attempts:
-                    return self._outcome("spent", f"{attempt.number} attempts were made")
-                decision = self._decided(attempt, report)
-                if decision.action == "give_up":
-                    return self._outcome("gave_up", decision.why)
-                before, (text, left_out) = attempt.text, self._revised(attempt, decision)
-                cause = "; ".join([decision.why, *left_out])
-        except BudgetSpent as spent:
-            return self._outcome("spent", str(spent))
-        except (RoleFailed, ModelError) as failed:
-            return self._outcome("failed", str(failed))
+        while True:
+            attempt = Attempt(len([one for one in self.made if one.number]) + 1, text, cause)
+            attempt.changes = revising.change_lines(before, text) if before is not None else []
+            self.made.append(attempt)
+            self.desk.attempt = attempt.number
+            report = self._try(attempt)
+            if attempt.accepted:
+                return self.outcome("accepted", "the Critic passed it and everything expected came true")
+            if attempt.number >= self.limits.attempts:
+                return self.outcome("spent", f"{attempt.number} attempts were made")
+            decision = self._decided(attempt, report)
+            if decision.action == "give_up":
+                return self.outcome("gave_up", decision.why)
+            before, (text, left_out) = attempt.text, self._revised(attempt, decision)
+            cause = "; ".join([decision.why, *left_out])
 
     # --- first version ----------------------------------------------------------------------------------------
 
@@ -156,35 +180,38 @@ class Loop:
         """Check an attempt, mend it, run it and have it judged."""
         self.emit("attempt", number=attempt.number, cause=attempt.cause, changes=attempt.changes[:20])
         examined, problems = self._sound(attempt)
+        rules = frozenset(problem.rule for problem in [*examined.errors, *examined.warnings])
         if problems:
             attempt.problems = problems
             self.attempts.keep(attempt)
             self.emit("unsound", number=attempt.number, problems=problems[:20])
-            return Report(problems=problems)
+            return Report(problems=problems, rules=rules)
         assert examined.loaded is not None
-        if self._contract is None:
-            self._contract = Contract.of(examined.loaded, self.names)
+        self._take_down(examined)
+        contract = self._contract
+        assert contract is not None
         if not self.attempts.recall(attempt):
             self.emit("running", live=True, number=attempt.number)
-            self.attempts.run(attempt, examined, self.names, self.limits.sim_timeout, self._progress)
+            self.attempts.run(attempt, examined, self.names, self.limits.timeout(), self.progress)
         self.emit(
             "ran", number=attempt.number, state=attempt.state, expect={n: r["ok"] for n, r in attempt.expect.items()}
         )
         if not attempt.evidence:
             self.attempts.keep(attempt)
-            return Report(problems=attempt.problems or [f"the run ended without evidence: {attempt.state}"])
-        report = Report(evidence=self._with_effects(attempt))
+            problems = attempt.problems or [f"the run ended without evidence: {attempt.state}"]
+            return Report(problems=problems, rules=rules)
+        report = Report(evidence=self._with_effects(attempt), rules=rules)
         if attempt.state == "finished" or attempt.pictures:
             exhibit = self._exhibit(attempt, report.evidence)
             critique = criticise(
-                self.desk, self.request, self.plan, exhibit, self._contract, self.restated, self.path
+                self.desk, self.request, self.plan, exhibit, contract, self.restated, self.path
             )  # fmt: skip
             attempt.critique = report.critique = critique.model_dump(mode="json")
             attempt.accepted = (
                 critique.verdict == "pass"
                 and attempt.state == "finished"
                 and not critique.unfaithful
-                and not attempt.missed(list(attempt.expect))
+                and not attempt.missed([*self.names, *attempt.expect])
             )
             said = {"verdict": critique.verdict, "score": critique.score, "summary": critique.summary}
             failures = [failure.what for failure in critique.failures]
@@ -224,15 +251,37 @@ class Loop:
         return mended
 
     def _breaches(self, examined: Examination) -> list[Problem]:
+        """Say where a case asks for something else than the request does."""
         assert examined.loaded is not None
-        if self._contract is None:
-            # The first version: nothing can be weaker than what was never checked, but subjects have to stay dynamic.
-            contract = Contract.of(examined.loaded, self.names)
-            missing = [name for name in self.names if name not in contract.values["expect"]]
-            rows = [f"/actions/expect/{name} comes from the request and must stay" for name in missing]
-        else:
-            rows = self._contract.breaches(examined.loaded)
-        return [Problem(row.split(":")[0].split(" ")[0], row, rule="from-the-request") for row in rows]
+        contract = self._contract or self._contract_of(examined.loaded)
+        rows = contract.breaches(examined.loaded)
+        stated = revising.data_of(examined.text).get("actions") or {}
+        for part in FROZEN_PARTS:
+            for name, row in getattr(self.plan.checks, part).items():
+                if (part != "expect" or name in self.names) and not same((stated.get(part) or {}).get(name), row):
+                    rows.append(f"/actions/{part}/{name} comes from the request and must stay as it is")
+        return [Problem(row.split(":")[0].split(" ")[0], row, rule="from-the-request") for row in dict.fromkeys(rows)]
+
+    def _contract_of(self, loaded: LoadedCase) -> Contract:
+        planned = [name for name, body in self.plan.bodies.items() if body.kind not in ("static", "driven")]
+        return Contract.of(loaded, self.names, planned)
+
+    def _take_down(self, examined: Examination) -> None:
+        """Keep what the expectations of a sound case ask for; what is other than before is put before the Critic."""
+        assert examined.loaded is not None
+        fresh, old = self._contract_of(examined.loaded), self._contract or self._replaced
+        for part, rows in (old.values if old is not None else {}).items():
+            for name, was in rows.items():
+                now = fresh.values[part].get(name)
+                if not same(now, was):
+                    self._say_restated(part, name, was, now)
+        self._contract = fresh
+
+    def _say_restated(self, part: str, name: str, was: Any, now: Any) -> None:
+        row = f"{part} `{name}` was {was}, is {now} ({self._why})"
+        if row not in self.restated:
+            self.restated.append(row)
+            self.emit("restated", part=part, name=name, old=was, new=now, why=self._why)
 
     def _owners(self, errors: Sequence[Problem], told: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
         frozen = self._contract.pointers if self._contract is not None else self._planned_pointers()
@@ -243,9 +292,7 @@ class Loop:
 
     def _planned_pointers(self) -> tuple[str, ...]:
         checks = self.plan.checks
-        return tuple(
-            f"/actions/{part}/{name}" for part in ("measures", "events", "expect") for name in getattr(checks, part)
-        )
+        return tuple(f"/actions/{part}/{name}" for part in FROZEN_PARTS for name in getattr(checks, part))
 
     def _mended(
         self, text: str, owners: Mapping[str, Sequence[str]], instruction: str
@@ -261,7 +308,7 @@ class Loop:
         for section, answer in answers.items():
             if isinstance(answer, Refer):
                 told.setdefault(answer.section, []).append(f"the Writer of {section} says: {answer.why}")
-        return revising.with_sections(text, _written(answers)), told
+        return revising.with_sections(text, self._written(answers)), told
 
     def _exhibit(self, attempt: Attempt, evidence: str) -> Exhibit:
         images, missed = self.attempts.images(attempt), attempt.missed(list(attempt.expect))
@@ -276,19 +323,17 @@ class Loop:
         rows = [f"- changed: {line}" for line in attempt.changes[:15]] + [f"- {row}" for row in turned]
         return f"{attempt.evidence}\n\n## Since attempt {earlier[-1].number}\n\n" + "\n".join(rows)
 
-    def _progress(self, progress: Any) -> None:
+    def progress(self, progress: Any) -> None:
+        """Tell how far a simulation is."""
         self.emit("progress", live=True, phase=progress.phase, t=progress.t, duration=progress.duration)
 
     # --- what is done next ------------------------------------------------------------------------------------
 
     def _decided(self, attempt: Attempt, report: Report) -> Decision:
-        rules = frozenset(
-            row.rsplit("[", 1)[-1].rstrip("]") for row in [*report.problems, *attempt.evidence.splitlines()]
-        )
         failures = [failure["what"] for failure in (report.critique or {}).get("failures", ())]
         text = " ".join([*report.problems, *failures, (report.critique or {}).get("summary", ""), attempt.state])
-        offer = self.deck.offer(text, self.plan.mode, {*rules, attempt.state})
-        decision = decide(self.desk, self.request, self.plan, self._history(), report, offer, rules)
+        offer = self.deck.offer(text, self.plan.mode, {*report.rules, attempt.state})
+        decision = decide(self.desk, self.request, self.plan, self.first, self._history(), report, offer)
         self.emit("decided", number=attempt.number, action=decision.action, why=decision.why, take=decision.take,
                   routes={route.section: route.instruction for route in decision.routes})  # fmt: skip
         return decision
@@ -302,43 +347,26 @@ class Loop:
 
     def _revised(self, attempt: Attempt, decision: Decision) -> tuple[str, list[str]]:
         """Do what was decided. Returns the text, and what could not be done."""
-        text, left_out = self.apply_plan(attempt.text, decision)
+        text = self.apply_plan(attempt.text, decision)
         patches = (attempt.critique or {}).get("patches", [])
-        text, refused = revising.with_patches(text, [patches[k - 1] for k in dict.fromkeys(decision.take)], self.path)
-        return self.routed(text, decision.routes), [*left_out, *refused]
+        chosen = [patches[k - 1] for k in dict.fromkeys(decision.take)]
+        text, left_out = revising.with_patches(text, chosen, self.path, self._contract)
+        return self.routed(text, decision.routes), left_out
 
-    def apply_plan(self, text: str, decision: Decision) -> tuple[str, list[str]]:
+    def apply_plan(self, text: str, decision: Decision) -> str:
         """Do what the Planner may do by itself: parameters, waivers, expectations said anew."""
         text = revising.with_waivers(revising.with_params(text, decision.params), decision.waive)
         self.plan = self.plan.model_copy(update={"params": self.plan.params | decision.params})
         if decision.restate is not None:
-            checks = self.plan.checks
-            merged_checks = checks.model_copy(
-                update={
-                    part: getattr(checks, part) | getattr(decision.restate.checks, part)
-                    for part in ("measures", "events", "expect")
-                }
-            )
-            self.plan = self.plan.model_copy(update={"checks": merged_checks})
-            text = revising.with_checks(text, decision.restate.checks)
-        return text, self._renew_contract(text, decision.restate.why if decision.restate else "a parameter has changed")
-
-    def _renew_contract(self, text: str, why: str) -> list[str]:
-        """Take down what the expectations say now, and keep what they said before, for the Critic."""
-        found = examine(text, self.path)
-        if self._contract is None or found.loaded is None:
-            return []
-        fresh = Contract.of(found.loaded, self.names)
-        for part, rows in self._contract.values.items():
-            for name, old in rows.items():
-                if (new := fresh.values[part].get(name)) != old:
-                    row = f"{part} `{name}` was {old}, is {new} ({why})"
-                    if row not in self.restated:
-                        self.restated.append(row)
-                        self.emit("restated", part=part, name=name, old=old, new=new, why=why)
-        subjects = self._contract.subjects | fresh.subjects
-        self._contract = Contract(fresh.names, fresh.values, subjects)
-        return []
+            old, new = self.plan.checks, decision.restate.checks
+            both = {part: getattr(old, part) | getattr(new, part) for part in FROZEN_PARTS}
+            self.plan = self.plan.model_copy(update={"checks": old.model_copy(update=both)})
+            text = revising.with_checks(text, new)
+        if decision.restate is not None or decision.params:
+            # What they ask for is taken down anew when the case is sound, and the Critic sees what was other.
+            self._replaced, self._contract = self._contract or self._replaced, None
+            self._why = decision.restate.why if decision.restate is not None else "a parameter has changed"
+        return text
 
     def routed(self, text: str, routes: Sequence[Route]) -> str:
         """Have Writers change their sections."""
@@ -358,15 +386,17 @@ class Loop:
         for section, answer in answers.items():
             if isinstance(answer, Refer):
                 self.emit("referred", section=section, to=answer.section, why=answer.why)
-        return revising.with_sections(text, _written(answers))
+        return revising.with_sections(text, self._written(answers))
 
     # --- ends -------------------------------------------------------------------------------------------------
 
-    def _outcome(self, state: State, why: str) -> Outcome:
+    def outcome(self, state: State, why: str) -> Outcome:
+        """Publish the best attempt and say how it ended."""
         best = max(self.made, key=lambda one: one.rank(self.names), default=None)
         unresolved = []
         if best is not None:
-            self.attempts.publish(best)
+            if best.accepted or not self.only_if_accepted:
+                self.attempts.publish(best)
             unresolved += [f"{name}: {self.plan.says.get(name, '')}" for name in best.missed(self.names)]
             unresolved += best.problems
             if not best.accepted:
@@ -374,14 +404,14 @@ class Loop:
         self.emit("ended", state=state, why=why, best=best.number if best else None)
         return Outcome(state, why, best, unresolved, self.plan)
 
+    def _written(self, answers: Mapping[str, dict[str, Any] | Refer]) -> dict[str, dict[str, Any]]:
+        """The sections that were written; with what the Planner has put into them, and without words to others."""
+        done = {name: answer for name, answer in answers.items() if not isinstance(answer, Refer)}
+        return {name: whole_actions(self.plan, data) if name == "actions" else data for name, data in done.items()}
+
     @staticmethod
     def _together(jobs: Mapping[str, Callable[[], T]]) -> dict[str, T]:
         """Do independent things at the same time; the first that fails is raised when all are over."""
         with ThreadPoolExecutor(max_workers=TOGETHER) as pool:
             futures = {name: pool.submit(job) for name, job in jobs.items()}
         return {name: future.result() for name, future in futures.items()}
-
-
-def _written(answers: Mapping[str, dict[str, Any] | Refer]) -> dict[str, dict[str, Any]]:
-    """The sections that were written, without those whose Writers refer to others."""
-    return {name: answer for name, answer in answers.items() if not isinstance(answer, Refer)}

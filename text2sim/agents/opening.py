@@ -1,11 +1,9 @@
 """How a case that is there already enters the loop: to be mended, or to be changed as somebody wishes."""
 
 from text2sim.agents import revising
-from text2sim.agents.asking import BudgetSpent, RoleFailed
 from text2sim.agents.attempts import Attempt
 from text2sim.agents.casework import examine, said
 from text2sim.agents.loop import Loop, Outcome
-from text2sim.agents.models.exchange import ModelError
 from text2sim.agents.planning import open_case
 from text2sim.agents.replies import Decision, Fragments, Opening, Plan, PlannedBody
 from text2sim.spec_schema.errors import RunError
@@ -22,25 +20,23 @@ def amend(loop: Loop, text: str, *, run_first: bool) -> Outcome:
     Raises:
         RunError: If the text is not a case at all.
     """
+    loop.only_if_accepted = True
     loop.plan = planned(text, loop.case.name)
-    try:
-        evidence, problems = _present_state(loop, text, run_first)
-        shown = "\n\n".join(part for part in (evidence, "\n".join(problems)) if part)
-        opening = open_case(loop.desk, loop.request, text, shown, list(loop.plan.checks.expect))
-        loop.emit(
-            "planned",
-            event=opening.event,
-            possible=opening.possible,
-            why=opening.why,
-            assumptions=[],
-            says=opening.says,
-        )
-        if opening.possible == "no":
-            return Outcome("impossible", opening.why, plan=loop.plan)
-        changed = _opened(loop, text, opening)
-    except (BudgetSpent, RoleFailed, ModelError) as failed:
-        return Outcome("failed", str(failed), None, [str(failed)], loop.plan)
-    return loop.work(changed, "as was wished")
+    return loop.ending(lambda: _amended(loop, text, run_first))
+
+
+def _amended(loop: Loop, text: str, run_first: bool) -> Outcome:
+    evidence, problems = _present_state(loop, text, run_first)
+    shown = "\n\n".join(part for part in (evidence, "\n".join(problems)) if part)
+    opening = open_case(loop.desk, loop.request, text, shown, list(loop.plan.checks.expect), keep=run_first)
+    loop.emit(
+        "planned", goal=opening.event, possible=opening.possible, why=opening.why, assumptions=[], says=opening.says
+    )
+    if opening.possible == "no":
+        return Outcome("impossible", opening.why, plan=loop.plan)
+    for name in opening.drop:
+        loop.restated.append(f"expect `{name}` was dropped, because the wish makes it wrong ({opening.why})")
+    return loop.work(_opened(loop, text, opening), "as was wished")
 
 
 def planned(text: str, fallback: str) -> Plan:
@@ -89,7 +85,7 @@ def _present_state(loop: Loop, text: str, run_first: bool) -> tuple[str, list[st
     attempt = Attempt(0, text, "as it was")
     if not loop.attempts.recall(attempt):
         loop.emit("running", live=True, number=0)
-        loop.attempts.run(attempt, examined, tuple(loop.plan.checks.expect), loop.limits.sim_timeout, loop._progress)
+        loop.attempts.run(attempt, examined, tuple(loop.plan.checks.expect), loop.limits.timeout(), loop.progress)
     return attempt.evidence, attempt.problems
 
 
@@ -101,9 +97,8 @@ def _opened(loop: Loop, text: str, opening: Opening) -> str:
         measures=checks.measures | opening.checks.measures, events=checks.events | opening.checks.events, expect=expect
     )  # fmt: skip
     says = {name: row for name, row in loop.plan.says.items() if name in expect} | opening.says
-    loop.plan = loop.plan.model_copy(update={"checks": merged, "says": says, "event": opening.event or loop.plan.event})
-    loop.names = tuple(expect)
+    plan = loop.plan.model_copy(update={"checks": merged, "says": says, "event": opening.event or loop.plan.event})
+    loop.expect_of(plan, tuple(expect))
     text = revising.with_checks(text, opening.checks, opening.drop)
     decision = Decision(action="repair", why=opening.why, params=opening.params)
-    text, _ = loop.apply_plan(text, decision)
-    return loop.routed(text, opening.routes)
+    return loop.routed(loop.apply_plan(text, decision), opening.routes)

@@ -1,7 +1,7 @@
 """The Planner: it alone reads the card library, defines success, and decides what is done next."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,7 @@ from text2sim.agents.asking import Desk, Wrong, either, typed
 from text2sim.agents.casework import FROZEN_PARTS, checks_faults
 from text2sim.agents.contract import weakened
 from text2sim.agents.models.exchange import Image
-from text2sim.agents.replies import Decision, Look, Opening, Plan
+from text2sim.agents.replies import Decision, Fragments, Look, Opening, Plan
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 
@@ -38,7 +38,8 @@ class Report:
     """What the checker said, if it could not be run."""
     evidence: str = ""
     critique: Mapping[str, Any] | None = None
-    breaches: Sequence[str] = field(default_factory=list)
+    rules: frozenset[str] = frozenset()
+    """Ids of the lint's rules that found something."""
 
 
 def make_plan(desk: Desk, request: Request, deck: "Deck", path: Path) -> Plan:
@@ -106,14 +107,22 @@ def _looked_up(look: Look, deck: "Deck") -> str:
     return "\n\n".join(part for part in parts if part) or "(nothing of what you asked for is there)"
 
 
-def open_case(desk: Desk, request: Request, case: str, evidence: str, loaded_expect: Sequence[str]) -> Opening:
-    """Have the Planner take up a wish about a case that is there already."""
+def open_case(
+    desk: Desk, request: Request, case: str, evidence: str, loaded_expect: Sequence[str], *, keep: bool
+) -> Opening:
+    """Have the Planner take up a wish about a case that is there already; `keep` if all its expectations must stay."""
 
     def check(opening: Opening) -> None:
         wrong = []
         if opening.possible != "no" and not (opening.routes or opening.params):
             wrong.append("/routes: say which Writer does what")
         wrong += [f"/drop: there is no expectation `{name}`" for name in opening.drop if name not in loaded_expect]
+        wrong += [f"/drop/{name}: what the case expects stays; mend the case" for name in opening.drop if keep]
+        wrong += [
+            f"/checks/expect/{name}: there is one of this name"
+            for name in opening.checks.expect
+            if name in loaded_expect
+        ]
         wrong += [
             f"/says/{name}: say which sentence it stands for"
             for name in opening.checks.expect
@@ -128,7 +137,7 @@ def open_case(desk: Desk, request: Request, case: str, evidence: str, loaded_exp
 
 
 def decide(
-    desk: Desk, request: Request, plan: Plan, history: str, report: Report, cards: str, rules: frozenset[str]
+    desk: Desk, request: Request, plan: Plan, first: Fragments, history: str, report: Report, cards: str
 ) -> Decision:
     """Have the Planner decide about an attempt that was not accepted.
 
@@ -136,23 +145,25 @@ def decide(
         desk: Where it is asked.
         request: What is wanted.
         plan: The plan.
+        first: Measures, events and expectations as they were put before anything was built.
         history: A line for each attempt.
         report: The last one.
         cards: One line for each card that may fit.
-        rules: Ids of the lint that may be waived.
     """
     offered = len((report.critique or {}).get("patches", ()))
 
     def check(decision: Decision) -> None:
         wrong = [f"/take: there is no patch {k}; there are {offered}" for k in decision.take if not 1 <= k <= offered]
-        wrong += [f"/waive/{rule}: the lint did not find this here" for rule in decision.waive if rule not in rules]
+        wrong += [
+            f"/waive/{rule}: the lint did not find this here" for rule in decision.waive if rule not in report.rules
+        ]
         wrong += [
             f"/waive/{rule}: say why, in ten characters or more"
             for rule, why in decision.waive.items()
             if len(why) < 10
         ]
         if decision.restate is not None:
-            wrong += weakened(plan.checks.expect, decision.restate.checks.expect)
+            wrong += weakened(first.expect, decision.restate.checks.expect)
         busy = decision.take or decision.routes or decision.params or decision.waive or decision.restate
         if decision.action == "repair" and not busy:
             wrong.append("take a patch, route work, or change a parameter: otherwise the next attempt is this one")
@@ -179,10 +190,6 @@ def _reported(report: Report) -> str:
     if report.problems:
         parts.append(
             "It could not be run. What is wrong, and was not mended by its owners:\n\n" + _rows(report.problems)
-        )
-    if report.breaches:
-        parts.append(
-            "Refused, because the request's expectations would ask for something else:\n\n" + _rows(report.breaches)
         )
     if report.evidence:
         parts.append("# Evidence\n\n" + report.evidence)

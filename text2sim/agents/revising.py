@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.agents.casework import FROZEN_PARTS
+from text2sim.agents.contract import Contract
 from text2sim.agents.replies import Fragments
 from text2sim.revision.revise import revise
 from text2sim.spec_schema.changes.diff import difference, operations
@@ -14,6 +15,7 @@ from text2sim.spec_schema.changes.edit import edit_source
 from text2sim.spec_schema.changes.operation import Operation
 from text2sim.spec_schema.changes.patch import PatchError
 from text2sim.spec_schema.errors import SpecError
+from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source, check_source
 
@@ -32,8 +34,12 @@ def with_sections(text: str, sections: Mapping[str, Data]) -> str:
     return edited(text, operations(before, after))
 
 
-def with_patches(text: str, patches: Sequence[Mapping[str, Any]], path: Path) -> tuple[str, list[str]]:
+def with_patches(
+    text: str, patches: Sequence[Mapping[str, Any]], path: Path, contract: Contract | None
+) -> tuple[str, list[str]]:
     """Apply patches one after the other; one that does not go with those before it is left out.
+
+    So is one with which the case would ask for something else than the request does.
 
     Returns:
         The text, and why patches were left out.
@@ -41,7 +47,11 @@ def with_patches(text: str, patches: Sequence[Mapping[str, Any]], path: Path) ->
     left_out = []
     for patch in patches:
         try:
-            text = revise(Source(text, str(path)), path, patch["operations"], patch["section"]).text
+            made = revise(Source(text, str(path)), path, patch["operations"], patch["section"]).text
+            if contract is not None and (breaches := contract.breaches(load_text(made, path))):
+                left_out.append(f"a patch on {patch['section']} was left out: {breaches[0]}")
+            else:
+                text = made
         except (PatchError, SpecError) as error:
             left_out.append(f"a patch on {patch['section']} was left out: {str(error).splitlines()[0]}")
     return text, left_out

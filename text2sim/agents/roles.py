@@ -46,7 +46,14 @@ def _environment() -> Any:
 
     # What is printed goes to a model as text, not into a page: there is nothing to escape.
     loader = FileSystemLoader(PROMPTS)
-    return Environment(loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, autoescape=False)
+    made = Environment(loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, autoescape=False)
+    made.filters["quoted"] = quoted
+    return made
+
+
+def quoted(text: str) -> str:
+    """Return text of a stranger in which nothing ends the mark that says so."""
+    return text.replace("</", "<\u200b/").strip()
 
 
 def render(prompt: str, **values: Any) -> str:

@@ -125,14 +125,22 @@ class Session:
             KeyboardInterrupt: If it was stopped.
         """
         wish = self.wish
-        journal = Journal(self.folder / "journal.jsonl", listener)
         budget = Budget(wish.tokens, wish.cost, wish.minutes, minutes_before=self._minutes_before())
+
+        def told(event: str, what: dict[str, Any]) -> None:
+            if event in ("planned", "ran", "judged", "decided"):
+                self._write(loop, deck, None, budget)  # a kill must not give back the minutes that were used
+            listener(event, what)
+
+        journal = Journal(self.folder / "journal.jsonl", told)
         endpoints = {role: endpoint_of(spec, self.case) for role, spec in wish.models.items()}
         desk = Desk(endpoints, CallLog(self.folder / "calls"), self.account, budget, journal, stop)
         deck = Deck(_library() if wish.cards else None, journal)
         images = tuple(_image(self.folder / "inputs" / name) for name in wish.images)
         request = Request(wish.text, images, tuple(wish.inputs))
-        loop = Loop(self.case, request, desk, deck, journal, Limits(wish.attempts, wish.sim_timeout))
+        loop = Loop(
+            self.case, request, desk, deck, journal, Limits(wish.attempts, wish.sim_timeout, budget.minutes_left)
+        )
         outcome: Outcome | None = None
         try:
             if wish.kind == "generate":

@@ -36,7 +36,8 @@ def render(
     ] = "",
     join: Annotated[bool, typer.Option("--join", help="Only make the film of pictures that shards have left.")] = False,
     suggest: Annotated[
-        bool, typer.Option("--suggest", help="Propose a camera and light by how well they show the run; render nothing.")
+        bool,
+        typer.Option("--suggest", help="Propose a camera and light by how well they show the run; render nothing."),
     ] = False,
     write: Annotated[bool, typer.Option("--write", help="With --suggest: put the proposal into the case.")] = False,
     runs: Annotated[Path, typer.Option("--runs", help="Where the runs of cases lie.")] = Path("runs"),

@@ -61,11 +61,15 @@ def _document(proposal: "Proposal", *, written: bool) -> dict[str, Any]:
 
 def _reasons(proposal: "Proposal") -> list[str]:
     """Say in lines how well bodies would be seen."""
-    lines = [f"{proposal.tried} cameras tried: this one scores {proposal.score:.2f}, the present one {proposal.before:.2f}"]
+    lines = [
+        f"{proposal.tried} cameras tried: this one scores {proposal.score:.2f}, the present one {proposal.before:.2f}"
+    ]
     if proposal.score <= proposal.before:
         lines.append("none of them shows more than the present one")
     if proposal.lights:
-        lines.append("contrast by light: " + ", ".join(f"{name} {value:.2f}" for name, value in proposal.lights.items()))
+        lines.append(
+            "contrast by light: " + ", ".join(f"{name} {value:.2f}" for name, value in proposal.lights.items())
+        )
     for name, row in proposal.legibility["films"]["video"]["bodies"].items():
         hidden = "" if row["hidden"] is None else f", at most {row['hidden']:.0%} hidden"
         lines.append(f"{name}: {100 * row['share']['median']:.2g} % of the picture{hidden}")

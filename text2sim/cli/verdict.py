@@ -42,6 +42,8 @@ def say_result(case: "Examined", result: "RunResult") -> None:
         say(f"film: {shown(result.film)}")
     elif result.film_message:
         say(f"film: none ({result.film_message})")
+        if result.film_message.startswith("cannot draw"):
+            say(f"text2sim render {shown(result.folder)} makes a path-traced one, without OpenGL")
     if result.report is not None:
         say(f"report: {shown(result.report)}")
 

@@ -206,7 +206,8 @@ def _free_direction(names: Any, ground: Ground) -> Vec:
     statics = [
         copy for name, copies in ground.placed.items() if name not in (*ground.moving, *names) for copy in copies
     ]
-    return free_direction([center for center, _ in balls], statics, ground.points, 3 * _longest(low, high))
+    x, y, z = (b - a for a, b in zip(low, high, strict=True))
+    return free_direction([center for center, _ in balls], statics, ground.points, 3 * max(x, y, z), (x, y, z))
 
 
 def _to_the_ground(balls: list[Ball], ground: Ground) -> list[Ball]:

@@ -25,13 +25,15 @@ DIRECTIONS = (
     (0.4, -0.7, 1.8),
 )
 """Ways from the scene to a camera that nobody placed."""
+FLAT = 0.3
+"""What is thinner than this part of its width, and at least as tall as that part, is looked at from its broad side."""
 RAYS = 16
 """Points of what moves from which is looked along these ways."""
 SOLID = 0.5
 """What is at least this opaque hides what is behind it."""
 
 
-def free_direction(points: list[Vec], statics: Iterable[Copy], bodies: BodyPoints, far: float) -> Vec:
+def free_direction(points: list[Vec], statics: Iterable[Copy], bodies: BodyPoints, far: float, size: Vec) -> Vec:
     """Return the first of the directions in which the fewest points are hidden by statics.
 
     Args:
@@ -39,17 +41,29 @@ def free_direction(points: list[Vec], statics: Iterable[Copy], bodies: BodyPoint
         statics: What may stand in the way.
         bodies: Knows the pieces of things.
         far: How far away the camera is, about [m].
+        size: Extent of what is to be seen, along x, y and z [m].
     """
+    ways = (*_broadside(size), *DIRECTIONS)
     standing = [piece for copy in statics if _hides(copy) for piece in _pieces(copy, bodies)]
     points = points[:: max(len(points) // RAYS, 1)]
     if not standing or not points:
-        return DIRECTIONS[0]
+        return ways[0]
 
     def hidden(direction: Vec) -> int:
         x, y, z = (far * c for c in vector_unit(direction))
         return sum(any(_meets(one, p, (p[0] + x, p[1] + y, p[2] + z)) for one in standing) for p in points)
 
-    return min(DIRECTIONS, key=hidden)
+    return min(ways, key=hidden)
+
+
+def _broadside(size: Vec) -> tuple[Vec, ...]:
+    """Ways to a camera that sees what stands flat and upright from its broad side; none if nothing does."""
+    wide, deep, tall = size
+    if deep < FLAT * wide and tall > FLAT * wide:
+        return ((0.25, -1.0, 0.3), (-0.25, -1.0, 0.3), (0.25, 1.0, 0.3))
+    if wide < FLAT * deep and tall > FLAT * deep:
+        return ((1.0, -0.25, 0.3), (-1.0, -0.25, 0.3))
+    return ()
 
 
 def _hides(copy: Copy) -> bool:

@@ -22,6 +22,10 @@ MOST_MORPHED = 4_000_000
 """Points of such bodies, times frames: 24 bytes each."""
 POINTS = 0
 """Mode of a primitive."""
+CORNERS = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], np.float32)
+"""Of an octahedron."""
+SIDES = np.array([(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)])
+"""Of it, over its corners."""
 UPRIGHT = [-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)]
 """Turns z up into y up."""
 
@@ -133,20 +137,8 @@ class _Writer:
         return {"attributes": attributes, "indices": self.glb.indices(faces)}
 
     def _add_figure(self, figure: Figure) -> int:
-        frames, times = [int(k) for k in self._scenery.frames], self._scenery.times
-        first, lying = figure.points(frames[0]), None
-        if figure.faces is not None:
-            lying = _unit(figure.normals(frames[0]))
-            primitive = self._primitive(first, figure.faces, lying, figure.uvs)
-        else:
-            attributes = {"POSITION": self.glb.floats(first, bounds=True, vertices=True)}
-            primitive = {"attributes": attributes, "mode": POINTS}
-        targets = []
-        for k in frames[1:]:
-            target = {"POSITION": self.glb.floats(figure.points(k) - first, bounds=True, vertices=True)}
-            if lying is not None:
-                target["NORMAL"] = self.glb.floats(_unit(figure.normals(k)) - lying, vertices=True)
-            targets.append(target)
+        frames = [int(k) for k in self._scenery.frames]
+        primitive, targets = self._surface(figure, frames) if figure.faces is not None else self._grains(figure, frames)
         primitive["material"] = self._material(figure.material)
         mesh: dict[str, Any] = {"name": figure.body, "primitives": [primitive]}
         if targets:
@@ -157,8 +149,35 @@ class _Writer:
         if targets:
             # The first frame is the mesh itself; then each target in its turn, mixed in between.
             weights = np.eye(len(frames), dtype=np.float32)[:, 1:]
-            self._channel(number, "weights", times, weights.ravel())
+            self._channel(number, "weights", self._scenery.times, weights.ravel())
         return number
+
+    def _surface(self, figure: Figure, frames: list[int]) -> tuple[dict[str, Any], list[dict[str, int]]]:
+        first, lying = figure.points(frames[0]), _unit(figure.normals(frames[0]))
+        targets = [
+            {
+                "POSITION": self.glb.floats(figure.points(k) - first, bounds=True, vertices=True),
+                "NORMAL": self.glb.floats(_unit(figure.normals(k)) - lying, vertices=True),
+            }
+            for k in frames[1:]
+        ]
+        return self._primitive(first, figure.faces, lying, figure.uvs), targets
+
+    def _grains(self, figure: Figure, frames: list[int]) -> tuple[dict[str, Any], list[dict[str, int]]]:
+        """Show particles as octahedra, for viewers draw points a pixel wide; as points where they are too many."""
+        first, many = figure.points(frames[0]), len(CORNERS)
+        if figure.size * many * len(frames) > MOST_MORPHED:
+            attributes = {"POSITION": self.glb.floats(first, bounds=True, vertices=True)}
+            primitive, many = {"attributes": attributes, "mode": POINTS}, 1
+        else:
+            vertices = (first[:, None] + 0.5 * figure.spacing * CORNERS).reshape(-1, 3)
+            faces = np.arange(figure.size)[:, None, None] * many + SIDES
+            primitive = self._primitive(vertices, faces, np.tile(CORNERS, (figure.size, 1)), None)
+        targets = [
+            {"POSITION": self.glb.floats((figure.points(k) - first).repeat(many, axis=0), bounds=True, vertices=True)}
+            for k in frames[1:]
+        ]
+        return primitive, targets
 
     def _add_camera(self, name: str, track: Track) -> int:
         width, height = self._scenery.recording.film["resolution"]

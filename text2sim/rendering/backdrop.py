@@ -26,7 +26,7 @@ BEHIND = np.radians(75.0)
 """How far to both sides of where a camera looks the wall goes."""
 VAST = 60.0
 """Radius of ground without an end, in radii of the stage."""
-HAZY = {"ground": 1.0, "horizon": 2.5}
+HAZY = {"ground": 0.8, "horizon": 1.2}
 """Distance from the camera at which ground without an end is lost in haze, in radii of the stage."""
 SUNK = 1e-4
 """How far the floor lies below the level on which things stand [m], so that both are not in one place."""

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from text2sim.rendering.backdrop import backdrop_mesh
 from text2sim.rendering.finishes import material, needs_uvs

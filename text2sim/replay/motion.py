@@ -16,11 +16,11 @@ from text2sim.replay.shapes import pack_faces, surface_of
 
 Array = NDArray[Any]
 
-RIGID = 6_000_000
+RIGID = 5_000_000
 """Bytes of poses."""
 POSE = 14
 """Bytes of one."""
-SOFT = 7_000_000
+SOFT = 6_000_000
 """Bytes of what deforms."""
 POINT = 6
 """Bytes of a point in a frame."""

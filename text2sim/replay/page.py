@@ -25,7 +25,7 @@ VIEWER = ("arithmetic.js", "arrays.js", "shaders.js", "stage.js", "eye.js", "plo
 """Parts of the script, in their order."""
 MOMENTS = 40
 """At which is asked where things are."""
-QUICK = 500_000_000
+QUICK = 200_000_000
 """Bytes of states from which on a replay takes longer than a report may."""
 
 

@@ -9,7 +9,7 @@ from text2sim.spec_schema.errors import RunError
 
 LARGEST = 512
 """Pixels on each side."""
-MOST = 3_000_000
+MOST = 2_000_000
 """Characters of all pictures."""
 
 

@@ -13,7 +13,7 @@ from text2sim.replay.packing import Blob
 from text2sim.replay.pictures import Pictures
 from text2sim.templates.shading import Shell
 
-MOST_TRIANGLES = 160_000
+MOST_TRIANGLES = 100_000
 """Of all meshes together; beyond that each gets as many fewer."""
 FEWEST = 400
 """Triangles of a mesh that is left as it is."""

@@ -116,7 +116,8 @@ def _open_opengl(scene, cameras: dict) -> None:
             scene.visualizer.build()
         next(iter(cameras.values())).render(force_render=True)
     except Exception as error:  # EGL, OSMesa, GLX and pyglet each raise their own
-        raise NoOpenGL(f"cannot draw: {error or type(error).__name__}") from error
+        said = " ".join(str(error).split())[:200]  # some tell it over many lines
+        raise NoOpenGL(f"cannot draw: {said or type(error).__name__}") from error
 
 
 def _shares(scene, camera, layout: dict) -> dict[str, float]:

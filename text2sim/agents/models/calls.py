@@ -235,6 +235,10 @@ class Budget:
         """Minutes used so far, with those before."""
         return (time.monotonic() - self._start) / 60
 
+    def minutes_left(self) -> float | None:
+        """Minutes that are left; None without a bound."""
+        return None if self._minutes is None else max(0.0, self._minutes - self.minutes_used)
+
     def exceeded(self, account: Account) -> str | None:
         """Say which bound is reached, in words; None if there is something left."""
         spent = account.total()

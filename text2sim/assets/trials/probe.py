@@ -20,7 +20,7 @@ ANGLE, WAY = 0.15, 0.03
 """How far a joint is asked to go [rad and m], where its range has room for it."""
 ROOM = 0.4
 """It is asked to go this part of the room that it has, at most."""
-ANSWERS = 0.2
+ANSWERS = 0.5
 """A joint answers if it comes this part of the way."""
 PACE = 20.0
 """Of the motors that are put on a mechanism that has none [rad/s]."""
@@ -35,7 +35,7 @@ class Answer:
     moved: float
     """How far it came [rad or m]."""
     answers: bool
-    """Whether that is at least a fifth of the way, in the right direction."""
+    """Whether that is at least half of the way, in the right direction: a joint that dry friction holds creeps a third."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class ProbeReport:
     """Whether it ran to its end and every joint answered."""
     state: str
     message: str
-    """Why it ended early."""
+    """Why it ended early, or why a joint may not have answered."""
     joints: Mapping[str, Answer]
     given: tuple[str, ...]
     """Joints that have no motor of their own, and were given one for the probe."""
@@ -98,7 +98,7 @@ def probe(what: Path | Mapping[str, Any], folder: Path | None = None) -> ProbeRe
     return ProbeReport(
         ok=outcome.ok and len(answers) == len(asked) and all(one.answers for one in answers.values()),
         state=outcome.state,
-        message=outcome.message,
+        message=outcome.message or _excuse(report, answers),
         joints=answers,
         given=given,
         left_out=tuple(name for name in report.control if name not in asked),
@@ -106,6 +106,13 @@ def probe(what: Path | Mapping[str, Any], folder: Path | None = None) -> ProbeRe
         report=report,
         wall=outcome.wall,
     )
+
+
+def _excuse(report: MechanismReport, answers: Mapping[str, Answer]) -> str:
+    """Return why joints that were asked one by one may not have answered, if the mechanism gives a reason."""
+    if report.loops and not all(one.answers for one in answers.values()):
+        return "joints that constraints tie together hold each other back when one is driven alone"
+    return ""
 
 
 def _signals(subject: Subject, report: MechanismReport, asked: list[str]) -> list[_Signal]:
@@ -118,7 +125,7 @@ def _signals(subject: Subject, report: MechanismReport, asked: list[str]) -> lis
         start = float(initial.get(name, 0.0))
         if not low <= start <= high:
             start = (low + high) / 2
-        up = high - start >= start - low
+        up = high - start >= (start - low) * (1 - 1e-9)
         room = ROOM * (high - start if up else start - low)
         target = min(WAY if one.unit == "m" else ANGLE, room) * (1 if up else -1)
         motor = one.actuator or _proposal(one, report)

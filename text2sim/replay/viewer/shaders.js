@@ -112,7 +112,7 @@ layout(location = 1) in float strength;
 uniform float pixels;
 void main() {
   gl_Position = camera * vec4(point, 1.0);
-  gl_PointSize = (5.0 + 11.0 * pow(strength, 0.4)) * pixels;
+  gl_PointSize = (4.0 + 11.0 * sqrt(strength)) * pixels;
 }`, `
 out vec4 pixel;
 void main() {

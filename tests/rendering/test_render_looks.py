@@ -1,0 +1,75 @@
+"""What parts look like: finishes of parts and links, dark glass, ground that fades."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from text2sim.compiler.build import plan_case
+from text2sim.compiler.emit import emit
+from text2sim.rendering.backdrop import clearness
+from text2sim.rendering.finishes import FINISHES, worn
+from text2sim.rendering.recording import _dressed
+from text2sim.spec_schema.load import load_case
+
+CASE = """
+text2sim: 2
+name: lamp
+scene: {duration: 0.1}
+bodies:
+  lamp:
+    kind: articulated
+    base: fixed
+    links:
+      foot: {shape: {kind: box, size: [0.2, 0.2, 0.1]}, look: {color: walnut, finish: wood}}
+      arm:
+        parent: foot
+        shape:
+          kind: compound
+          parts:
+            rod: {shape: {kind: box, size: [0.02, 0.02, 0.4]}, pose: {pos: [0, 0, 0.25]}}
+            bulb: {shape: {kind: sphere, radius: 0.05}, pose: {pos: [0, 0, 0.5]}, look: {color: "#eef6ff", finish: glass}}
+        joint: {kind: hinge, axis: y}
+        look: {color: steel, finish: brushed_metal}
+"""
+RED, BLUE, GREY = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.5, 0.5, 0.5)
+
+
+def look(color: tuple[float, float, float], finish: str) -> dict[str, object]:
+    return {"color": color, "opacity": 1.0, "finish": finish}
+
+
+def test_links_and_parts_keep_their_finishes(tmp_path: Path) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text(CASE)
+    looks = json.loads(emit(plan_case(load_case(path)))["looks.json"])
+    assert {row["finish"] for row in looks["lamp"]} == {"wood", "glass", "brushed_metal"}, "and no look that none wears"
+    (glass,) = (row for row in looks["lamp"] if row["finish"] == "glass")
+    assert np.allclose(glass["color"], np.array([0xEE, 0xF6, 0xFF]) / 255, atol=1e-4)
+
+
+def test_recorded_colours_find_their_looks() -> None:
+    red, blue, grey = ((*color, 1.0) for color in (RED, BLUE, GREY))
+    found = _dressed([red, blue, red], [look(BLUE, "glass"), look(RED, "wood")])
+    assert found[red]["finish"] == "wood"
+    assert found[blue]["finish"] == "glass"
+    # Grey was painted green since: red still is red, though green is no further from it than from grey.
+    found = _dressed([red, grey], [look((0.3, 0.9, 0.3), "cloth"), look(RED, "wood")])
+    assert found[red]["finish"] == "wood"
+    assert found[grey]["finish"] == "cloth"
+    assert _dressed([red, blue], look(GREY, "paper"))[blue]["finish"] == "paper", "one look is that of all parts"
+
+
+def test_dark_glass_is_not_clear() -> None:
+    assert FINISHES[worn("glass", (0.2, 0.4, 0.2))].kind == "tinted"
+    assert FINISHES[worn("glass", (0.8, 0.9, 1.0))].kind == "clear"
+    assert worn("wood", (0.2, 0.1, 0.1)) == "wood"
+
+
+def test_ground_without_an_end_fades_before_it_ends() -> None:
+    depth = np.array([3.0, 10.0, 600.0])
+    horizon = clearness({"kind": "horizon", "radius": 14.0}, depth)
+    assert horizon[0] > 0.99, "what the film is about is seen as it is"
+    assert horizon[0] > horizon[1] > horizon[2]
+    assert horizon[2] < 1e-6
+    assert (clearness({"kind": "cyclorama", "radius": 14.0}, depth) == 1).all()
