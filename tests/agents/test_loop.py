@@ -53,7 +53,7 @@ REPLIES = {
     "scene": [SCENE],
     "bodies": [HIGH],
     "actions": ["actions: {measures: {height: {kind: position, of: ball, axis: z}}}"],
-    "render": [RENDER],
+    "render": [RENDER, "patch: []"],  # the lint finds the ball small: it is meant
     "critic": [SMUGGLED, CRITIQUE, "seen: The ball falls and lands.\nscore: 95\nverdict: pass\n"],
 }
 
@@ -102,7 +102,7 @@ def test_from_words_to_an_accepted_case(tmp_path: Path, monkeypatch: pytest.Monk
     assert "height + 0.1" in text
     run = json.loads((case / "generation" / "run.json").read_text())
     assert [attempt["verdict"] for attempt in run["attempts"]] == ["repair", "pass"]
-    assert run["account"]["total"]["calls"] + run["account"]["total"]["cached"] == 9
+    assert run["account"]["total"]["calls"] + run["account"]["total"]["cached"] == 10
     rows = [json.loads(line) for line in (case / "generation" / "journal.jsonl").read_text().splitlines()]
     assert [row["event"] for row in rows].count("planned") == 1
     assert (case / outcome.best.run / "report.html").is_file()

@@ -215,6 +215,17 @@ def test_the_origin_goes_where_it_is_wanted(tmp_path: Path):
     assert kept[:, 2].min() == pytest.approx(5.0)
 
 
+@pytest.mark.parametrize("openings", [False, True])
+def test_the_opening_of_a_bowl_is_meant_and_a_hole_is_not(tmp_path: Path, openings: bool):
+    bowl = trimesh.creation.icosphere(4)
+    bowl.update_faces((bowl.triangles_center[:, 2] < 0.3) & (np.arange(len(bowl.faces)) != 2000))
+    mended = repair(read(bowl, tmp_path), Wish(openings=openings))
+    assert any("closed holes" in text for text in mended.done)
+    assert mended.surface.watertight == openings
+    lid = mended.surface.vertices[mended.surface.faces].mean(1)[:, 2] > 0.99 * mended.surface.extent[2]
+    assert lid.any() == openings
+
+
 def test_what_cannot_be_closed_gets_a_skin(tmp_path: Path):
     half = trimesh.creation.icosphere(4)
     half.update_faces(half.triangles_center[:, 2] < 0.6)

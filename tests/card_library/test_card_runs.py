@@ -6,6 +6,7 @@ import pytest
 
 from text2sim.card_library.library import BUILT_IN, Entry, load_library
 from text2sim.card_library.verify import verify_card, verify_cards
+from text2sim.harness.stop import Stop
 
 LIBRARY = load_library([BUILT_IN])
 CHEAP = ("threshold-on-the-wrong-side", "friction-is-the-larger-of-two")
@@ -43,3 +44,11 @@ def test_cases_that_broke_since_the_library_was_read(shelf: Path, tmp_path: Path
     assert not verdict.ok
     assert "repaired.yaml" in verdict.message
     assert not list(tmp_path.glob("falls_too_far*")), "nothing is run of a card that is not valid"
+
+
+def test_after_a_request_to_stop_nothing_is_begun(tmp_path: Path) -> None:
+    stop = Stop()
+    stop.request()
+    verdict = verify_card(LIBRARY.find(CHEAP[0]), runs=tmp_path, stop=stop)
+    assert (verdict.ok, verdict.failing) == (False, "state:interrupted")
+    assert not list(tmp_path.iterdir())

@@ -67,9 +67,11 @@ def test_dark_glass_is_not_clear() -> None:
 
 
 def test_ground_without_an_end_fades_before_it_ends() -> None:
-    depth = np.array([3.0, 10.0, 600.0])
-    horizon = clearness({"kind": "horizon", "radius": 14.0}, depth)
-    assert horizon[0] > 0.99, "what the film is about is seen as it is"
-    assert horizon[0] > horizon[1] > horizon[2]
-    assert horizon[2] < 1e-6
-    assert (clearness({"kind": "cyclorama", "radius": 14.0}, depth) == 1).all()
+    # From above: sky, the edge of the ground, where few samples meet it, far ground, near ground.
+    depth = np.array([0.0, 20.0, 600.0, 10.0, 3.0])[:, None] * np.ones((1, 3))
+    alpha = np.array([0.0, 0.03, 1.0, 1.0, 1.0])[:, None] * np.ones((1, 3))
+    seen = clearness({"kind": "horizon", "radius": 14.0}, depth, alpha)[:, 1]
+    assert seen[4] > 0.99, "what the film is about is seen as it is"
+    assert seen[4] > seen[3] > 0.8
+    assert (seen[1:3] < 1e-6).all(), "the edge is as far as what it is the edge of"
+    assert (clearness({"kind": "cyclorama", "radius": 14.0}, depth, alpha) == 1).all()

@@ -19,6 +19,8 @@ MERGE = 1e-6
 """Vertices that are nearer to each other than this part of the diagonal are one."""
 LARGEST, SMALLEST = 1000.0, 1e-4
 """Extents [m] that can be asked for."""
+OPENING = 0.3
+"""A hole that is wider than this part of the diagonal is meant."""
 FINENESS = 0.01
 """Smallest gap that a wrap goes into, as a part of the diagonal."""
 
@@ -43,6 +45,8 @@ class Wish:
     """A loose piece whose diagonal is less than this part of the largest piece's goes."""
     holes: int = 200
     """A hole of more edges than this stays open."""
+    openings: bool = False
+    """Close wide openings as well: those of more than `OPENING` of the diagonal, as of a bowl or a boat."""
     wrap: bool = False
     """Put a closed skin around it if it cannot be closed otherwise; pictures are lost with that."""
 
@@ -122,7 +126,7 @@ def _cleaned(surface: Surface, wish: Wish, done: list[str]) -> Surface:
 def _closed(surface: Surface, wish: Wish, done: list[str]) -> Surface:
     surface, turned = oriented(surface)
     if surface.edge_counts[0] and not surface.flat:
-        surface, added = filled(surface, wish.holes)
+        surface, added = filled(surface, wish.holes, 1.0 if wish.openings else OPENING)
         if added:
             done.append(f"closed holes with {_count(added, 'triangle')}")
     if surface.edge_counts[1]:

@@ -80,12 +80,13 @@ def _disagreeing(surface: Surface) -> Array:
     return np.any([(faces == one).all(axis=1) for one in turned], axis=0)
 
 
-def filled(surface: Surface, most: int) -> tuple[Surface, int]:
+def filled(surface: Surface, most: int, part: float = 1.0) -> tuple[Surface, int]:
     """Return a surface whose holes are closed, and how many triangles that took.
 
     Args:
         surface: The surface; its neighbours agree.
         most: Holes with more edges than this stay open.
+        part: So do those whose diagonal is more than this part of the whole's: they are openings that are meant.
     """
     import pymeshlab
 
@@ -97,21 +98,31 @@ def filled(surface: Surface, most: int) -> tuple[Surface, int]:
     if len(faces) <= old or len(found.vertices) != len(surface.vertices):
         return surface, 0
     added = faces[old:]
+    added = added[_lids(surface, added) <= part * surface.diagonal]
+    if not len(added):
+        return surface, 0
     # A new triangle is painted as the corners that it hangs on.
     corner = np.zeros(len(surface.vertices), np.int64)
     corner[surface.faces.reshape(-1)] = np.arange(3 * old)
     source = corner[added]
-    part = surface.part[source[:, 0] // 3]
+    parts = surface.part[source[:, 0] // 3]
     return (
         replace(
             surface,
             faces=np.concatenate([surface.faces, added]),
-            part=np.concatenate([surface.part, part]),
+            part=np.concatenate([surface.part, parts]),
             uv=_extended(surface.uv, source),
             rgba=_extended(surface.rgba, source),
         ),
         len(added),
     )
+
+
+def _lids(surface: Surface, faces: Array) -> Array:
+    """Return the diagonal [m] of the lid that each of some triangles is a part of."""
+    lids = Surface(surface.vertices, faces, np.zeros(len(faces), np.int64), surface.paints)
+    low, high = lids.bounds_of_components()
+    return np.linalg.norm(high - low, axis=1)[lids.components[1]]
 
 
 def _extended(values: Array | None, source: Array) -> Array | None:

@@ -145,11 +145,13 @@ def _outcomes(loaded: "LoadedCase", *, simulate: bool, **options: Any) -> list[s
     return [*found, *_run(loaded, **options)] if simulate else found
 
 
-def _run(loaded: "LoadedCase", **options: Any) -> list[str]:
+def _run(loaded: "LoadedCase", *, stop: "Stop | None" = None, **options: Any) -> list[str]:
     from text2sim.harness.run import run_case
 
+    if stop is not None and stop.count:
+        return ["state:interrupted"]  # what was waiting its turn when someone asked to stop
     try:
-        result: RunResult = run_case(loaded, film=False, **options)
+        result: RunResult = run_case(loaded, film=False, stop=stop, **options)
     except (SpecError, RunError):
         return ["error"]
     if result.state != "finished":

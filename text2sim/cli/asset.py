@@ -45,6 +45,7 @@ _Up = Annotated[Axis | None, typer.Option("--up", help="The file's axis that poi
 _Origin = Annotated[Middle, typer.Option("--origin", help="Where its origin comes to lie.")]
 _Triangles = Annotated[int, typer.Option("--triangles", min=4, max=200_000, help="At most so many triangles.")]
 _Wrap = Annotated[bool, typer.Option("--wrap", help="Put a closed skin around what cannot be closed otherwise.")]
+_Lids = Annotated[bool, typer.Option("--close", help="Close wide openings as well, as of a bowl.")]
 _Root = Annotated[Path | None, typer.Option("--root", help="Folder of all its files; that of FILE if left out.")]
 _AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 MODELS = (".xml", ".mjcf", ".urdf")
@@ -102,13 +103,14 @@ def add(
     licence: Annotated[str, typer.Option("--licence", help="On what terms it may be used.")] = "",
     origin: _Origin = Middle.base,
     triangles: _Triangles = 20_000,
+    close: _Lids = False,
     wrap: _Wrap = False,
     as_json: _AsJson = False,
 ) -> None:
     """Mend a mesh, or take a mechanism or a picture, and put it into a case's folder and manifest."""
     from text2sim.assets.register import add
 
-    _say_added(add(case, file, name, wish=_wish(size, up, origin, triangles, wrap), licence=licence), as_json)
+    _say_added(add(case, file, name, wish=_wish(size, up, origin, triangles, close, wrap), licence=licence), as_json)
 
 
 @asset.command("generate")
@@ -119,6 +121,7 @@ def generate(
     size: _Size = "",
     origin: _Origin = Middle.base,
     triangles: _Triangles = 20_000,
+    close: _Lids = False,
     wrap: _Wrap = False,
     no_texture: Annotated[bool, typer.Option("--no-texture", help="The shape alone, which costs less.")] = False,
     model: Annotated[str, typer.Option("--model", help="Meshy's model.")] = "latest",
@@ -136,7 +139,7 @@ def generate(
     from text2sim.cli.output import say
 
     check_name(name)
-    wish = _wish(size, None, origin, triangles, wrap)
+    wish = _wish(size, None, origin, triangles, close, wrap)
     order = Order3D(prompt, refine=not no_texture, model=model)
     base = os.environ.get("TEXT2SIM_MESHY_URL", BASE)
     meshy = Meshy(
@@ -203,12 +206,12 @@ def list_assets(case: _Case, as_json: _AsJson = False) -> None:
     raise typer.Exit(exits.INPUT if wrong else exits.OK)
 
 
-def _wish(size: str, up: Axis | None, origin: Middle, triangles: int, wrap: bool) -> "Wish":
+def _wish(size: str, up: Axis | None, origin: Middle, triangles: int, close: bool, wrap: bool) -> "Wish":
     from text2sim.assets.mesh_repair import Wish, parse_size
 
     length, along = parse_size(size) if size else (None, None)
     axis = up.value if up is not None else None
-    return Wish(length, along, axis, origin.value, triangles, wrap=wrap)
+    return Wish(length, along, axis, origin.value, triangles, openings=close, wrap=wrap)
 
 
 def _say_added(added: "Added", as_json: bool) -> None:

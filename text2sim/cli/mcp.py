@@ -24,7 +24,7 @@ def mcp(
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("mcp", "mcp_types", "anyio"):
             raise
-        raise MachineError("the protocol's SDK is not installed here: pip install 'text2sim[mcp]'") from None
+        raise MachineError("the protocol's SDK is not installed here: pip install 'text2sim[agents]'") from None
     if sys.stdin.isatty():
         say("text2sim mcp waits for an agent on its standard input; Ctrl-C ends it", to=sys.stderr)
     serve(root.resolve())

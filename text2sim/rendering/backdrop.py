@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 
 from text2sim.rendering.meshes import Mesh, joined, revolved
 
@@ -28,6 +29,8 @@ VAST = 60.0
 """Radius of ground without an end, in radii of the stage."""
 HAZY = {"ground": 0.8, "horizon": 1.2}
 """Distance from the camera at which ground without an end is lost in haze, in radii of the stage."""
+WHOLE = 0.999
+"""Alpha of a pixel that sees something everywhere."""
 SUNK = 1e-4
 """How far the floor lies below the level on which things stand [m], so that both are not in one place."""
 
@@ -57,15 +60,20 @@ def backdrop_mesh(backdrop: dict[str, Any], eyes: Iterable[Array]) -> Mesh | Non
     return Mesh(made.vertices + (x, y, backdrop["level"] - SUNK), made.faces, made.normals)
 
 
-def clearness(backdrop: dict[str, Any], depth: Array) -> Array:
+def clearness(backdrop: dict[str, Any], depth: Array, alpha: Array) -> Array:
     """Return how much of what is seen comes through the haze, 0 to 1: ground fades before it ends in a hard line.
 
     Args:
         backdrop: As the film section has it resolved.
-        depth: Distance from the camera [m].
+        depth: Distance from the camera [m], 0 where there is nothing, shape (h, w).
+        alpha: 1 where there is something, shape (h, w).
     """
     far = HAZY.get(backdrop["kind"], 0.0) * float(backdrop["radius"])
-    return np.exp(-((depth / far) ** 4)) if far else np.ones_like(depth)
+    if not far:
+        return np.ones_like(depth)
+    # At the edge of the ground a pixel sees it in some samples only: it is as far away as what is beside it.
+    away = np.where(alpha < WHOLE, maximum_filter(depth, size=3), depth)
+    return np.exp(-((away / far) ** 4))
 
 
 def _turned(profile: Array, slopes: Array) -> Mesh:

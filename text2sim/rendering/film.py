@@ -123,9 +123,7 @@ class Filming:
         """Return a traced picture as it is shown, uint8."""
         film = self.recording.film
         shown = tone.developed(traced.radiance, film["gain"], film.get("tone", "agx"))
-        # At the edge of the ground part of a pixel sees nothing, which counts as near.
-        depth = traced.depth / np.maximum(traced.alpha, 0.05)
-        alpha = traced.alpha * clearness(film["backdrop"], depth)
+        alpha = traced.alpha * clearness(film["backdrop"], traced.depth, traced.alpha)
         return tone.bytes_of(tone.over(shown, alpha, film["background"]))
 
     def finished(self, frame: Frame, format: Format = "png") -> Path:

@@ -73,9 +73,9 @@ def boxed_uvs(mesh: Mesh) -> Mesh:
     drawn, faces = np.unique(corners, axis=0, return_inverse=True)
     vertices = mesh.vertices[drawn[:, 0]]
     across = np.array([(1, 2), (0, 2), (0, 1)])[drawn[:, 1]]
-    # The grain of wood runs along the longest side of a thing.
+    # The grain of wood, which is along v, runs along the longest side of a thing.
     longest = int(np.ptp(mesh.vertices, axis=0).argmax())
-    across = np.where((across[:, 1] == longest)[:, None], across[:, ::-1], across)
+    across = np.where((across[:, 0] == longest)[:, None], across[:, ::-1], across)
     uvs = np.take_along_axis(vertices, across, axis=1)
     return Mesh(vertices, faces.reshape(-1, 3), mesh.normals[drawn[:, 0]], uvs)
 

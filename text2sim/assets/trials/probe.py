@@ -35,7 +35,7 @@ class Answer:
     moved: float
     """How far it came [rad or m]."""
     answers: bool
-    """Whether that is at least half of the way, in the right direction: a joint that dry friction holds creeps a third."""
+    """Whether that is half of the way at least, in the right direction; what dry friction holds creeps a third."""
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,12 @@ function prose(text) {
   return element;
 }
 
+const COARSE = [1, 0.6, 0.4, 0.25], SLOW = 90;
+
 class Replay {
   constructor(data) {
     this.data = data;
+    this.coarse = 0;
     const [last] = [data.links.times, data.figures[0]?.times, data.measure_times].filter((row) => row?.length).map((row) => row.at(-1))
       .sort((a, b) => b - a);
     this.span = [0, last || 1];
@@ -46,14 +49,19 @@ class Replay {
 
   /** Takes sizes and colours from the page. */
   dress() {
-    const scale = Math.min(window.devicePixelRatio || 1, 2), { canvas } = this;
-    canvas.width = Math.max(Math.round(canvas.clientWidth * scale), 1);
-    canvas.height = Math.max(Math.round(canvas.clientHeight * scale), 1);
+    this.resize();
     const dark = window.matchMedia("(prefers-color-scheme: dark)").matches;
     if (this.stage) this.stage.background = this.data.background.map((c, k) => dark ? 0.16 * c + [0.03, 0.04, 0.05][k] : c);
     const style = getComputedStyle(document.body);
     for (const plot of this.plots) plot.paint(style.getPropertyValue("--ink"), style.getPropertyValue("--soft"));
     this.redraw();
+  }
+
+  /** Gives the picture its pixels: fewer while it plays where drawing is slow, as without a graphics card. */
+  resize() {
+    const scale = Math.min(window.devicePixelRatio || 1, 2) * (this.playing ? COARSE[this.coarse] : 1), { canvas } = this;
+    canvas.width = Math.max(Math.round(canvas.clientWidth * scale), 1);
+    canvas.height = Math.max(Math.round(canvas.clientHeight * scale), 1);
   }
 
   listCameras() {
@@ -194,13 +202,17 @@ class Replay {
     if (this.time >= this.span[1] - 1e-9) this.time = 0;
     this.playing = true;
     this.before = null;
+    this.resize();
     byId("play").textContent = "❚❚";
     byId("play").setAttribute("aria-label", "Pause");
     this.redraw();
   }
 
   pause() {
+    if (!this.playing) return;
     this.playing = false;
+    this.resize();
+    this.redraw();
     byId("play").textContent = "▶";
     byId("play").setAttribute("aria-label", "Play");
   }
@@ -219,6 +231,10 @@ class Replay {
   frame(now) {
     if (this.playing) {
       if (this.before !== null) this.time += Math.min((now - this.before) / 1000, 0.25) * Number(byId("speed").value);
+      if (this.before !== null && now - this.before > SLOW && this.coarse < COARSE.length - 1) {
+        this.coarse++;
+        this.resize();
+      }
       this.before = now;
       if (this.time >= this.span[1]) { this.time = this.span[1]; this.pause(); }
     }
