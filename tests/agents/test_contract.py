@@ -56,7 +56,9 @@ def test_nothing_of_it_can_be_changed(contract: Contract, old: str, new: str, ab
 
 
 def test_what_is_not_in_it_can_be_changed(contract: Contract) -> None:
-    changed = CASE.replace("below: 5", "below: 50").replace("radius: 0.1}, pose: {pos: [1", "radius: 0.2}, pose: {pos: [1")
+    changed = CASE.replace("below: 5", "below: 50").replace(
+        "radius: 0.1}, pose: {pos: [1", "radius: 0.2}, pose: {pos: [1"
+    )
     assert contract.breaches(load_text(changed)) == []
 
 

@@ -27,7 +27,7 @@ checks:
 briefs: {bodies: One ball.}
 """
 SCENE = "scene: {duration: 0.6, dt: 0.01, statics: {floor: {shape: {kind: plane}}}}"
-HIGH = "bodies: {ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, \"${height + 1.7}\"]}}}"
+HIGH = 'bodies: {ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, "${height + 1.7}"]}}}'
 RENDER = """
 render:
   resolution: [160, 90]
@@ -109,7 +109,9 @@ def test_from_words_to_an_accepted_case(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_what_cannot_be_done_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    model = scripted({"planner": ["name: never\nevent: A wheel that turns for ever.\npossible: no\nwhy: Friction takes it.\n"]})
+    model = scripted(
+        {"planner": ["name: never\nevent: A wheel that turns for ever.\npossible: no\nwhy: Friction takes it.\n"]}
+    )
     outcome = begin(tmp_path / "never", monkeypatch, model).run(lambda event, what: None)
     assert outcome.state == "impossible"
     assert outcome.why == "Friction takes it."
@@ -143,9 +145,16 @@ def test_a_dynamic_body_of_the_plan_cannot_become_one_that_moves_by_decree(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     driven = HIGH.replace("kind: rigid", "kind: driven").replace("}}}", "}, motion: {kind: spin, axis: z, speed: 1}}}")
-    plan = PLAN.replace("touch: {kind: contact, between: [ball, floor]}", "low: {kind: threshold, measure: z, above: 0.2}")
-    plan = plan.replace("events:", "measures: {z: {kind: position, of: ball, axis: z}}\n  events:").replace("event: touch", "event: low")
-    replies = REPLIES | {"planner": [plan, "action: give_up\nwhy: it is driven\n"], "bodies": [driven] + ["patch: []"] * 3}
+    plan = PLAN.replace(
+        "touch: {kind: contact, between: [ball, floor]}", "low: {kind: threshold, measure: z, above: 0.2}"
+    )
+    plan = plan.replace("events:", "measures: {z: {kind: position, of: ball, axis: z}}\n  events:").replace(
+        "event: touch", "event: low"
+    )
+    replies = REPLIES | {
+        "planner": [plan, "action: give_up\nwhy: it is driven\n"],
+        "bodies": [driven] + ["patch: []"] * 3,
+    }
     model = scripted(replies)
     outcome = begin(tmp_path / "decree", monkeypatch, model).run(lambda event, what: None)
     assert outcome.state == "gave_up"

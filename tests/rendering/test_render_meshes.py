@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from filmed import BOX, BOX_FACES
+from scipy.spatial import ConvexHull
 
 from text2sim.rendering.meshes import BEVEL, Mesh, boxed_uvs, presentable
 
@@ -53,6 +54,26 @@ def test_a_thin_rod_is_no_ball() -> None:
     assert np.allclose(np.abs(mesh.vertices).max(axis=0), (0.002, 0.002, 0.225), rtol=0.01)
 
 
+def test_a_coarse_capsule_becomes_round() -> None:
+    turn, angle = np.radians([15.0, 45.0, 75.0, 90.0]), np.arange(12) * np.pi / 6
+    rings = [
+        np.c_[
+            0.02 * np.sin(a) * np.cos(angle),
+            0.02 * np.sin(a) * np.sin(angle),
+            np.full(12, side * (0.05 + 0.02 * np.cos(a))),
+        ]
+        for side in (-1, 1)
+        for a in turn[::side]
+    ]
+    vertices = np.concatenate([[(0, 0, -0.07)], *rings[::-1][4:][::-1], *rings[4:], [(0, 0, 0.07)]])
+    faces = ConvexHull(vertices).simplices
+    mesh = presentable(vertices, faces)
+    assert len(mesh.vertices) > 2 * len(vertices)
+    away = np.hypot(np.hypot(*mesh.vertices[:, :2].T), np.maximum(np.abs(mesh.vertices[:, 2]) - 0.05, 0))
+    assert np.allclose(away, 0.02), "it is the capsule that was simulated"
+    assert agreement(mesh) > 0.9
+
+
 def test_what_is_not_convex_keeps_its_vertices() -> None:
     vertices = np.concatenate([BOX, BOX + (3, 0, 0)])
     mesh = presentable(vertices, np.concatenate([BOX_FACES, BOX_FACES + 8]))
@@ -68,3 +89,14 @@ def test_coordinates_are_metres_of_each_face() -> None:
     laid = np.linalg.norm(mesh.uvs[a] - mesh.uvs[b], axis=1)
     assert np.all(laid < long + 1e-9)
     assert laid.sum() > 0.9 * long.sum()
+
+
+@pytest.mark.parametrize("longest", [0, 1, 2])
+def test_grain_runs_along_the_longest_side(longest: int) -> None:
+    half = np.full(3, 0.05)
+    half[longest] = 0.6
+    mesh = boxed_uvs(presentable(BOX * half, BOX_FACES))
+    assert mesh.uvs is not None
+    flat = np.abs(mesh.normals).max(axis=1) > 0.999
+    side = flat & (np.abs(mesh.normals[:, longest]) < 0.01)
+    assert np.allclose(mesh.uvs[side, 1], mesh.vertices[side, longest]), "v is along it"

@@ -40,6 +40,7 @@ class Middle(StrEnum):
 _File = Annotated[Path, typer.Argument(metavar="FILE", help="A mesh, an MJCF or URDF file, or a picture.")]
 _Case = Annotated[Path, typer.Argument(metavar="CASE", help="A case folder or case.yaml file.")]
 _Name = Annotated[str, typer.Option("--name", metavar="NAME", help="What the asset is called; its file, too.")]
+_OwnName = Annotated[str, typer.Option("--name", metavar="NAME", help="What it is called; as FILE is, if left out.")]
 _Size = Annotated[str, typer.Option("--size", metavar="M", help="Largest extent [m], or the height by z=0.3.")]
 _Up = Annotated[Axis | None, typer.Option("--up", help="The file's axis that points up; y in glTF, z elsewhere.")]
 _Origin = Annotated[Middle, typer.Option("--origin", help="Where its origin comes to lie.")]
@@ -97,7 +98,7 @@ def check(
 def add(
     case: _Case,
     file: _File,
-    name: _Name,
+    name: _OwnName = "",
     size: _Size = "",
     up: _Up = None,
     licence: Annotated[str, typer.Option("--licence", help="On what terms it may be used.")] = "",
@@ -110,7 +111,10 @@ def add(
     """Mend a mesh, or take a mechanism or a picture, and put it into a case's folder and manifest."""
     from text2sim.assets.register import add
 
-    _say_added(add(case, file, name, wish=_wish(size, up, origin, triangles, close, wrap), licence=licence), as_json)
+    _say_added(
+        add(case, file, name or file.stem, wish=_wish(size, up, origin, triangles, close, wrap), licence=licence),
+        as_json,
+    )
 
 
 @asset.command("generate")

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -78,7 +79,6 @@ class Jury:
         self._size = (SIZE[0], max(2, round(SIZE[0] * tall / wide)))
         self._things = [self.recorded.things(t) for t in times]
         self._ways = self._motion()
-        self._points: dict[tuple[str, ...], Array] = {}
 
     def camera(self, candidate: Candidate) -> dict[str, Any]:
         """Return the camera of a candidate as numbers, see `templates/cameras.py`."""
@@ -154,12 +154,18 @@ class Jury:
 
     def _outermost(self, bodies: tuple[str, ...]) -> Array:
         """Outermost points of bodies over the film, shape (n, 3)."""
-        if bodies not in self._points:
-            states, film = self.recording.states, self.recording.film
-            times = np.linspace(film["start"], min(film["end"], self.recording.last), FRAMED_AT)
-            points = np.concatenate([np.asarray(states.bounds(list(bodies), float(t)), float) for t in times])
-            self._points[bodies] = points[np.isfinite(points).all(axis=1)]
-        return self._points[bodies]
+        return np.concatenate([self._points[name] for name in bodies])
+
+    @cached_property
+    def _points(self) -> dict[str, Array]:
+        """Outermost points of each thing over the film, all read in one go: chunks of soft bodies are large."""
+        states, film = self.recording.states, self.recording.film
+        found: dict[str, list[Array]] = {name: [] for name in self.recorded.names}
+        for t in np.linspace(film["start"], min(film["end"], self.recording.last), FRAMED_AT):
+            for name, clouds in found.items():
+                points = np.asarray(states.bounds([name], float(t)), float)
+                clouds.append(points[np.isfinite(points).all(axis=1)])
+        return {name: np.concatenate(clouds) for name, clouds in found.items()}
 
 
 def directions() -> list[tuple[tuple[float, float, float], float]]:

@@ -26,6 +26,8 @@ SHARP = np.cos(np.radians(25.0))
 """Cosine of the angle between faces from which on they meet in an edge."""
 PLANES = 400
 """Faces of a convex shape from which on its edges are left as they are: it is a scan, not a thing with edges."""
+LIMB_SIDES, LIMB_RINGS = 32, 7
+"""Of capsules, of which dolls, ropes and nets have many."""
 STEPS = 4
 """Strips of an edge of 90 degrees."""
 LARGEST = 4000
@@ -57,7 +59,7 @@ def read_mesh(path: Path) -> Mesh:
 def presentable(vertices: Array, faces: Indices, uvs: Array | None = None) -> Mesh:
     """Return a mesh with smooth normals, and with round edges where its shape is convex and wears no picture."""
     if uvs is None and 4 < len(vertices) <= LARGEST:
-        made = _ball(vertices, faces) or _cylinder(vertices) or _bevelled(vertices, faces)
+        made = _ball(vertices, faces) or _cylinder(vertices) or _capsule(vertices) or _bevelled(vertices, faces)
         if made is not None:
             return made
     shell = Shell(vertices, faces)
@@ -125,6 +127,21 @@ def _cylinder(vertices: Array) -> Mesh | None:
     slope = np.stack([np.sin(turn), -np.cos(turn)], axis=1)
     slopes = np.concatenate([[(0.0, -1.0)], slope, slope[::-1] * (1, -1), [(0.0, 1.0)]])
     return revolved(profile, slopes)
+
+
+def _capsule(vertices: Array) -> Mesh | None:
+    """Return a capsule about z without corners, if it is one."""
+    tall = np.abs(vertices[:, 2])
+    r = float(np.hypot(vertices[:, 0], vertices[:, 1]).max())
+    half = float(tall.max()) - r
+    away = np.hypot(np.hypot(vertices[:, 0], vertices[:, 1]), np.maximum(tall - half, 0.0))
+    if half < 1e-3 * r or len(vertices) < 24 or np.abs(away - r).max() > 2e-3 * r:
+        return None
+    turn = np.linspace(0, np.pi / 2, LIMB_RINGS + 1)
+    slopes = np.stack([np.sin(turn), -np.cos(turn)], axis=1)
+    slopes = np.concatenate([slopes, slopes[::-1] * (1, -1)])
+    ends = np.repeat([-half, half], LIMB_RINGS + 1)
+    return revolved(r * slopes + np.stack([np.zeros_like(ends), ends], axis=1), slopes, LIMB_SIDES)
 
 
 def revolved(profile: Array, slopes: Array, sides: int = SIDES) -> Mesh:

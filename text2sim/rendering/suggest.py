@@ -90,7 +90,7 @@ def suggest(recording: Recording, loaded: LoadedCase, tell: Callable[[str], None
     shown = _filmed(recording, loaded, render)
     return Proposal(
         render, _operations(loaded, render), round(score, 4), round(before, 4),
-        {name: round(value, 4) for name, value in lights.items()}, summarise(Watcher(shown)), len(ranked),
+        {name: round(float(value), 4) for name, value in lights.items()}, summarise(Watcher(shown)), len(ranked),
     )  # fmt: skip
 
 

@@ -1,0 +1,69 @@
+"""Cards from a finished loop."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.agents.scripted import Scripted, fenced
+from tests.agents.test_asking import desk
+from text2sim.agents.distilling import distill
+from text2sim.card_library.library import load_library
+from text2sim.spec_schema.errors import RunError
+
+CASE = """\
+text2sim: 2
+name: drop
+scene: {duration: 0.6, statics: {floor: {shape: {kind: plane}}}}
+bodies: {ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, %s]}}}
+actions:
+  events: {touch: {kind: contact, between: [ball, floor]}}
+  expect: {lands: {event: touch, within: [0.1, 0.5]}}
+"""
+CARD = """\
+cards:
+  - failing: {failing}
+    repaired: {repaired}
+    card:
+      id: falls-from-too-high
+      title: A fall takes longer than the scene lasts
+      applies: {{modes: [rigid], tags: [fall], roles: [planner, bodies]}}
+      symptoms: [the event never happens]
+      likely_causes: [a fall from h takes the root of 2 h / g]
+      repair: [start lower]
+      evidence:
+        case: a ball over a floor
+        failing: {{outcome: passed, observed: not down after 0.6 s}}
+        repaired: {{observed: down after 0.25 s}}
+"""
+
+
+@pytest.fixture
+def case(tmp_path: Path) -> Path:
+    for number, height, ok in ((1, "2.0", False), (2, "0.4", True)):
+        folder = tmp_path / "drop" / "generation" / "attempts" / f"{number:02}"
+        folder.mkdir(parents=True)
+        (folder / "case.yaml").write_text(CASE % height)
+        expect = {"lands": {"ok": ok, "wanted": "`touch` from 0.1 s to 0.5 s", "why": "never"}}
+        record = {"state": "finished", "cause": "first", "changes": ["~ pos"], "expect": expect, "critique": None}
+        (folder / "attempt.json").write_text(json.dumps(record))
+    return tmp_path / "drop"
+
+
+def test_a_card_says_what_came_of_the_attempts_whatever_the_model_says(tmp_path: Path, case: Path) -> None:
+    wrong, right = (fenced(CARD.format(failing=a, repaired=b)) for a, b in ((2, 1), (1, 2)))
+    model = Scripted({"distiller": [wrong, right]})
+    assert distill(desk(tmp_path, model), case, tmp_path / "cards") == ["falls-from-too-high"]
+    assert "attempt 2 did not fail" in model.questions("distiller")[1]
+    library = load_library([tmp_path / "cards"])
+    assert not library.problems
+    card = library.find("falls-from-too-high").card
+    assert card.evidence.failing.outcome == "missed:lands"
+    assert card.evidence.repaired.outcome == "passed"
+
+
+def test_a_loop_without_a_mended_failure_teaches_nothing(tmp_path: Path, case: Path) -> None:
+    record = case / "generation" / "attempts" / "02" / "attempt.json"
+    record.write_text(record.read_text().replace('"ok": true', '"ok": false'))
+    with pytest.raises(RunError, match="nothing to learn"):
+        distill(desk(tmp_path, Scripted({})), case, tmp_path / "cards")
