@@ -1,6 +1,7 @@
 """Pictures of all cases, and the page that shows them: `docs/gallery.md` and `docs/gallery/*.jpg`.
 
     python benchmarks/gallery.py [CASE …] [--runs runs] [--docs docs] [--size 960x540] [--samples 36] [--page-only]
+    text2sim run benchmarks/finishes && python benchmarks/gallery.py finishes
 
 Takes the newest judged run of each case, renders the moment that tells what it is about with the case's camera and
 light as they are now, and writes the page from what lies there. Cases without a run keep the picture that they have.
@@ -21,6 +22,8 @@ from text2sim.rendering.recording import read_recording
 from text2sim.spec_schema.load import load_case
 
 CASES = Path(__file__).parents[1] / "cases"
+FINISHES = Path(__file__).parent / "finishes"
+"""A case with a ball of every finish."""
 LARGEST = 90_000
 """Of a picture [bytes]: it goes into git."""
 MOMENTS = {
@@ -64,7 +67,7 @@ def main() -> None:
         if run is None:
             print(f"{name}: no judged run in {options.runs}")
             continue
-        image = picture(run, plan_of(name), MOMENTS[name], (width, height), options.samples)
+        image = picture(run, plan_of(name), MOMENTS.get(name, 0.0), (width, height), options.samples)
         save(image, pictures / f"{name}.jpg")
         print(f"{name}: {pictures / name}.jpg")
     (options.docs / "gallery.md").write_text(page(options.runs, pictures), "utf-8")
@@ -72,7 +75,7 @@ def main() -> None:
 
 def plan_of(name: str) -> Plan:
     """Return the plan of a case as it is now."""
-    return plan_case(load_case(CASES / name / "case.yaml"))
+    return plan_case(load_case((FINISHES if name == FINISHES.name else CASES / name) / "case.yaml"))
 
 
 def newest_run(runs: Path, name: str) -> Path | None:
@@ -108,7 +111,9 @@ def page(runs: Path, pictures: Path) -> str:
             parts.append(entry(folder.name, runs, pictures))
     finishes = pictures / "finishes.jpg"
     if finishes.is_file():
-        parts.append(f"## All finishes\n\n![Spheres of all finishes]({pictures.name}/{finishes.name})")
+        names = list(load_case(FINISHES / "case.yaml").case.scene.statics)[1:]
+        said = f"From the front left to the back right: {', '.join(names).replace('_', ' ')}, sand."
+        parts.append(f"## finishes\n\n![A ball of every finish]({pictures.name}/{finishes.name})\n\n{said}")
     return "\n\n".join(parts) + "\n"
 
 

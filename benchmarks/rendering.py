@@ -1,8 +1,10 @@
 """Where the time of a path-traced picture goes, beside bare Mitsuba on the same scene with the same samples.
 
     python benchmarks/rendering.py RUN [--size 1280x720] [--pictures 3] [--quality draft]
+    python benchmarks/rendering.py RUN --flicker [--size 1280x720] [--quality draft]
 
-Times are of the processor over all its cores, divided by their number: what an idle machine would take.
+Times are of the processor over all its cores, divided by their number: what an idle machine would take. Flicker is the
+difference between the last two pictures of the main film, where nothing moved.
 """
 
 import argparse
@@ -21,6 +23,7 @@ from text2sim.rendering.recording import read_recording
 from text2sim.rendering.renderer import find_variant, mitsuba
 from text2sim.rendering.scene import sensor
 from text2sim.rendering.trace import QUALITIES, ROULETTE
+from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras
 from text2sim.templates.video import Video
 
@@ -32,10 +35,14 @@ def main() -> None:
     parser.add_argument("--size", default="1280x720")
     parser.add_argument("--pictures", type=int, default=3)
     parser.add_argument("--quality", default="draft", choices=["draft", "final"])
+    parser.add_argument("--flicker", action="store_true")
     options = parser.parse_args()
     width, height = (int(n) for n in options.size.split("x"))
     filming = Filming(read_recording(options.run), options.quality, size=(width, height))
     every = filming.reels()[0].frames
+    if options.flicker:
+        print(flicker(filming, every[-2:]))
+        return
     frames = [every[k] for k in np.linspace(0, len(every) - 1, options.pictures + 1).astype(int)]
     filming.trace(frames[0])  # kernels are compiled once on a machine
     mi, how, cores = mitsuba(), QUALITIES[options.quality], os.cpu_count() or 1
@@ -71,6 +78,19 @@ def main() -> None:
     for name, value in parts.items():
         table.add_row(f"  {name} (by the clock)", f"{value / options.pictures:.2f}")
     Console().print(table)
+
+
+def flicker(filming: Filming, pair: list[Frame]) -> str:
+    """Return in words how two pictures differ where they show the same things in the same places."""
+    first, second = (filming.trace(frame) for frame in pair)
+    still = np.abs(first.depth - second.depth) <= 1e-5 * np.maximum(first.depth, second.depth)
+    away = np.abs(filming.develop(first).astype(int) - filming.develop(second)).max(axis=-1)
+    moved = f"the others by {away[~still].mean():.2f}" if (~still).any() else "nothing moves"
+    return (
+        f"t = {pair[0].t:.3f} and {pair[1].t:.3f} s: {100 * still.mean():.1f} % of the pixels show nothing that moves; "
+        f"of 255 these differ by {away[still].mean():.3f} on average, by {np.percentile(away[still], 99):.0f} or more in "
+        f"1 % of them, by {away[still].max()} at most; {moved}"
+    )
 
 
 if __name__ == "__main__":

@@ -75,7 +75,8 @@ def test_a_fine_mesh_made_coarse_covers_the_same(make_run: MakeRun) -> None:
     points = np.stack([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)], axis=-1)
     a, b, c, d = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
     corners = np.concatenate([np.stack(rows, axis=2).reshape(-1, 3, 3) for rows in ((a, b, c), (a, c, d))])
-    few = coarse(corners, 400)
+    vertices = corners.reshape(-1, 3)
+    few = vertices[coarse(vertices, np.arange(len(vertices)).reshape(-1, 3), 400)]
     assert 100 < len(few) <= 600
     assert seen(few).seen[0] == pytest.approx(seen(corners).seen[0], rel=0.06)
 

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from text2sim.agents import revising
+from text2sim.agents.agreement import Agreement
 from text2sim.agents.asking import BudgetSpent, Desk, RoleFailed
 from text2sim.agents.attempts import Attempt, Attempts, changed
 from text2sim.agents.brief import history_row
-from text2sim.agents.casework import FROZEN_PARTS, Examination, case_text, examine, owner_of, said, whole_actions
-from text2sim.agents.contract import Contract
+from text2sim.agents.casework import Examination, case_text, examine, owner_of, said, whole_actions
 from text2sim.agents.criticism import Exhibit, criticise
 from text2sim.agents.deck import Deck
 from text2sim.agents.journal import Emit
@@ -20,9 +20,7 @@ from text2sim.agents.planning import Report, Request, decide, make_plan
 from text2sim.agents.replies import SECTIONS, Decision, Fragments, Plan, Refer, Route
 from text2sim.agents.supplying import Supplies, merged, supply
 from text2sim.agents.writing import change_section, write_section
-from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.load import LoadedCase
 
 State = Literal["accepted", "impossible", "gave_up", "spent", "failed"]
 T = TypeVar("T")
@@ -82,17 +80,9 @@ class Loop:
         self.desk, self.deck, self.emit, self.limits = desk, deck, emit, limits
         self.attempts = Attempts(case)
         self.made: list[Attempt] = []
-        self.plan = Plan.model_construct(name=case.name)
-        self.names: tuple[str, ...] = ()
-        """Expectations that come from the request."""
-        self.first = self.plan.checks = Fragments()
-        """What was expected before anything was built."""
-        self.restated: list[str] = []
+        self.agreement = Agreement(Plan.model_construct(name=case.name, checks=Fragments()), emit)
         self.only_if_accepted = False
         """Whether the case is somebody's own, and only a version that was accepted may take its place."""
-        self._contract: Contract | None = None
-        self._replaced: Contract | None = None
-        self._why = ""
         self._warned: set[tuple[str, str]] = set()
 
     # --- ways in ----------------------------------------------------------------------------------------------
@@ -104,7 +94,7 @@ class Loop:
     def _generated(self) -> Outcome:
         self.emit("stage", name="plan")
         plan = make_plan(self.desk, self.request, self.deck, self.path)
-        self.expect_of(plan, tuple(plan.checks.expect))
+        self.agreement.expect(plan, plan.checks.expect)
         self.emit("planned", goal=plan.event, possible=plan.possible, why=plan.why, assumptions=plan.assumptions,
                   says=plan.says)  # fmt: skip
         if plan.possible == "no":
@@ -121,10 +111,6 @@ class Loop:
             raise KeyboardInterrupt from None
         except (RoleFailed, ModelError) as failed:
             return self.outcome("failed", str(failed))
-
-    def expect_of(self, plan: Plan, names: tuple[str, ...]) -> None:
-        """Take up a plan; from now on these of its expectations stand."""
-        self.plan, self.names, self.first = plan, names, plan.checks
 
     def work(self, text: str, cause: str) -> Outcome:
         """Bring a case to acceptance, beginning with a version of it.
@@ -153,7 +139,7 @@ class Loop:
     # --- first version ----------------------------------------------------------------------------------------
 
     def _drafted(self) -> str:
-        plan = self.plan
+        plan = self.agreement.plan
         supplies = Supplies()
         if plan.assets:
             self.emit("stage", name="assets")
@@ -187,12 +173,10 @@ class Loop:
             self.emit("unsound", number=attempt.number, problems=problems[:20])
             return Report(problems=problems, rules=rules)
         assert examined.loaded is not None
-        self._take_down(examined)
-        contract = self._contract
-        assert contract is not None
+        contract = self.agreement.take_down(examined)
         if not self.attempts.recall(attempt):
             self.emit("running", live=True, number=attempt.number)
-            self.attempts.run(attempt, examined, self.names, self.limits.timeout(), self.progress)
+            self.attempts.run(attempt, examined, self.agreement.names, self.limits.timeout(), self.progress)
         self.emit(
             "ran", number=attempt.number, state=attempt.state, expect={n: r["ok"] for n, r in attempt.expect.items()}
         )
@@ -204,14 +188,14 @@ class Loop:
         if attempt.state == "finished" or attempt.pictures:
             exhibit = self._exhibit(attempt, report.evidence)
             critique = criticise(
-                self.desk, self.request, self.plan, exhibit, contract, self.restated, self.path
+                self.desk, self.request, self.agreement.plan, exhibit, contract, self.agreement.restated, self.path
             )  # fmt: skip
             attempt.critique = report.critique = critique.model_dump(mode="json")
             attempt.accepted = (
                 critique.verdict == "pass"
                 and attempt.state == "finished"
                 and not critique.unfaithful
-                and not attempt.missed([*self.names, *attempt.expect])
+                and not attempt.missed([*self.agreement.names, *attempt.expect])
             )
             said = {"verdict": critique.verdict, "score": critique.score, "summary": critique.summary}
             failures = [failure.what for failure in critique.failures]
@@ -224,7 +208,7 @@ class Loop:
         told: dict[str, list[str]] = {}
         for mend in range(MENDS + 1):
             examined = examine(attempt.text, self.path)
-            errors = examined.errors or self._breaches(examined)
+            errors = examined.errors or self.agreement.breaches(examined)
             if not errors:
                 return self._considered(attempt, examined), []
             owners = self._owners(errors, told)
@@ -245,54 +229,16 @@ class Loop:
         self.emit("mending", number=attempt.number, problems=[said(problem) for problem in fresh][:20])
         text, _ = self._mended(attempt.text, owners, CONSIDER)
         mended = examine(text, self.path)
-        if mended.errors or self._breaches(mended):
+        if mended.errors or self.agreement.breaches(mended):
             return examined  # it made things worse
         attempt.text = text
         return mended
 
-    def _breaches(self, examined: Examination) -> list[Problem]:
-        """Say where a case asks for something else than the request does."""
-        assert examined.loaded is not None
-        contract = self._contract or self._contract_of(examined.loaded)
-        rows = contract.breaches(examined.loaded)
-        stated = revising.data_of(examined.text).get("actions") or {}
-        for part in FROZEN_PARTS:
-            for name, row in getattr(self.plan.checks, part).items():
-                if (part != "expect" or name in self.names) and not same((stated.get(part) or {}).get(name), row):
-                    rows.append(f"/actions/{part}/{name} comes from the request and must stay as it is")
-        return [Problem(row.split(":")[0].split(" ")[0], row, rule="from-the-request") for row in dict.fromkeys(rows)]
-
-    def _contract_of(self, loaded: LoadedCase) -> Contract:
-        planned = [name for name, body in self.plan.bodies.items() if body.kind not in ("static", "driven")]
-        return Contract.of(loaded, self.names, planned)
-
-    def _take_down(self, examined: Examination) -> None:
-        """Keep what the expectations of a sound case ask for; what is other than before is put before the Critic."""
-        assert examined.loaded is not None
-        fresh, old = self._contract_of(examined.loaded), self._contract or self._replaced
-        for part, rows in (old.values if old is not None else {}).items():
-            for name, was in rows.items():
-                now = fresh.values[part].get(name)
-                if not same(now, was):
-                    self._say_restated(part, name, was, now)
-        self._contract = fresh
-
-    def _say_restated(self, part: str, name: str, was: Any, now: Any) -> None:
-        row = f"{part} `{name}` was {was}, is {now} ({self._why})"
-        if row not in self.restated:
-            self.restated.append(row)
-            self.emit("restated", part=part, name=name, old=was, new=now, why=self._why)
-
     def _owners(self, errors: Sequence[Problem], told: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-        frozen = self._contract.pointers if self._contract is not None else self._planned_pointers()
         owners: dict[str, list[str]] = {name: list(rows) for name, rows in told.items()}
         for problem in errors:
-            owners.setdefault(owner_of(problem, frozen), []).append(said(problem))
+            owners.setdefault(owner_of(problem, self.agreement.pointers), []).append(said(problem))
         return owners
-
-    def _planned_pointers(self) -> tuple[str, ...]:
-        checks = self.plan.checks
-        return tuple(f"/actions/{part}/{name}" for part in FROZEN_PARTS for name in getattr(checks, part))
 
     def _mended(
         self, text: str, owners: Mapping[str, Sequence[str]], instruction: str
@@ -301,7 +247,9 @@ class Loop:
         case = revising.data_of(text)
 
         def mended(section: str) -> dict[str, Any] | Refer:
-            return change_section(self.desk, section, self.plan, case, instruction, owners[section], "", self.path)
+            return change_section(
+                self.desk, section, self.agreement.plan, case, instruction, owners[section], "", self.path
+            )
 
         answers = self._together({name: lambda name=name: mended(name) for name in SECTIONS if name in owners})
         told: dict[str, list[str]] = {}
@@ -332,8 +280,10 @@ class Loop:
     def _decided(self, attempt: Attempt, report: Report) -> Decision:
         failures = [failure["what"] for failure in (report.critique or {}).get("failures", ())]
         text = " ".join([*report.problems, *failures, (report.critique or {}).get("summary", ""), attempt.state])
-        offer = self.deck.offer(text, self.plan.mode, {*report.rules, attempt.state})
-        decision = decide(self.desk, self.request, self.plan, self.first, self._history(), report, offer)
+        offer = self.deck.offer(text, self.agreement.plan.mode, {*report.rules, attempt.state})
+        decision = decide(
+            self.desk, self.request, self.agreement.plan, self.agreement.first, self._history(), report, offer
+        )
         self.emit("decided", number=attempt.number, action=decision.action, why=decision.why, take=decision.take,
                   routes={route.section: route.instruction for route in decision.routes})  # fmt: skip
         return decision
@@ -347,26 +297,11 @@ class Loop:
 
     def _revised(self, attempt: Attempt, decision: Decision) -> tuple[str, list[str]]:
         """Do what was decided. Returns the text, and what could not be done."""
-        text = self.apply_plan(attempt.text, decision)
+        text = self.agreement.apply(attempt.text, decision)
         patches = (attempt.critique or {}).get("patches", [])
         chosen = [patches[k - 1] for k in dict.fromkeys(decision.take)]
-        text, left_out = revising.with_patches(text, chosen, self.path, self._contract)
+        text, left_out = revising.with_patches(text, chosen, self.path, self.agreement.contract)
         return self.routed(text, decision.routes), left_out
-
-    def apply_plan(self, text: str, decision: Decision) -> str:
-        """Do what the Planner may do by itself: parameters, waivers, expectations said anew."""
-        text = revising.with_waivers(revising.with_params(text, decision.params), decision.waive)
-        self.plan = self.plan.model_copy(update={"params": self.plan.params | decision.params})
-        if decision.restate is not None:
-            old, new = self.plan.checks, decision.restate.checks
-            both = {part: getattr(old, part) | getattr(new, part) for part in FROZEN_PARTS}
-            self.plan = self.plan.model_copy(update={"checks": old.model_copy(update=both)})
-            text = revising.with_checks(text, new)
-        if decision.restate is not None or decision.params:
-            # What they ask for is taken down anew when the case is sound, and the Critic sees what was other.
-            self._replaced, self._contract = self._contract or self._replaced, None
-            self._why = decision.restate.why if decision.restate is not None else "a parameter has changed"
-        return text
 
     def routed(self, text: str, routes: Sequence[Route]) -> str:
         """Have Writers change their sections."""
@@ -380,7 +315,7 @@ class Loop:
             cards = self.deck.deal(
                 section, [card for route in by_section[section] for card in route.cards], instruction[:80]
             )
-            return change_section(self.desk, section, self.plan, case, instruction, (), cards, self.path)
+            return change_section(self.desk, section, self.agreement.plan, case, instruction, (), cards, self.path)
 
         answers = self._together({name: lambda name=name: done(name) for name in SECTIONS if name in by_section})
         for section, answer in answers.items():
@@ -392,22 +327,26 @@ class Loop:
 
     def outcome(self, state: State, why: str) -> Outcome:
         """Publish the best attempt and say how it ended."""
-        best = max(self.made, key=lambda one: one.rank(self.names), default=None)
+        best = max(self.made, key=lambda one: one.rank(self.agreement.names), default=None)
         unresolved = []
         if best is not None:
             if best.accepted or not self.only_if_accepted:
                 self.attempts.publish(best)
-            unresolved += [f"{name}: {self.plan.says.get(name, '')}" for name in best.missed(self.names)]
+            unresolved += [
+                f"{name}: {self.agreement.plan.says.get(name, '')}" for name in best.missed(self.agreement.names)
+            ]
             unresolved += best.problems
             if not best.accepted:
                 unresolved += [failure["what"] for failure in (best.critique or {}).get("failures", ())]
         self.emit("ended", state=state, why=why, best=best.number if best else None)
-        return Outcome(state, why, best, unresolved, self.plan)
+        return Outcome(state, why, best, unresolved, self.agreement.plan)
 
     def _written(self, answers: Mapping[str, dict[str, Any] | Refer]) -> dict[str, dict[str, Any]]:
         """The sections that were written; with what the Planner has put into them, and without words to others."""
         done = {name: answer for name, answer in answers.items() if not isinstance(answer, Refer)}
-        return {name: whole_actions(self.plan, data) if name == "actions" else data for name, data in done.items()}
+        return {
+            name: whole_actions(self.agreement.plan, data) if name == "actions" else data for name, data in done.items()
+        }
 
     @staticmethod
     def _together(jobs: Mapping[str, Callable[[], T]]) -> dict[str, T]:

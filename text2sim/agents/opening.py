@@ -21,21 +21,21 @@ def amend(loop: Loop, text: str, *, run_first: bool) -> Outcome:
         RunError: If the text is not a case at all.
     """
     loop.only_if_accepted = True
-    loop.plan = planned(text, loop.case.name)
+    loop.agreement.plan = planned(text, loop.case.name)
     return loop.ending(lambda: _amended(loop, text, run_first))
 
 
 def _amended(loop: Loop, text: str, run_first: bool) -> Outcome:
     evidence, problems = _present_state(loop, text, run_first)
     shown = "\n\n".join(part for part in (evidence, "\n".join(problems)) if part)
-    opening = open_case(loop.desk, loop.request, text, shown, list(loop.plan.checks.expect), keep=run_first)
+    opening = open_case(loop.desk, loop.request, text, shown, list(loop.agreement.plan.checks.expect), keep=run_first)
     loop.emit(
         "planned", goal=opening.event, possible=opening.possible, why=opening.why, assumptions=[], says=opening.says
     )
     if opening.possible == "no":
-        return Outcome("impossible", opening.why, plan=loop.plan)
+        return Outcome("impossible", opening.why, plan=loop.agreement.plan)
     for name in opening.drop:
-        loop.restated.append(f"expect `{name}` was dropped, because the wish makes it wrong ({opening.why})")
+        loop.agreement.say_restated(f"expect `{name}` was dropped, because the wish makes it wrong ({opening.why})")
     return loop.work(_opened(loop, text, opening), "as was wished")
 
 
@@ -85,20 +85,24 @@ def _present_state(loop: Loop, text: str, run_first: bool) -> tuple[str, list[st
     attempt = Attempt(0, text, "as it was")
     if not loop.attempts.recall(attempt):
         loop.emit("running", live=True, number=0)
-        loop.attempts.run(attempt, examined, tuple(loop.plan.checks.expect), loop.limits.timeout(), loop.progress)
+        loop.attempts.run(
+            attempt, examined, tuple(loop.agreement.plan.checks.expect), loop.limits.timeout(), loop.progress
+        )
     return attempt.evidence, attempt.problems
 
 
 def _opened(loop: Loop, text: str, opening: Opening) -> str:
     """Do what the Planner has decided; from then on the expectations stand."""
-    checks = loop.plan.checks
+    checks = loop.agreement.plan.checks
     expect = {name: row for name, row in checks.expect.items() if name not in opening.drop} | opening.checks.expect
     merged = Fragments(
         measures=checks.measures | opening.checks.measures, events=checks.events | opening.checks.events, expect=expect
     )  # fmt: skip
-    says = {name: row for name, row in loop.plan.says.items() if name in expect} | opening.says
-    plan = loop.plan.model_copy(update={"checks": merged, "says": says, "event": opening.event or loop.plan.event})
-    loop.expect_of(plan, tuple(expect))
+    says = {name: row for name, row in loop.agreement.plan.says.items() if name in expect} | opening.says
+    plan = loop.agreement.plan.model_copy(
+        update={"checks": merged, "says": says, "event": opening.event or loop.agreement.plan.event}
+    )
+    loop.agreement.expect(plan, expect)
     text = revising.with_checks(text, opening.checks, opening.drop)
     decision = Decision(action="repair", why=opening.why, params=opening.params)
-    return loop.routed(loop.apply_plan(text, decision), opening.routes)
+    return loop.routed(loop.agreement.apply(text, decision), opening.routes)

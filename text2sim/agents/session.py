@@ -158,7 +158,7 @@ class Session:
             "why": outcome.why if outcome else "",
             "best": best.number if best else None,
             "unresolved": outcome.unresolved if outcome else [],
-            "restated": loop.restated,
+            "restated": loop.agreement.restated,
             "attempts": [
                 {
                     "number": one.number,
@@ -178,8 +178,8 @@ class Session:
             "account": self.account.as_dict(),
         }
         write_atomically(self.folder / "run.json", json.dumps(record, indent=1, ensure_ascii=False) + "\n")
-        if loop.plan.event:
-            write_atomically(self.folder / "plan.yaml", yaml_text(loop.plan.model_dump(mode="json")) + "\n")
+        if loop.agreement.plan.event:
+            write_atomically(self.folder / "plan.yaml", yaml_text(loop.agreement.plan.model_dump(mode="json")) + "\n")
 
     def _minutes_before(self) -> float:
         try:

@@ -133,10 +133,16 @@ def _text_to_3d() -> bool:
 
 
 def _generated(name: str, wish: MeshWish, case: Path) -> dict[str, Any]:
-    from text2sim.assets.generation import generate_mesh
+    """Have Meshy make a mesh, mend it, and register it in the case's manifest."""
+    import os
 
-    entry = generate_mesh(case, name, wish.prompt, size=wish.size)
-    return {"kind": "mesh", "file": entry.file}
+    from text2sim.assets.mesh_repair import Wish
+    from text2sim.assets.meshy import BASE, Meshy, Order3D
+    from text2sim.assets.register import generate
+
+    meshy = Meshy(case, base=os.environ.get("TEXT2SIM_MESHY_URL", BASE))
+    added = generate(case, name, Order3D(wish.prompt), meshy, wish=Wish(wish.size))
+    return {"kind": "mesh", "file": added.asset.file}
 
 
 def _question(asset: Asset, plan: Plan, request: Request) -> str:

@@ -114,7 +114,7 @@ def _lines(event: str, what: dict[str, Any]) -> list[str]:
         rows += [f"    takes patch {k}" for k in what["take"]]
         return rows + [f"    {TITLES[section]}: {_short(text)}" for section, text in what["routes"].items()]
     if event == "restated":
-        return [f"  restated: {what['part']} {what['name']} ({_short(what['why'])})"]
+        return [f"  restated: {_short(what['what'])}"]
     if event == "cards":
         return [f"  cards for the {TITLES.get(what['role'], what['role'])}: {', '.join(what['cards'])}"]
     return []

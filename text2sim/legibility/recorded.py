@@ -91,14 +91,13 @@ class Recorded:
 
     def _rigid(self, parts: "list[Part]") -> tuple[Array, Array, Array]:
         """Triangles of all rigid parts in the frames of their links, the row of each one's link, and its thing."""
-        read: dict[Any, Array] = {}
+        meshes: dict[Any, tuple[Array, Array]] = {}
         for mesh in dict.fromkeys(part.mesh for part in parts):
             with np.load(mesh) as arrays:
-                read[mesh] = arrays["vertices"].astype(float)[arrays["faces"]]
-        whole = sum(len(read[part.mesh]) for part in parts)
-        if whole > self._budget:
-            most = max(self._budget // max(len(parts), 1), 48)
-            read = {mesh: coarse(corners, most) for mesh, corners in read.items()}
+                meshes[mesh] = arrays["vertices"].astype(float), arrays["faces"].astype(int)
+        whole = sum(len(meshes[part.mesh][1]) for part in parts)
+        most = max(self._budget // max(len(parts), 1), 48) if whole > self._budget else whole
+        read = {mesh: vertices[coarse(vertices, faces, most)] for mesh, (vertices, faces) in meshes.items()}
         if not parts:
             return np.zeros((0, 3, 3)), np.zeros(0, int), np.zeros(0, int)
         turns = matrices(np.array([part.quat for part in parts], float))
@@ -113,19 +112,27 @@ class Recorded:
         found: list[Array | None] = []
         for part in self._soft:
             with np.load(part.geometry) as arrays:
-                found.append(arrays["faces"].astype(int) if "faces" in arrays else None)
+                faces = arrays["faces"].astype(int) if "faces" in arrays else None
+            if faces is not None:
+                most = max(self._budget // len(self._soft), 200)
+                faces = coarse(self._places(part, float(self.recording.states.time[0])), faces, most)
+            found.append(faces)
         return found
 
     def _deformed(self, part: Any, faces: Array | None, t: float) -> Array:
-        states = self.recording.states
-        assert states.soft is not None
-        name, columns = ("soft_points", "points") if part.row["surface"] is None else ("soft_surface", "surface")
-        points = states.soft.at(name, states.around(t))[slice(*part.row[columns])].astype(float)
+        points = self._places(part, t)
         if faces is not None:
             return points[faces]
         step = -(-len(points) // self._grains)
         radius = GRAIN * float(part.row["spacing"]) * step ** (1 / 3)
         return (points[::step, None, None] + radius * OCTAHEDRON).reshape(-1, 3, 3)
+
+    def _places(self, part: Any, t: float) -> Array:
+        """Where the vertices, or else the particles, of a body are [m], shape (n, 3)."""
+        states = self.recording.states
+        assert states.soft is not None
+        name, columns = ("soft_points", "points") if part.row["surface"] is None else ("soft_surface", "surface")
+        return states.soft.at(name, states.around(t))[slice(*part.row[columns])].astype(float)
 
 
 def base_name(copy: str) -> str:
@@ -140,26 +147,27 @@ def raster_view(camera: FilmView, size: tuple[int, int]) -> View:
     return perspective(camera.pos, camera.look_at, camera.up, camera.fov, size, near=near)  # type: ignore[arg-type]
 
 
-def coarse(corners: Array, most: int) -> Array:
-    """Return a surface with at most some `most` triangles: corners that are near each other become one.
+def coarse(vertices: Array, faces: Array, most: int) -> Array:
+    """Return at most some `most` triangles over the same vertices: those that are near each other become one.
 
     Args:
-        corners: Of its triangles [m], shape (n, 3, 3).
+        vertices: [m], shape (n, 3).
+        faces: Shape (f, 3).
         most: How many triangles, about.
     """
-    if len(corners) <= most:
-        return corners
-    points = corners.reshape(-1, 3)
-    low, size = points.min(axis=0), float(np.ptp(points, axis=0).max())
+    if len(faces) <= most:
+        return faces
+    low, size = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
     cells = max(int(np.sqrt(most / 4)), 2)
     while True:
-        spot = np.floor((points - low) * (cells / max(size, 1e-30)) + 0.5).astype(np.int64)
+        spot = np.floor((vertices - low) * (cells / max(size, 1e-30)) + 0.5).astype(np.int64)
         _, first, cell = np.unique(spot @ (1, 4096, 4096**2), return_index=True, return_inverse=True)
-        triple = np.sort(cell.reshape(-1, 3), axis=1)
+        corners = cell.reshape(-1)[faces]
+        triple = np.sort(corners, axis=1)
         _, kept = np.unique(triple, axis=0, return_index=True)
         kept = kept[(np.diff(triple[kept], axis=1) > 0).all(axis=1)]
         if len(kept) <= 1.5 * most or cells <= 2:
-            return points[first][cell.reshape(-1, 3)[kept]]
+            return first[corners[kept]]
         cells = max(int(cells * 0.7), 2)
 
 

@@ -19,7 +19,7 @@ Array = NDArray[Any]
 
 AZIMUTHS = (-61, -119, -90, -75, -105, -30, -150, 0, 180, 61, 119, 90)
 """Angles [deg] of ways to a camera, from +x. The first are what people are used to: from the front, or its right."""
-HEIGHTS = {24: 0.0, 40: 0.015, 12: 0.02, 62: 0.08}
+HEIGHTS = {24: 0.0, 40: 0.015, 12: 0.02, 62: 0.14}
 """Angles [deg] above the horizon, and what a camera loses for each: from high above, things do not seem to stand."""
 LENSES = (42.0, 28.0, 70.0)
 """Focal lengths [mm], the plainest first."""
