@@ -88,8 +88,8 @@ def flicker(filming: Filming, pair: list[Frame]) -> str:
     moved = f"the others by {away[~still].mean():.2f}" if (~still).any() else "nothing moves"
     return (
         f"t = {pair[0].t:.3f} and {pair[1].t:.3f} s: {100 * still.mean():.1f} % of the pixels show nothing that moves; "
-        f"of 255 these differ by {away[still].mean():.3f} on average, by {np.percentile(away[still], 99):.0f} or more in "
-        f"1 % of them, by {away[still].max()} at most; {moved}"
+        f"of 255 these differ by {away[still].mean():.3f} on average, by {np.percentile(away[still], 99):.0f} or more "
+        f"in 1 % of them, by {away[still].max()} at most; {moved}"
     )
 
 

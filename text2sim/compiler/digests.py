@@ -11,7 +11,7 @@ from text2sim import __version__
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
 
-_UNSEEN = frozenset({"render", "notes", "warnings", "why", "line", "surface", "control"})
+_UNSEEN = frozenset({"render", "notes", "warnings", "why", "line", "surface", "worn", "control"})
 """Fields that change no simulation: looks, lines of the case, film, notes."""
 
 
@@ -22,7 +22,8 @@ def sim_digest(plan: "Plan") -> str:
 
 def render_digest(plan: "Plan") -> str:
     """Return the digest of what the film depends on besides the states."""
-    surfaces = [_plain(e.surface, frozenset()) for g in (*plan.statics, *plan.bodies) for e in g.entities]
+    entities = [e for g in (*plan.statics, *plan.bodies) for e in g.entities]
+    surfaces = [_plain([e.surface, e.worn], frozenset()) for e in entities]
     return _digest({"render": plan.render, "surfaces": surfaces, "compiler": __version__})
 
 
