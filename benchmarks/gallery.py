@@ -41,7 +41,7 @@ MOMENTS = {
     "snow_plough": 1.4,
     "soft_press": 1.5,
     "squeeze_through": 0.55,
-    "trampoline": 1.0,
+    "trampoline": 0.46,
     "tumbler": 3.5,
     "wrecking_ball": 1.35,
 }

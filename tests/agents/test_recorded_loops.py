@@ -1,0 +1,29 @@
+"""Loops that were played once, from words to their end, played again from their letters: checker and engine are real.
+
+Each folder of `recorded` has the request, the replies as a mailbox leaves them, and how it ended.
+"""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from text2sim.agents.session import Session, Wish
+
+RECORDED = sorted((Path(__file__).parent / "recorded").glob("*/expected.json"))
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("file", RECORDED, ids=lambda file: file.parent.name)
+def test_a_recorded_loop_ends_as_it_did(file: Path, tmp_path: Path) -> None:
+    expected = json.loads(file.read_text("utf-8"))
+    wish = Wish("generate", expected["request"], {"": f"replay:{file.parent}"}, attempts=expected["attempts"])
+    happened: list[str] = []
+    outcome = Session.begin(tmp_path / "case", wish, [], []).run(lambda event, what: happened.append(event))
+    assert outcome.state == expected["state"], (outcome.why, outcome.unresolved)
+    assert (outcome.best.number if outcome.best else None) == expected["best"]
+    assert happened.count("running") == expected["runs"]
+    if outcome.state == "accepted":
+        assert outcome.best is not None
+        assert outcome.best.missed(list(outcome.best.expect)) == ()
