@@ -39,12 +39,13 @@ def main() -> None:
     options = parser.parse_args()
     width, height = (int(n) for n in options.size.split("x"))
     filming = Filming(read_recording(options.run), options.quality, size=(width, height))
+    # A blurred picture is made of several: beside it, a bare one would be another picture.
+    filming.recording.film["motion_blur"] = 0.0
     every = filming.reels()[0].frames
     if options.flicker:
         print(flicker(filming, every[-2:]))
         return
     frames = [every[k] for k in np.linspace(0, len(every) - 1, options.pictures + 1).astype(int)]
-    filming.trace(frames[0])  # kernels are compiled once on a machine
     mi, how, cores = mitsuba(), QUALITIES[options.quality], os.cpu_count() or 1
     cameras = Cameras(filming.recording.film, filming.recording.states)
     integrator = mi.load_dict({"type": "path", "max_depth": how.depth, "rr_depth": ROULETTE, "hide_emitters": True})
@@ -52,7 +53,7 @@ def main() -> None:
     parts: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as folder:
         video = Video(Path(folder) / "film.mp4", (width, height), 25.0)
-        for frame in frames[1:]:
+        for k, frame in enumerate(frames):
             scene = filming.stage.at(frame.t).solid
             camera = sensor(cameras.view(frame.camera, frame.t, frame.part), (width, height))
             begun = process_time()
@@ -69,6 +70,8 @@ def main() -> None:
             begun = process_time()
             video.write(filming.develop(traced))
             spent["encode"] += process_time() - begun
+            if k == 0:  # kernels are compiled once on a machine
+                spent, parts = dict.fromkeys(spent, 0.0), {}
         video.close()
     table = Table("part", "s per picture")
     table.title = f"{options.run.name}, {options.size}, {how.samples} samples, {find_variant().name}, {cores} cores"

@@ -98,3 +98,13 @@ def test_a_journal_keeps_each_thing_once(tmp_path: Path) -> None:
     file.write_text(file.read_text("utf-8") + '{"event": "hal', "utf-8")
     Journal(file)("planned", what="b")
     assert [line for line in file.read_text("utf-8").splitlines() if "hal" in line] == []
+
+
+def test_what_is_meant_is_taken_where_only_the_form_is_off() -> None:
+    plan = typed(Plan)(
+        {
+            "name": "a", "event": "b", "assumptions": "one thing", "why": None, "assets": {"crane": {"kind": "mechanism", "what": "x"}},
+        }
+    )  # fmt: skip
+    assert plan.assumptions == ["one thing"]
+    assert plan.assets[0].body == "crane"

@@ -98,6 +98,10 @@ def _opened(loop: Loop, text: str, opening: Opening) -> str:
     merged = Fragments(
         measures=checks.measures | opening.checks.measures, events=checks.events | opening.checks.events, expect=expect
     )  # fmt: skip
+    for part in ("measures", "events"):
+        given, there = getattr(opening.checks, part), getattr(checks, part)
+        for name in sorted(given.keys() & there.keys()):
+            loop.agreement.say_restated(f"{part} `{name}` was {there[name]}, is {given[name]} ({opening.why})")
     says = {name: row for name, row in loop.agreement.plan.says.items() if name in expect} | opening.says
     plan = loop.agreement.plan.model_copy(
         update={"checks": merged, "says": says, "event": opening.event or loop.agreement.plan.event}

@@ -3,9 +3,9 @@
 Keys that a type does not know are ignored, so that a chatty model costs nothing; values of the wrong type go back.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_origin
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
 
 SECTIONS = ("scene", "bodies", "actions", "render")
 Owner = Literal["scene", "bodies", "actions", "render"]
@@ -19,6 +19,24 @@ class Answer(BaseModel):
     """The base of every answer."""
 
     model_config = ConfigDict(extra="ignore", allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _leniently(cls, data: Any) -> Any:
+        """Take what is meant where only the form is off: another call costs more than this."""
+        return {k: _as_meant(cls, k, v) for k, v in data.items() if v is not None} if isinstance(data, dict) else data
+
+
+def _as_meant(model: type[BaseModel], key: Any, value: Any) -> Any:
+    field = model.model_fields.get(key)
+    if field is None or get_origin(field.annotation) is not list:
+        return value
+    if isinstance(value, str):
+        return [value]
+    if isinstance(value, dict) and all(isinstance(row, dict) for row in value.values()):
+        # Assets by the body that they are for.
+        return [{"body": name, **row} for name, row in value.items()]
+    return value
 
 
 class PlannedBody(Answer):

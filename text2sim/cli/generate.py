@@ -60,7 +60,7 @@ def generate(
 
     text = _request(request)
     options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards)
-    if resume and out is None and Path(request).is_dir():
+    if resume and out is None and request:
         out = Path(request)
     case = out or Path("cases") / folder_name(text)
     session = _session("generate", case, text, model, options, resume, images, [*(meshes or []), *(urdfs or [])])
@@ -168,7 +168,11 @@ def _session(
             if options[name] is not None:
                 setattr(session.wish, name, options[name])
         return session
-    return Session.begin(case, Wish(kind, text, _needed(models), **options), images or [], assets)
+    from text2sim.agents.session import endpoint_of
+
+    for name in _needed(models).values():
+        endpoint_of(name, case)  # a slip in a name should leave nothing behind
+    return Session.begin(case, Wish(kind, text, models, **options), images or [], assets)
 
 
 def _models(given: list[str] | None) -> dict[str, str]:
