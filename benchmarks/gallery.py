@@ -126,6 +126,8 @@ def entry(name: str, runs: Path, pictures: Path) -> str:
     lines.append(said)
     if name in ELSEWHERE:
         lines.append(ELSEWHERE[name])
+    elif len(lines) == 2:
+        lines.append("No picture yet: its run takes long.")
     command = f"`text2sim run cases/{name} && text2sim render runs/{name}-…`"
     run = newest_run(runs, name)
     lines.append(command + (f": {verdict(json.loads((run / 'evidence.json').read_text('utf-8')))}" if run else ""))
@@ -134,6 +136,8 @@ def entry(name: str, runs: Path, pictures: Path) -> str:
 
 def verdict(evidence: dict[str, Any]) -> str:
     """Return the verdict of a run in words."""
+    if evidence["state"] != "finished":
+        return f"{evidence['state']} at {evidence['time']['reached']:.2f} s, not judged."
     rows = evidence["expect"]
     true = sum(bool(row["ok"]) for row in rows.values())
     text = f"{true} of {len(rows)} expectations came true"

@@ -88,7 +88,8 @@ def section_text(section: Section, only: Collection[str] | None = None) -> str:
             continue
         lines += [f"{'#' * (section.level + 1)} `{kind}`", "", model_doc(model), ""]
         lines += _table(model, shared) + _yaml(examples[kind])
-    others = [f"- `{kind}`: {model_doc(model)}" for kind, model in kinds.items() if only is not None and kind not in only]
+    left_out = {kind: model for kind, model in kinds.items() if only is not None and kind not in only}
+    others = [f"- `{kind}`: {model_doc(model)}" for kind, model in left_out.items()]
     return "\n".join([*lines, *(["Other kinds:", "", *others, ""] if others else [])])
 
 
