@@ -11,11 +11,13 @@ import pytest
 from text2sim.agents.session import Session, Wish
 
 RECORDED = sorted((Path(__file__).parent / "recorded").glob("*/expected.json"))
+REPLAYED = [file for file in RECORDED if json.loads(file.read_text("utf-8"))["replayed"]]
+"""The others take too long for a test; `benchmarks/recorded_loops.py --replay NAME` plays any of them."""
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)
-@pytest.mark.parametrize("file", RECORDED, ids=lambda file: file.parent.name)
+@pytest.mark.parametrize("file", REPLAYED, ids=lambda file: file.parent.name)
 def test_a_recorded_loop_ends_as_it_did(file: Path, tmp_path: Path) -> None:
     expected = json.loads(file.read_text("utf-8"))
     wish = Wish("generate", expected["request"], {"": f"replay:{file.parent}"}, attempts=expected["attempts"])

@@ -10,15 +10,12 @@ from typing import Any
 from text2sim.agents.brief import citable, evidence_text
 from text2sim.agents.casework import Examination
 from text2sim.agents.models.exchange import Image
+from text2sim.agents.pictures import frame_sheet
 from text2sim.harness.record import RunRecord, write_atomically
 from text2sim.spec_schema.errors import RunError
 
-SHEET_WIDTH = 400
-"""Of a picture on the sheet that the Critic sees [pixels]."""
 LARGEST_INPUT = 100_000_000
 """Bytes of a file that comes with a request."""
-FRAMES = 12
-"""Pictures on it at most."""
 
 
 @dataclass
@@ -172,34 +169,6 @@ class Attempts:
         """Make an attempt the case."""
         self.case.mkdir(parents=True, exist_ok=True)
         write_atomically(self.case / "case.yaml", attempt.text)
-
-
-def frame_sheet(run: Path) -> tuple[Any, int]:
-    """Return the pictures that a run has kept as one, each with its number and time, and how many they are.
-
-    Of several cameras each has its share, spread over the whole film. (None, 0) if there are no pictures.
-    """
-    from PIL import Image, UnidentifiedImageError
-
-    from text2sim.harness.contact_sheet import contact_sheet
-    from text2sim.harness.visibility import read_samples
-
-    samples = read_samples(run)
-    share = FRAMES // max(1, len(samples)) or 1
-    thumbnails = []
-    for camera, rows in samples.items():
-        last = len(rows) - 1
-        spread = (round(k * last / max(1, share - 1)) for k in range(share))
-        chosen = dict.fromkeys(spread) if last >= share else range(last + 1)
-        for k in chosen:
-            try:
-                with Image.open(run / "frames" / f"{camera}_{k}.png") as picture:
-                    small = picture.convert("RGB")
-            except (OSError, UnidentifiedImageError, Image.DecompressionBombError):
-                continue
-            small.thumbnail((SHEET_WIDTH, 2 * SHEET_WIDTH))
-            thumbnails.append((camera, f"frame {len(thumbnails) + 1}: {rows[k][0]:.2f} s", small))
-    return (contact_sheet(thumbnails, width=SHEET_WIDTH) if thumbnails else None), len(thumbnails)
 
 
 def copy_input(file: Path, folder: Path) -> Path:
