@@ -7,59 +7,50 @@ or in a distance of 1 m.
 
 RESOLUTION = (1280, 720)  # width and height [pixels]
 FPS = 25.0  # frames per second of film
-SPEED = 0.6  # simulated seconds per second of film
+SPEED = 0.3  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
-END = 4.0
-MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
+END = 2.4
+MOTION_BLUR = 0.4  # part of the time between two frames in which the shutter is open
 
 # The first makes `video.mp4`, unless there are shots.
 CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 42.0,
-        "pos": (2.4, -3.2, 1.4),
-        "look_at": (0.0, 0.2, 0.35),
+        "fov": 37.8493,
+        "f_stop": 5.6,
+        "focus": (0.0, 0.0, 0.45),
+        "pos": (1.55, -2.55, 0.8),
+        "look_at": (0.1, 0.25, 0.42),
     },
 }
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.7882, 0.8078, 0.8314)
+BACKGROUND = (0.8667, 0.8902, 0.9098)
 AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
-    "key": {
-        "kind": "softbox",
-        "strength": 3.4,
-        "color": (1.0, 1.0, 1.0),
-        "direction": (-0.55, 0.75, -1.0),
-        "at": (0.0, -1.0867, 0.42),
-        "distance": 6.93,
-        "size": 3.465,
+    "sun": {
+        "kind": "sun",
+        "strength": 3.0,
+        "color": (1.0, 0.9412, 0.8706),
+        "direction": (-0.8, 0.45, -0.85),
+        "angle": 0.05236,
     },
-    "fill": {
-        "kind": "softbox",
-        "strength": 1.0,
-        "color": (0.8745, 0.9137, 1.0),
-        "direction": (0.9, 0.5, -0.6),
-        "at": (0.0, -1.0867, 0.42),
-        "distance": 6.93,
-        "size": 3.465,
-    },
-    "ambient": {
+    "sky": {
         "kind": "environment",
-        "strength": 0.16,
-        "color": (1.0, 1.0, 1.0),
-        "horizon": (1.0, 1.0, 1.0),
+        "strength": 0.3,
+        "color": (0.8118, 0.8784, 0.9608),
+        "horizon": (0.9255, 0.9373, 0.949),
     },
 }
 BACKDROP = {
-    "kind": "cyclorama",
+    "kind": "horizon",
     "level": 0.0,
     "center": (0.0, -1.0867, 0.42),
     "radius": 24.256,
     "planes": [],
 }
-GAIN = 0.805  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 0.8044  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -42,7 +42,7 @@ def add_floor(scene):
         "floor": scene.add_entity(
             gs.morphs.Plane(plane_size=(30.0, 30.0), pos=(0.0, 0.0, 0.0)),
             material=gs.materials.Rigid(friction=0.8),
-            surface=gs.surfaces.Default(color=(0.5412, 0.5529, 0.5686, 1.0), roughness=1.0, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.6627, 0.6431, 0.6078, 1.0), roughness=1.0, metallic=0.0),
             name="floor",
         )
     }

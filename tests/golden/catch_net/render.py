@@ -10,16 +10,17 @@ FPS = 25.0  # frames per second of film
 SPEED = 1.0  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
 END = 6.0
-MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
+MOTION_BLUR = 0.4  # part of the time between two frames in which the shutter is open
 
 # The first makes `video.mp4`, unless there are shots.
 CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 44.0,
-        "pos": (1.6, -3.6, 1.75),
-        "look_at": (0.0, 0.0, 1.5),
+        "fov": 37.8493,
+        "f_stop": 5.6,
+        "pos": (1.25, -2.35, 2.35),
+        "look_at": (0.0, 0.0, 1.3),
     },
 }
 # One after the other.
@@ -32,7 +33,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.5026, 0.7158, -1.0),
+        "direction": (0.4508, 0.7495, -1.0),
         "at": (0.0, 0.0, 1.6884),
         "distance": 11.37,
         "size": 5.685,
@@ -41,7 +42,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.1828, -1.0661, -0.75),
+        "direction": (-0.1071, -1.0764, -0.75),
         "at": (0.0, 0.0, 1.6884),
         "distance": 11.37,
         "size": 5.685,

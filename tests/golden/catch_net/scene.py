@@ -42,7 +42,7 @@ def add_floor(scene):
         "floor": scene.add_entity(
             gs.morphs.Plane(plane_size=(14.0, 14.0), pos=(0.0, 0.0, 0.0)),
             material=gs.materials.Rigid(friction=0.5),
-            surface=gs.surfaces.Default(color=(0.5765, 0.6314, 0.6784, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.7255, 0.749, 0.7686, 1.0), roughness=0.9, metallic=0.0),
             name="floor",
         )
     }
@@ -62,7 +62,7 @@ def add_leg(scene):
         f"leg[{i}]": scene.add_entity(
             gs.morphs.Cylinder(radius=0.03, height=1.4, pos=pos, fixed=True),
             material=gs.materials.Rigid(rho=1000.0, friction=0.5),
-            surface=gs.surfaces.Default(color=(0.1843, 0.2314, 0.2745, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.1843, 0.2314, 0.2745, 1.0), roughness=0.5, metallic=0.0),
             name=f"leg[{i}]",
         )
         for i, (pos,) in enumerate(copies)

@@ -10,16 +10,16 @@ FPS = 25.0  # frames per second of film
 SPEED = 1.0  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
 END = 5.0
-MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
+MOTION_BLUR = 0.4  # part of the time between two frames in which the shutter is open
 
 # The first makes `video.mp4`, unless there are shots.
 CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 34.0,
-        "pos": (0.35, -1.5, 0.25),
-        "look_at": (0.0, 0.0, -0.02),
+        "fov": 33.3985,
+        "pos": (0.32, -1.5, 0.16),
+        "look_at": (0.0, 0.0, -0.03),
     },
 }
 # One after the other.
@@ -32,7 +32,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.6281, 0.6087, -1.0),
+        "direction": (0.6396, 0.5966, -1.0),
         "at": (0.0, 0.0, 0.0),
         "distance": 3.796,
         "size": 1.898,
@@ -41,7 +41,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.3798, -1.0128, -0.75),
+        "direction": (-0.399, -1.0054, -0.75),
         "at": (0.0, 0.0, 0.0),
         "distance": 3.796,
         "size": 1.898,
@@ -60,6 +60,6 @@ BACKDROP = {
     "radius": 13.286,
     "planes": [],
 }
-GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.0474  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

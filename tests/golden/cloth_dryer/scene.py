@@ -51,7 +51,7 @@ def add_floor(scene):
         "floor": scene.add_entity(
             gs.morphs.Plane(plane_size=(8.0, 8.0), pos=(0.0, 0.0, -0.45)),
             material=gs.materials.Rigid(friction=0.5, coup_friction=0.5),
-            surface=gs.surfaces.Default(color=(0.4902, 0.5333, 0.5804, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.5608, 0.5922, 0.6196, 1.0), roughness=0.9, metallic=0.0),
             name="floor",
         )
     }

@@ -42,7 +42,7 @@ def add_roller(scene):
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
             ),
             material=gs.materials.Rigid(),
-            surface=gs.surfaces.Default(color=(0.7686, 0.7922, 0.8157, 1.0), roughness=0.3, metallic=0.8),
+            surface=gs.surfaces.Default(color=(0.7686, 0.7922, 0.8157, 1.0), roughness=0.45, metallic=0.8),
             name=f"roller[{i}]",
         )
         for i, (pos,) in enumerate(copies)
@@ -53,16 +53,16 @@ def add_parcel(scene):
     """Add 3 copies of parcel."""
     copies = [
         # pos, color
-        ((0.42, 0.0, 0.581), (0.2745, 0.5098, 0.7059, 1.0)),
-        ((0.17, 0.0, 0.581), (0.1804, 0.5451, 0.3412, 1.0)),
-        ((-0.08, 0.0, 0.581), (0.8627, 0.0784, 0.2353, 1.0)),
+        ((0.42, 0.0, 0.581), (0.1843, 0.4314, 0.6588, 1.0)),
+        ((0.17, 0.0, 0.581), (0.1216, 0.5412, 0.3569, 1.0)),
+        ((-0.08, 0.0, 0.581), (0.8118, 0.2275, 0.1961, 1.0)),
     ]
     return {
         # case.yaml:42
         f"parcel[{i}]": scene.add_entity(
             gs.morphs.Box(size=(0.16, 0.16, 0.16), pos=pos),
             material=gs.materials.Rigid(rho=250.0, friction=0.6),
-            surface=gs.surfaces.Default(color=color, roughness=0.4, metallic=0.0),
+            surface=gs.surfaces.Default(color=color, roughness=0.5, metallic=0.0),
             name=f"parcel[{i}]",
         )
         for i, (pos, color) in enumerate(copies)
@@ -85,7 +85,7 @@ def add_pusher(scene):
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
             ),
             material=gs.materials.Rigid(),
-            surface=gs.surfaces.Default(color=(1.0, 0.8431, 0.0, 1.0), roughness=0.3, metallic=0.8),
+            surface=gs.surfaces.Default(color=(0.8902, 0.698, 0.2353, 1.0), roughness=0.5, metallic=0.0),
             name=f"pusher[{i}]",
         )
         for i, (pos,) in enumerate(copies)
@@ -103,7 +103,7 @@ def add_gate(scene):
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
             ),
             material=gs.materials.Rigid(),
-            surface=gs.surfaces.Default(color=(1.0, 0.549, 0.0, 1.0), roughness=0.3, metallic=0.8),
+            surface=gs.surfaces.Default(color=(0.8784, 0.4824, 0.1647, 1.0), roughness=0.5, metallic=0.0),
             name="gate",
         )
     }

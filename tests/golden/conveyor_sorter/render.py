@@ -10,16 +10,16 @@ FPS = 25.0  # frames per second of film
 SPEED = 1.0  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
 END = 9.0
-MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
+MOTION_BLUR = 0.3  # part of the time between two frames in which the shutter is open
 
 # The first makes `video.mp4`, unless there are shots.
 CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 38.0,
-        "pos": (0.95, -2.5, 1.7),
-        "look_at": (0.82, -0.05, 0.32),
+        "fov": 33.3985,
+        "pos": (1.15, -2.35, 1.5),
+        "look_at": (0.84, -0.12, 0.3),
     },
 }
 # One after the other.
@@ -32,7 +32,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.7251, 0.4891, -1.0),
+        "direction": (0.6809, 0.549, -1.0),
         "at": (0.8693, 0.0, 0.42),
         "distance": 8.81,
         "size": 4.405,
@@ -41,7 +41,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.5515, -0.9305, -0.75),
+        "direction": (-0.4704, -0.974, -0.75),
         "at": (0.8693, 0.0, 0.42),
         "distance": 8.81,
         "size": 4.405,
@@ -60,6 +60,6 @@ BACKDROP = {
     "radius": 30.835,
     "planes": [],
 }
-GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 0.9772  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -46,7 +46,7 @@ def add_floor(scene):
         "floor": scene.add_entity(
             gs.morphs.Plane(plane_size=(14.0, 14.0), pos=(0.0, 0.0, 0.0)),
             material=gs.materials.Rigid(friction=0.5),
-            surface=gs.surfaces.Default(color=(0.5451, 0.5922, 0.6392, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.7647, 0.7804, 0.7922, 1.0), roughness=0.9, metallic=0.0),
             name="floor",
         )
     }
@@ -64,7 +64,7 @@ def add_rail(scene):
         f"rail[{i}]": scene.add_entity(
             gs.morphs.Box(size=(2.1, 0.03, 0.06), pos=pos, fixed=True),
             material=gs.materials.Rigid(rho=1000.0, friction=0.5),
-            surface=gs.surfaces.Default(color=(0.2235, 0.2588, 0.2941, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.2235, 0.2588, 0.2941, 1.0), roughness=0.5, metallic=0.0),
             name=f"rail[{i}]",
         )
         for i, (pos,) in enumerate(copies)
@@ -75,9 +75,9 @@ def add_bin(scene):
     """Add 3 copies of bin."""
     copies = [
         # pos, color
-        ((0.6, -0.52, 0.0), (0.8039, 0.3608, 0.3608, 1.0)),
-        ((1.1, -0.52, 0.0), (0.1804, 0.5451, 0.3412, 1.0)),
-        ((1.9, 0.0, 0.0), (0.2745, 0.5098, 0.7059, 1.0)),
+        ((0.6, -0.52, 0.0), (0.8784, 0.4784, 0.4157, 1.0)),
+        ((1.1, -0.52, 0.0), (0.3882, 0.7098, 0.5608, 1.0)),
+        ((1.9, 0.0, 0.0), (0.4353, 0.6392, 0.8118, 1.0)),
     ]
     return {
         # case.yaml:20

@@ -10,29 +10,31 @@ FPS = 25.0  # frames per second of film
 SPEED = 1.0  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
 END = 6.0
-MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
+MOTION_BLUR = 0.2  # part of the time between two frames in which the shutter is open
 
 # The first makes `video.mp4`, unless there are shots.
 CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 26.0,
-        "pos": (0.42, -0.95, 0.42),
-        "look_at": (0.19, 0.0, -0.01),
+        "fov": 26.9915,
+        "f_stop": 8.0,
+        "focus": (0.2, 0.0, 0.0),
+        "pos": (0.5, -0.86, 0.26),
+        "look_at": (0.2, 0.0, 0.0),
     },
 }
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.7882, 0.8078, 0.8314)
+BACKGROUND = (0.4196, 0.4549, 0.4902)
 AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
     "key": {
         "kind": "softbox",
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.6231, 0.6138, -1.0),
+        "direction": (0.5599, 0.6719, -1.0),
         "at": (0.1912, -0.022, -0.0153),
         "distance": 1.579,
         "size": 0.789,
@@ -41,7 +43,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.3714, -1.0159, -0.75),
+        "direction": (-0.2701, -1.0474, -0.75),
         "at": (0.1912, -0.022, -0.0153),
         "distance": 1.579,
         "size": 0.789,
@@ -60,6 +62,6 @@ BACKDROP = {
     "radius": 5.527,
     "planes": [],
 }
-GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.0474  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -43,7 +43,7 @@ def add_floor(scene):
         "floor": scene.add_entity(
             gs.morphs.Plane(plane_size=(10.0, 10.0), pos=(0.0, 0.0, -0.16)),
             material=gs.materials.Rigid(friction=0.5),
-            surface=gs.surfaces.Default(color=(0.5608, 0.5882, 0.6118, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.4902, 0.5255, 0.5569, 1.0), roughness=0.9, metallic=0.0),
             name="floor",
         )
     }
@@ -61,7 +61,7 @@ def add_rail(scene):
         f"rail[{i}]": scene.add_entity(
             gs.morphs.Box(size=(0.3, 0.02, 0.03), pos=pos, fixed=True),
             material=gs.materials.Rigid(rho=1000.0, friction=0.5),
-            surface=gs.surfaces.Default(color=(0.2235, 0.2588, 0.2941, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.2235, 0.2588, 0.2941, 1.0), roughness=0.5, metallic=0.0),
             name=f"rail[{i}]",
         )
         for i, (pos,) in enumerate(copies)
@@ -75,7 +75,7 @@ def add_pillar(scene):
         "pillar": scene.add_entity(
             gs.morphs.Box(size=(0.08, 0.03, 0.2), pos=(0.0, 0.05, -0.06), fixed=True),
             material=gs.materials.Rigid(rho=1000.0, friction=0.5),
-            surface=gs.surfaces.Default(color=(0.2235, 0.2588, 0.2941, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.2235, 0.2588, 0.2941, 1.0), roughness=0.5, metallic=0.0),
             name="pillar",
         )
     }

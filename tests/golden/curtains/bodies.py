@@ -47,7 +47,7 @@ def add_left_hook(scene):
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
             ),
             material=gs.materials.Rigid(needs_coup=False),
-            surface=gs.surfaces.Default(color=(0.851, 0.7529, 0.5412, 1.0), roughness=0.3, metallic=0.8),
+            surface=gs.surfaces.Default(color=(0.7098, 0.651, 0.2588, 1.0), roughness=0.1, metallic=0.9),
             name=f"left_hook[{i}]",
         )
         for i, (pos,) in enumerate(copies)
@@ -76,7 +76,7 @@ def add_right_hook(scene):
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
             ),
             material=gs.materials.Rigid(needs_coup=False),
-            surface=gs.surfaces.Default(color=(0.851, 0.7529, 0.5412, 1.0), roughness=0.3, metallic=0.8),
+            surface=gs.surfaces.Default(color=(0.7098, 0.651, 0.2588, 1.0), roughness=0.1, metallic=0.9),
             name=f"right_hook[{i}]",
         )
         for i, (pos,) in enumerate(copies)

@@ -17,9 +17,9 @@ CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 32.0,
-        "pos": (0.9, -4.0, 1.5),
-        "look_at": (0.0, 0.0, 1.35),
+        "fov": 31.8908,
+        "pos": (0.8, -4.2, 1.35),
+        "look_at": (0.0, 0.0, 1.24),
     },
 }
 # One after the other.
@@ -32,7 +32,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.6329, 0.6037, -1.0),
+        "direction": (0.6526, 0.5824, -1.0),
         "at": (0.0, 0.0, 1.615),
         "distance": 9.67,
         "size": 4.835,
@@ -41,7 +41,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.3878, -1.0098, -0.75),
+        "direction": (-0.421, -0.9964, -0.75),
         "at": (0.0, 0.0, 1.615),
         "distance": 9.67,
         "size": 4.835,
@@ -60,6 +60,6 @@ BACKDROP = {
     "radius": 33.845,
     "planes": [],
 }
-GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 0.9772  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -51,7 +51,7 @@ def add_floor(scene):
         "floor": scene.add_entity(
             gs.morphs.Plane(plane_size=(10.0, 10.0), pos=(0.0, 0.0, 0.0)),
             material=gs.materials.Rigid(friction=0.5, coup_friction=0.5),
-            surface=gs.surfaces.Default(color=(0.5412, 0.498, 0.4471, 1.0), roughness=0.7, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.6902, 0.6039, 0.502, 1.0), roughness=0.9, metallic=0.0),
             name="floor",
         )
     }
@@ -66,7 +66,7 @@ def add_rod(scene):
                 radius=0.014, height=2.4, pos=(0.0, 0.0, 2.03), quat=(0.707106781, 0.0, 0.707106781, 0.0), fixed=True
             ),
             material=gs.materials.Rigid(rho=1000.0, friction=0.5, needs_coup=False),
-            surface=gs.surfaces.Default(color=(0.6902, 0.5529, 0.3412, 1.0), roughness=0.3, metallic=0.8),
+            surface=gs.surfaces.Default(color=(0.7098, 0.651, 0.2588, 1.0), roughness=0.1, metallic=0.9),
             name="rod",
         )
     }

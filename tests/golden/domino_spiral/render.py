@@ -7,19 +7,21 @@ or in a distance of 1 m.
 
 RESOLUTION = (1280, 720)  # width and height [pixels]
 FPS = 25.0  # frames per second of film
-SPEED = 1.0  # simulated seconds per second of film
+SPEED = 0.8  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
 END = 6.0
-MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
+MOTION_BLUR = 0.4  # part of the time between two frames in which the shutter is open
 
 # The first makes `video.mp4`, unless there are shots.
 CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 36.0,
-        "pos": (0.0, -1.0, 0.8),
-        "look_at": (0.0, 0.0, 0.03),
+        "fov": 26.9915,
+        "f_stop": 8.0,
+        "pos": (0.3438, -1.2303, 0.9101),
+        "look_at": (0.0551, -0.0756, 0.0094),
+        "frame": {"bodies": ["domino"], "margin": 0.07, "within": None, "direction": (0.25, -1.0, 0.78)},
     },
 }
 # One after the other.
@@ -32,7 +34,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.75, 0.45, -1.0),
+        "direction": (0.6185, 0.6185, -1.0),
         "at": (0.0401, -0.0398, 0.0672),
         "distance": 2.768,
         "size": 1.384,
@@ -41,7 +43,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.6, -0.9, -0.75),
+        "direction": (-0.3638, -1.0187, -0.75),
         "at": (0.0401, -0.0398, 0.0672),
         "distance": 2.768,
         "size": 1.384,

@@ -43,7 +43,7 @@ def add_table(scene):
         "table": scene.add_entity(
             gs.morphs.Plane(plane_size=(12.0, 12.0), pos=(0.0, 0.0, 0.0)),
             material=gs.materials.Rigid(friction=0.5),
-            surface=gs.surfaces.Default(color=(0.6902, 0.5529, 0.3843, 1.0), roughness=0.7, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.851, 0.7961, 0.7137, 1.0), roughness=0.9, metallic=0.0),
             name="table",
         )
     }

@@ -7,19 +7,19 @@ or in a distance of 1 m.
 
 RESOLUTION = (1280, 720)  # width and height [pixels]
 FPS = 25.0  # frames per second of film
-SPEED = 1.0  # simulated seconds per second of film
+SPEED = 0.6  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
 END = 3.0
-MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
+MOTION_BLUR = 0.3  # part of the time between two frames in which the shutter is open
 
 # The first makes `video.mp4`, unless there are shots.
 CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 34.0,
-        "pos": (1.0, -3.9, 1.6),
-        "look_at": (0.0, 0.0, 0.85),
+        "fov": 33.3985,
+        "pos": (0.9, -4.0, 1.15),
+        "look_at": (0.0, 0.0, 0.82),
     },
 }
 # One after the other.
@@ -32,7 +32,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.6147, 0.6222, -1.0),
+        "direction": (0.6329, 0.6037, -1.0),
         "at": (0.0, 0.02, 0.5586),
         "distance": 6.521,
         "size": 3.26,
@@ -41,7 +41,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.3577, -1.0208, -0.75),
+        "direction": (-0.3878, -1.0098, -0.75),
         "at": (0.0, 0.02, 0.5586),
         "distance": 6.521,
         "size": 3.26,

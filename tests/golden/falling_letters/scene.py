@@ -63,7 +63,7 @@ def add_ridge(scene):
                 size=(1.5, 0.2, 0.2), pos=(0.0, 0.02, 0.1), quat=(0.923879533, 0.382683432, 0.0, 0.0), fixed=True
             ),
             material=gs.materials.Rigid(rho=1000.0, friction=0.5, coup_friction=0.5),
-            surface=gs.surfaces.Default(color=(0.6039, 0.6549, 0.7059, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.4353, 0.4784, 0.5216, 1.0), roughness=0.5, metallic=0.0),
             name="ridge",
         )
     }

@@ -7,19 +7,21 @@ or in a distance of 1 m.
 
 RESOLUTION = (1280, 720)  # width and height [pixels]
 FPS = 25.0  # frames per second of film
-SPEED = 1.0  # simulated seconds per second of film
+SPEED = 0.4  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
 END = 2.5
-MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
+MOTION_BLUR = 0.4  # part of the time between two frames in which the shutter is open
 
 # The first makes `video.mp4`, unless there are shots.
 CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 38.0,
-        "pos": (0.6, -1.45, 1.45),
-        "look_at": (0.1, 0.02, 0.72),
+        "fov": 33.3985,
+        "f_stop": 4.0,
+        "focus": (0.1, 0.15, 0.85),
+        "pos": (0.8, -0.92, 1.24),
+        "look_at": (0.1, 0.08, 0.79),
     },
 }
 # One after the other.
@@ -32,7 +34,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.5651, 0.6675, -1.0),
+        "direction": (0.3564, 0.7988, -1.0),
         "at": (0.0, 0.0, 0.725),
         "distance": 6.413,
         "size": 3.207,
@@ -41,7 +43,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.2782, -1.0453, -0.75),
+        "direction": (0.0246, -1.0814, -0.75),
         "at": (0.0, 0.0, 0.725),
         "distance": 6.413,
         "size": 3.207,
@@ -60,6 +62,6 @@ BACKDROP = {
     "radius": 22.446,
     "planes": [],
 }
-GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.0474  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

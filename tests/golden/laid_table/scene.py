@@ -46,7 +46,7 @@ def add_floor(scene):
         "floor": scene.add_entity(
             gs.morphs.Plane(plane_size=(8.0, 8.0), pos=(0.0, 0.0, 0.0)),
             material=gs.materials.Rigid(friction=0.5),
-            surface=gs.surfaces.Default(color=(0.5529, 0.5176, 0.4706, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.702, 0.6706, 0.6275, 1.0), roughness=0.9, metallic=0.0),
             name="floor",
         )
     }

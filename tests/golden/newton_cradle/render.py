@@ -10,29 +10,31 @@ FPS = 25.0  # frames per second of film
 SPEED = 1.0  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
 END = 6.0
-MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
+MOTION_BLUR = 0.5  # part of the time between two frames in which the shutter is open
 
 # The first makes `video.mp4`, unless there are shots.
 CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 38.0,
-        "pos": (0.25, -1.6, 0.6),
-        "look_at": (0.0, 0.0, 0.46),
+        "fov": 31.1856,
+        "f_stop": 8.0,
+        "focus": (0.0, 0.0, 0.3),
+        "pos": (0.14, -1.72, 0.42),
+        "look_at": (0.0, 0.0, 0.425),
     },
 }
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.7882, 0.8078, 0.8314)
+BACKGROUND = (0.6039, 0.5804, 0.5412)
 AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
     "key": {
         "kind": "softbox",
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.6715, 0.5604, -1.0),
+        "direction": (0.711, 0.5094, -1.0),
         "at": (0.0, 0.0, 0.7264),
         "distance": 5.692,
         "size": 2.846,
@@ -41,7 +43,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.4539, -0.9818, -0.75),
+        "direction": (-0.525, -0.9457, -0.75),
         "at": (0.0, 0.0, 0.7264),
         "distance": 5.692,
         "size": 2.846,
@@ -60,6 +62,6 @@ BACKDROP = {
     "radius": 19.923,
     "planes": [],
 }
-GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.1226  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

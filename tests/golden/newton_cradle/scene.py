@@ -43,7 +43,7 @@ def add_beam(scene):
         "beam": scene.add_entity(
             gs.morphs.Box(size=(1.27, 0.03, 0.03), pos=(0.0, 0.0, 0.818), fixed=True),
             material=gs.materials.Rigid(rho=1000.0, friction=0.5),
-            surface=gs.surfaces.Default(color=(0.2314, 0.2471, 0.2706, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.3608, 0.251, 0.2, 1.0), roughness=0.7, metallic=0.0),
             name="beam",
         )
     }
@@ -61,7 +61,7 @@ def add_post(scene):
         f"post[{i}]": scene.add_entity(
             gs.morphs.Box(size=(0.03, 0.03, 0.85), pos=pos, fixed=True),
             material=gs.materials.Rigid(rho=1000.0, friction=0.5),
-            surface=gs.surfaces.Default(color=(0.2314, 0.2471, 0.2706, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.3608, 0.251, 0.2, 1.0), roughness=0.7, metallic=0.0),
             name=f"post[{i}]",
         )
         for i, (pos,) in enumerate(copies)
@@ -75,7 +75,7 @@ def add_table(scene):
         "table": scene.add_entity(
             gs.morphs.Plane(plane_size=(8.0, 8.0), pos=(0.0, 0.0, 0.0)),
             material=gs.materials.Rigid(friction=0.5),
-            surface=gs.surfaces.Default(color=(0.7255, 0.698, 0.651, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.5608, 0.5333, 0.4863, 1.0), roughness=0.9, metallic=0.0),
             name="table",
         )
     }

@@ -32,7 +32,7 @@ def add_sand(scene):
             gs.morphs.Cylinder(radius=0.085, height=0.14, pos=(0.0, 0.0, 0.47)),
             material=gs.materials.MPM.Sand(E=500000.0, nu=0.2, rho=1600.0, friction_angle=35.0),
             surface=gs.surfaces.Default(
-                color=(0.8471, 0.698, 0.4157, 1.0), roughness=0.9, metallic=0.0, vis_mode="particle"
+                color=(0.8627, 0.702, 0.4039, 1.0), roughness=1.0, metallic=0.0, vis_mode="particle"
             ),
             name="sand",
         )

@@ -7,7 +7,7 @@ or in a distance of 1 m.
 
 RESOLUTION = (1280, 720)  # width and height [pixels]
 FPS = 25.0  # frames per second of film
-SPEED = 1.0  # simulated seconds per second of film
+SPEED = 0.7  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
 END = 3.5
 MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
@@ -17,40 +17,41 @@ CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 34.0,
-        "pos": (0.5, -1.2, 0.5),
-        "look_at": (0.0, 0.0, 0.24),
+        "fov": 31.8908,
+        "f_stop": 5.6,
+        "pos": (0.55, -1.35, 0.42),
+        "look_at": (0.0, 0.0, 0.225),
     },
 }
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.7882, 0.8078, 0.8314)
-AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
+BACKGROUND = (0.2902, 0.2667, 0.2392)
+AMBIENT = 0.12  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
     "key": {
         "kind": "softbox",
-        "strength": 3.2,
-        "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.5192, 0.7038, -1.0),
+        "strength": 3.0,
+        "color": (1.0, 0.9451, 0.8784),
+        "direction": (0.0429, 0.5574, -1.0),
         "at": (0.0, 0.0, 0.1835),
         "distance": 2.325,
         "size": 1.163,
     },
     "rim": {
         "kind": "softbox",
-        "strength": 1.1,
-        "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.2077, -1.0615, -0.75),
+        "strength": 1.2,
+        "color": (0.8588, 0.898, 0.9686),
+        "direction": (-0.271, -1.1902, -0.5),
         "at": (0.0, 0.0, 0.1835),
         "distance": 2.325,
         "size": 1.163,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.16,
-        "color": (0.9333, 0.9529, 0.9804),
-        "horizon": (0.8745, 0.8902, 0.9098),
+        "strength": 0.02,
+        "color": (0.502, 0.5647, 0.6902),
+        "horizon": (0.251, 0.2824, 0.3451),
     },
 }
 BACKDROP = {
@@ -60,6 +61,6 @@ BACKDROP = {
     "radius": 8.138,
     "planes": [],
 }
-GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.1858  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

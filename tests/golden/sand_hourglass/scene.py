@@ -51,7 +51,7 @@ def add_floor(scene):
         "floor": scene.add_entity(
             gs.morphs.Plane(plane_size=(8.0, 8.0), pos=(0.0, 0.0, -0.06)),
             material=gs.materials.Rigid(friction=0.5, coup_friction=0.5, coup_softness=0.00195),
-            surface=gs.surfaces.Default(color=(0.5529, 0.5961, 0.6392, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.4157, 0.3843, 0.349, 1.0), roughness=0.9, metallic=0.0),
             name="floor",
         )
     }

@@ -44,7 +44,7 @@ def add_plough(scene):
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
             ),
             material=gs.materials.Rigid(coup_friction=0.1),
-            surface=gs.surfaces.Default(color=(1.0, 0.549, 0.0, 1.0), roughness=0.4, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.8863, 0.4431, 0.1137, 1.0), roughness=0.5, metallic=0.0),
             name="plough",
         )
     }

@@ -7,7 +7,7 @@ or in a distance of 1 m.
 
 RESOLUTION = (1280, 720)  # width and height [pixels]
 FPS = 25.0  # frames per second of film
-SPEED = 1.0  # simulated seconds per second of film
+SPEED = 0.7  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
 END = 2.4
 MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
@@ -17,49 +17,39 @@ CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 36.0,
-        "pos": (0.9, -1.3, 0.9),
-        "look_at": (0.05, 0.0, 0.03),
+        "fov": 33.3985,
+        "f_stop": 8.0,
+        "pos": (1.05, -1.2, 0.6),
+        "look_at": (0.08, 0.0, 0.02),
     },
 }
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.7882, 0.8078, 0.8314)
+BACKGROUND = (0.902, 0.8039, 0.698)
 AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
-    "key": {
-        "kind": "softbox",
-        "strength": 3.2,
-        "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.3815, 0.7871, -1.0),
-        "at": (0.0, 0.0, -0.05),
-        "distance": 7.142,
-        "size": 3.571,
+    "sun": {
+        "kind": "sun",
+        "strength": 3.4,
+        "color": (1.0, 0.6902, 0.4),
+        "direction": (0.5113, 0.7991, -0.32),
+        "angle": 0.03491,
     },
-    "rim": {
-        "kind": "softbox",
-        "strength": 1.1,
-        "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.0097, -1.0816, -0.75),
-        "at": (0.0, 0.0, -0.05),
-        "distance": 7.142,
-        "size": 3.571,
-    },
-    "fill": {
+    "sky": {
         "kind": "environment",
-        "strength": 0.16,
-        "color": (0.9333, 0.9529, 0.9804),
-        "horizon": (0.8745, 0.8902, 0.9098),
+        "strength": 0.4,
+        "color": (0.4902, 0.6235, 0.8157),
+        "horizon": (1.0, 0.851, 0.6902),
     },
 }
 BACKDROP = {
-    "kind": "cyclorama",
+    "kind": "horizon",
     "level": None,
     "center": (0.0, 0.0, -0.05),
     "radius": 24.996,
     "planes": [],
 }
-GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 0.71  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

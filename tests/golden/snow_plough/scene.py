@@ -48,7 +48,7 @@ def add_road(scene):
         "road": scene.add_entity(
             gs.morphs.Box(size=(1.8, 1.0, 0.1), pos=(0.0, 0.0, -0.05), fixed=True),
             material=gs.materials.Rigid(rho=1000.0, friction=0.6, coup_friction=0.6),
-            surface=gs.surfaces.Default(color=(0.2941, 0.3333, 0.3765, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.2314, 0.2392, 0.251, 1.0), roughness=1.0, metallic=0.0),
             name="road",
         )
     }

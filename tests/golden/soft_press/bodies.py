@@ -84,14 +84,14 @@ def add_block(scene):
     """Add 8 copies of block."""
     copies = [
         # pos, color
-        ((-0.051, -0.051, 0.04), (0.8627, 0.0784, 0.2353, 1.0)),
-        ((0.051, -0.051, 0.04), (1.0, 0.8431, 0.0, 1.0)),
-        ((-0.051, 0.051, 0.04), (0.1804, 0.5451, 0.3412, 1.0)),
-        ((0.051, 0.051, 0.04), (0.2549, 0.4118, 0.8824, 1.0)),
-        ((-0.051, -0.051, 0.142), (1.0, 0.549, 0.0, 1.0)),
-        ((0.051, -0.051, 0.142), (0.502, 0.0, 0.502, 1.0)),
-        ((-0.051, 0.051, 0.142), (0.0, 0.502, 0.502, 1.0)),
-        ((0.051, 0.051, 0.142), (1.0, 0.4118, 0.7059, 1.0)),
+        ((-0.051, -0.051, 0.04), (0.8196, 0.2863, 0.3569, 1.0)),
+        ((0.051, -0.051, 0.04), (0.9294, 0.6824, 0.2863, 1.0)),
+        ((-0.051, 0.051, 0.04), (0.2471, 0.6118, 0.4863, 1.0)),
+        ((0.051, 0.051, 0.04), (0.2353, 0.4314, 0.6235, 1.0)),
+        ((-0.051, -0.051, 0.142), (0.9412, 0.5412, 0.2941, 1.0)),
+        ((0.051, -0.051, 0.142), (0.4902, 0.3569, 0.651, 1.0)),
+        ((-0.051, 0.051, 0.142), (0.1647, 0.6471, 0.6275, 1.0)),
+        ((0.051, 0.051, 0.142), (0.898, 0.5608, 0.6902, 1.0)),
     ]
     return {
         # case.yaml:31
@@ -101,7 +101,7 @@ def add_block(scene):
                 pos=pos,
             ),
             material=gs.materials.MPM.Elastic(E=50000.0, nu=0.3, rho=1000.0, model="corotation"),
-            surface=gs.surfaces.Default(color=color, roughness=0.9, metallic=0.0, vis_mode="particle"),
+            surface=gs.surfaces.Default(color=color, roughness=0.5, metallic=0.0, vis_mode="particle"),
             name=f"block[{i}]",
         )
         for i, (pos, color) in enumerate(copies)
@@ -119,7 +119,7 @@ def add_piston(scene):
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
             ),
             material=gs.materials.Rigid(coup_friction=0.5, coup_softness=0.00195),
-            surface=gs.surfaces.Default(color=(0.7255, 0.7608, 0.8, 1.0), roughness=0.3, metallic=0.8),
+            surface=gs.surfaces.Default(color=(0.7255, 0.7608, 0.8, 1.0), roughness=0.45, metallic=0.8),
             name="piston",
         )
     }

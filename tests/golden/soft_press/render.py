@@ -7,7 +7,7 @@ or in a distance of 1 m.
 
 RESOLUTION = (1280, 720)  # width and height [pixels]
 FPS = 25.0  # frames per second of film
-SPEED = 1.0  # simulated seconds per second of film
+SPEED = 0.6  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
 END = 3.0
 MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
@@ -17,22 +17,23 @@ CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 32.0,
-        "pos": (0.75, -1.0, 0.65),
-        "look_at": (0.0, 0.0, 0.17),
+        "fov": 26.9915,
+        "f_stop": 8.0,
+        "pos": (0.55, -1.15, 0.5),
+        "look_at": (0.0, 0.0, 0.16),
     },
 }
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.7882, 0.8078, 0.8314)
+BACKGROUND = (0.4902, 0.5255, 0.5569)
 AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
     "key": {
         "kind": "softbox",
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.33, 0.81, -1.0),
+        "direction": (0.4824, 0.7296, -1.0),
         "at": (0.0, 0.0, 0.2626),
         "distance": 2.551,
         "size": 1.276,
@@ -41,7 +42,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (0.06, -1.08, -0.75),
+        "direction": (-0.153, -1.0708, -0.75),
         "at": (0.0, 0.0, 0.2626),
         "distance": 2.551,
         "size": 1.276,

@@ -52,7 +52,7 @@ def add_floor(scene):
         "floor": scene.add_entity(
             gs.morphs.Plane(plane_size=(8.0, 8.0), pos=(0.0, 0.0, -0.05)),
             material=gs.materials.Rigid(friction=0.5, coup_friction=0.5, coup_softness=0.00195),
-            surface=gs.surfaces.Default(color=(0.5529, 0.5961, 0.6392, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.6039, 0.6392, 0.6706, 1.0), roughness=0.9, metallic=0.0),
             name="floor",
         )
     }
@@ -82,7 +82,7 @@ def add_base(scene):
         "base": scene.add_entity(
             gs.morphs.Cylinder(radius=0.18, height=0.05, pos=(0.0, 0.0, -0.025), fixed=True),
             material=gs.materials.Rigid(rho=1000.0, friction=1.0, coup_friction=1.0, coup_softness=0.00195),
-            surface=gs.surfaces.Default(color=(0.2235, 0.2588, 0.298, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.2235, 0.2588, 0.298, 1.0), roughness=0.5, metallic=0.0),
             name="base",
         )
     }

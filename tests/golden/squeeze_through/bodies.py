@@ -35,7 +35,7 @@ def add_jelly(scene):
             ),
             material=gs.materials.MPM.Elastic(E=40000.0, nu=0.3, rho=1000.0, model="neohooken"),
             surface=gs.surfaces.Default(
-                color=(0.2353, 0.702, 0.4431, 1.0), roughness=0.9, metallic=0.0, vis_mode="particle"
+                color=(0.2353, 0.702, 0.4431, 1.0), roughness=0.5, metallic=0.0, vis_mode="particle"
             ),
             name="jelly",
         )

@@ -7,7 +7,7 @@ or in a distance of 1 m.
 
 RESOLUTION = (1280, 720)  # width and height [pixels]
 FPS = 25.0  # frames per second of film
-SPEED = 1.0  # simulated seconds per second of film
+SPEED = 0.25  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
 END = 1.3
 MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
@@ -17,38 +17,38 @@ CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 36.0,
-        "pos": (0.1, -1.3, 0.5),
-        "look_at": (0.12, 0.0, 0.0),
+        "fov": 35.0511,
+        "pos": (0.36, -1.25, 0.3),
+        "look_at": (0.14, 0.0, -0.01),
     },
 }
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.7882, 0.8078, 0.8314)
+BACKGROUND = (0.2902, 0.3333, 0.3765)
 AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
     "key": {
         "kind": "softbox",
-        "strength": 3.2,
+        "strength": 3.0,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.7568, 0.4384, -1.0),
+        "direction": (0.9, 0.4, -0.6),
         "at": (-0.064, 0.0, 0.0),
         "distance": 1.902,
         "size": 0.951,
     },
     "rim": {
         "kind": "softbox",
-        "strength": 1.1,
-        "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.6138, -0.8907, -0.75),
+        "strength": 1.6,
+        "color": (0.8588, 0.898, 0.9686),
+        "direction": (-0.9, -0.5, -0.35),
         "at": (-0.064, 0.0, 0.0),
         "distance": 1.902,
         "size": 0.951,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.16,
+        "strength": 0.1,
         "color": (0.9333, 0.9529, 0.9804),
         "horizon": (0.8745, 0.8902, 0.9098),
     },
@@ -60,6 +60,6 @@ BACKDROP = {
     "radius": 6.657,
     "planes": [],
 }
-GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.7722  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

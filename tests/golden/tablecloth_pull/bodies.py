@@ -30,7 +30,7 @@ def add_tablecloth(scene):
             material=gs.materials.FEM.Cloth(
                 E=1000000.0, nu=0.3, rho=250.0, thickness=0.0005, bending_stiffness=10.0, friction_mu=0.3
             ),
-            surface=gs.surfaces.Default(color=(0.7843, 0.0627, 0.1804, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.702, 0.149, 0.1843, 1.0), roughness=1.0, metallic=0.0),
             name="tablecloth",
         )
     }

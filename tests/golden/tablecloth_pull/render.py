@@ -17,9 +17,10 @@ CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 40.0,
-        "pos": (1.6, -2.0, 1.7),
-        "look_at": (0.3, 0.0, 0.7),
+        "fov": 37.8493,
+        "f_stop": 8.0,
+        "pos": (1.45, -1.75, 1.65),
+        "look_at": (0.28, 0.0, 0.72),
     },
 }
 # One after the other.
@@ -32,7 +33,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.3836, 0.786, -1.0),
+        "direction": (0.3734, 0.7909, -1.0),
         "at": (0.1756, 0.0, 0.7257),
         "distance": 5.443,
         "size": 2.721,
@@ -41,7 +42,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.0126, -1.0816, -0.75),
+        "direction": (0.0014, -1.0817, -0.75),
         "at": (0.1756, 0.0, 0.7257),
         "distance": 5.443,
         "size": 2.721,
@@ -60,6 +61,6 @@ BACKDROP = {
     "radius": 19.05,
     "planes": [],
 }
-GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 0.9772  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -29,7 +29,7 @@ def add_sheet(scene):
                 bending_compliance=0.0001,
                 air_resistance=0.001,
             ),
-            surface=gs.surfaces.Default(color=(0.2549, 0.4118, 0.8824, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.1725, 0.3725, 0.5412, 1.0), roughness=1.0, metallic=0.0),
             name="sheet",
         )
     }
@@ -39,16 +39,16 @@ def add_ball(scene):
     """Add 3 copies of ball."""
     copies = [
         # pos, color
-        ((-0.16, -0.1, 1.5), (0.8627, 0.0784, 0.2353, 1.0)),
-        ((0.0, 0.0, 1.78), (1.0, 0.8431, 0.0, 1.0)),
-        ((0.16, 0.1, 2.06), (0.1804, 0.5451, 0.3412, 1.0)),
+        ((-0.16, -0.1, 1.5), (0.8196, 0.2863, 0.3569, 1.0)),
+        ((0.0, 0.0, 1.78), (0.9294, 0.6824, 0.2863, 1.0)),
+        ((0.16, 0.1, 2.06), (0.1647, 0.6157, 0.5608, 1.0)),
     ]
     return {
         # case.yaml:41
         f"ball[{i}]": scene.add_entity(
             gs.morphs.Sphere(radius=0.07, pos=pos),
             material=gs.materials.Rigid(rho=300.0, friction=0.5, coup_friction=0.5),
-            surface=gs.surfaces.Default(color=color, roughness=0.4, metallic=0.0),
+            surface=gs.surfaces.Default(color=color, roughness=0.9, metallic=0.0),
             name=f"ball[{i}]",
         )
         for i, (pos, color) in enumerate(copies)

@@ -7,19 +7,20 @@ or in a distance of 1 m.
 
 RESOLUTION = (1280, 720)  # width and height [pixels]
 FPS = 25.0  # frames per second of film
-SPEED = 1.0  # simulated seconds per second of film
+SPEED = 0.7  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
 END = 4.0
-MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
+MOTION_BLUR = 0.3  # part of the time between two frames in which the shutter is open
 
 # The first makes `video.mp4`, unless there are shots.
 CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 44.0,
-        "pos": (1.5, -2.3, 1.45),
-        "look_at": (0.0, 0.0, 1.1),
+        "fov": 35.0511,
+        "f_stop": 8.0,
+        "pos": (1.2, -2.2, 1.5),
+        "look_at": (0.0, 0.0, 0.98),
     },
 }
 # One after the other.
@@ -32,7 +33,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.3824, 0.7866, -1.0),
+        "direction": (0.4429, 0.7542, -1.0),
         "at": (0.0, 0.0, 1.065),
         "distance": 8.479,
         "size": 4.239,
@@ -41,7 +42,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.0109, -1.0816, -0.75),
+        "direction": (-0.0958, -1.0774, -0.75),
         "at": (0.0, 0.0, 1.065),
         "distance": 8.479,
         "size": 4.239,
@@ -60,6 +61,6 @@ BACKDROP = {
     "radius": 29.676,
     "planes": [],
 }
-GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 0.9772  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

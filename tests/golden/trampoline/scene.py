@@ -54,7 +54,7 @@ def add_floor(scene):
         "floor": scene.add_entity(
             gs.morphs.Plane(plane_size=(8.0, 8.0), pos=(0.0, 0.0, 0.0)),
             material=gs.materials.Rigid(friction=0.5, coup_friction=0.5),
-            surface=gs.surfaces.Default(color=(0.5529, 0.5961, 0.6392, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.7176, 0.6941, 0.6588, 1.0), roughness=0.9, metallic=0.0),
             name="floor",
         )
     }
@@ -71,7 +71,7 @@ def add_frame(scene):
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
             ),
             material=gs.materials.Rigid(needs_coup=False),
-            surface=gs.surfaces.Default(color=(0.2235, 0.2588, 0.298, 1.0), roughness=0.3, metallic=0.8),
+            surface=gs.surfaces.Default(color=(0.2235, 0.2588, 0.298, 1.0), roughness=0.5, metallic=0.0),
             name="frame",
         )
     }

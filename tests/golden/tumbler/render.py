@@ -10,47 +10,47 @@ FPS = 25.0  # frames per second of film
 SPEED = 1.0  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
 END = 7.0
-MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
+MOTION_BLUR = 0.4  # part of the time between two frames in which the shutter is open
 
 # The first makes `video.mp4`, unless there are shots.
 CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 34.0,
-        "pos": (0.35, -2.35, 0.28),
-        "look_at": (0.0, 0.0, -0.06),
+        "fov": 29.8628,
+        "pos": (0.55, -2.5, 0.3),
+        "look_at": (0.0, 0.0, -0.1),
     },
 }
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.7882, 0.8078, 0.8314)
-AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
+BACKGROUND = (0.2275, 0.2588, 0.298)
+AMBIENT = 0.12  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
     "key": {
         "kind": "softbox",
-        "strength": 3.2,
-        "color": (1.0, 1.0, 1.0),
-        "direction": (-0.3, 1.0, -0.6),
+        "strength": 3.0,
+        "color": (1.0, 0.9451, 0.8784),
+        "direction": (0.1367, 0.542, -1.0),
+        "at": (0.0, 0.0, -0.1729),
+        "distance": 5.237,
+        "size": 2.619,
+    },
+    "rim": {
+        "kind": "softbox",
+        "strength": 1.2,
+        "color": (0.8588, 0.898, 0.9686),
+        "direction": (-0.4688, -1.127, -0.5),
         "at": (0.0, 0.0, -0.1729),
         "distance": 5.237,
         "size": 2.619,
     },
     "fill": {
-        "kind": "softbox",
-        "strength": 1.2,
-        "color": (1.0, 1.0, 1.0),
-        "direction": (0.8, 0.6, -0.5),
-        "at": (0.0, 0.0, -0.1729),
-        "distance": 5.237,
-        "size": 2.619,
-    },
-    "ambient": {
         "kind": "environment",
-        "strength": 0.16,
-        "color": (1.0, 1.0, 1.0),
-        "horizon": (1.0, 1.0, 1.0),
+        "strength": 0.02,
+        "color": (0.502, 0.5647, 0.6902),
+        "horizon": (0.251, 0.2824, 0.3451),
     },
 }
 BACKDROP = {
@@ -60,6 +60,6 @@ BACKDROP = {
     "radius": 18.33,
     "planes": [],
 }
-GAIN = 0.8485  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.1064  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -42,7 +42,7 @@ def add_floor(scene):
         "floor": scene.add_entity(
             gs.morphs.Plane(plane_size=(20.0, 20.0), pos=(0.0, 0.0, -0.75)),
             material=gs.materials.Rigid(friction=0.5),
-            surface=gs.surfaces.Default(color=(0.4353, 0.498, 0.5608, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.349, 0.3882, 0.4275, 1.0), roughness=0.9, metallic=0.0),
             name="floor",
         )
     }
@@ -55,7 +55,7 @@ def add_stand(scene):
         "stand": scene.add_entity(
             gs.morphs.Box(size=(0.7, 0.35, 0.26), pos=(0.0, 0.0, -0.62), fixed=True),
             material=gs.materials.Rigid(rho=1000.0, friction=0.5),
-            surface=gs.surfaces.Default(color=(0.1843, 0.2314, 0.2745, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.1843, 0.2314, 0.2745, 1.0), roughness=0.5, metallic=0.0),
             name="stand",
         )
     }

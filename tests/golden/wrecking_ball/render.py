@@ -7,59 +7,48 @@ or in a distance of 1 m.
 
 RESOLUTION = (1280, 720)  # width and height [pixels]
 FPS = 25.0  # frames per second of film
-SPEED = 1.0  # simulated seconds per second of film
+SPEED = 0.6  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
-END = 10.0
-MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
+END = 6.0
+MOTION_BLUR = 0.4  # part of the time between two frames in which the shutter is open
 
 # The first makes `video.mp4`, unless there are shots.
 CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 42.0,
-        "pos": (1.6, -5.4, 1.9),
-        "look_at": (0.25, 0.0, 1.2),
+        "fov": 37.8493,
+        "pos": (1.3, -5.4, 1.3),
+        "look_at": (0.55, 0.0, 1.18),
     },
 }
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.7882, 0.8078, 0.8314)
+BACKGROUND = (0.8902, 0.902, 0.902)
 AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
-    "key": {
-        "kind": "softbox",
-        "strength": 3.2,
-        "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.6185, 0.6185, -1.0),
-        "at": (-0.3586, 0.79, 1.6375),
-        "distance": 11.405,
-        "size": 5.702,
+    "sun": {
+        "kind": "sun",
+        "strength": 3.0,
+        "color": (1.0, 0.9412, 0.8706),
+        "direction": (0.7, 0.5, -0.9),
+        "angle": 0.05236,
     },
-    "rim": {
-        "kind": "softbox",
-        "strength": 1.1,
-        "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.3638, -1.0186, -0.75),
-        "at": (-0.3586, 0.79, 1.6375),
-        "distance": 11.405,
-        "size": 5.702,
-    },
-    "fill": {
+    "sky": {
         "kind": "environment",
-        "strength": 0.16,
-        "color": (0.9333, 0.9529, 0.9804),
-        "horizon": (0.8745, 0.8902, 0.9098),
+        "strength": 0.32,
+        "color": (0.8275, 0.8863, 0.9608),
+        "horizon": (0.9412, 0.9373, 0.9255),
     },
 }
 BACKDROP = {
-    "kind": "cyclorama",
+    "kind": "horizon",
     "level": 0.0,
     "center": (-0.3586, 0.79, 1.6375),
     "radius": 39.917,
     "planes": [],
 }
-GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 0.7922  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -43,7 +43,7 @@ def add_floor(scene):
         "floor": scene.add_entity(
             gs.morphs.Plane(plane_size=(30.0, 30.0), pos=(0.0, 0.0, 0.0)),
             material=gs.materials.Rigid(friction=0.6),
-            surface=gs.surfaces.Default(color=(0.4902, 0.5412, 0.5804, 1.0), roughness=1.0, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.6392, 0.6392, 0.6157, 1.0), roughness=1.0, metallic=0.0),
             name="floor",
         )
     }
