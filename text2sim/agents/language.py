@@ -12,10 +12,15 @@ from text2sim.spec_schema.published.language_reference import section_kinds, sec
 from text2sim.spec_schema.published.reference_sections import INTRODUCTION, SECTIONS, Section
 from text2sim.spec_schema.vocabulary.docstrings import model_doc
 
+OWN_COLORS = ("aluminium", "amber", "asphalt", "bone", "brass", "brick", "bronze", "clay", "concrete", "copper",
+              "cork", "cream", "emerald", "grass", "iron", "marble", "mustard", "oak", "pine", "rubber", "rust", "sand",
+              "slate", "steel", "stone", "terracotta", "walnut", "water", "wood")  # fmt: skip
+"""Colours that CSS has no name for."""
+assert set(OWN_COLORS) <= set(NAMED)
 PLACING = ("Poses and places", "Copies")
 READS: dict[str, tuple[str, ...]] = {
-    "scene": ("`scene`: the stage", "Statics", "Settings of the scene", "Solvers of deformable bodies", "Shapes",
-              "Poses and places", "Materials, joints and looks"),
+    "scene": ("`scene`: the stage", "Statics", "Copies", "Settings of the scene", "Solvers of deformable bodies",
+              "Shapes", "Poses and places", "Materials, joints and looks"),
     "bodies": ("`bodies`: the actors", "Mounts", "Parts of articulated bodies and chains", "Motions", "Shapes",
                "Shapes of cloth", "Parts of a compound", *PLACING, "Regions of space",
                "Materials, joints and looks", "Materials of deformable bodies"),
@@ -28,16 +33,17 @@ READS: dict[str, tuple[str, ...]] = {
 INDEXED = ("`bodies`: the actors", "Shapes", "Shapes of cloth", "Mounts", "Controls", "Copies", "Cameras")
 """Pages of which the Planner sees what kinds there are."""
 NARROWED: dict[str, tuple[str, ...]] = {
-    "scene": ("Shapes",),
+    "scene": ("Shapes", "Copies"),
     "bodies": ("`bodies`: the actors", "Shapes", "Shapes of cloth", "Mounts", "Motions", "Copies"),
-    "actions": ("Measures", "Events"),
+    "actions": ("Measures", "Events", "Controls"),
     "expectations": (),
     "render": (),
 }
 """Pages on which only the kinds that are needed are described in full."""
-DEFORMABLE = frozenset({"soft", "cloth", "granular", "liquid", "snow", "rope"})
+DEFORMABLE = frozenset({"soft", "cloth", "granular", "liquid", "snow"})
 ALWAYS = frozenset(
     {"rigid", "box", "sphere", "cylinder", "plane", "sheet", "line", "grid", "constant", "ramp", "still"}
+    | {"drive", "initial_velocity", "force", "impulse", "attach", "release"}
 )
 """Kinds that are described to everybody: nearly every case has them."""
 _LINK = re.compile(r"\[([^\]\n]+)\]\(#[^)\n]*\)")
@@ -68,8 +74,14 @@ def pages(reader: str, kinds: Collection[str] | None = None) -> str:
         narrow = wanted if section.title in NARROWED[reader] else None
         parts.append(_plain(section_text(section, narrow)))
     if reader in ("bodies", "scene"):
-        parts.append(f"Colours by name: {', '.join(sorted(NAMED))}.\n")
+        parts.append(f"Colours: `#rrggbb`, or a name: those of CSS, and {', '.join(OWN_COLORS)}.\n")
     return "\n".join(parts)
+
+
+def controls(kinds: Collection[str]) -> str:
+    """Return what there is to know of some kinds of controls; nothing if none of the kinds is one."""
+    (section,) = _sections(("Controls",))
+    return _plain(section_text(section, kinds)) if set(kinds) & set(section_kinds(section.models)) else ""
 
 
 @cache

@@ -103,6 +103,7 @@ def _looked_up(look: Look, deck: "Deck") -> str:
     kinds = wanted & language.known_kinds()
     if kinds:
         parts.append(language.pages("bodies", kinds))
+        parts.append(language.controls(kinds))
         parts.append(language.prefabs(only=kinds))
     return "\n\n".join(part for part in parts if part) or "(nothing of what you asked for is there)"
 

@@ -114,7 +114,8 @@ def needed_kinds(plan: Plan) -> set[str]:
     found = set(plan.mode)
     for body in plan.bodies.values():
         words = f"{body.kind} {body.shape} {body.mount} {body.what}".lower().replace(",", " ").replace("-", "_").split()
-        found |= {body.kind, body.shape, body.mount} | (set(words) & language.known_kinds())
+        # A ball is hardly ever a ball joint.
+        found |= {body.kind, body.shape, body.mount} | (set(words) & language.known_kinds() - {"ball"})
         if body.count > 1:
             found |= {"line", "grid", "stack", "ring"}
     for part in ("measures", "events"):

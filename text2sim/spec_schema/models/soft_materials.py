@@ -45,7 +45,8 @@ class ClothMaterial(Model):
     stretch_compliance: NonNegative | None = None
     """With solver pbd: how much the threads give [m/N]; 1e-7 if left out."""
     bending_compliance: NonNegative | None = None
-    """With solver pbd: how easily it folds [rad/N]; 1e-4 if left out. Larger means finer folds."""
+    """With solver pbd: how easily it folds [rad/N]; 1e-4 if left out, which is stiff as card. 1e4 drapes like
+    cotton."""
     air_resistance: NonNegative | None = None
     """With solver pbd: drag of still air, as the engine means it; 1e-3 if left out."""
 
