@@ -19,7 +19,7 @@ def add_ball(scene):
         ("models/ball_56562ebc.xml", (0.204, 0.0, 0.3), (1.0, 0.0, 0.0, 0.0)),
     ]
     return {
-        # case.yaml:22
+        # case.yaml:25
         f"ball[{i}]": scene.add_entity(
             gs.morphs.MJCF(
                 file=str(HERE / file),

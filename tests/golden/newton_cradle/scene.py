@@ -57,7 +57,7 @@ def add_post(scene):
         ((0.62, 0.0, 0.425),),
     ]
     return {
-        # case.yaml:14
+        # case.yaml:17
         f"post[{i}]": scene.add_entity(
             gs.morphs.Box(size=(0.03, 0.03, 0.85), pos=pos, fixed=True),
             material=gs.materials.Rigid(rho=1000.0, friction=0.5),
@@ -71,7 +71,7 @@ def add_post(scene):
 def add_table(scene):
     """Add table."""
     return {
-        # case.yaml:19
+        # case.yaml:22
         "table": scene.add_entity(
             gs.morphs.Plane(plane_size=(8.0, 8.0), pos=(0.0, 0.0, 0.0)),
             material=gs.materials.Rigid(friction=0.5),

@@ -55,7 +55,7 @@ DRIVES = [
                 0.0,
                 "position",
                 piecewise(times=[0.0, 0.4, 1.2, 2.2, 2.8], values=[0.0, 0.0, -0.14, -0.14, 0.0]),
-            ),  # case.yaml:65 press
+            ),  # case.yaml:67 press
         ],
     ),
     (
@@ -66,7 +66,7 @@ DRIVES = [
                 0.0,
                 "position",
                 piecewise(times=[0.0, 1.3, 2.0, 2.2, 2.8], values=[0.0, 0.0, 1.05, 1.05, 0.0]),
-            ),  # case.yaml:69 twist
+            ),  # case.yaml:71 twist
         ],
     ),
 ]

@@ -111,7 +111,7 @@ def add_block(scene):
 def add_piston(scene):
     """Add piston."""
     return {
-        # case.yaml:40
+        # case.yaml:42
         "piston": scene.add_entity(
             gs.morphs.MJCF(
                 file=str(HERE / "models/piston.xml"),

@@ -51,7 +51,7 @@ DRIVES = [
         "drum",
         "drum",
         [
-            (0.0, "velocity", ramp(start=0.5, end=1.5, before=0.0, after=0.8, ease="smooth")),  # case.yaml:60 turn
+            (0.0, "velocity", ramp(start=0.5, end=1.5, before=0.0, after=0.8, ease="smooth")),  # case.yaml:63 turn
         ],
     ),
 ]

@@ -10,7 +10,7 @@ HERE = Path(__file__).resolve().parent
 def add_drum(scene):
     """Add drum."""
     return {
-        # case.yaml:18
+        # case.yaml:21
         "drum": scene.add_entity(
             gs.morphs.MJCF(
                 file=str(HERE / "models/drum.xml"),
@@ -1280,7 +1280,7 @@ def add_cube(scene):
         ),
     ]
     return {
-        # case.yaml:41
+        # case.yaml:44
         f"cube[{i}]": scene.add_entity(
             gs.morphs.Box(size=(0.05, 0.05, 0.05), pos=pos, quat=quat),
             material=gs.materials.Rigid(rho=600.0, friction=0.6),
