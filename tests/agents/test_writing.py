@@ -12,6 +12,7 @@ from text2sim.agents.casework import case_text, examine, owner_of
 from text2sim.agents.replies import Plan, Refer
 from text2sim.agents.writing import change_section, reading, write_section
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.colors import NAMED
 
 PLAN = Plan.model_validate(
     {
@@ -106,6 +107,10 @@ def test_who_owns_a_problem() -> None:
         "/actions/expect/lands_too": "actions", "/params/height": "plan", "": "plan",
     }.items():  # fmt: skip
         assert owner_of(Problem(path, "wrong"), frozen) == owner
+
+
+def test_the_colours_that_are_told_are_known() -> None:
+    assert set(language.OWN_COLORS) <= set(NAMED)
 
 
 def test_a_writer_reads_what_its_plan_needs_and_little_more() -> None:

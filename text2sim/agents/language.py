@@ -7,7 +7,6 @@ import re
 from collections.abc import Collection, Iterable
 from functools import cache
 
-from text2sim.spec_schema.models.colors import NAMED
 from text2sim.spec_schema.published.language_reference import section_kinds, section_text
 from text2sim.spec_schema.published.reference_sections import INTRODUCTION, SECTIONS, Section
 from text2sim.spec_schema.vocabulary.docstrings import model_doc
@@ -16,7 +15,6 @@ OWN_COLORS = ("aluminium", "amber", "asphalt", "bone", "brass", "brick", "bronze
               "cork", "cream", "emerald", "grass", "iron", "marble", "mustard", "oak", "pine", "rubber", "rust", "sand",
               "slate", "steel", "stone", "terracotta", "walnut", "water", "wood")  # fmt: skip
 """Colours that CSS has no name for."""
-assert set(OWN_COLORS) <= set(NAMED)
 PLACING = ("Poses and places", "Copies")
 READS: dict[str, tuple[str, ...]] = {
     "scene": ("`scene`: the stage", "Statics", "Copies", "Settings of the scene", "Solvers of deformable bodies",

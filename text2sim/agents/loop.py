@@ -143,11 +143,8 @@ class Loop:
         supplies = Supplies()
         if plan.assets:
             self.emit("stage", name="assets")
-            jobs = [
-                lambda asset=asset: supply(self.desk, asset, plan, self.request, self.case) for asset in plan.assets
-            ]
             # One after the other: they are numbered calls of the same roles.
-            supplies = merged([job() for job in jobs])
+            supplies = merged([supply(self.desk, asset, plan, self.request, self.case) for asset in plan.assets])
         self.emit("stage", name="write")
         asked = self.request.text + "".join(f"\nGiven with it: {row}" for row in self.request.inputs)
         words = "\n".join(f"- {row}" for row in supplies.words)

@@ -10,7 +10,7 @@ from pydantic import Field, StringConstraints
 
 from text2sim.agents import language
 from text2sim.agents.asking import Desk, Wrong, typed
-from text2sim.agents.casework import examine, said
+from text2sim.agents.casework import examine, said, section_faults
 from text2sim.agents.planning import Request, plan_text
 from text2sim.agents.replies import Answer, Asset, Line, Lines, Plan
 from text2sim.agents.roles import ROLES, render, system_prompt
@@ -98,8 +98,6 @@ def mechanism_faults(name: str, body: dict[str, Any], plan: Plan, case: Path) ->
 
 
 def _shape(desk: Desk, asset: Asset, plan: Plan, request: Request, case: Path) -> Supplies:
-    from text2sim.agents.casework import section_faults
-
     def check(answer: ShapeAnswer) -> None:
         if answer.shape is None and answer.generate is None:
             raise Wrong(["answer with `shape` or with `generate`"])
