@@ -126,6 +126,12 @@ def test_a_model_that_is_gone_leaves_what_there_is(tmp_path: Path, monkeypatch: 
     assert (tmp_path / "gone" / "generation" / "calls" / "planner-01.json").is_file()
 
 
+def test_a_model_that_never_answers_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    outcome = begin(tmp_path / "mute", monkeypatch, scripted({})).run(lambda event, what: None)
+    assert outcome.state == "failed"
+    assert json.loads((tmp_path / "mute" / "generation" / "run.json").read_text())["state"] == "failed"
+
+
 def test_a_wrong_case_is_mended_by_its_owner_before_it_is_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     lost = HIGH.replace('pose: {pos: [0, 0, "${height + 1.7}"]}', "place: {on: table}")
     replies = REPLIES | {

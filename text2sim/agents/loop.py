@@ -80,7 +80,7 @@ class Loop:
         self.desk, self.deck, self.emit, self.limits = desk, deck, emit, limits
         self.attempts = Attempts(case)
         self.made: list[Attempt] = []
-        self.agreement = Agreement(Plan.model_construct(name=case.name, checks=Fragments()), emit)
+        self.agreement = Agreement(Plan.model_construct(name=case.name, event="", checks=Fragments()), emit)
         self.only_if_accepted = False
         """Whether the case is somebody's own, and only a version that was accepted may take its place."""
         self._warned: set[tuple[str, str]] = set()
