@@ -12,10 +12,10 @@ from text2sim.spec_schema.models.render import Render
 
 FAR = 4.0
 """Distance of a soft lamp that says none, in radii of the scene."""
-SOFT = 0.5
+SOFT = 0.35
 """Its side, in distances."""
-ROOM = 14.0
-"""Radius of a cyclorama, in radii of the scene: lamps and cameras stand inside."""
+ROOM = 8.0
+"""Radius of a cyclorama, in radii of the scene: lamps stand inside, and light the wall as well."""
 
 
 class Studio(NamedTuple):
@@ -39,12 +39,13 @@ STUDIOS = {
     "studio": Studio(
         {
             "key": _softbox((0.75, 0.45, -1.0), 3.2, "#fff6ec"),
-            "rim": _softbox((-0.6, -0.9, -0.75), 1.1, "#d6e4ff"),
-            "fill": Environment(kind="environment", color="#eef3fa", horizon="#dfe3e8", strength=0.16),
+            "rim": _softbox((-0.6, -0.9, -1.4), 1.1, "#d6e4ff"),
+            "fill": Environment(kind="environment", color="#eef3fa", horizon="#dfe3e8", strength=0.12),
         },
         "cyclorama",
         "#c9ced4",
         0.35,
+        0.25,
     ),
     "overcast": Studio(
         {
@@ -57,7 +58,7 @@ STUDIOS = {
     ),
     "golden_hour": Studio(
         {
-            "sun": Sun(kind="sun", direction=(0.9, 0.3, -0.32), strength=3.4, color="#ffb066", angle_deg=2.0),
+            "sun": Sun(kind="sun", direction=(0.9, 0.3, -0.32), strength=3.4, color="#ffc48a", angle_deg=2.0),
             "sky": Environment(kind="environment", color="#7d9fd0", horizon="#ffd9b0", strength=0.4),
         },
         "horizon",

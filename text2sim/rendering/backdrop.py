@@ -4,7 +4,7 @@ As in a studio the wall stands only where a camera looks. The open sides let lig
 cheaper: in a closed room no path of light ends before its longest length.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,8 @@ WALL = 0.9
 """Height of a cyclorama's wall above its curve, in radii."""
 NEAR = 0.5
 """Where the curve of the wall begins, in radii: on its open side the floor goes on, under lamps and cameras."""
+CLEARANCE = 1.15
+"""The same where a camera stands on a side to which another looks, in its distances."""
 FILLET = 0.35
 """Radius of the curve between floor and wall, in radii."""
 STEPS = 40
@@ -42,7 +44,8 @@ def backdrop_mesh(backdrop: dict[str, Any], eyes: Iterable[Array]) -> Mesh | Non
         backdrop: As the film section has it resolved.
         eyes: Where cameras stand, now and then [m].
     """
-    kind, radius = backdrop["kind"], float(backdrop["radius"])
+    kind, eyes = backdrop["kind"], list(eyes)
+    radius = max(float(backdrop["radius"]), _farthest(backdrop, eyes) * CLEARANCE / NEAR)
     if kind == "none" or backdrop["level"] is None:
         return None
     bounded = kind == "cyclorama"
@@ -82,6 +85,19 @@ def _turned(profile: Array, slopes: Array) -> Mesh:
     return Mesh(made.vertices, made.faces[:, ::-1], made.normals)
 
 
+def _farthest(backdrop: dict[str, Any], eyes: Sequence[Array]) -> float:
+    """Return the distance [m] of the farthest camera that has a wall behind it, since another looks there."""
+    away = np.array([np.asarray(eye, float)[:2] for eye in eyes]).reshape(-1, 2) - backdrop["center"][:2]
+    angle = np.arctan2(away[:, 1], away[:, 0])
+    behind = _between(angle[:, None], angle[None] + np.pi) < BEHIND
+    return float(np.hypot(*away[behind.any(axis=1)].T).max(initial=0.0))
+
+
+def _between(a: Array, b: Array) -> Array:
+    """Return the angle [rad] between two directions, 0 to pi."""
+    return np.abs((a - b + np.pi) % (2 * np.pi) - np.pi)
+
+
 def _open(wall: Mesh, backdrop: dict[str, Any], eyes: Iterable[Array]) -> Mesh:
     """Return the part of a wall that cameras see behind the scene."""
     middle = wall.vertices[wall.faces].mean(axis=1)
@@ -92,5 +108,5 @@ def _open(wall: Mesh, backdrop: dict[str, Any], eyes: Iterable[Array]) -> Mesh:
         if np.hypot(x, y) < 1e-6:  # straight from above
             kept[:] = True
         else:
-            kept |= np.abs((angle - np.arctan2(y, x) + np.pi) % (2 * np.pi) - np.pi) < BEHIND
+            kept |= _between(angle, np.arctan2(y, x)) < BEHIND
     return Mesh(wall.vertices, wall.faces[kept], wall.normals)

@@ -48,7 +48,7 @@ def emitters(lights: dict[str, dict[str, Any]], center: Array, radius: float) ->
         elif kind in ("lamp", "spot"):
             made[f"light_{name}"] = _lamp(light, color)
         elif kind == "environment":
-            domes.append(_gradient(color, linear(np.asarray(light["horizon"], float))) * light["strength"])
+            domes.append(gradient(color, linear(np.asarray(light["horizon"], float))) * light["strength"])
         elif kind == "sky":
             low = abs(light["direction"][2]) / np.linalg.norm(light["direction"])
             warm = np.array([1.0, 0.86 + 0.1 * low, 0.66 + 0.28 * low])
@@ -57,11 +57,16 @@ def emitters(lights: dict[str, dict[str, Any]], center: Array, radius: float) ->
             made[f"light_{name}"] = _sun(light | {"angle": SUN_DISC}, color * warm * facing, center, radius)
             domes.append(_sky(light) * color * (1 - CLEAR) * light["strength"])
     if domes:
-        mi = mitsuba()
-        upright = mi.ScalarTransform4f().rotate([1, 0, 0], 90)
-        bitmap = mi.Bitmap(np.ascontiguousarray(np.sum(domes, axis=0), np.float32))
-        made["dome"] = mi.load_dict({"type": "envmap", "bitmap": bitmap, "to_world": upright})
+        made["dome"] = dome(np.sum(domes, axis=0))
     return made
+
+
+def dome(radiance: Array) -> Any:
+    """Return what shines from all around, of shape (ROWS, 2 ROWS, 3), from straight up to straight down."""
+    mi = mitsuba()
+    upright = mi.ScalarTransform4f().rotate([1, 0, 0], 90)
+    bitmap = mi.Bitmap(np.ascontiguousarray(radiance, np.float32))
+    return mi.load_dict({"type": "envmap", "bitmap": bitmap, "to_world": upright})
 
 
 def box_irradiance(size: float, distance: float) -> float:
@@ -121,8 +126,8 @@ def _area(radiance: Array) -> dict[str, Any]:
     return {"type": "area", "radiance": {"type": "rgb", "value": [float(x) for x in radiance]}}
 
 
-def _gradient(above: Array, horizon: Array) -> Array:
-    """Return the radiance of a dome, shape (ROWS, 2 ROWS, 3), from straight up to straight down."""
+def gradient(above: Array, horizon: Array) -> Array:
+    """Return the radiance of a dome that goes from one colour above to another at the horizon, shape (ROWS, 2 ROWS, 3), from straight up to straight down."""
     height = np.cos((np.arange(ROWS) + 0.5) * pi / ROWS)[:, None]
     upper = horizon + (above - horizon) * np.clip(height, 0, 1) ** 0.6
     lower = horizon * (1 - (1 - GROUND) * np.clip(-6 * height, 0, 1))

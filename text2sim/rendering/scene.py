@@ -12,7 +12,7 @@ import numpy as np
 
 from text2sim.rendering.backdrop import backdrop_mesh
 from text2sim.rendering.finishes import material, needs_uvs
-from text2sim.rendering.lights import emitters
+from text2sim.rendering.lights import dome, emitters, gradient
 from text2sim.rendering.meshes import Mesh
 from text2sim.rendering.recording import Look, Part, Recording
 from text2sim.rendering.renderer import mitsuba
@@ -120,10 +120,11 @@ class Stage:
             shapes |= self._soft.shapes(around, black)
         if self._backdrop is not None:
             shapes["backdrop"] = self._backdrop(black)
-        # What glass mirrors besides lamps is the lit room, which is black here: its brightness comes from all around.
+        # What glass mirrors besides lamps is the lit room, which is black here: its brightness comes from above, and
+        # fades towards the floor, or a flat pane would mirror a hard line between the two.
         film = self.recording.film
         room = linear(np.asarray(film["background"])) * ROOM / film["gain"]
-        shapes["dome"] = {"type": "constant", "radiance": {"type": "rgb", "value": room.tolist()}}
+        shapes["dome"] = dome(gradient(room, np.zeros(3)))
         return Moment(solid, mitsuba().load_dict(self._fixed | shapes, optimize=False))
 
     def _make_backdrop(self, mesh: Mesh) -> Callable[[Any], Any]:

@@ -1,8 +1,10 @@
 """Tetrahedra of a solid, cut as the engine cuts them: how many there will be, and how good the worst one is."""
 
 import math
+from contextlib import chdir
 from dataclasses import dataclass
 from functools import lru_cache
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from text2sim.compiler.shapes.softmesh import SoftMesh
@@ -85,7 +87,8 @@ def _cut(mesh: SoftMesh, edge: float) -> Tets:
     switches = f"pq{MIN_RATIO}/{MIN_DIHEDRAL}a{options['maxvolume']}YQ"  # Q: quiet
     try:
         made = tetgen.TetGen(np.array(mesh.vertices), np.array(mesh.faces, np.int32))
-        vertices, tets, *_ = made.tetrahedralize(switches=switches)
+        with TemporaryDirectory() as folder, chdir(folder):  # it leaves files about what it skipped where it stands
+            vertices, tets, *_ = made.tetrahedralize(switches=switches)
     except Exception as error:  # what tetgen raises is a RuntimeError with few words
         raise AssetError(
             f"cannot be cut into tetrahedra ({str(error)[:120]}): its surface must be closed and not cut through itself"
