@@ -37,7 +37,7 @@ MOMENTS = {
     "falling_letters": 0.6,
     "laid_table": 0.6,
     "newton_cradle": 1.0,
-    "sand_hourglass": 1.6,
+    "sand_hourglass": 0.9,
     "snow_plough": 1.4,
     "soft_press": 1.5,
     "squeeze_through": 0.55,

@@ -31,8 +31,19 @@ def sheet(x: tuple[float, float], y: float, z: tuple[float, float] = (-0.5, 0.5)
 
 def seen(*sheets: Any, clear: tuple[int, ...] = ()) -> Sight:
     owner = np.repeat(np.arange(len(sheets)), [len(one) for one in sheets])
-    solid = np.array([k not in clear for k in range(len(sheets))])
-    return look(Things(np.concatenate(sheets), owner, solid), FRONT)
+    solid = ~np.isin(owner, clear)
+    return look(Things(np.concatenate(sheets), owner, solid, len(sheets)), FRONT)
+
+
+def test_one_sees_into_what_has_a_front_of_glass() -> None:
+    """Back and front are of one thing, a drum; what is in it stands between them."""
+    back, inside, front = sheet((-0.6, 0.6), 1.0), sheet((-0.2, 0.2), 0.0), sheet((-0.5, 0.5), -1.0)
+    triangles, owner = np.concatenate([back, inside, front]), np.array([0, 0, 1, 1, 0, 0])
+    through = look(Things(triangles, owner, np.array([1, 1, 1, 1, 0, 0], bool), 2), FRONT)
+    before = look(Things(triangles, owner, np.ones(6, bool), 2), FRONT)
+    assert through.hidden[1] == 0
+    assert before.hidden[1] == 1
+    assert through.seen[0] == before.seen[0], "glass is seen too"
 
 
 def test_what_hides_is_told_from_what_is_beside_the_picture() -> None:

@@ -68,7 +68,7 @@ STUDIOS = {
     "dark_stage": Studio(
         {
             "key": _softbox((0.25, 0.5, -1.0), 3.0, "#fff1e0"),
-            "rim": _softbox((-0.7, -1.0, -0.5), 1.2, "#dbe5f7"),
+            "rim": _softbox((-0.5, -0.8, -1.3), 1.2, "#dbe5f7"),
             "fill": Environment(kind="environment", color="#8090b0", horizon="#404858", strength=0.02),
         },
         "cyclorama",

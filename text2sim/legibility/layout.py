@@ -8,7 +8,7 @@ from text2sim.drawing.prop import Stage
 from text2sim.drawing.stage import stage
 from text2sim.drawing.view import View
 from text2sim.drawing.views import film_view
-from text2sim.legibility.sight import SOLID, Sight, Things, look
+from text2sim.legibility.sight import Sight, Things, hides, look
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
@@ -58,9 +58,8 @@ def of_stage(props: Stage, view: View) -> Layout:
     names = list(dict.fromkeys(prop.name for prop in props if prop.opacity > 0.0))
     index = {name: k for k, name in enumerate(names)}
     thing = np.array([index.get(prop.name, -1) for prop in props], np.int64)
-    solid = np.zeros(len(names), bool)
-    for prop, k in zip(props, thing.tolist(), strict=True):
-        solid[k] |= k >= 0 and prop.opacity >= SOLID
-    owner = thing[props.owner] if len(props) else np.zeros(0, np.int64)
+    opaque = np.array([hides(prop.opacity, prop.finish) for prop in props], bool)
+    owner, solid = (rows[props.owner] if len(props) else rows for rows in (thing, opaque))
     kept = owner >= 0
-    return Layout(names, look(Things(props.triangles[kept], owner[kept], solid, props.culled[kept]), view))
+    things = Things(props.triangles[kept], owner[kept], solid[kept], len(names), props.culled[kept])
+    return Layout(names, look(things, view))

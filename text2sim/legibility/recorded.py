@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from text2sim.drawing.stage import matrices
 from text2sim.drawing.view import View, perspective
-from text2sim.legibility.sight import SOLID, Sight, Things, look
+from text2sim.legibility.sight import Sight, Things, hides, look
 from text2sim.templates.cameras import View as FilmView
 
 if TYPE_CHECKING:
@@ -20,8 +20,6 @@ BUDGET = 60_000
 GRAINS = 2_000
 GRAIN = 0.7
 """Radius of a particle, in distances between them."""
-CLEAR = ("glass",)
-"""Finishes that one sees through."""
 OCTAHEDRON = np.array([
     (a, b, c) for x in (1, -1) for y in (1, -1) for z in (1, -1)
     for a, b, c in [((x, 0, 0), (0, y, 0), (0, 0, z))]
@@ -52,12 +50,10 @@ class Recorded:
         self._index = {name: k for k, name in enumerate(self.names)}
         looks = {base_name(body): look for body, look in reversed(bodies)}
         self.colors = np.array([looks[name].color for name in self.names], float).reshape(-1, 3)
-        opaque = [looks[name].opacity >= SOLID and looks[name].finish not in CLEAR for name in self.names]
-        self._solid = np.array(opaque, bool)
         still = {base_name(body) for body in recording.statics}
         self.statics = frozenset(still - {base_name(b) for b in recording.bodies if b not in recording.statics})
         self._soft = soft
-        self._local, self._links, self._owner = self._rigid(parts)
+        self._local, self._links, self._owner, self._solid = self._rigid(parts)
 
     def things(self, t: float) -> Things:
         """Return everything as it is at simulated time `t` [s]."""
@@ -65,14 +61,15 @@ class Recorded:
         pos, quat = states.poses(t)
         turn = matrices(quat.astype(float))[self._links]
         triangles = [np.einsum("nij,nkj->nki", turn, self._local) + pos[self._links][:, None]]
-        owner = [self._owner]
+        owner, solid = [self._owner], [self._solid]
         for part, faces in zip(self._soft, self._faces, strict=True):
             made = self._deformed(part, faces, t)
             triangles.append(made)
             owner.append(np.full(len(made), self._index[base_name(part.body)]))
+            solid.append(np.full(len(made), hides(part.look.opacity, part.look.finish)))
         corners, owners = np.concatenate(triangles), np.concatenate(owner)
         sound = np.isfinite(corners).all(axis=(1, 2))
-        return Things(corners[sound], owners[sound], self._solid)
+        return Things(corners[sound], owners[sound], np.concatenate(solid)[sound], len(self.names))
 
     def sight(self, t: float, camera: FilmView, size: tuple[int, int]) -> Sight:
         """Return what a camera sees at simulated time `t` [s].
@@ -89,8 +86,8 @@ class Recorded:
         colors = np.concatenate([self.colors, np.asarray(background, float).reshape(1, 3)])
         return colors[sight.front].reshape(sight.view.height, sight.view.width, 3)
 
-    def _rigid(self, parts: "list[Part]") -> tuple[Array, Array, Array]:
-        """Triangles of all rigid parts in the frames of their links, the row of each one's link, and its thing."""
+    def _rigid(self, parts: "list[Part]") -> tuple[Array, Array, Array, Array]:
+        """Triangles of all rigid parts in the frames of their links; of each its link, its thing, and if it hides."""
         meshes: dict[Any, tuple[Array, Array]] = {}
         for mesh in dict.fromkeys(part.mesh for part in parts):
             with np.load(mesh) as arrays:
@@ -99,12 +96,13 @@ class Recorded:
         most = max(self._budget // max(len(parts), 1), 48) if whole > self._budget else whole
         read = {mesh: vertices[coarse(vertices, faces, most)] for mesh, (vertices, faces) in meshes.items()}
         if not parts:
-            return np.zeros((0, 3, 3)), np.zeros(0, int), np.zeros(0, int)
+            return np.zeros((0, 3, 3)), np.zeros(0, int), np.zeros(0, int), np.zeros(0, bool)
         turns = matrices(np.array([part.quat for part in parts], float))
         local = [read[p.mesh] @ r.T + np.asarray(p.pos) for p, r in zip(parts, turns, strict=True)]
         sizes = [len(rows) for rows in local]
-        links = np.repeat([part.link for part in parts], sizes)
-        return np.concatenate(local), links, np.repeat([self._index[base_name(part.body)] for part in parts], sizes)
+        rows = [(p.link, self._index[base_name(p.body)], hides(p.look.opacity, p.look.finish)) for p in parts]
+        links, owner, solid = (np.repeat(column, sizes) for column in zip(*rows, strict=True))
+        return np.concatenate(local), links, owner, solid
 
     @cached_property
     def _faces(self) -> list[Array | None]:

@@ -18,7 +18,9 @@ from text2sim.drawing.view import View
 Array = NDArray[Any]
 
 SOLID = 0.5
-"""What is at least this opaque hides what is behind it."""
+"""What is at least this opaque hides what is behind it,"""
+CLEAR = ("glass", "frosted_glass")
+"""unless it is of glass."""
 SPECK = 0.25
 """Pixels that something counts for which is seen, but lies between the middles of pixels."""
 PIXELS = 4
@@ -35,7 +37,9 @@ class Things(NamedTuple):
     owner: Array
     """Index of the thing that each triangle is of, shape (n,)"""
     solid: NDArray[np.bool_]
-    """Whether each thing hides what is behind it, shape (m,)"""
+    """Whether each triangle hides what is behind it, shape (n,): a drum may have a front of glass"""
+    count: int
+    """How many things there are, m."""
     culled: NDArray[np.bool_] | None = None
     """Triangles that are seen from outside only, shape (n,); none if left out."""
 
@@ -130,23 +134,28 @@ class Sight:
         return found
 
 
+def hides(opacity: float, finish: str) -> bool:
+    """Return whether what looks so hides what is behind it."""
+    return opacity >= SOLID and finish not in CLEAR
+
+
 def look(things: Things, view: View) -> Sight:
     """Return what a camera sees of things."""
-    count = len(things.solid)
+    count = things.count
     raster = Raster(things.triangles, view, things.culled)
     best = np.zeros(view.width * view.height, np.uint64)
     pairs = [np.zeros(0, np.int64)]
     for part in raster.fragments():
         owner = things.owner[part.triangle].astype(np.int64)
         pairs.append(np.unique(part.pixel * count + owner))
-        front = things.solid[owner]
+        front = things.solid[part.triangle]
         key = part.nearness[front].view(np.uint32).astype(np.uint64) << np.uint64(32)
         np.maximum.at(best, part.pixel[front], key | owner[front].astype(np.uint64))
     front = np.where(best > 0, (best & np.uint64(0xFFFFFFFF)).astype(np.int64), -1)
     nearness = (best >> np.uint64(32)).astype(np.uint32).view(np.float32)
     clear = [np.zeros(0, np.int64)]
-    glass = np.flatnonzero(~things.solid[things.owner]) if len(things.owner) else []
-    for part in raster.fragments(np.asarray(glass, int)) if len(glass) else ():
+    glass = np.flatnonzero(~things.solid)
+    for part in raster.fragments(glass) if len(glass) else ():
         ahead = part.nearness > nearness[part.pixel]
         clear.append(np.unique(part.pixel[ahead] * count + things.owner[part.triangle[ahead]]))
     covered = np.unique(np.concatenate(pairs))
@@ -159,7 +168,7 @@ def look(things: Things, view: View) -> Sight:
 
 def _specks(things: Things, view: View, nearness: Array, seen: Array, alone: Array) -> Array:
     """Count what lies between pixels, in place; return which part of each thing's points is in the picture."""
-    count = len(things.solid)
+    count = things.count
     points, owner = things.triangles.reshape(-1, 3), np.repeat(things.owner, 3)
     pixels, depth = view.pixels(points), -view.local(points)[:, 2]
     with np.errstate(invalid="ignore"):

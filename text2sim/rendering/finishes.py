@@ -1,6 +1,6 @@
 """What surfaces are like: Disney's principled material for each finish of the language, with small textures we make.
 
-Colours come from the meshes, vertex by vertex, so all that has one finish is one mesh of one material. Where a surface
+Colours come from the meshes, face by face, so all that has one finish is one mesh of one material. Where a surface
 is not even, a texture blends from the colour to a darker or lighter shade of it.
 """
 
@@ -14,8 +14,9 @@ from text2sim.rendering.renderer import mitsuba
 
 Array = NDArray[np.floating]
 
-COLOR, SHADE = "vertex_color", "vertex_shade"
-"""Attributes of the meshes: linear colour, and what it is blended with."""
+COLOR, SHADE = "face_color", "face_shade"
+"""Attributes of the meshes: linear colour, and what it is blended with. Not of their vertices: in thin triangles the
+renderer finds no weights to blend those with, and what it finds instead is black."""
 TEXELS = 512
 HAZE = 0.06
 """Part of the light that clear glass scatters, by which one sees that it is there."""

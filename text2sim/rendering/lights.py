@@ -127,7 +127,10 @@ def _area(radiance: Array) -> dict[str, Any]:
 
 
 def gradient(above: Array, horizon: Array) -> Array:
-    """Return the radiance of a dome that goes from one colour above to another at the horizon, shape (ROWS, 2 ROWS, 3), from straight up to straight down."""
+    """Return the radiance of a dome that goes from one colour above to another at the horizon.
+
+    Its shape is (ROWS, 2 ROWS, 3), from straight up to straight down.
+    """
     height = np.cos((np.arange(ROWS) + 0.5) * pi / ROWS)[:, None]
     upper = horizon + (above - horizon) * np.clip(height, 0, 1) ** 0.6
     lower = horizon * (1 - (1 - GROUND) * np.clip(-6 * height, 0, 1))

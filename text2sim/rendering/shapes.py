@@ -31,7 +31,7 @@ def mesh_shape(
         vertices: [m], shape (n, 3).
         faces: Shape (f, 3).
         normals: Shape (n, 3).
-        colors: Linear colour of each vertex, shape (n, 3).
+        colors: Linear colour at each vertex, shape (n, 3); a face takes that of its first.
         shades: What the colour is blended with, shape (n, 3).
         uvs: Shape (n, 2).
     """
@@ -43,7 +43,7 @@ def mesh_shape(
     )
     for attribute, values in ((COLOR, colors), (SHADE, shades)):
         if values is not None:
-            mesh.add_attribute(attribute, 3, _flat(values))
+            mesh.add_attribute(attribute, 3, _flat(values[faces[:, 0]]))
     parameters = mi.traverse(mesh)
     parameters["faces"] = np.ascontiguousarray(faces, np.uint32).ravel()
     parameters["vertex_positions"] = _flat(vertices)

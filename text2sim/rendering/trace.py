@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
 
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.scene import Moment
@@ -120,7 +121,24 @@ def _timed(seconds: dict[str, float], part: str) -> Iterator[None]:
 
 
 def _limited(radiance: Array, gain: float) -> Array:
-    return np.minimum(np.nan_to_num(radiance), BRIGHTEST / gain)
+    return np.minimum(healed(radiance), BRIGHTEST / gain)
+
+
+def healed(radiance: Array) -> Array:
+    """Return a picture (h, w, 3) whose pixels without a value are like those around them.
+
+    The renderer's relief of surfaces yields no number now and then, and one such sample takes its whole pixel along: as
+    black ones they would be specks, which the denoiser makes larger.
+    """
+    known = np.isfinite(radiance).all(axis=-1)
+    filled = np.where(known[..., None], radiance, 0.0)
+    while known.any() and not known.all():
+        weight = uniform_filter(known.astype(np.float32), 3)
+        around = np.stack([uniform_filter(filled[..., k], 3) for k in range(3)], axis=-1)
+        reached = ~known & (weight > 0.05)
+        filled[reached] = around[reached] / weight[reached, None]
+        known |= reached
+    return filled
 
 
 def _denoised(*pictures: Array, fast: bool) -> Array:

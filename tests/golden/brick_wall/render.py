@@ -48,7 +48,7 @@ BACKDROP = {
     "kind": "horizon",
     "level": 0.0,
     "center": (0.0, -1.0867, 0.42),
-    "radius": 24.256,
+    "radius": 13.861,
     "planes": [],
 }
 GAIN = 0.8044  # brightness: this makes a white sheet white that faces the strongest light

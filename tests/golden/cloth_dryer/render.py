@@ -35,20 +35,20 @@ LIGHTS = {
         "direction": (0.6396, 0.5966, -1.0),
         "at": (0.0, 0.0, 0.0),
         "distance": 3.796,
-        "size": 1.898,
+        "size": 1.329,
     },
     "rim": {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.399, -1.0054, -0.75),
+        "direction": (-0.399, -1.0054, -1.4),
         "at": (0.0, 0.0, 0.0),
         "distance": 3.796,
-        "size": 1.898,
+        "size": 1.329,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.16,
+        "strength": 0.12,
         "color": (0.9333, 0.9529, 0.9804),
         "horizon": (0.8745, 0.8902, 0.9098),
     },
@@ -57,9 +57,9 @@ BACKDROP = {
     "kind": "cyclorama",
     "level": -0.45,
     "center": (0.0, 0.0, 0.0),
-    "radius": 13.286,
+    "radius": 7.592,
     "planes": [],
 }
-GAIN = 1.0474  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.2885  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

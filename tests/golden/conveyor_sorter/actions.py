@@ -51,140 +51,140 @@ DRIVES = [
         "roller[0]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[1]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[2]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[3]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[4]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[5]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[6]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[7]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[8]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[9]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[10]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[11]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[12]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[13]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[14]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[15]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[16]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[17]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[18]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
         "roller[19]",
         "roller",
         [
-            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:71 belt
+            (0.0, "velocity", ramp(start=0.2, end=0.7, before=0.0, after=10.0, ease="smooth")),  # case.yaml:96 belt
         ],
     ),
     (
@@ -195,7 +195,7 @@ DRIVES = [
                 0.0,
                 "position",
                 piecewise(times=[0.0, 2.1, 2.5, 3.1], values=[0.0, 0.0, 0.42, 0.0]),
-            ),  # case.yaml:75 push_red
+            ),  # case.yaml:100 push_red
         ],
     ),
     (
@@ -206,14 +206,14 @@ DRIVES = [
                 0.0,
                 "position",
                 piecewise(times=[0.0, 2.75, 3.15, 3.75], values=[0.0, 0.0, 0.42, 0.0]),
-            ),  # case.yaml:79 push_green
+            ),  # case.yaml:104 push_green
         ],
     ),
     (
         "gate",
         "gate",
         [
-            (0.0, "position", ramp(start=5.5, end=6.2, before=0.0, after=-1.5, ease="smooth")),  # case.yaml:83 open
+            (0.0, "position", ramp(start=5.5, end=6.2, before=0.0, after=-1.5, ease="smooth")),  # case.yaml:108 open
         ],
     ),
 ]

@@ -33,7 +33,7 @@ def add_roller(scene):
         ((1.55, 0.0, 0.46),),
     ]
     return {
-        # case.yaml:34
+        # case.yaml:59
         f"roller[{i}]": scene.add_entity(
             gs.morphs.MJCF(
                 file=str(HERE / "models/roller.xml"),
@@ -58,7 +58,7 @@ def add_parcel(scene):
         ((-0.08, 0.0, 0.581), (0.8118, 0.2275, 0.1961, 1.0)),
     ]
     return {
-        # case.yaml:42
+        # case.yaml:67
         f"parcel[{i}]": scene.add_entity(
             gs.morphs.Box(size=(0.16, 0.16, 0.16), pos=pos),
             material=gs.materials.Rigid(rho=250.0, friction=0.6),
@@ -77,7 +77,7 @@ def add_pusher(scene):
         ((1.1, 0.3, 0.58),),
     ]
     return {
-        # case.yaml:49
+        # case.yaml:74
         f"pusher[{i}]": scene.add_entity(
             gs.morphs.MJCF(
                 file=str(HERE / "models/pusher.xml"),
@@ -95,7 +95,7 @@ def add_pusher(scene):
 def add_gate(scene):
     """Add gate."""
     return {
-        # case.yaml:57
+        # case.yaml:82
         "gate": scene.add_entity(
             gs.morphs.MJCF(
                 file=str(HERE / "models/gate.xml"),

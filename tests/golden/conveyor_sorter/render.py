@@ -35,20 +35,20 @@ LIGHTS = {
         "direction": (0.6809, 0.549, -1.0),
         "at": (0.8693, 0.0, 0.42),
         "distance": 8.81,
-        "size": 4.405,
+        "size": 3.083,
     },
     "rim": {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.4704, -0.974, -0.75),
+        "direction": (-0.4704, -0.974, -1.4),
         "at": (0.8693, 0.0, 0.42),
         "distance": 8.81,
-        "size": 4.405,
+        "size": 3.083,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.16,
+        "strength": 0.12,
         "color": (0.9333, 0.9529, 0.9804),
         "horizon": (0.8745, 0.8902, 0.9098),
     },
@@ -57,9 +57,9 @@ BACKDROP = {
     "kind": "cyclorama",
     "level": 0.0,
     "center": (0.8693, 0.0, 0.42),
-    "radius": 30.835,
+    "radius": 17.62,
     "planes": [],
 }
-GAIN = 0.9772  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.2022  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -32,7 +32,7 @@ def make_scene(vis_options=None):
             tolerance=1e-08,
             friction_cone=gs.friction_cone.pyramidal,  # survives hard impacts; elliptic does not creep on slopes
             constraint_timeconst=0.005,  # two substeps: the stiffest contact that stays stable
-            max_collision_pairs=704,  # 16 for each of 44 convex pieces
+            max_collision_pairs=880,  # 16 for each of 55 convex pieces
         ),
         vis_options=vis_options or gs.options.VisOptions(),
         show_viewer=False,
@@ -71,6 +71,67 @@ def add_rail(scene):
     }
 
 
+def add_leg(scene):
+    """Add 4 copies of leg."""
+    copies = [
+        # pos
+        ((-0.35, -0.24, 0.195),),
+        ((-0.35, 0.24, 0.195),),
+        ((1.5, -0.24, 0.195),),
+        ((1.5, 0.24, 0.195),),
+    ]
+    return {
+        # case.yaml:20
+        f"leg[{i}]": scene.add_entity(
+            gs.morphs.Box(size=(0.04, 0.03, 0.39), pos=pos, fixed=True),
+            material=gs.materials.Rigid(rho=1000.0, friction=0.5),
+            surface=gs.surfaces.Default(color=(0.2235, 0.2588, 0.2941, 1.0), roughness=0.5, metallic=0.0),
+            name=f"leg[{i}]",
+        )
+        for i, (pos,) in enumerate(copies)
+    }
+
+
+def add_stand(scene):
+    """Add 2 copies of stand."""
+    copies = [
+        # pos
+        ((0.6, 0.34, 0.0),),
+        ((1.1, 0.34, 0.0),),
+    ]
+    return {
+        # case.yaml:25
+        f"stand[{i}]": scene.add_entity(
+            gs.morphs.MJCF(
+                file=str(HERE / "models/stand.xml"),
+                pos=pos,
+                default_armature=None,  # the engine would add 0.1 to every hinge and slider
+            ),
+            material=gs.materials.Rigid(),
+            surface=gs.surfaces.Default(color=(0.2235, 0.2588, 0.2941, 1.0), roughness=0.5, metallic=0.0),
+            name=f"stand[{i}]",
+        )
+        for i, (pos,) in enumerate(copies)
+    }
+
+
+def add_portal(scene):
+    """Add portal."""
+    return {
+        # case.yaml:34
+        "portal": scene.add_entity(
+            gs.morphs.MJCF(
+                file=str(HERE / "models/portal.xml"),
+                pos=(1.62, 0.0, 0.0),
+                default_armature=None,  # the engine would add 0.1 to every hinge and slider
+            ),
+            material=gs.materials.Rigid(),
+            surface=gs.surfaces.Default(color=(0.2235, 0.2588, 0.2941, 1.0), roughness=0.5, metallic=0.0),
+            name="portal",
+        )
+    }
+
+
 def add_bin(scene):
     """Add 3 copies of bin."""
     copies = [
@@ -80,7 +141,7 @@ def add_bin(scene):
         ((1.9, 0.0, 0.0), (0.4353, 0.6392, 0.8118, 1.0)),
     ]
     return {
-        # case.yaml:20
+        # case.yaml:45
         f"bin[{i}]": scene.add_entity(
             gs.morphs.MJCF(
                 file=str(HERE / "models/bin.xml"),
@@ -100,5 +161,8 @@ def add_statics(scene):
     return {
         **add_floor(scene),
         **add_rail(scene),
+        **add_leg(scene),
+        **add_stand(scene),
+        **add_portal(scene),
         **add_bin(scene),
     }

@@ -55,7 +55,7 @@ DRIVES = [
                 0.0,
                 "velocity",
                 ramp(start=0.0, end=1.0, before=0.0, after=6.28318531, ease="smooth"),
-            ),  # case.yaml:65 motor
+            ),  # case.yaml:74 motor
         ],
     ),
 ]

@@ -10,7 +10,7 @@ HERE = Path(__file__).resolve().parent
 def add_engine(scene):
     """Add engine."""
     return {
-        # case.yaml:25
+        # case.yaml:34
         "engine": scene.add_entity(
             gs.morphs.MJCF(
                 file=str(HERE / "models/engine.xml"),

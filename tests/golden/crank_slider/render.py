@@ -20,8 +20,8 @@ CAMERAS = {
         "fov": 26.9915,
         "f_stop": 8.0,
         "focus": (0.2, 0.0, 0.0),
-        "pos": (0.5, -0.86, 0.26),
-        "look_at": (0.2, 0.0, 0.0),
+        "pos": (0.52, -0.94, 0.27),
+        "look_at": (0.21, 0.0, -0.025),
     },
 }
 # One after the other.
@@ -34,23 +34,23 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.5599, 0.6719, -1.0),
-        "at": (0.1912, -0.022, -0.0153),
-        "distance": 1.579,
-        "size": 0.789,
+        "direction": (0.5713, 0.6623, -1.0),
+        "at": (0.22, -0.01, -0.155),
+        "distance": 2.41,
+        "size": 0.844,
     },
     "rim": {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.2701, -1.0474, -0.75),
-        "at": (0.1912, -0.022, -0.0153),
-        "distance": 1.579,
-        "size": 0.789,
+        "direction": (-0.2879, -1.0426, -1.4),
+        "at": (0.22, -0.01, -0.155),
+        "distance": 2.41,
+        "size": 0.844,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.16,
+        "strength": 0.12,
         "color": (0.9333, 0.9529, 0.9804),
         "horizon": (0.8745, 0.8902, 0.9098),
     },
@@ -58,10 +58,10 @@ LIGHTS = {
 BACKDROP = {
     "kind": "cyclorama",
     "level": -0.16,
-    "center": (0.1912, -0.022, -0.0153),
-    "radius": 5.527,
+    "center": (0.22, -0.01, -0.155),
+    "radius": 4.821,
     "planes": [],
 }
-GAIN = 1.0474  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.2885  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

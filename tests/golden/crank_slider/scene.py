@@ -29,7 +29,7 @@ def make_scene(vis_options=None):
             tolerance=1e-08,
             friction_cone=gs.friction_cone.pyramidal,  # survives hard impacts; elliptic does not creep on slopes
             constraint_timeconst=0.005,  # two substeps: the stiffest contact that stays stable
-            max_collision_pairs=150,  # 16 for each of 9 convex pieces
+            max_collision_pairs=224,  # 16 for each of 14 convex pieces
         ),
         vis_options=vis_options or gs.options.VisOptions(),
         show_viewer=False,
@@ -68,15 +68,49 @@ def add_rail(scene):
     }
 
 
+def add_post(scene):
+    """Add 4 copies of post."""
+    copies = [
+        # pos
+        ((0.22, -0.067, -0.0975),),
+        ((0.22, 0.023, -0.0975),),
+        ((0.46, -0.067, -0.0975),),
+        ((0.46, 0.023, -0.0975),),
+    ]
+    return {
+        # case.yaml:19
+        f"post[{i}]": scene.add_entity(
+            gs.morphs.Box(size=(0.02, 0.02, 0.105), pos=pos, fixed=True),
+            material=gs.materials.Rigid(rho=1000.0, friction=0.5),
+            surface=gs.surfaces.Default(color=(0.2235, 0.2588, 0.2941, 1.0), roughness=0.5, metallic=0.0),
+            name=f"post[{i}]",
+        )
+        for i, (pos,) in enumerate(copies)
+    }
+
+
 def add_pillar(scene):
     """Add pillar."""
     return {
-        # case.yaml:19
+        # case.yaml:24
         "pillar": scene.add_entity(
-            gs.morphs.Box(size=(0.08, 0.03, 0.2), pos=(0.0, 0.05, -0.06), fixed=True),
+            gs.morphs.Box(size=(0.08, 0.03, 0.19), pos=(0.0, 0.05, -0.055), fixed=True),
             material=gs.materials.Rigid(rho=1000.0, friction=0.5),
             surface=gs.surfaces.Default(color=(0.2235, 0.2588, 0.2941, 1.0), roughness=0.5, metallic=0.0),
             name="pillar",
+        )
+    }
+
+
+def add_plate(scene):
+    """Add plate."""
+    return {
+        # case.yaml:28
+        "plate": scene.add_entity(
+            gs.morphs.Box(size=(0.66, 0.22, 0.01), pos=(0.22, -0.01, -0.155), fixed=True),
+            material=gs.materials.Rigid(rho=1000.0, friction=0.5),
+            surface=gs.surfaces.Default(color=(0.5412, 0.4157, 0.2667, 1.0), roughness=0.7, metallic=0.0),
+            name="plate",
         )
     }
 
@@ -86,5 +120,7 @@ def add_statics(scene):
     return {
         **add_floor(scene),
         **add_rail(scene),
+        **add_post(scene),
         **add_pillar(scene),
+        **add_plate(scene),
     }

@@ -51,7 +51,7 @@ def add_floor(scene):
         "floor": scene.add_entity(
             gs.morphs.Plane(plane_size=(10.0, 10.0), pos=(0.0, 0.0, 0.0)),
             material=gs.materials.Rigid(friction=0.5, coup_friction=0.5),
-            surface=gs.surfaces.Default(color=(0.6902, 0.6039, 0.502, 1.0), roughness=0.9, metallic=0.0),
+            surface=gs.surfaces.Default(color=(0.8275, 0.7922, 0.7412, 1.0), roughness=0.9, metallic=0.0),
             name="floor",
         )
     }

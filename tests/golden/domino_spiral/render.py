@@ -37,20 +37,20 @@ LIGHTS = {
         "direction": (0.6185, 0.6185, -1.0),
         "at": (0.0401, -0.0398, 0.0672),
         "distance": 2.768,
-        "size": 1.384,
+        "size": 0.969,
     },
     "rim": {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.3638, -1.0187, -0.75),
+        "direction": (-0.3638, -1.0187, -1.4),
         "at": (0.0401, -0.0398, 0.0672),
         "distance": 2.768,
-        "size": 1.384,
+        "size": 0.969,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.16,
+        "strength": 0.12,
         "color": (0.9333, 0.9529, 0.9804),
         "horizon": (0.8745, 0.8902, 0.9098),
     },
@@ -59,9 +59,9 @@ BACKDROP = {
     "kind": "cyclorama",
     "level": 0.0,
     "center": (0.0401, -0.0398, 0.0672),
-    "radius": 9.687,
+    "radius": 5.535,
     "planes": [],
 }
-GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.0466  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -15,11 +15,12 @@ MOTION_BLUR = 0.3  # part of the time between two frames in which the shutter is
 # The first makes `video.mp4`, unless there are shots.
 CAMERAS = {
     "main": {
-        "kind": "still",
+        "kind": "keyframed",
         "up": (0.0, 0.0, 1.0),
-        "fov": 33.3985,
-        "pos": (0.9, -4.0, 1.15),
-        "look_at": (0.0, 0.0, 0.82),
+        "fov": 31.8908,
+        "times": [0.0, 0.1, 0.9],
+        "positions": [(0.9, -4.0, 1.2), (0.9, -4.0, 1.2), (0.75, -2.8, 1.25)],
+        "look_at": [(0.0, 0.0, 0.9), (0.0, 0.0, 0.9), (0.0, 0.0, 0.22)],
     },
 }
 # One after the other.
@@ -35,20 +36,20 @@ LIGHTS = {
         "direction": (0.6329, 0.6037, -1.0),
         "at": (0.0, 0.02, 0.5586),
         "distance": 6.521,
-        "size": 3.26,
+        "size": 2.282,
     },
     "rim": {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.3878, -1.0098, -0.75),
+        "direction": (-0.3878, -1.0098, -1.4),
         "at": (0.0, 0.02, 0.5586),
         "distance": 6.521,
-        "size": 3.26,
+        "size": 2.282,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.16,
+        "strength": 0.12,
         "color": (0.9333, 0.9529, 0.9804),
         "horizon": (0.8745, 0.8902, 0.9098),
     },
@@ -57,9 +58,9 @@ BACKDROP = {
     "kind": "cyclorama",
     "level": 0.0,
     "center": (0.0, 0.02, 0.5586),
-    "radius": 22.824,
+    "radius": 13.042,
     "planes": [],
 }
-GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.0466  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

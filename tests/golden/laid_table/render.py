@@ -37,20 +37,20 @@ LIGHTS = {
         "direction": (0.3564, 0.7988, -1.0),
         "at": (0.0, 0.0, 0.725),
         "distance": 6.413,
-        "size": 3.207,
+        "size": 2.245,
     },
     "rim": {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (0.0246, -1.0814, -0.75),
+        "direction": (0.0246, -1.0814, -1.4),
         "at": (0.0, 0.0, 0.725),
         "distance": 6.413,
-        "size": 3.207,
+        "size": 2.245,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.16,
+        "strength": 0.12,
         "color": (0.9333, 0.9529, 0.9804),
         "horizon": (0.8745, 0.8902, 0.9098),
     },
@@ -59,9 +59,9 @@ BACKDROP = {
     "kind": "cyclorama",
     "level": 0.0,
     "center": (0.0, 0.0, 0.725),
-    "radius": 22.446,
+    "radius": 12.826,
     "planes": [],
 }
-GAIN = 1.0474  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.2885  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

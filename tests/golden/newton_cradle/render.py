@@ -37,20 +37,20 @@ LIGHTS = {
         "direction": (0.711, 0.5094, -1.0),
         "at": (0.0, 0.0, 0.7264),
         "distance": 5.692,
-        "size": 2.846,
+        "size": 1.992,
     },
     "rim": {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.525, -0.9457, -0.75),
+        "direction": (-0.525, -0.9457, -1.4),
         "at": (0.0, 0.0, 0.7264),
         "distance": 5.692,
-        "size": 2.846,
+        "size": 1.992,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.16,
+        "strength": 0.12,
         "color": (0.9333, 0.9529, 0.9804),
         "horizon": (0.8745, 0.8902, 0.9098),
     },
@@ -59,9 +59,9 @@ BACKDROP = {
     "kind": "cyclorama",
     "level": 0.0,
     "center": (0.0, 0.0, 0.7264),
-    "radius": 19.923,
+    "radius": 11.385,
     "planes": [],
 }
-GAIN = 1.1226  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.381  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -36,16 +36,16 @@ LIGHTS = {
         "direction": (0.0429, 0.5574, -1.0),
         "at": (0.0, 0.0, 0.1835),
         "distance": 2.325,
-        "size": 1.163,
+        "size": 0.814,
     },
     "rim": {
         "kind": "softbox",
         "strength": 1.2,
         "color": (0.8588, 0.898, 0.9686),
-        "direction": (-0.271, -1.1902, -0.5),
+        "direction": (-0.1612, -0.9295, -1.3),
         "at": (0.0, 0.0, 0.1835),
         "distance": 2.325,
-        "size": 1.163,
+        "size": 0.814,
     },
     "fill": {
         "kind": "environment",
@@ -58,7 +58,7 @@ BACKDROP = {
     "kind": "cyclorama",
     "level": -0.06,
     "center": (0.0, 0.0, 0.1835),
-    "radius": 8.138,
+    "radius": 4.65,
     "planes": [],
 }
 GAIN = 1.1858  # brightness: this makes a white sheet white that faces the strongest light

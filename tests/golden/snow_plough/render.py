@@ -17,39 +17,50 @@ CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 33.3985,
+        "fov": 35.0511,
         "f_stop": 8.0,
-        "pos": (1.05, -1.2, 0.6),
-        "look_at": (0.08, 0.0, 0.02),
+        "pos": (0.95, -1.05, 0.95),
+        "look_at": (0.04, 0.0, 0.0),
     },
 }
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.902, 0.8039, 0.698)
+BACKGROUND = (0.5451, 0.5961, 0.651)
 AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
-    "sun": {
-        "kind": "sun",
-        "strength": 3.4,
-        "color": (1.0, 0.6902, 0.4),
-        "direction": (0.5113, 0.7991, -0.32),
-        "angle": 0.03491,
+    "key": {
+        "kind": "softbox",
+        "strength": 3.2,
+        "color": (1.0, 0.9647, 0.9255),
+        "direction": (0.272, 0.8313, -1.0),
+        "at": (0.0, 0.0, -0.05),
+        "distance": 7.142,
+        "size": 2.5,
     },
-    "sky": {
+    "rim": {
+        "kind": "softbox",
+        "strength": 1.1,
+        "color": (0.8392, 0.8941, 1.0),
+        "direction": (0.136, -1.0731, -1.4),
+        "at": (0.0, 0.0, -0.05),
+        "distance": 7.142,
+        "size": 2.5,
+    },
+    "fill": {
         "kind": "environment",
-        "strength": 0.4,
-        "color": (0.4902, 0.6235, 0.8157),
-        "horizon": (1.0, 0.851, 0.6902),
+        "strength": 0.12,
+        "color": (0.9333, 0.9529, 0.9804),
+        "horizon": (0.8745, 0.8902, 0.9098),
     },
 }
 BACKDROP = {
-    "kind": "horizon",
+    "kind": "cyclorama",
     "level": None,
     "center": (0.0, 0.0, -0.05),
-    "radius": 24.996,
+    "radius": 14.283,
     "planes": [],
 }
-GAIN = 0.71  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.0466  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

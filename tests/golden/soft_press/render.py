@@ -36,20 +36,20 @@ LIGHTS = {
         "direction": (0.4824, 0.7296, -1.0),
         "at": (0.0, 0.0, 0.2626),
         "distance": 2.551,
-        "size": 1.276,
+        "size": 0.893,
     },
     "rim": {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.153, -1.0708, -0.75),
+        "direction": (-0.153, -1.0708, -1.4),
         "at": (0.0, 0.0, 0.2626),
         "distance": 2.551,
-        "size": 1.276,
+        "size": 0.893,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.16,
+        "strength": 0.12,
         "color": (0.9333, 0.9529, 0.9804),
         "horizon": (0.8745, 0.8902, 0.9098),
     },
@@ -58,9 +58,9 @@ BACKDROP = {
     "kind": "cyclorama",
     "level": -0.05,
     "center": (0.0, 0.0, 0.2626),
-    "radius": 8.929,
+    "radius": 5.102,
     "planes": [],
 }
-GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.0466  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -25,7 +25,7 @@ CAMERAS = {
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.2902, 0.3333, 0.3765)
+BACKGROUND = (0.5451, 0.5922, 0.6392)
 AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
     "key": {
@@ -35,7 +35,7 @@ LIGHTS = {
         "direction": (0.9, 0.4, -0.6),
         "at": (-0.064, 0.0, 0.0),
         "distance": 1.902,
-        "size": 0.951,
+        "size": 0.666,
     },
     "rim": {
         "kind": "softbox",
@@ -44,7 +44,7 @@ LIGHTS = {
         "direction": (-0.9, -0.5, -0.35),
         "at": (-0.064, 0.0, 0.0),
         "distance": 1.902,
-        "size": 0.951,
+        "size": 0.666,
     },
     "fill": {
         "kind": "environment",
@@ -57,9 +57,9 @@ BACKDROP = {
     "kind": "cyclorama",
     "level": None,
     "center": (-0.064, 0.0, 0.0),
-    "radius": 6.657,
+    "radius": 3.804,
     "planes": [],
 }
-GAIN = 1.7722  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.4395  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -36,20 +36,20 @@ LIGHTS = {
         "direction": (0.3734, 0.7909, -1.0),
         "at": (0.1756, 0.0, 0.7257),
         "distance": 5.443,
-        "size": 2.721,
+        "size": 1.905,
     },
     "rim": {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (0.0014, -1.0817, -0.75),
+        "direction": (0.0014, -1.0817, -1.4),
         "at": (0.1756, 0.0, 0.7257),
         "distance": 5.443,
-        "size": 2.721,
+        "size": 1.905,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.16,
+        "strength": 0.12,
         "color": (0.9333, 0.9529, 0.9804),
         "horizon": (0.8745, 0.8902, 0.9098),
     },
@@ -58,9 +58,9 @@ BACKDROP = {
     "kind": "cyclorama",
     "level": 0.0,
     "center": (0.1756, 0.0, 0.7257),
-    "radius": 19.05,
+    "radius": 10.886,
     "planes": [],
 }
-GAIN = 0.9772  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.2022  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -29,7 +29,12 @@ def add_sheet(scene):
                 bending_compliance=0.0001,
                 air_resistance=0.001,
             ),
-            surface=gs.surfaces.Default(color=(0.1725, 0.3725, 0.5412, 1.0), roughness=1.0, metallic=0.0),
+            surface=gs.surfaces.Default(
+                diffuse_texture=gs.textures.ImageTexture(image_path=str(HERE / "models/sheet_541ad394.png")),
+                roughness=1.0,
+                metallic=0.0,
+                double_sided=True,
+            ),
             name="sheet",
         )
     }

@@ -17,10 +17,10 @@ CAMERAS = {
     "main": {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
-        "fov": 35.0511,
+        "fov": 30.5102,
         "f_stop": 8.0,
-        "pos": (1.2, -2.2, 1.5),
-        "look_at": (0.0, 0.0, 0.98),
+        "pos": (0.85, -2.1, 1.55),
+        "look_at": (0.0, 0.0, 0.92),
     },
 }
 # One after the other.
@@ -33,23 +33,23 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.4429, 0.7542, -1.0),
+        "direction": (0.5264, 0.6985, -1.0),
         "at": (0.0, 0.0, 1.065),
         "distance": 8.479,
-        "size": 4.239,
+        "size": 2.968,
     },
     "rim": {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.0958, -1.0774, -0.75),
+        "direction": (-0.2185, -1.0594, -1.4),
         "at": (0.0, 0.0, 1.065),
         "distance": 8.479,
-        "size": 4.239,
+        "size": 2.968,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.16,
+        "strength": 0.12,
         "color": (0.9333, 0.9529, 0.9804),
         "horizon": (0.8745, 0.8902, 0.9098),
     },
@@ -58,9 +58,9 @@ BACKDROP = {
     "kind": "cyclorama",
     "level": 0.0,
     "center": (0.0, 0.0, 1.065),
-    "radius": 29.676,
+    "radius": 16.958,
     "planes": [],
 }
-GAIN = 0.9772  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.2022  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -35,16 +35,16 @@ LIGHTS = {
         "direction": (0.1367, 0.542, -1.0),
         "at": (0.0, 0.0, -0.1729),
         "distance": 5.237,
-        "size": 2.619,
+        "size": 1.833,
     },
     "rim": {
         "kind": "softbox",
         "strength": 1.2,
         "color": (0.8588, 0.898, 0.9686),
-        "direction": (-0.4688, -1.127, -0.5),
+        "direction": (-0.3164, -0.8887, -1.3),
         "at": (0.0, 0.0, -0.1729),
         "distance": 5.237,
-        "size": 2.619,
+        "size": 1.833,
     },
     "fill": {
         "kind": "environment",
@@ -57,7 +57,7 @@ BACKDROP = {
     "kind": "cyclorama",
     "level": -0.75,
     "center": (0.0, 0.0, -0.1729),
-    "radius": 18.33,
+    "radius": 10.474,
     "planes": [],
 }
 GAIN = 1.1064  # brightness: this makes a white sheet white that faces the strongest light

@@ -46,7 +46,7 @@ BACKDROP = {
     "kind": "horizon",
     "level": 0.0,
     "center": (-0.3586, 0.79, 1.6375),
-    "radius": 39.917,
+    "radius": 22.81,
     "planes": [],
 }
 GAIN = 0.7922  # brightness: this makes a white sheet white that faces the strongest light

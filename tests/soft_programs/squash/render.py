@@ -41,20 +41,20 @@ LIGHTS = {
         "direction": (-0.4403, -0.7557, -1.0),
         "at": (0.0206, 0.0, 0.3106),
         "distance": 2.382,
-        "size": 1.191,
+        "size": 0.834,
     },
     "rim": {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (0.092, 1.0777, -0.75),
+        "direction": (0.092, 1.0777, -1.4),
         "at": (0.0206, 0.0, 0.3106),
         "distance": 2.382,
-        "size": 1.191,
+        "size": 0.834,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.16,
+        "strength": 0.12,
         "color": (0.9333, 0.9529, 0.9804),
         "horizon": (0.8745, 0.8902, 0.9098),
     },
@@ -63,9 +63,9 @@ BACKDROP = {
     "kind": "cyclorama",
     "level": 0.0,
     "center": (0.0206, 0.0, 0.3106),
-    "radius": 8.337,
+    "radius": 4.764,
     "planes": ["floor"],
 }
-GAIN = 0.8507  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.0466  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}
