@@ -35,6 +35,9 @@ def render(
         str, typer.Option("--shard", metavar="I/N", help="Only the I-th of N parts (from 1), for several processes.")
     ] = "",
     join: Annotated[bool, typer.Option("--join", help="Only make the film of pictures that shards have left.")] = False,
+    beside: Annotated[
+        Path | None, typer.Option("--beside", metavar="RUN", help="One film of both: RUN or case on the right.")
+    ] = None,
     suggest: Annotated[
         bool,
         typer.Option("--suggest", help="Propose a camera and light by how well they show the run; render nothing."),
@@ -69,6 +72,13 @@ def render(
         propose(chosen, write=write, as_json=as_json)
         raise typer.Exit(exits.OK)
     filming = Filming(chosen.recording, quality, size=size)
+    if beside is not None:
+        if quality == "still" or frames_only or shard:
+            raise typer.BadParameter("makes one film: not with still, --frames-only, --shard", param_hint="'--beside'")
+        other = Filming(choose(beside, runs).recording, quality, size=filming.size)
+        path = _both(filming, other, camera, span, join=join, quiet=as_json)
+        say_json({"ok": True, "files": [str(path)]}) if as_json else say(f"film: {shown(path)}")
+        raise typer.Exit(exits.OK)
     reels = filming.reels(camera, span)
     if quality == "still":
         reels = [_still(reel, span) for reel in reels[:1]]
@@ -127,6 +137,19 @@ class _Teller:
     def mean(self) -> dict[str, float]:
         """Return the time of a picture by part [s]."""
         return {name: round(value / max(self._traced, 1), 3) for name, value in self._sums.items()}
+
+
+def _both(
+    left: "Filming", right: "Filming", camera: str, span: tuple[int, int] | None, *, join: bool, quiet: bool
+) -> Path:
+    """Render the main films of two runs, and make one of them."""
+    from text2sim.rendering.beside import beside
+
+    reels = left.reels(camera, span)[0], right.reels(camera, span)[0]
+    teller = _Teller(list(reels), quiet=quiet)
+    for filming, reel in zip((left, right), () if join else reels, strict=not join):
+        filming.render(reel, teller)
+    return beside(left, right, reels)
 
 
 def _still(reel: "Reel", span: tuple[int, int] | None) -> "Reel":

@@ -153,17 +153,26 @@ class Filming:
             tell(Progress(reel.name, done, len(mine), seconds))
         return paths
 
-    def encode(self, reel: Reel) -> Path:
-        """Make the film file of pictures that are all there.
+    def rendered(self, reel: Reel) -> list[Path]:
+        """Return where the pictures of a film lie.
 
         Raises:
-            RunError: if some are not.
+            RunError: if some are not rendered.
         """
         paths = [self.finished(frame) for frame in reel.frames]
         missing = [str(k) for k, path in enumerate(paths) if not path.is_file()]
         if missing:
             some = ", ".join(missing[:8]) + (", …" if len(missing) > 8 else "")
             raise RunError(f"{len(missing)} of {len(paths)} pictures of {reel.name} are not rendered yet: {some}")
+        return paths
+
+    def encode(self, reel: Reel) -> Path:
+        """Make the film file of pictures that are all there.
+
+        Raises:
+            RunError: if some are not.
+        """
+        paths = self.rendered(reel)
         crf, preset = ENCODER.get(self.quality, ENCODER["final"])
         target = self.folder / f"{reel.name}.mp4"
         video = Video(target, self.size, self.recording.film["fps"], crf=crf, preset=preset)
