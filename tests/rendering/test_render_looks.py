@@ -7,7 +7,7 @@ import numpy as np
 
 from text2sim.compiler.build import plan_case
 from text2sim.compiler.emit import emit
-from text2sim.rendering.backdrop import clearness
+from text2sim.rendering.backdrop import backdrop_mesh, clearness
 from text2sim.rendering.finishes import FINISHES, worn
 from text2sim.rendering.recording import _dressed
 from text2sim.spec_schema.load import load_case
@@ -74,4 +74,18 @@ def test_ground_without_an_end_fades_before_it_ends() -> None:
     assert seen[4] > 0.99, "what the film is about is seen as it is"
     assert seen[4] > seen[3] > 0.8
     assert (seen[1:3] < 1e-6).all(), "the edge is as far as what it is the edge of"
-    assert (clearness({"kind": "cyclorama", "radius": 14.0}, depth, alpha) == 1).all()
+    assert (clearness({"kind": "cyclorama", "radius": 8.0}, depth, alpha) == 1).all()
+
+def test_the_wall_stands_behind_cameras_that_others_look_at() -> None:
+    """On its open side nothing stands in the way; a camera that goes round needs all of the wall, and room."""
+    backdrop = {"kind": "cyclorama", "level": 0.0, "center": (0.0, 0.0, 0.0), "radius": 8.0}
+    still = backdrop_mesh(backdrop, [np.array([0.0, -20.0, 1.0])])
+    angle = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    round_about = backdrop_mesh(backdrop, [np.array([20 * np.cos(a), 20 * np.sin(a), 1.0]) for a in angle])
+    assert still is not None
+    assert round_about is not None
+    walls = [mesh.vertices[np.unique(mesh.faces)] for mesh in (still, round_about)]
+    walls = [wall[wall[:, 2] > 0.1] for wall in walls]
+    assert walls[0][:, 1].min() > -3, "nothing between a still camera and what it looks at"
+    assert np.hypot(*walls[0][:, :2].T).max() < 8
+    assert np.hypot(*walls[1][:, :2].T).min() > 20, "and none of it before a camera that goes round"
