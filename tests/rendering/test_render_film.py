@@ -137,7 +137,11 @@ def test_the_command(make_run: MakeRun, tmp_path: Path) -> None:
     assert sorted(path.name for path in (folder / "render" / "draft").iterdir()) == ["00001.png", "00002.png"]
     done = runner.invoke(app, ["render", str(folder), "--resolution", "32x18"])
     assert done.exit_code == 0
-    assert (folder / "render" / "draft.mp4").is_file()
+    whole = (folder / "render" / "draft.mp4").read_bytes()
+    done = runner.invoke(app, ["render", str(folder), "--resolution", "32x18", "--frames", "1:3"])
+    assert done.exit_code == 0
+    assert (folder / "render" / "draft_1-2.mp4").is_file()
+    assert (folder / "render" / "draft.mp4").read_bytes() == whole, "a part does not take the place of the whole"
     with Image.open(folder / "render" / "draft" / "00001.png") as picture:
         assert picture.size == (32, 18)
 

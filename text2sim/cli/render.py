@@ -91,7 +91,9 @@ def render(
         if quality == "still" or frames_only:
             made += _numbered(filming, reel, paths or [filming.finished(f, frames_only or "png") for f in reel.frames])
         else:
-            made.append(filming.encode(reel))
+            # A part of a film does not take the place of the whole one.
+            only = f"{reel.name}_{reel.frames[0].k}-{reel.frames[-1].k}" if span else ""
+            made.append(filming.encode(reel, only))
     if span is None and any(path.suffix == ".mp4" for path in made) and not join:
         from text2sim.rendering.legibility import write_legibility
 
