@@ -15,9 +15,9 @@ from text2sim.rendering.film import Filming, Progress
 from text2sim.rendering.legibility import write_legibility
 from text2sim.rendering.recording import read_recording
 from text2sim.rendering.renderer import mitsuba
-from text2sim.rendering.scene import Stage, sensor
+from text2sim.rendering.scene import CAMERA_NUMBERS, Stage, sensor
 from text2sim.spec_schema.errors import RunError
-from text2sim.templates.cameras import Cameras, project
+from text2sim.templates.cameras import Cameras, View, project
 
 CRATE = {"half": 0.4, "pos": (0, 0, 0.4), "color": (0.8, 0.2, 0.1)}
 SLIDING = CRATE | {"velocity": (1.0, 0, 0)}
@@ -175,3 +175,14 @@ def test_what_moves_is_blurred_while_the_shutter_is_open(make_run: MakeRun) -> N
     widths = [np.count_nonzero(picture.max(axis=0) > 0.05) for picture in pictures]
     assert widths[1] > 1.5 * widths[0]
     assert pictures[1].sum() == pytest.approx(pictures[0].sum(), rel=0.15)
+
+
+def test_a_camera_that_moves_needs_no_new_kernels() -> None:
+    """Compiling takes ten times as long as tracing; whatever is a plain number of a sensor is part of the code."""
+    at, up = np.array([0.0, 0.0, 0.3]), np.array([0.0, 0.0, 1.0])
+    views = [View(np.array([0.1 * k, -3.0 - 0.02 * k, 1.0]), at, up, 40.0, 3.0 + 0.02 * k, 0.01) for k in (0, 5)]
+    first, later = (mitsuba().traverse(sensor(view, (32, 18))) for view in views)
+    plain = [name for name in first.keys() if isinstance(first[name], int | float)]  # noqa: SIM118
+    assert {name: first[name] for name in plain if name not in CAMERA_NUMBERS} == {
+        name: later[name] for name in plain if name not in CAMERA_NUMBERS
+    }

@@ -76,6 +76,7 @@ def test_ground_without_an_end_fades_before_it_ends() -> None:
     assert (seen[1:3] < 1e-6).all(), "the edge is as far as what it is the edge of"
     assert (clearness({"kind": "cyclorama", "radius": 8.0}, depth, alpha) == 1).all()
 
+
 def test_the_wall_stands_behind_cameras_that_others_look_at() -> None:
     """On its open side nothing stands in the way; a camera that goes round needs all of the wall, and room."""
     backdrop = {"kind": "cyclorama", "level": 0.0, "center": (0.0, 0.0, 0.0), "radius": 8.0}

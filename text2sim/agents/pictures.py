@@ -62,7 +62,7 @@ def _kept(run: Path) -> Iterator[Row]:
 
 def _at_events(run: Path) -> Iterator[Row]:
     """Pictures of the preview's main film, each the first that shows an event."""
-    import av
+    import av.error
 
     from text2sim.templates.cadence import MAIN, frames, read_film, reels
 
@@ -83,7 +83,7 @@ def _at_events(run: Path) -> Iterator[Row]:
                     yield frame.camera, frame.t, f" {', '.join(wanted.pop(k))}", picture.to_image()
                 if not wanted:
                     return
-    except (OSError, ValueError, TypeError, KeyError, AttributeError, av.FFmpegError):
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, av.error.FFmpegError):
         return  # a run without a film, or of another version: what the preview has left will do
 
 

@@ -96,7 +96,7 @@ class Watcher:
             places.append(project(view, things[-1].triangles[:, 0], aspect))
         if len(places[0]) != len(places[1]):
             return None
-        owner, count = things[0].owner, things[0].count
+        owner, count = things[0].owner, things[0].number
         ahead = (places[0][:, 2] > 0) & (np.abs(places[0][:, :2]) < 1).all(axis=1) & (places[1][:, 2] > 0)
         way = np.hypot(*((places[1] - places[0])[ahead, :2] * (aspect / 2, 0.5)).T)
         return np.bincount(owner[ahead], way, count) / np.maximum(np.bincount(owner[ahead], minlength=count), 1)

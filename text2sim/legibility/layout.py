@@ -59,7 +59,8 @@ def of_stage(props: Stage, view: View) -> Layout:
     index = {name: k for k, name in enumerate(names)}
     thing = np.array([index.get(prop.name, -1) for prop in props], np.int64)
     opaque = np.array([hides(prop.opacity, prop.finish) for prop in props], bool)
-    owner, solid = (rows[props.owner] if len(props) else rows for rows in (thing, opaque))
+    owners = props.owner if len(props) else np.zeros(0, np.int64)
+    owner, solid = thing[owners], opaque[owners]
     kept = owner >= 0
     things = Things(props.triangles[kept], owner[kept], solid[kept], len(names), props.culled[kept])
     return Layout(names, look(things, view))

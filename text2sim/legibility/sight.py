@@ -38,7 +38,7 @@ class Things(NamedTuple):
     """Index of the thing that each triangle is of, shape (n,)"""
     solid: NDArray[np.bool_]
     """Whether each triangle hides what is behind it, shape (n,): a drum may have a front of glass"""
-    count: int
+    number: int
     """How many things there are, m."""
     culled: NDArray[np.bool_] | None = None
     """Triangles that are seen from outside only, shape (n,); none if left out."""
@@ -141,7 +141,7 @@ def hides(opacity: float, finish: str) -> bool:
 
 def look(things: Things, view: View) -> Sight:
     """Return what a camera sees of things."""
-    count = things.count
+    count = things.number
     raster = Raster(things.triangles, view, things.culled)
     best = np.zeros(view.width * view.height, np.uint64)
     pairs = [np.zeros(0, np.int64)]
@@ -168,7 +168,7 @@ def look(things: Things, view: View) -> Sight:
 
 def _specks(things: Things, view: View, nearness: Array, seen: Array, alone: Array) -> Array:
     """Count what lies between pixels, in place; return which part of each thing's points is in the picture."""
-    count = things.count
+    count = things.number
     points, owner = things.triangles.reshape(-1, 3), np.repeat(things.owner, 3)
     pixels, depth = view.pixels(points), -view.local(points)[:, 2]
     with np.errstate(invalid="ignore"):

@@ -54,7 +54,8 @@ def captioned(image: np.ndarray, text: str) -> np.ndarray:
 
     height, width = image.shape[:2]
     picture = Image.fromarray(image)
-    pen, font = ImageDraw.Draw(picture), ImageFont.load_default(size=max(height / 24, 11.0))
-    at = (width / 2, height - 0.4 * font.size)
+    size = max(height / 24, 11.0)
+    pen, font = ImageDraw.Draw(picture), ImageFont.load_default(size=size)
+    at = (width / 2, height - 0.4 * size)
     pen.text(at, text, font=font, anchor="mb", fill="white", stroke_width=max(1, height // 360), stroke_fill="#202428")
     return np.asarray(picture)

@@ -6,6 +6,7 @@ a picture takes, and no difference between what bends, what flows and what only 
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import floor, log10
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,8 @@ from text2sim.templates.cameras import Cameras, View, basis
 BACKDROP_FINISH = "rough"
 ROOM = 0.8
 """Brightness of the room that glass mirrors, as a part of the background's."""
+CAMERA_NUMBERS = ("to_world", "x_fov", "aperture_radius", "focus_distance")
+"""Of a sensor, which change while a camera moves."""
 EYES = 60
 """Moments of the films at which is asked where cameras stand."""
 
@@ -161,8 +164,8 @@ def sensor(view: View, size: tuple[int, int]) -> Any:
         "type": "perspective",
         "fov": float(view.fov),
         "fov_axis": "y",
-        "near_clip": max(away * 1e-3, 1e-4),
-        "far_clip": max(away * 1e4, 1e4),
+        "near_clip": max(_decade(away) * 1e-3, 1e-4),
+        "far_clip": max(_decade(away) * 1e5, 1e4),
         "to_world": mi.ScalarTransform4f(matrix),
         "film": {
             "type": "hdrfilm", "width": size[0], "height": size[1], "pixel_format": "rgba", "rfilter": {"type": "box"},
@@ -172,4 +175,28 @@ def sensor(view: View, size: tuple[int, int]) -> Any:
     }  # fmt: skip
     if view.aperture > 0:
         made |= {"type": "thinlens", "aperture_radius": float(view.aperture), "focus_distance": float(view.focus)}
-    return mi.load_dict(made)
+    return _unfrozen(mi.load_dict(made))
+
+
+def _decade(length: float) -> float:
+    """Return the power of ten below: what is code of the kernels may not change with every step of a camera."""
+    return 10.0 ** floor(log10(max(length, 1e-6)))
+
+
+def _unfrozen(sensor: Any) -> Any:
+    """Return a sensor whose numbers are data of its kernels and not part of their code.
+
+    Otherwise all kernels are compiled anew whenever a camera moves, which takes ten times as long as tracing.
+    """
+    if mitsuba().variant().startswith("scalar"):
+        return sensor
+    import drjit
+
+    parameters = mitsuba().traverse(sensor)
+    for name in CAMERA_NUMBERS:
+        if name in parameters:
+            value = parameters[name]
+            drjit.make_opaque(value)
+            parameters[name] = value
+    parameters.update()
+    return sensor

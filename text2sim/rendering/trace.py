@@ -130,7 +130,7 @@ def healed(radiance: Array) -> Array:
     The renderer's relief of surfaces yields no number now and then, and one such sample takes its whole pixel along: as
     black ones they would be specks, which the denoiser makes larger.
     """
-    known = np.isfinite(radiance).all(axis=-1)
+    known = np.asarray(np.isfinite(radiance).all(axis=-1))
     filled = np.where(known[..., None], radiance, 0.0)
     while known.any() and not known.all():
         weight = uniform_filter(known.astype(np.float32), 3)
