@@ -15,13 +15,14 @@ MOTION_BLUR = 0.4  # part of the time between two frames in which the shutter is
 # The first makes `video.mp4`, unless there are shots.
 CAMERAS = {
     "main": {
-        "kind": "still",
+        "kind": "keyframed",
         "up": (0.0, 0.0, 1.0),
         "fov": 33.3985,
         "f_stop": 4.0,
         "focus": (0.1, 0.15, 0.85),
-        "pos": (0.8, -0.92, 1.24),
-        "look_at": (0.1, 0.08, 0.79),
+        "times": [0.0, 0.35, 1.5],
+        "positions": [(0.8, -0.92, 1.24), (0.8, -0.92, 1.24), (1.3, -1.7, 1.4)],
+        "look_at": [(0.1, 0.08, 0.79), (0.1, 0.08, 0.79), (0.62, 0.15, 0.52)],
     },
 }
 # One after the other.

@@ -18,14 +18,14 @@ CAMERAS = {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
         "fov": 35.0511,
-        "pos": (0.36, -1.25, 0.3),
-        "look_at": (0.14, 0.0, -0.01),
+        "pos": (0.42, -1.38, 0.3),
+        "look_at": (0.2, 0.0, -0.01),
     },
 }
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.5451, 0.5922, 0.6392)
+BACKGROUND = (0.3216, 0.3647, 0.4118)
 AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
     "key": {
@@ -60,6 +60,6 @@ BACKDROP = {
     "radius": 3.804,
     "planes": [],
 }
-GAIN = 1.4395  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.5428  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}
