@@ -52,6 +52,15 @@ def test_yield_stress_is_that_of_von_mises() -> None:
     assert one.material_options["von_mises_yield_stress"] == pytest.approx(np.linalg.norm(deviator), rel=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("look", "finish"), [("", "glass"), (", look: {color: red}", "glass"), (", look: {finish: rough}", "rough")]
+)
+def test_a_liquid_is_clear_unless_it_is_given_a_finish(look: str, finish: str) -> None:
+    one = entity(f"  a: {{kind: liquid, {BOX}{look}}}")
+    assert one.surface is not None
+    assert one.surface.finish == finish
+
+
 def test_stiffness_of_a_liquid_is_its_bulk_modulus() -> None:
     one = entity(f"  a: {{kind: liquid, {BOX}, material: {{stiffness: 4.0e5}}}}")
     young, nu = one.material_options["E"], one.material_options["nu"]

@@ -318,7 +318,8 @@ class TestTetrahedra:
         outer = np.abs(np.abs(made.vertices) - (0.2, 0.2, 0.015)).min(1) < 1e-9
         assert not outer[made.tets].all(axis=1).any(), "one cell thick: the engine divides them, and so do we"
 
-    def test_what_cannot_be_cut_is_said(self):
+    def test_what_cannot_be_cut_is_said(self, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
         box = soft_surface(Box(kind="box", size=(0.2, 0.2, 0.2)), HERE, 0.1)
         through = SoftMesh(
             np.concatenate([box.vertices, box.vertices + 0.07]),
@@ -326,6 +327,7 @@ class TestTetrahedra:
         )
         with pytest.raises(AssetError, match="not cut through itself"):
             tetrahedralise(through, 0.1)
+        assert not list(tmp_path.iterdir()), "the cutter leaves nothing where somebody works"
         with pytest.raises(AssetError, match="larger `cell`"):
             tetrahedralise(box, 0.0005)
 

@@ -9,7 +9,8 @@ from filmed import MakeRun
 from typer.testing import CliRunner
 
 from text2sim.cli.main import app
-from text2sim.rendering.beside import GAP, captions
+from text2sim.rendering.beside import GAP
+from text2sim.spec_schema.errors import RunError
 
 RED = {"half": 0.4, "pos": (0, 0, 0.4), "color": (1.0, 0.0, 0.0)}
 BLUE = {"half": 0.4, "pos": (0, 0, 0.4), "color": (0.0, 0.0, 1.0)}
@@ -43,6 +44,16 @@ def test_what_makes_no_film_is_refused(make_run: MakeRun, option: list[str]) -> 
     assert CliRunner().invoke(app, ["render", str(run), "--beside", str(run), *option]).exit_code == 2
 
 
-def test_runs_are_called_by_their_case_or_by_their_whole_name() -> None:
-    assert captions("wall-1a2b", "wall-gentle-3c4d") == ("wall", "wall-gentle")
-    assert captions("wall-1a2b", "wall-3c4d") == ("wall-1a2b", "wall-3c4d")
+def test_films_of_two_rates_are_not_put_together(make_run: MakeRun) -> None:
+    left, right = make_run({"crate": RED}, "red-0123456789"), make_run({"crate": BLUE}, "blue-0123456789", fps=20.0)
+    done = CliRunner().invoke(app, ["render", str(left), "--beside", str(right), "--resolution", "64x36"])
+    assert isinstance(done.exception, RunError)
+    assert f"{left} has 10, {right} has 20" in str(done.exception)
+    assert not (left / "render" / "draft.mp4").exists()
+
+
+def test_a_part_does_not_take_the_place_of_the_whole(make_run: MakeRun) -> None:
+    left, right = make_run({"crate": RED}, "red-0123456789"), make_run({"crate": BLUE}, "blue-0123456789")
+    command = ["render", str(left), "--beside", str(right), "--resolution", "64x36", "--frames", "1:3"]
+    assert CliRunner().invoke(app, command).exit_code == 0
+    assert [path.name for path in (left / "render").glob("*.mp4")] == ["draft_beside_blue-0123456789_1-2.mp4"]

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from text2sim.rendering.recording import Look, SoftPart, _poured
+from text2sim.rendering.recording import Look, SoftPart
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.soft import Grains, Liquid, Surface, liquid_surface
 
@@ -39,13 +39,6 @@ def test_a_liquid_keeps_its_volume() -> None:
     assert volume == pytest.approx(len(HEAP) * SPACING**3, rel=0.12)
     low, _ = bounds(Liquid("soft0", part("liquid", opacity=0.5)).shapes(HEAP))
     assert np.all(np.abs(low - HEAP.min(axis=0)) < SPACING)
-
-
-def test_a_liquid_without_a_finish_is_clear() -> None:
-    plain, painted = Look((0.2, 0.4, 0.6), finish="rough"), Look((0.2, 0.4, 0.6), finish="smooth")
-    assert _poured("liquid", plain).finish == "glass"
-    assert _poured("liquid", painted) is painted
-    assert _poured("granular", plain) is plain
 
 
 @pytest.mark.parametrize("finish", ["rough", "cloth"])

@@ -1,9 +1,14 @@
 """The pictures of a run on one sheet, numbered, for the Critic: those of the preview, or traced where there is none."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from text2sim.legibility.film import nearest_frame, spread
+
+if TYPE_CHECKING:
+    from text2sim.templates.cadence import Frame
 
 SHEET_WIDTH = 400
 """Of a picture on the sheet [pixels]."""
@@ -37,15 +42,15 @@ Row = tuple[str, float, str, Any]
 """Camera, time [s], what else is to be said, and the picture."""
 
 
-def _read(path: Path) -> Iterator[Any]:
-    """Yield the picture of a file, unless it is none."""
+def _read(path: Path) -> Any:
+    """Return the picture of a file, None if it is none."""
     from PIL import Image, UnidentifiedImageError
 
     try:
         with Image.open(path) as picture:
-            yield picture.convert("RGB")
+            return picture.convert("RGB")
     except (OSError, UnidentifiedImageError, Image.DecompressionBombError):
-        return
+        return None
 
 
 def _kept(run: Path) -> Iterator[Row]:
@@ -55,36 +60,44 @@ def _kept(run: Path) -> Iterator[Row]:
     samples = read_samples(run)
     share = FRAMES // max(1, len(samples)) or 1
     for camera, rows in samples.items():
-        for k in _spread(len(rows), share):
-            for picture in _read(run / "frames" / f"{camera}_{k}.png"):
+        for k in spread(len(rows), share):
+            picture = _read(run / "frames" / f"{camera}_{k}.png")
+            if picture is not None:
                 yield camera, rows[k][0], "", picture
 
 
 def _at_events(run: Path) -> Iterator[Row]:
-    """Pictures of the preview's main film, each the first that shows an event."""
+    """Pictures of the preview's main film at events."""
     import av.error
 
     from text2sim.templates.cadence import MAIN, frames, read_film, reels
 
     try:
-        evidence = json.loads((run / "evidence.json").read_text("utf-8"))
         film = read_film((run / "program" / "render.py").read_text("utf-8"))
+        evidence = json.loads((run / "evidence.json").read_text("utf-8"))
         pictures = frames(film, reels(film)[MAIN], float(evidence["time"]["reached"]))
-        events = {name: row["first"] for name, row in evidence["events"].items() if row["first"] is not None}
-        wanted: dict[int, list[str]] = {}
-        for name, first in sorted(events.items(), key=lambda row: row[1])[:EVENTS]:
-            shown = min((f.k for f in pictures if first <= f.t < first + 2 * f.speed / film["fps"]), default=None)
-            if shown is not None:
-                wanted.setdefault(shown, []).append(name)
+        wanted = _events(evidence, pictures)
         with av.open(str(run / f"{MAIN}.mp4")) as video:
-            for k, picture in enumerate(video.decode(video=0)):
-                if k in wanted:
-                    frame = pictures[k]
-                    yield frame.camera, frame.t, f" {', '.join(wanted.pop(k))}", picture.to_image()
-                if not wanted:
-                    return
+            for frame, picture in zip(pictures, video.decode(video=0), strict=False):
+                if frame in wanted:
+                    yield frame.camera, frame.t, wanted[frame], picture.to_image()
     except (OSError, ValueError, TypeError, KeyError, AttributeError, av.error.FFmpegError):
         return  # a run without a film, or of another version: what the preview has left will do
+
+
+def _events(evidence: dict[str, Any], pictures: Sequence["Frame"]) -> "dict[Frame, str]":
+    """Return the pictures that show the first events, and the names of those.
+
+    Raises:
+        TypeError, KeyError, AttributeError: if the evidence is not as this version writes it.
+    """
+    events = {name: row["first"] for name, row in evidence["events"].items() if row["first"] is not None}
+    found: dict[Frame, str] = {}
+    for name, first in sorted(events.items(), key=lambda row: row[1])[:EVENTS]:
+        frame = nearest_frame(pictures, first)
+        if frame is not None:
+            found[frame] = f"{found[frame]}, {name}" if frame in found else f" {name}"
+    return found
 
 
 def _traced(run: Path) -> Iterator[Row]:
@@ -99,17 +112,13 @@ def _traced(run: Path) -> Iterator[Row]:
         width, height = recording.film["resolution"]
         filming = Filming(recording, "draft", size=(SHEET_WIDTH, max(2, round(SHEET_WIDTH * height / width))))
         reel = filming.reels()[0]
-        chosen = [reel.frames[k] for k in _spread(len(reel.frames), TRACED)]
+        events = _events(json.loads((run / "evidence.json").read_text("utf-8")), reel.frames)
+        evenly = (reel.frames[k] for k in spread(len(reel.frames), TRACED))
+        chosen = list(dict.fromkeys([*evenly, *events]))
         paths = filming.render(Reel(reel.name, chosen), lambda progress: None)
-    except (Text2SimError, ImportError, OSError):
+    except (Text2SimError, ImportError, OSError, ValueError, TypeError, KeyError, AttributeError):
         return
     for frame, path in zip(chosen, paths, strict=True):
-        for picture in _read(path):
-            yield frame.camera, frame.t, "", picture
-
-
-def _spread(count: int, share: int) -> list[int]:
-    """At most `share` numbers below `count`, from the first to the last."""
-    if count <= share:
-        return list(range(count))
-    return list(dict.fromkeys(round(k * (count - 1) / max(1, share - 1)) for k in range(share)))
+        picture = _read(path)
+        if picture is not None:
+            yield frame.camera, frame.t, events.get(frame, ""), picture

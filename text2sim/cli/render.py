@@ -91,9 +91,7 @@ def render(
         if quality == "still" or frames_only:
             made += _numbered(filming, reel, paths or [filming.finished(f, frames_only or "png") for f in reel.frames])
         else:
-            # A part of a film does not take the place of the whole one.
-            only = f"{reel.name}_{reel.frames[0].k}-{reel.frames[-1].k}" if span else ""
-            made.append(filming.encode(reel, only))
+            made.append(filming.encode(reel, _part(reel, span)))
     if span is None and any(path.suffix == ".mp4" for path in made) and not join:
         from text2sim.rendering.legibility import write_legibility
 
@@ -145,13 +143,30 @@ def _both(
     left: "Filming", right: "Filming", camera: str, span: tuple[int, int] | None, *, join: bool, quiet: bool
 ) -> Path:
     """Render the main films of two runs, and make one of them."""
+    from text2sim.comparison.runs import read_runs
     from text2sim.rendering.beside import beside
+    from text2sim.spec_schema.errors import RunError
 
+    folders, rates = zip(*((film.recording.folder, film.recording.film["fps"]) for film in (left, right)), strict=True)
+    if rates[0] != rates[1]:
+        raise RunError(
+            f"films side by side need one `fps`: {folders[0]} has {rates[0]:g}, {folders[1]} has {rates[1]:g}"
+        )
     reels = left.reels(camera, span)[0], right.reels(camera, span)[0]
     teller = _Teller(list(reels), quiet=quiet)
     for filming, reel in zip((left, right), () if join else reels, strict=not join):
         filming.render(reel, teller)
-    return beside(left, right, reels)
+    try:
+        captions = tuple(run.label for run in read_runs(folders))
+    except RunError:  # one that was not judged is shown all the same
+        captions = tuple(folder.name for folder in folders)
+    name = f"{reels[0].name}_beside_{folders[1].name}{_part(reels[0], span)}"
+    return beside((left, right), reels, (captions[0], captions[1]), name)
+
+
+def _part(reel: "Reel", span: tuple[int, int] | None) -> str:
+    """What the name of a film ends in if it is a part: it does not take the place of the whole one."""
+    return f"_{reel.frames[0].k}-{reel.frames[-1].k}" if span else ""
 
 
 def _still(reel: "Reel", span: tuple[int, int] | None) -> "Reel":

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 
+from text2sim.compiler.looks import finish_of, hides
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.geometry import pieces
@@ -29,8 +30,6 @@ FLAT = 0.3
 """What is thinner than this part of its width, and at least as tall as that part, is looked at from its broad side."""
 RAYS = 16
 """Points of what moves from which is looked along these ways."""
-SOLID = 0.5
-"""What is at least this opaque hides what is behind it."""
 
 
 def free_direction(points: list[Vec], statics: Iterable[Copy], bodies: BodyPoints, far: float, size: Vec) -> Vec:
@@ -68,10 +67,8 @@ def _broadside(size: Vec) -> tuple[Vec, ...]:
 
 def _hides(copy: Copy) -> bool:
     look = copy.model.look
-    clear = look.finish == "glass"
-    return (
-        copy.shape is not None and copy.shape.kind != "plane" and look.visible and look.opacity >= SOLID and not clear
-    )
+    solid = hides(look.opacity, finish_of(copy.model))
+    return copy.shape is not None and copy.shape.kind != "plane" and look.visible and solid
 
 
 def _pieces(copy: Copy, bodies: BodyPoints) -> list[Standing]:

@@ -14,13 +14,29 @@ from text2sim.spec_schema.models.scene import Static
 
 Rgba = tuple[float, float, float, float]
 
-# Okabe and Ito's palette, which people with every kind of colour vision can tell apart
-# (https://jfly.uni-koeln.de/color/), for bodies that were given no colour.
 STAGE = "#98a1a9"
 """What never moves stands back."""
 STUFF = {"granular": "#c8a96a", "liquid": "#3f88c5", "snow": "#f1f4f7"}
 """Sand, water and snow look like what they are."""
+# Okabe and Ito's palette, which people with every kind of colour vision can tell apart
+# (https://jfly.uni-koeln.de/color/), for bodies that were given no colour.
 PALETTE = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
+
+SOLID = 0.5
+"""What is at least this opaque hides what is behind it,"""
+CLEAR = ("glass", "frosted_glass")
+"""unless it is of glass."""
+
+
+def hides(opacity: float, finish: str) -> bool:
+    """Return whether what looks so hides what is behind it."""
+    return opacity >= SOLID and finish not in CLEAR
+
+
+def finish_of(model: Any) -> str:
+    """Return the finish of a body or static; a liquid that was given none is as clear as water."""
+    look = model.look
+    return "glass" if getattr(model, "kind", "") == "liquid" and "finish" not in look.model_fields_set else look.finish
 
 
 def default_color(name: str, model: Any) -> str:

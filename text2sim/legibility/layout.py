@@ -4,11 +4,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from text2sim.compiler.looks import hides
 from text2sim.drawing.prop import Stage
 from text2sim.drawing.stage import stage
 from text2sim.drawing.view import View
 from text2sim.drawing.views import film_view
-from text2sim.legibility.sight import Sight, Things, hides, look
+from text2sim.legibility.sight import Sight, Things, look
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution

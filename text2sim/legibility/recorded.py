@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from text2sim.compiler.looks import hides
 from text2sim.drawing.stage import matrices
 from text2sim.drawing.view import View, perspective
-from text2sim.legibility.sight import Sight, Things, hides, look
+from text2sim.legibility.sight import Sight, Things, look
 from text2sim.templates.cameras import View as FilmView
 
 if TYPE_CHECKING:

@@ -17,10 +17,6 @@ from text2sim.drawing.view import View
 
 Array = NDArray[Any]
 
-SOLID = 0.5
-"""What is at least this opaque hides what is behind it,"""
-CLEAR = ("glass", "frosted_glass")
-"""unless it is of glass."""
 SPECK = 0.25
 """Pixels that something counts for which is seen, but lies between the middles of pixels."""
 PIXELS = 4
@@ -132,11 +128,6 @@ class Sight:
         found = np.full(len(self.seen), np.inf)
         np.minimum.at(found, things, gaps)
         return found
-
-
-def hides(opacity: float, finish: str) -> bool:
-    """Return whether what looks so hides what is behind it."""
-    return opacity >= SOLID and finish not in CLEAR
 
 
 def look(things: Things, view: View) -> Sight:

@@ -12,40 +12,31 @@ GAP = 4
 """Between the two [pixels]."""
 
 
-def beside(left: Filming, right: Filming, reels: tuple[Reel, Reel]) -> Path:
+def beside(films: tuple[Filming, Filming], reels: tuple[Reel, Reel], captions: tuple[str, str], name: str) -> Path:
     """Make a film of two that are rendered already; the shorter one waits at its last picture.
 
     Args:
-        left: Where the film is put.
-        right: Films in the same size.
+        films: Left and right, in the same size and with as many pictures a second.
         reels: One of each.
-
-    Returns:
-        The file, `<quality>_beside_<run>.mp4` in the folder of the left one.
+        captions: What stands under each.
+        name: Of the file in the left one's folder, without its ending.
 
     Raises:
         RunError: if pictures are missing.
     """
-    one, two = (film.pictures(reel, film.rendered(reel)) for film, reel in zip((left, right), reels, strict=True))
-    names = captions(left.recording.folder.name, right.recording.folder.name)
-    target = left.folder / f"{left.quality}_beside_{right.recording.folder.name}.mp4"
-    width, height = left.size
+    one, two = (film.pictures(reel, film.rendered(reel)) for film, reel in zip(films, reels, strict=True))
+    left = films[0]
+    target, (width, height) = left.folder / f"{name}.mp4", left.size
     crf, preset = ENCODER.get(left.quality, ENCODER["final"])
     video = Video(target, (2 * width + GAP, height), left.recording.film["fps"], crf=crf, preset=preset)
     shown = [np.zeros((height, width, 3), np.uint8)] * 2
     for pictures in zip_longest(one, two):
         for k, picture in enumerate(pictures):
             if picture is not None:
-                shown[k] = captioned(picture, names[k])
+                shown[k] = captioned(picture, captions[k])
         video.write(np.hstack([shown[0], np.full((height, GAP, 3), 255, np.uint8), shown[1]]))
     video.close()
     return target
-
-
-def captions(left: str, right: str) -> tuple[str, str]:
-    """Return what two runs are called: their cases and variants, or their whole names where those are the same."""
-    short = left.rpartition("-")[0] or left, right.rpartition("-")[0] or right
-    return (left, right) if short[0] == short[1] else short
 
 
 def captioned(image: np.ndarray, text: str) -> np.ndarray:

@@ -166,19 +166,19 @@ class Filming:
             raise RunError(f"{len(missing)} of {len(paths)} pictures of {reel.name} are not rendered yet: {some}")
         return paths
 
-    def encode(self, reel: Reel, name: str = "") -> Path:
+    def encode(self, reel: Reel, part: str = "") -> Path:
         """Make the film file of pictures that are all there.
 
         Args:
             reel: The film.
-            name: Of the file, without its ending, instead of the film's.
+            part: What the name of the file ends in if it is not the whole film.
 
         Raises:
             RunError: if some are not.
         """
         paths = self.rendered(reel)
         crf, preset = ENCODER.get(self.quality, ENCODER["final"])
-        target = self.folder / f"{name or reel.name}.mp4"
+        target = self.folder / f"{reel.name}{part}.mp4"
         video = Video(target, self.size, self.recording.film["fps"], crf=crf, preset=preset)
         for image in self.pictures(reel, paths):
             video.write(image)

@@ -2,11 +2,10 @@
 
 import json
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.rendering.finishes import PLAIN
 from text2sim.spec_schema.errors import RunError, SpecError
 from text2sim.templates.cadence import read_film
 from text2sim.templates.playback import States
@@ -185,11 +184,6 @@ def _look(folder: Path, look: dict[str, Any] | None, painted: dict[str, Any]) ->
     return Look((red, green, blue), look["opacity"], look["finish"], look["visible"], picture)
 
 
-def _poured(kind: str, look: Look) -> Look:
-    """A liquid that was given no finish is as clear as water; roughness is nothing that a liquid could have."""
-    return replace(look, finish="glass") if kind == "liquid" and look.finish == PLAIN else look
-
-
 def _soft(folder: Path, states: States, looks: dict[str, Any]) -> list[SoftPart]:
     rows = states.layout.get("deformables") or []
     if not rows:
@@ -198,7 +192,7 @@ def _soft(folder: Path, states: States, looks: dict[str, Any]) -> list[SoftPart]
     return [
         SoftPart(
             row["body"], row["kind"], row, folder / "geometry" / f"soft_{k}.npz",
-            _poured(row["kind"], _look(folder, looks.get(row["body"]), paint)),
+            _look(folder, looks.get(row["body"]), paint),
         )
         for k, (row, paint) in enumerate(zip(rows, painted, strict=True))
     ]  # fmt: skip

@@ -27,8 +27,8 @@ from text2sim.templates.cameras import Cameras, View, basis
 BACKDROP_FINISH = "rough"
 ROOM = 0.8
 """Brightness of the room that glass mirrors, as a part of the background's."""
-CAMERA_NUMBERS = ("to_world", "x_fov", "aperture_radius", "focus_distance")
-"""Of a sensor, which change while a camera moves."""
+LENS = ("aperture_radius", "focus_distance")
+"""Numbers of a sensor that the renderer takes for code; it knows itself that the others may change."""
 EYES = 60
 """Moments of the films at which is asked where cameras stand."""
 
@@ -193,7 +193,7 @@ def _unfrozen(sensor: Any) -> Any:
     import drjit
 
     parameters = mitsuba().traverse(sensor)
-    for name in CAMERA_NUMBERS:
+    for name in LENS:
         if name in parameters:
             value = parameters[name]
             drjit.make_opaque(value)

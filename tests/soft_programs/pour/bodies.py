@@ -57,7 +57,7 @@ def add_water(scene):
             gs.morphs.Box(size=(0.08, 0.08, 0.1), pos=(0.0, 0.0, 0.16)),
             material=gs.materials.MPM.Liquid(E=1800000.0, nu=0.2, rho=1000.0, viscous=False),
             surface=gs.surfaces.Default(
-                color=(0.2471, 0.5333, 0.7725, 1.0), roughness=0.9, metallic=0.0, vis_mode="particle"
+                color=(0.2471, 0.5333, 0.7725, 1.0), roughness=0.05, metallic=0.0, vis_mode="particle"
             ),
             name="water",
         )
