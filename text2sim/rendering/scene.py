@@ -116,7 +116,8 @@ class Stage:
         clear = [batch for batch in self._rigid if batch.is_clear]
         if not clear or not gloss:
             return Moment(solid)
-        black = mitsuba().load_dict({"type": "diffuse", "reflectance": 0.0})
+        # A black mirror and not black paint: from a mirror no ray is sent to the lamps.
+        black = mitsuba().load_dict({"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}})
         shapes = {batch.name: batch.shape(pos, quat) for batch in clear}
         shapes |= {batch.name: batch.shape(pos, quat, black) for batch in self._rigid if not batch.is_clear}
         if self._soft is not None:
