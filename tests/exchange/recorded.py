@@ -29,7 +29,7 @@ FILM: dict[str, Any] = {
     "cameras": {
         "main": {"kind": "still", "up": (0, 0, 1), "fov": 40.0, "pos": (0.0, -4.0, 2.0), "look_at": (0, 0, 0.4)},
         "round": {"kind": "orbit", "up": (0, 0, 1), "fov": 30.0, "look_at": (0, 0, 0.5), "radius": 3.0, "height": 1.0,
-                  "start": 0.0, "turn": 1.5},
+                  "start": 0.0, "turn": 1.5, "f_stop": 2.8},
     },
     "shots": [], "background": (0.8, 0.8, 0.8), "ambient": 0.3, "lights": LIGHTS, "gain": 0.8, "tone": "agx",
     "backdrop": {"kind": "none", "level": 0.0, "center": (0, 0, 0), "radius": 5.0, "planes": []},

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from exchange.recorded import DT, FRAMES, LINKS, cloth_points, write_run
 from text2sim.exchange.usd import write_usd
+from text2sim.templates.viewpoints import aperture_radius
 
 pxr = pytest.importorskip("pxr")
 from pxr import Usd, UsdGeom, UsdLux, UsdPhysics, UsdShade, UsdUtils  # noqa: E402
@@ -56,17 +57,19 @@ def test_stage_says_its_units_and_its_span(stage: Usd.Stage) -> None:
     assert stage.GetDefaultPrim().GetPath() == "/run"
 
 
-def test_copies_of_a_shape_are_instances_of_one_prototype(stage: Usd.Stage) -> None:
+def test_copies_of_a_shape_are_instances_that_wear_their_material_within(stage: Usd.Stage) -> None:
     boxes = [stage.GetPrimAtPath(f"{path}/shape_0") for path in PATHS[1:3]]
     assert all(box.IsInstance() for box in boxes)
-    assert boxes[0].GetPrototype() == boxes[1].GetPrototype()
-    points = UsdGeom.Mesh(boxes[0].GetPrototype().GetChild("mesh")).GetPointsAttr().Get()
-    assert np.abs(np.array(points)).max() == pytest.approx(0.1)
-    colors = set()
+    colors, sources = set(), set()
     for box in boxes:
-        material, _ = UsdShade.MaterialBindingAPI(box).ComputeBoundMaterial()
+        mesh = box.GetPrototype().GetChild("mesh")
+        points = UsdGeom.Mesh(mesh).GetPointsAttr()
+        assert np.abs(np.array(points.Get())).max() == pytest.approx(0.1)
+        sources.add(points.GetPropertyStack()[0].path)
+        material, _ = UsdShade.MaterialBindingAPI(mesh).ComputeBoundMaterial()
         surface, _, _ = material.ComputeSurfaceSource()
         colors.add(tuple(round(x, 3) for x in surface.GetInput("diffuseColor").Get()))
+    assert len(sources) == 1, "the file holds the points once"
     assert colors == {(0.604, 0.01, 0.01), (0.01, 0.01, 0.604)}, "sRGB 0.8 and 0.1, made linear"
 
 
@@ -104,6 +107,12 @@ def test_cameras_see_what_the_film_sees(stage: Usd.Stage) -> None:
     orbit = stage.GetPrimAtPath("/run/cameras/round").GetAttribute("xformOp:translate")
     assert orbit.GetNumTimeSamples() > 1
     assert tuple(orbit.Get(0)) == pytest.approx((3, 0, 1.5))
+
+
+def test_lenses_are_as_wide_as_those_of_the_film(stage: Usd.Stage) -> None:
+    camera = UsdGeom.Camera(stage.GetPrimAtPath("/run/cameras/round"))
+    focal = camera.GetFocalLengthAttr().Get() / 10 * UsdGeom.GetStageMetersPerUnit(stage)
+    assert focal / (2 * camera.GetFStopAttr().Get()) == pytest.approx(aperture_radius(30.0, 2.8), rel=1e-6)
 
 
 def test_lights_and_masses(stage: Usd.Stage) -> None:

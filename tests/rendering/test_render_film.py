@@ -180,6 +180,15 @@ def test_what_moves_is_blurred_while_the_shutter_is_open(make_run: MakeRun) -> N
     assert pictures[1].sum() == pytest.approx(pictures[0].sum(), rel=0.15)
 
 
+def test_edges_before_the_background_are_no_darker_than_what_they_part(make_run: MakeRun) -> None:
+    pale = CRATE | {"color": (0.9, 0.9, 0.9)}
+    filming = Filming(read_recording(make_run({"crate": pale}, background=(0.9, 0.9, 0.9))), "draft")
+    traced = filming.trace(filming.reels()[0].frames[0])
+    shown, edge = filming.develop(traced).astype(int), (traced.alpha > 0) & (traced.alpha < 1)
+    assert edge.sum() > 20
+    assert shown[edge].min() >= shown[traced.alpha == 1].min() - 3
+
+
 MOVES = """
 import numpy as np
 import drjit

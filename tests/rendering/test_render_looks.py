@@ -77,6 +77,18 @@ def test_ground_without_an_end_fades_before_it_ends() -> None:
     assert (clearness({"kind": "cyclorama", "radius": 8.0}, depth, alpha) == 1).all()
 
 
+def test_ground_without_an_end_ends_where_it_is_not_seen_any_more() -> None:
+    backdrop = {"kind": "horizon", "level": 0.0, "center": (1.0, 2.0, 0.0), "radius": 5.0}
+    eyes = [np.array([1.0, -4.0, 1.5]), np.array([9.0, 2.0, 3.0])]
+    ground = backdrop_mesh(backdrop, eyes)
+    assert ground is not None
+    rim = np.hypot(*(ground.vertices[:, :2] - backdrop["center"][:2]).T)
+    edge = ground.vertices[rim > rim.max() * 0.999]
+    for eye in eyes:
+        depth = np.linalg.norm(edge - eye, axis=1)[:, None]
+        assert clearness(backdrop, depth, np.ones_like(depth)).max() < 0.01
+
+
 def test_the_wall_stands_behind_cameras_that_others_look_at() -> None:
     """On its open side nothing stands in the way; a camera that goes round needs all of the wall, and room."""
     backdrop = {"kind": "cyclorama", "level": 0.0, "center": (0.0, 0.0, 0.0), "radius": 8.0}

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from text2sim import __version__
 from text2sim.exchange.files import put, workplace
+from text2sim.exchange.materials import Material
 from text2sim.exchange.openusd import openusd
 from text2sim.exchange.scenery import Figure, Link, Piece, Scenery, keys
 from text2sim.exchange.usd_lights import add_lights
@@ -23,6 +24,8 @@ SUFFIXES = (".usdc", ".usda", ".usdz")
 ROOT = "/run"
 APERTURE = 24.0
 """Height of a picture on 35 mm film [mm], for which focal lengths are told."""
+TENTHS = 0.01
+"""Cameras are told in tenths of the stage's unit: https://openusd.org/release/api/class_usd_geom_camera.html."""
 
 
 def write_usd(folder: Path, path: Path, *, every: int = 1) -> dict[str, int]:
@@ -89,6 +92,7 @@ class _Writer:
         stage.GetRootLayer().comment = f"{scenery.recording.folder.name}, written by text2sim {__version__}"
         self._materials = UsdMaterials(stage, f"{ROOT}/materials", textures)
         self._shapes: dict[tuple[Path, bool], str] = {}
+        self._dressed: dict[tuple[Path, Material], str] = {}
         worn = Counter((piece.mesh, piece.material.two_sided) for link in scenery.links for piece in link.pieces)
         self._shared = {key for key, count in worn.items() if count > 1}
 
@@ -135,17 +139,33 @@ class _Writer:
         key = piece.mesh, piece.material.two_sided
         if key in self._shared:
             made = self._usd.UsdGeom.Xform.Define(self._stage, path)
-            made.GetPrim().GetReferences().AddInternalReference(self._shape(*key))
+            made.GetPrim().GetReferences().AddInternalReference(self._dress(piece.mesh, piece.material))
             made.GetPrim().SetInstanceable(True)
         else:
             made = self._mesh(path, *key)
+            self._materials.bind(made.GetPrim(), piece.material)
         if any(piece.pos) or abs(piece.quat[0]) != 1:
             made.AddTranslateOp().Set(self._usd.Gf.Vec3d(*piece.pos))
             made.AddOrientOp().Set(self._usd.Gf.Quatf(*piece.quat))
-        self._materials.bind(made.GetPrim(), piece.material)
+
+    def _dress(self, mesh: Path, material: Material) -> str:
+        """Return the path of a class that all copies of a shape in one material are instances of.
+
+        The material is bound within it: not every reader looks for one where an instance stands.
+        """
+        key = mesh, material
+        if key not in self._dressed:
+            shape = self._shape(mesh, material.two_sided)
+            path = f"{ROOT}/shapes/worn_{len(self._dressed)}"
+            self._stage.CreateClassPrim(path)
+            worn = self._stage.DefinePrim(f"{path}/mesh")
+            worn.GetReferences().AddInternalReference(f"{shape}/mesh")
+            self._materials.bind(worn, material)
+            self._dressed[key] = path
+        return self._dressed[key]
 
     def _shape(self, mesh: Path, two_sided: bool) -> str:
-        """Return the path of a class that all copies of a shape are instances of."""
+        """Return the path of a class with a mesh that the file holds once."""
         key = mesh, two_sided
         if key not in self._shapes:
             self._stage.CreateClassPrim(f"{ROOT}/shapes")
@@ -206,11 +226,10 @@ class _Writer:
         made = self._usd.UsdGeom.Camera.Define(self._stage, f"{ROOT}/cameras/{self._name_of(name)}")
         made.GetPrim().SetDisplayName(name)
         width, height = film["resolution"]
-        # Focal length and aperture are told in tenths of a unit, but every reader takes them for millimetres.
-        made.CreateVerticalApertureAttr(APERTURE)
-        made.CreateHorizontalApertureAttr(APERTURE * width / height)
+        made.CreateVerticalApertureAttr(APERTURE * TENTHS)
+        made.CreateHorizontalApertureAttr(APERTURE * TENTHS * width / height)
         focal = APERTURE / 2 / np.tan(np.radians(view.fov) / 2)
-        made.CreateFocalLengthAttr(float(focal))
+        made.CreateFocalLengthAttr(float(focal * TENTHS))
         made.CreateClippingRangeAttr((0.01, 10000.0))
         if view.aperture > 0:
             made.CreateFStopAttr(float(focal / 1000 / (2 * view.aperture)))

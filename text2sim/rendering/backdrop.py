@@ -27,10 +27,10 @@ STEPS = 40
 SIDES = 192
 BEHIND = np.radians(75.0)
 """How far to both sides of where a camera looks the wall goes."""
-VAST = 60.0
-"""Radius of ground without an end, in radii of the stage."""
 HAZY = {"ground": 0.8, "horizon": 1.2}
 """Distance from the camera at which ground without an end is lost in haze, in radii of the stage."""
+LOST = 1.5
+"""Where ground without an end ends all the same, in distances of haze: less than a hundredth of it would be seen."""
 WHOLE = 0.999
 """Alpha of a pixel that sees something everywhere."""
 SUNK = 1e-4
@@ -49,7 +49,10 @@ def backdrop_mesh(backdrop: dict[str, Any], eyes: Iterable[Array]) -> Mesh | Non
     if kind == "none" or backdrop["level"] is None:
         return None
     bounded = kind == "cyclorama"
-    rings = radius * np.geomspace(0.05, 1.0 if bounded else VAST, STEPS)
+    if not bounded:
+        off = [np.hypot(*np.subtract(eye, backdrop["center"])[:2]) for eye in eyes]
+        radius = LOST * HAZY[kind] * float(backdrop["radius"]) + max(off, default=0.0)
+    rings = radius * np.geomspace(0.05, 1.0, STEPS)
     made = _turned(np.column_stack([np.append(0.0, rings), np.zeros(STEPS + 1)]), np.tile([0.0, 1.0], (STEPS + 1, 1)))
     if bounded:
         bend, near = FILLET * radius, NEAR * radius

@@ -207,7 +207,8 @@ class Filming:
 
     def _write(self, path: Path, traced: Traced, format: Format) -> None:
         if format == "exr":
-            layers = np.dstack([traced.radiance, traced.alpha]).astype(np.float32)
+            # Colours of an EXR are dimmed by their alpha: https://openexr.com/en/latest/TechnicalIntroduction.html
+            layers = np.dstack([traced.radiance * traced.alpha[..., None], traced.alpha]).astype(np.float32)
             mitsuba().Bitmap(layers).write(str(path))
             return
         from PIL import Image

@@ -8,6 +8,7 @@ is added: lamps, and bright rims, but no shadow and no bent light. What is insid
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from math import ceil
 from time import perf_counter
 from typing import Any
 
@@ -21,7 +22,8 @@ from text2sim.rendering.scene import Moment
 Array = NDArray[np.floating]
 
 GUIDES = "albedo:albedo,normal:sh_normal,depth:depth"
-GUIDE_SAMPLES = 4
+GUIDE_SAMPLES = 16
+"""Per pixel, over all moments; cheap, and edges are as clean as they are."""
 ROULETTE = 3
 """Bounces after which a path ends by chance, the darker the sooner: a third of the time of a studio with walls."""
 SAMPLES_OF_DRAFTS = 8
@@ -30,6 +32,10 @@ SEED = 0
 """The same for every picture: then what does not move does not flicker."""
 BRIGHTEST = 24.0
 """Radiance, in white sheets, above which a single pixel is noise: glass makes such."""
+
+
+RIM = 3
+"""Pixels around what is there that the denoiser is told to be like it."""
 
 
 @dataclass(frozen=True)
@@ -52,9 +58,9 @@ class Traced:
     """A picture as radiance."""
 
     radiance: Array
-    """Linear, shape (h, w, 3)."""
+    """Linear, shape (h, w, 3); of what is there, however little of a pixel it fills."""
     alpha: Array
-    """1 where there is something, shape (h, w)."""
+    """How much of a pixel something fills, 0 to 1, shape (h, w)."""
     depth: Array
     """Distance from the camera [m], 0 where there is nothing, shape (h, w)."""
     seconds: dict[str, float]
@@ -73,29 +79,36 @@ def trace(moments: Sequence[tuple[Moment, Any]], quality: Quality, gain: float, 
     mi = mitsuba()
     path: dict[str, Any] = {"type": "path", "max_depth": quality.depth, "rr_depth": ROULETTE, "hide_emitters": True}
     integrator, guide = mi.load_dict(path), mi.load_dict({"type": "aov", "aovs": GUIDES})
+    filled = mi.load_dict({"type": "depth"})
     # Together the moments of a blurred picture have as many samples as a sharp one.
-    samples, guiding = (max(1, total // len(moments)) for total in (quality.samples, GUIDE_SAMPLES))
+    samples, guiding = (max(1, ceil(total / len(moments))) for total in (quality.samples, GUIDE_SAMPLES))
     seconds = {"trace": 0.0, "guides": 0.0, "gloss": 0.0, "denoise": 0.0}
-    pictures, guides, glosses = _Mean(), _Mean(), _Mean()
+    pictures, guides, alphas, glosses = _Mean(), _Mean(), _Mean(), _Mean()
     for k, (moment, sensor) in enumerate(moments):
         seed = SEED + 7919 * k
         with _timed(seconds, "trace"):
-            pictures.add(mi.render(moment.solid, sensor=sensor, integrator=integrator, spp=samples, seed=seed))
+            alpha = pictures.add(mi.render(moment.solid, sensor=sensor, integrator=integrator, spp=samples, seed=seed))
         with _timed(seconds, "guides"):
             guides.add(mi.render(moment.solid, sensor=sensor, integrator=guide, spp=guiding, seed=seed))
+            if alpha[..., 3].min() < 1:  # edges before nothing are as rough as the samples are few: take more
+                alpha = mi.render(moment.solid, sensor=sensor, integrator=filled, spp=guiding, seed=seed)
+            alphas.add(alpha)
         if moment.gloss is not None:
             with _timed(seconds, "gloss"):
                 glosses.add(mi.render(moment.gloss, sensor=sensor, integrator=integrator, spp=samples, seed=seed))
     with _timed(seconds, "denoise"):
         picture, seen = pictures.value, guides.value[..., -7:]
-        radiance, alpha = _limited(picture[..., :3], gain), np.clip(picture[..., 3], 0, 1)
+        radiance = _limited(undimmed(healed(picture[..., :3]), picture[..., 3]), gain)
+        alpha = np.clip(alphas.value[..., 3], 0, 1)
         fast = quality.samples <= SAMPLES_OF_DRAFTS
         if denoise:
             radiance = _denoised(radiance, np.clip(seen[..., :3], 0, 1), seen[..., 3:6], fast=fast)
         if glosses.count:
-            gloss = _limited(glosses.value[..., :3], gain)
+            gloss = _limited(healed(glosses.value[..., :3]), gain)
             gloss = _denoised(gloss, fast=fast) if denoise else gloss
-            radiance, alpha = radiance + gloss, np.maximum(alpha, np.clip(gloss.mean(axis=-1) * gain, 0, 1))
+            lit = radiance * alpha[..., None] + gloss
+            alpha = np.maximum(alpha, np.clip(gloss.mean(axis=-1) * gain, 0, 1))
+            radiance = undimmed(lit, alpha)
     return Traced(radiance, alpha, seen[..., 6], seconds)
 
 
@@ -105,8 +118,11 @@ class _Mean:
     def __init__(self) -> None:
         self.count, self._sum = 0, np.zeros(())
 
-    def add(self, picture: Any) -> None:
-        self.count, self._sum = self.count + 1, self._sum + np.array(picture, dtype=np.float32)
+    def add(self, picture: Any) -> Array:
+        """Add a picture, and return it."""
+        added = np.array(picture, dtype=np.float32)
+        self.count, self._sum = self.count + 1, self._sum + added
+        return added
 
     @property
     def value(self) -> Array:
@@ -121,7 +137,21 @@ def _timed(seconds: dict[str, float], part: str) -> Iterator[None]:
 
 
 def _limited(radiance: Array, gain: float) -> Array:
-    return np.minimum(healed(radiance), BRIGHTEST / gain)
+    return np.minimum(radiance, BRIGHTEST / gain)
+
+
+def undimmed(radiance: Array, alpha: Array) -> Array:
+    """Return what a picture (h, w, 3) would be if what is there filled its pixels, and a little around it.
+
+    Laid over a background by its alpha, an edge that is as dark as it is thin would be a black line; and so it would be if
+    the denoiser took the darkness around it for a part of the picture.
+
+    Args:
+        radiance: Mean over pixels, with nothing for black.
+        alpha: How much of each is filled, shape (h, w).
+    """
+    known = alpha > 0
+    return _filled(np.where(known[..., None], radiance / np.where(known, alpha, 1.0)[..., None], 0.0), known, RIM)
 
 
 def healed(radiance: Array) -> Array:
@@ -131,14 +161,20 @@ def healed(radiance: Array) -> Array:
     black ones they would be specks, which the denoiser makes larger.
     """
     known = np.asarray(np.isfinite(radiance).all(axis=-1))
-    filled = np.where(known[..., None], radiance, 0.0)
-    while known.any() and not known.all():
+    return _filled(np.where(known[..., None], radiance, 0.0), known, max(known.shape))
+
+
+def _filled(picture: Array, known: NDArray[np.bool_], rings: int) -> Array:
+    """Return a picture whose unknown pixels are like those around them, as far from known ones as so many pixels."""
+    for _ in range(rings):
+        if known.all() or not known.any():
+            break
         weight = uniform_filter(known.astype(np.float32), 3)
-        around = np.stack([uniform_filter(filled[..., k], 3) for k in range(3)], axis=-1)
+        around = np.stack([uniform_filter(picture[..., k], 3) for k in range(3)], axis=-1)
         reached = ~known & (weight > 0.05)
-        filled[reached] = around[reached] / weight[reached, None]
-        known |= reached
-    return filled
+        picture[reached] = around[reached] / weight[reached, None]
+        known = known | reached
+    return picture
 
 
 def _denoised(*pictures: Array, fast: bool) -> Array:
