@@ -19,6 +19,7 @@ from text2sim.rendering.legibility import write_legibility
 from text2sim.rendering.recording import read_recording
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.scene import Stage, sensor
+from text2sim.rendering.trace import RIM, undimmed
 from text2sim.spec_schema.errors import RunError
 from text2sim.templates.cameras import Cameras, project
 
@@ -186,7 +187,15 @@ def test_edges_before_the_background_are_no_darker_than_what_they_part(make_run:
     traced = filming.trace(filming.reels()[0].frames[0])
     shown, edge = filming.develop(traced).astype(int), (traced.alpha > 0) & (traced.alpha < 1)
     assert edge.sum() > 20
-    assert shown[edge].min() >= shown[traced.alpha == 1].min() - 3
+    assert shown[traced.alpha > 0].min() > np.median(shown[traced.alpha == 1]) - 20
+
+
+def test_what_fills_a_part_of_a_pixel_is_as_bright_as_if_it_filled_it() -> None:
+    alpha = np.zeros((3, 12))
+    alpha[:, :3], alpha[:, 3] = 1.0, 0.25
+    made = undimmed(np.array([0.2, 0.4, 0.8]) * alpha[..., None], alpha)
+    np.testing.assert_allclose(made[:, : 4 + RIM], np.broadcast_to((0.2, 0.4, 0.8), (3, 4 + RIM, 3)), rtol=1e-6)
+    assert not made[:, 4 + RIM :].any()
 
 
 MOVES = """

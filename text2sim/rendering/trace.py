@@ -143,8 +143,8 @@ def _limited(radiance: Array, gain: float) -> Array:
 def undimmed(radiance: Array, alpha: Array) -> Array:
     """Return what a picture (h, w, 3) would be if what is there filled its pixels, and a little around it.
 
-    Laid over a background by its alpha, an edge that is as dark as it is thin would be a black line; and so it would be if
-    the denoiser took the darkness around it for a part of the picture.
+    Laid over a background by its alpha, an edge that is as dark as it is thin would be a black line; and so it would be
+    if the denoiser took the darkness around it for a part of the picture.
 
     Args:
         radiance: Mean over pixels, with nothing for black.
