@@ -2,9 +2,11 @@
 
     python benchmarks/rendering.py RUN [--size 1280x720] [--pictures 3] [--quality draft]
     python benchmarks/rendering.py RUN --flicker [--size 1280x720] [--quality draft]
+    python benchmarks/rendering.py RUN --equal [--size 1280x720] [--quality draft]
 
 Times are of the processor over all its cores, divided by their number: what an idle machine would take. Flicker is the
-difference between the last two pictures of the main film, where nothing moved.
+difference between the last two pictures of the main film, where nothing moved. Equal is how long bare Mitsuba would
+take to come as near to a picture of very many samples: error falls with the root of their number.
 """
 
 import argparse
@@ -22,10 +24,16 @@ from text2sim.rendering.frames import save
 from text2sim.rendering.recording import read_recording
 from text2sim.rendering.renderer import find_variant, mitsuba
 from text2sim.rendering.scene import sensor
-from text2sim.rendering.trace import QUALITIES, ROULETTE
+from text2sim.rendering.trace import QUALITIES, ROULETTE, Quality, trace
 from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras
 from text2sim.templates.video import Video
+
+MANY = 400
+"""Samples of the picture that others are compared with."""
+
+WARM = 2
+"""Pictures before those that count."""
 
 
 def main() -> None:
@@ -36,6 +44,7 @@ def main() -> None:
     parser.add_argument("--pictures", type=int, default=3)
     parser.add_argument("--quality", default="draft", choices=["draft", "final"])
     parser.add_argument("--flicker", action="store_true")
+    parser.add_argument("--equal", action="store_true")
     options = parser.parse_args()
     width, height = (int(n) for n in options.size.split("x"))
     filming = Filming(read_recording(options.run), options.quality, size=(width, height))
@@ -45,7 +54,10 @@ def main() -> None:
     if options.flicker:
         print(flicker(filming, every[-2:]))
         return
-    frames = [every[k] for k in np.linspace(0, len(every) - 1, options.pictures + 1).astype(int)]
+    if options.equal:
+        print(equal(filming, every[len(every) // 2]))
+        return
+    frames = [every[k] for k in np.linspace(0, len(every) - 1, options.pictures + WARM).astype(int)]
     mi, how, cores = mitsuba(), QUALITIES[options.quality], os.cpu_count() or 1
     cameras = Cameras(filming.recording.film, filming.recording.states)
     integrator = mi.load_dict({"type": "path", "max_depth": how.depth, "rr_depth": ROULETTE, "hide_emitters": True})
@@ -73,7 +85,7 @@ def main() -> None:
             begun = process_time()
             video.write(filming.develop(traced))
             spent["encode"] += process_time() - begun
-            if k == 0:  # kernels are compiled once on a machine
+            if k < WARM:  # kernels are compiled once on a machine, some of them not before the second picture
                 spent, parts = dict.fromkeys(spent, 0.0), {}
         video.close()
     table = Table("part", "s per picture")
@@ -96,6 +108,32 @@ def flicker(filming: Filming, pair: list[Frame]) -> str:
         f"t = {pair[0].t:.3f} and {pair[1].t:.3f} s: {100 * still.mean():.1f} % of the pixels show nothing that moves; "
         f"of 255 these differ by {away[still].mean():.3f} on average, by {np.percentile(away[still], 99):.0f} or more "
         f"in 1 % of them, by {away[still].max()} at most; {moved}"
+    )
+
+
+def equal(filming: Filming, frame: Frame) -> str:
+    """Return in words what a picture, as it is shown, costs with and without what is done about its noise."""
+    film, how = filming.recording.film, QUALITIES[filming.quality]
+    view = Cameras(film, filming.recording.states).view(frame.camera, frame.t, frame.part)
+    moments = [(filming.stage.at(frame.t), sensor(view, filming.size))]
+
+    def picture(samples: int, *, denoise: bool) -> tuple[np.ndarray, float]:
+        for again in (False, True):  # kernels are compiled the first time
+            begun = process_time()
+            traced = trace(moments, Quality(samples, how.depth, 1), film["gain"], denoise=denoise)
+            spent = process_time() - begun if denoise else traced.seconds["trace"] * (os.cpu_count() or 1)
+            if again or samples == MANY:
+                break
+        return filming.develop(traced).astype(float), spent / (os.cpu_count() or 1)
+
+    wanted, _ = picture(MANY, denoise=False)
+    (ours, seconds), (bare, noisy) = (picture(how.samples, denoise=denoise) for denoise in (True, False))
+    away, off = (float(np.sqrt(np.mean((shown - wanted) ** 2))) for shown in (ours, bare))
+    times = (off / away) ** 2
+    return (
+        f"t = {frame.t:.2f} s, {how.samples} samples: bare {noisy:.2f} s, off by {off:.1f} of 255 (root mean square); "
+        f"whole {seconds:.2f} s, off by {away:.1f}; for that, bare would need {how.samples * times:.0f} samples and "
+        f"{noisy * times:.1f} s, {noisy * times / seconds:.1f} times as long"
     )
 
 

@@ -22,8 +22,10 @@ from text2sim.rendering.scene import Moment
 Array = NDArray[np.floating]
 
 GUIDES = "albedo:albedo,normal:sh_normal,depth:depth"
-GUIDE_SAMPLES = 16
-"""Per pixel, over all moments; cheap, and edges are as clean as they are."""
+GUIDE_SAMPLES = (8, 16)
+"""Per pixel, of a sharp picture and over all moments of a blurred one, whose samples are spread less evenly.
+
+Edges of the picture are as clean as these."""
 ROULETTE = 3
 """Bounces after which a path ends by chance, the darker the sooner: a third of the time of a studio with walls."""
 SAMPLES_OF_DRAFTS = 8
@@ -81,7 +83,8 @@ def trace(moments: Sequence[tuple[Moment, Any]], quality: Quality, gain: float, 
     integrator, guide = mi.load_dict(path), mi.load_dict({"type": "aov", "aovs": GUIDES})
     filled = mi.load_dict({"type": "depth"})
     # Together the moments of a blurred picture have as many samples as a sharp one.
-    samples, guiding = (max(1, ceil(total / len(moments))) for total in (quality.samples, GUIDE_SAMPLES))
+    totals = quality.samples, GUIDE_SAMPLES[len(moments) > 1]
+    samples, guiding = (ceil(total / len(moments)) for total in totals)
     seconds = {"trace": 0.0, "guides": 0.0, "gloss": 0.0, "denoise": 0.0}
     pictures, guides, alphas, glosses = _Mean(), _Mean(), _Mean(), _Mean()
     for k, (moment, sensor) in enumerate(moments):
