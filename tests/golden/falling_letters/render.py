@@ -7,7 +7,7 @@ or in a distance of 1 m.
 
 RESOLUTION = (1280, 720)  # width and height [pixels]
 FPS = 25.0  # frames per second of film
-SPEED = 0.6  # simulated seconds per second of film
+SPEED = 0.45  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
 END = 3.0
 MOTION_BLUR = 0.3  # part of the time between two frames in which the shutter is open
@@ -18,13 +18,15 @@ CAMERAS = {
         "kind": "keyframed",
         "up": (0.0, 0.0, 1.0),
         "fov": 31.8908,
-        "times": [0.0, 0.1, 0.9],
-        "positions": [(0.9, -4.0, 1.2), (0.9, -4.0, 1.2), (0.75, -2.8, 1.25)],
-        "look_at": [(0.0, 0.0, 0.9), (0.0, 0.0, 0.9), (0.0, 0.0, 0.22)],
+        "times": [0.0, 0.1, 1.1],
+        "positions": [(0.9, -4.0, 1.2), (0.9, -4.0, 1.2), (0.6, -2.25, 1.05)],
+        "look_at": [(0.0, 0.0, 0.9), (0.0, 0.0, 0.9), (0.0, 0.0, 0.17)],
     },
 }
 # One after the other.
-SHOTS = []
+SHOTS = [
+    {"name": "fall", "camera": "main", "from": 0.0, "to": 1.9, "speed": 0.45, "hold": 0.0},
+]
 
 BACKGROUND = (0.7882, 0.8078, 0.8314)
 AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
