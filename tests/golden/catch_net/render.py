@@ -20,11 +20,14 @@ CAMERAS = {
         "fov": 37.8493,
         "f_stop": 5.6,
         "pos": (1.25, -2.35, 2.35),
-        "look_at": (0.0, 0.0, 1.3),
+        "look_at": (0.05, 0.0, 1.35),
     },
 }
 # One after the other.
-SHOTS = []
+SHOTS = [
+    {"name": "fall", "camera": "main", "from": 0.0, "to": 1.6, "speed": 0.4, "hold": 0.0},
+    {"name": "rest", "camera": "main", "from": 1.6, "to": 2.8, "speed": 1.0, "hold": 0.0},
+]
 
 BACKGROUND = (0.7882, 0.8078, 0.8314)
 AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
@@ -33,7 +36,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 3.2,
         "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.4508, 0.7495, -1.0),
+        "direction": (0.4633, 0.7419, -1.0),
         "at": (0.0, 0.0, 1.6884),
         "distance": 11.37,
         "size": 3.979,
@@ -42,7 +45,7 @@ LIGHTS = {
         "kind": "softbox",
         "strength": 1.1,
         "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.1071, -1.0764, -1.4),
+        "direction": (-0.1251, -1.0744, -1.4),
         "at": (0.0, 0.0, 1.6884),
         "distance": 11.37,
         "size": 3.979,

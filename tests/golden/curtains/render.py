@@ -7,7 +7,7 @@ or in a distance of 1 m.
 
 RESOLUTION = (1280, 720)  # width and height [pixels]
 FPS = 25.0  # frames per second of film
-SPEED = 1.0  # simulated seconds per second of film
+SPEED = 1.4  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
 END = 9.0
 MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open

@@ -7,7 +7,7 @@ or in a distance of 1 m.
 
 RESOLUTION = (1280, 720)  # width and height [pixels]
 FPS = 25.0  # frames per second of film
-SPEED = 0.7  # simulated seconds per second of film
+SPEED = 0.4  # simulated seconds per second of film
 START = 0.0  # the part of the run that is shown [s]
 END = 3.5
 MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
@@ -24,7 +24,9 @@ CAMERAS = {
     },
 }
 # One after the other.
-SHOTS = []
+SHOTS = [
+    {"name": "runs_out", "camera": "main", "from": 0.0, "to": 1.7, "speed": 0.4, "hold": 0.0},
+]
 
 BACKGROUND = (0.2902, 0.2667, 0.2392)
 AMBIENT = 0.12  # light from everywhere in the preview, which has none that is thrown back
