@@ -66,7 +66,8 @@ def within_blender(wanted: dict) -> None:
         bpy.data.objects.remove(thing)
     bpy.ops.wm.usd_import(filepath=wanted["stage"])
     scene = bpy.context.scene
-    scene.camera = next(o for o in scene.objects if o.type == "CAMERA" and o.name.startswith(wanted["camera"]))
+    cameras = {o.name.partition(".")[0]: o for o in scene.objects if o.type == "CAMERA"}
+    scene.camera = cameras[wanted["camera"]]
     whole, part = divmod(wanted["code"], 1)
     scene.frame_set(int(whole), subframe=part)
     scene.render.engine, scene.cycles.device = "CYCLES", "CPU"

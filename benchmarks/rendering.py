@@ -12,8 +12,10 @@ take to come as near to a picture of very many samples: error falls with the roo
 import argparse
 import os
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from time import process_time
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -117,17 +119,26 @@ def equal(filming: Filming, frame: Frame) -> str:
     view = Cameras(film, filming.recording.states).view(frame.camera, frame.t, frame.part)
     moments = [(filming.stage.at(frame.t), sensor(view, filming.size))]
 
-    def picture(samples: int, *, denoise: bool) -> tuple[np.ndarray, float]:
-        for again in (False, True):  # kernels are compiled the first time
-            begun = process_time()
-            traced = trace(moments, Quality(samples, how.depth, 1), film["gain"], denoise=denoise)
-            spent = process_time() - begun if denoise else traced.seconds["trace"] * (os.cpu_count() or 1)
-            if again or samples == MANY:
-                break
-        return filming.develop(traced).astype(float), spent / (os.cpu_count() or 1)
+    def picture(samples: int, *, denoise: bool) -> np.ndarray:
+        traced = trace(moments, Quality(samples, how.depth, 1), film["gain"], denoise=denoise)
+        return filming.develop(traced).astype(float)
 
-    wanted, _ = picture(MANY, denoise=False)
-    (ours, seconds), (bare, noisy) = (picture(how.samples, denoise=denoise) for denoise in (True, False))
+    def spent(work: Callable[[], Any]) -> float:
+        for _ in range(WARM):
+            work()
+        begun = process_time()
+        work()
+        return (process_time() - begun) / (os.cpu_count() or 1)
+
+    mi, (moment, camera) = mitsuba(), moments[0]
+    path = mi.load_dict({"type": "path", "max_depth": how.depth, "rr_depth": ROULETTE, "hide_emitters": True})
+    noisy = spent(lambda: np.array(mi.render(moment.solid, sensor=camera, integrator=path, spp=how.samples)))
+    seconds = spent(lambda: picture(how.samples, denoise=True))
+    wanted, ours, bare = (
+        picture(MANY, denoise=False),
+        picture(how.samples, denoise=True),
+        picture(how.samples, denoise=False),
+    )
     away, off = (float(np.sqrt(np.mean((shown - wanted) ** 2))) for shown in (ours, bare))
     times = (off / away) ** 2
     return (

@@ -58,6 +58,16 @@ def test_same_simulation_and_film(path: Path) -> None:
     assert explicit(second).data == explicit(case).data, "and nothing is left to be written out"
 
 
+def test_what_a_liquid_looks_like_is_written_out() -> None:
+    case = case_of(
+        "text2sim: 2\nname: pool\nscene: {duration: 1}\nbodies:\n"
+        "  water: {kind: liquid, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.3]}}\n"
+    )
+    text = explicit(case).text()
+    assert "finish: glass" in text
+    assert case_of(text).plan.render_digest == case.plan.render_digest
+
+
 def test_derived_settings_stand_there_with_their_reasons() -> None:
     case = case_of(CASE.replace(", restitution: 0.3", ""))
     text = explicit(case).text()

@@ -8,7 +8,7 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
-from filmed import MakeRun
+from filmed import FILM, MakeRun
 from PIL import Image
 from typer.testing import CliRunner
 
@@ -190,12 +190,42 @@ def test_edges_before_the_background_are_no_darker_than_what_they_part(make_run:
     assert shown[traced.alpha > 0].min() > np.median(shown[traced.alpha == 1]) - 20
 
 
+LAMP = {"kind": "lamp", "strength": 1.0, "color": (1, 1, 1), "pos": (0.9, 0.0, 0.4), "radius": 0.25}
+
+
+@pytest.mark.parametrize("blur", [0.0, 0.5])
+def test_before_nothing_lamps_are_not_seen_and_what_is_clear_is_seen_through(make_run: MakeRun, blur: float) -> None:
+    faint = CRATE | {"pos": (-0.6, 0, 0.4), "opacity": 0.3, "velocity": (0.01, 0, 0)}
+    lights = {**FILM["lights"], "bulb": LAMP}
+    filming = film(make_run({"crate": faint}, lights=lights, motion_blur=blur), (64, 36))
+    traced = filming.trace(filming.reels()[0].frames[1])
+    shown = filming.develop(traced).astype(int)
+    background = shown[0, 0]
+    assert np.abs(background - 255 * 0.8).max() <= 1
+    assert (shown[:, 36:] == background).all(), "where the lamp hangs"
+    assert 0.2 < traced.alpha.max() < 0.8
+
+
+def test_the_better_the_picture_the_finer_its_edges(make_run: MakeRun) -> None:
+    run = make_run({"crate": CRATE})
+    steps = []
+    for quality in ("draft", "final"):
+        filming = Filming(read_recording(run), quality, size=(64, 36))
+        alpha = filming.trace(filming.reels()[0].frames[0]).alpha
+        steps.append(len(np.unique(alpha.round(4))))
+    assert steps[0] <= 9
+    assert steps[1] > 18
+
+
 def test_what_fills_a_part_of_a_pixel_is_as_bright_as_if_it_filled_it() -> None:
     alpha = np.zeros((3, 12))
     alpha[:, :3], alpha[:, 3] = 1.0, 0.25
     made = undimmed(np.array([0.2, 0.4, 0.8]) * alpha[..., None], alpha)
     np.testing.assert_allclose(made[:, : 4 + RIM], np.broadcast_to((0.2, 0.4, 0.8), (3, 4 + RIM, 3)), rtol=1e-6)
     assert not made[:, 4 + RIM :].any()
+    broken = np.array([0.2, 0.4, 0.8]) * alpha[..., None]
+    broken[1, 3], broken[0, 1] = np.nan, np.inf
+    np.testing.assert_allclose(undimmed(broken, alpha)[:, :4], made[:, :4], rtol=1e-6)
 
 
 MOVES = """

@@ -77,8 +77,9 @@ def _at_events(run: Path) -> Iterator[Row]:
         evidence = json.loads((run / "evidence.json").read_text("utf-8"))
         pictures = frames(film, reels(film)[MAIN], float(evidence["time"]["reached"]))
         wanted = _events(evidence, pictures)
+        last = max((frame.k for frame in wanted), default=-1)
         with av.open(str(run / f"{MAIN}.mp4")) as video:
-            for frame, picture in zip(pictures, video.decode(video=0), strict=False):
+            for frame, picture in zip(pictures[: last + 1], video.decode(video=0), strict=False):
                 if frame in wanted:
                     yield frame.camera, frame.t, wanted[frame], picture.to_image()
     except (OSError, ValueError, TypeError, KeyError, AttributeError, av.error.FFmpegError):
@@ -100,6 +101,14 @@ def _events(evidence: dict[str, Any], pictures: Sequence["Frame"]) -> "dict[Fram
     return found
 
 
+def _told(run: Path, pictures: Sequence["Frame"]) -> "dict[Frame, str]":
+    """Return `_events`; nothing if the run was not judged."""
+    try:
+        return _events(json.loads((run / "evidence.json").read_text("utf-8")), pictures)
+    except (OSError, ValueError, TypeError, KeyError, AttributeError):
+        return {}
+
+
 def _traced(run: Path) -> Iterator[Row]:
     """Pictures of the main film from the path tracer; nothing where that cannot be done."""
     from text2sim.spec_schema.errors import Text2SimError
@@ -112,11 +121,11 @@ def _traced(run: Path) -> Iterator[Row]:
         width, height = recording.film["resolution"]
         filming = Filming(recording, "draft", size=(SHEET_WIDTH, max(2, round(SHEET_WIDTH * height / width))))
         reel = filming.reels()[0]
-        events = _events(json.loads((run / "evidence.json").read_text("utf-8")), reel.frames)
+        events = _told(run, reel.frames)
         evenly = (reel.frames[k] for k in spread(len(reel.frames), TRACED))
         chosen = list(dict.fromkeys([*evenly, *events]))
         paths = filming.render(Reel(reel.name, chosen), lambda progress: None)
-    except (Text2SimError, ImportError, OSError, ValueError, TypeError, KeyError, AttributeError):
+    except (Text2SimError, ImportError, OSError):
         return
     for frame, path in zip(chosen, paths, strict=True):
         picture = _read(path)

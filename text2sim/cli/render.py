@@ -147,21 +147,22 @@ def _both(
     from text2sim.rendering.beside import beside
     from text2sim.spec_schema.errors import RunError
 
-    folders, rates = zip(*((film.recording.folder, film.recording.film["fps"]) for film in (left, right)), strict=True)
-    if rates[0] != rates[1]:
-        raise RunError(
-            f"films side by side need one `fps`: {folders[0]} has {rates[0]:g}, {folders[1]} has {rates[1]:g}"
-        )
+    one, other = left.recording, right.recording
+    if one.film["fps"] != other.film["fps"]:
+        rates = f"{one.folder} has {one.film['fps']:g}, {other.folder} has {other.film['fps']:g}"
+        raise RunError(f"films side by side need one `fps`: {rates}")
     reels = left.reels(camera, span)[0], right.reels(camera, span)[0]
-    teller = _Teller(list(reels), quiet=quiet)
-    for filming, reel in zip((left, right), () if join else reels, strict=not join):
-        filming.render(reel, teller)
+    if not join:
+        teller = _Teller(list(reels), quiet=quiet)
+        left.render(reels[0], teller)
+        right.render(reels[1], teller)
     try:
-        captions = tuple(run.label for run in read_runs(folders))
+        first, second = (run.label for run in read_runs([one.folder, other.folder]))
     except RunError:  # one that was not judged is shown all the same
-        captions = tuple(folder.name for folder in folders)
-    name = f"{reels[0].name}_beside_{folders[1].name}{_part(reels[0], span)}"
-    return beside((left, right), reels, (captions[0], captions[1]), name)
+        first, second = one.folder.name, other.folder.name
+    longer = max(reels, key=lambda reel: len(reel.frames))
+    name = f"{reels[0].name}_beside_{other.folder.name}{_part(longer, span)}"
+    return beside((left, right), reels, (first, second), name)
 
 
 def _part(reel: "Reel", span: tuple[int, int] | None) -> str:

@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from text2sim.compiler.build import Resolution
 from text2sim.compiler.film_lights import STUDIOS
 from text2sim.compiler.folding import escaped, folded
-from text2sim.compiler.looks import default_color
+from text2sim.compiler.looks import default_color, finish_of_body
 from text2sim.compiler.masses import masses
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.soft.explicit import add_soft
@@ -211,21 +211,22 @@ def _add_copies(found: Explicit, resolution: Resolution) -> None:
             place = "place" if model.place is not None else "pose" if model.repeat is None else "repeat"
             if model.place is not None or model.repeat is not None:
                 found.comments[*root, place] = _positions(copies)
-            _add_color(found, root, model, copies)
+            _add_look(found, root, model, copies)
             if section == ("bodies",) and not isinstance(model, Driven):
                 found.comments[root] = _weight(copies, weights)
 
 
-def _add_color(found: Explicit, root: Path, model: Any, copies: list[Copy]) -> None:
-    """Write down the colour of what was given none, unless its file may have one."""
+def _add_look(found: Explicit, root: Path, model: Any, copies: list[Copy]) -> None:
+    """Write down the finish, and the colour of what was given none, unless its file may have one."""
+    look = _at(found.data, root)["look"]
+    look["finish"] = finish_of_body(model)
     kinds = {part.shape.kind for part in getattr(copies[0].shape, "parts", {}).values()} if copies else set()
     kinds.add(getattr(copies[0].shape, "kind", "") if copies else "")
     if isinstance(model, Articulated):
         kinds |= {link.shape.kind for link in (model.links or {}).values()}
     if model.look.color is not None or "mesh" in kinds or getattr(model, "file", None) is not None:
         return
-    data = _at(found.data, root)
-    data["look"] = {"color": default_color(str(root[-1]), model), **data["look"]}
+    look["color"] = default_color(str(root[-1]), model)
     found.comments[*root, "look"] = "derived: by its name" if root[0] == "bodies" else "derived: what never moves"
 
 

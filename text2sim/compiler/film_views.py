@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from text2sim.compiler.looks import finish_of, hides
+from text2sim.compiler.looks import finish_of_body, hides
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.geometry import pieces
@@ -67,7 +67,7 @@ def _broadside(size: Vec) -> tuple[Vec, ...]:
 
 def _hides(copy: Copy) -> bool:
     look = copy.model.look
-    solid = hides(look.opacity, finish_of(copy.model))
+    solid = hides(look.opacity, finish_of_body(copy.model))
     return copy.shape is not None and copy.shape.kind != "plane" and look.visible and solid
 
 

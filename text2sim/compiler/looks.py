@@ -33,7 +33,7 @@ def hides(opacity: float, finish: str) -> bool:
     return opacity >= SOLID and finish not in CLEAR
 
 
-def finish_of(model: Any) -> str:
+def finish_of_body(model: Any) -> str:
     """Return the finish of a body or static; a liquid that was given none is as clear as water."""
     look = model.look
     return "glass" if getattr(model, "kind", "") == "liquid" and "finish" not in look.model_fields_set else look.finish

@@ -45,11 +45,12 @@ def backdrop_mesh(backdrop: dict[str, Any], eyes: Iterable[Array]) -> Mesh | Non
         eyes: Where cameras stand, now and then [m].
     """
     kind, eyes = backdrop["kind"], list(eyes)
-    radius = max(float(backdrop["radius"]), _farthest(backdrop, eyes) * CLEARANCE / NEAR)
     if kind == "none" or backdrop["level"] is None:
         return None
     bounded = kind == "cyclorama"
-    if not bounded:
+    if bounded:
+        radius = max(float(backdrop["radius"]), _farthest(backdrop, eyes) * CLEARANCE / NEAR)
+    else:
         off = [np.hypot(*np.subtract(eye, backdrop["center"])[:2]) for eye in eyes]
         radius = LOST * HAZY[kind] * float(backdrop["radius"]) + max(off, default=0.0)
     rings = radius * np.geomspace(0.05, 1.0, STEPS)

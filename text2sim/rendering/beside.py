@@ -47,6 +47,8 @@ def captioned(image: np.ndarray, text: str) -> np.ndarray:
     picture = Image.fromarray(image)
     size = max(height / 24, 11.0)
     pen, font = ImageDraw.Draw(picture), ImageFont.load_default(size=size)
+    while len(text) > 1 and pen.textlength(text, font=font) > width - size:
+        text = f"{text[:-2]}…"
     at = (width / 2, height - 0.4 * size)
     pen.text(at, text, font=font, anchor="mb", fill="white", stroke_width=max(1, height // 360), stroke_fill="#202428")
     return np.asarray(picture)

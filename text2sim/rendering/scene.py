@@ -98,12 +98,17 @@ class Stage:
         return float(max(min(lowest), lowest[0] - np.ptp(states.bounds(bodies, 0.0)[:, 2]))) if lowest else None
 
     def _eyes(self) -> list[Any]:
-        """Return where the cameras stand over the film, all of them."""
+        """Return where the cameras stand over the films, and where each would be if it filmed all of the time."""
         film, last = self.recording.film, self.recording.last
         cameras = Cameras(film, self.recording.states)
         pictures = [frame for reel in reels(film).values() for frame in frames(film, reel, last)]
         chosen = pictures[:: max(1, len(pictures) // EYES)]
-        return [cameras.view(frame.camera, frame.t, frame.part).pos for frame in chosen]
+        moments = [(frame.camera, frame.t, frame.part) for frame in chosen]
+        parts = np.linspace(0.0, 1.0, EYES // 4)
+        moments += [
+            (name, film["start"] + p * (film["end"] - film["start"]), p) for name in film["cameras"] for p in parts
+        ]
+        return [cameras.view(*moment).pos for moment in moments]
 
     def at(self, t: float, *, gloss: bool = True) -> Moment:
         """Return the scene at simulated time `t` [s], if wanted with what clear things reflect."""

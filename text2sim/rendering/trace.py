@@ -22,10 +22,12 @@ from text2sim.rendering.scene import Moment
 Array = NDArray[np.floating]
 
 GUIDES = "albedo:albedo,normal:sh_normal,depth:depth"
-GUIDE_SAMPLES = (8, 16)
+GUIDE_SAMPLES, GUIDE_SAMPLES_BLURRED = 8, 16
 """Per pixel, of a sharp picture and over all moments of a blurred one, whose samples are spread less evenly.
 
 Edges of the picture are as clean as these."""
+SEEN = {"type": "path", "max_depth": 2, "hide_emitters": True}
+"""The cheapest that sees what a path sees and no more: neither lamps, nor the holes of a cut-out."""
 ROULETTE = 3
 """Bounces after which a path ends by chance, the darker the sooner: a third of the time of a studio with walls."""
 SAMPLES_OF_DRAFTS = 8
@@ -34,7 +36,6 @@ SEED = 0
 """The same for every picture: then what does not move does not flicker."""
 BRIGHTEST = 24.0
 """Radiance, in white sheets, above which a single pixel is noise: glass makes such."""
-
 
 RIM = 3
 """Pixels around what is there that the denoiser is told to be like it."""
@@ -81,28 +82,29 @@ def trace(moments: Sequence[tuple[Moment, Any]], quality: Quality, gain: float, 
     mi = mitsuba()
     path: dict[str, Any] = {"type": "path", "max_depth": quality.depth, "rr_depth": ROULETTE, "hide_emitters": True}
     integrator, guide = mi.load_dict(path), mi.load_dict({"type": "aov", "aovs": GUIDES})
-    filled = mi.load_dict({"type": "depth"})
+    seen_at_all = mi.load_dict(SEEN)
     # Together the moments of a blurred picture have as many samples as a sharp one.
-    totals = quality.samples, GUIDE_SAMPLES[len(moments) > 1]
-    samples, guiding = (ceil(total / len(moments)) for total in totals)
+    wanted = GUIDE_SAMPLES if len(moments) == 1 else GUIDE_SAMPLES_BLURRED
+    samples, guiding = (ceil(total / len(moments)) for total in (quality.samples, wanted))
     seconds = {"trace": 0.0, "guides": 0.0, "gloss": 0.0, "denoise": 0.0}
     pictures, guides, alphas, glosses = _Mean(), _Mean(), _Mean(), _Mean()
     for k, (moment, sensor) in enumerate(moments):
         seed = SEED + 7919 * k
         with _timed(seconds, "trace"):
-            alpha = pictures.add(mi.render(moment.solid, sensor=sensor, integrator=integrator, spp=samples, seed=seed))
+            made = mi.render(moment.solid, sensor=sensor, integrator=integrator, spp=samples, seed=seed)
+            there = pictures.add(made)[..., 3]
         with _timed(seconds, "guides"):
             guides.add(mi.render(moment.solid, sensor=sensor, integrator=guide, spp=guiding, seed=seed))
-            if alpha[..., 3].min() < 1:  # edges before nothing are as rough as the samples are few: take more
-                alpha = mi.render(moment.solid, sensor=sensor, integrator=filled, spp=guiding, seed=seed)
-            alphas.add(alpha)
+            if guiding > samples and there.min() < 1:  # edges before nothing are as rough as their samples are few
+                there = np.array(mi.render(moment.solid, sensor=sensor, integrator=seen_at_all, spp=guiding, seed=seed))
+                there = there[..., 3]
+            alphas.add(there)
         if moment.gloss is not None:
             with _timed(seconds, "gloss"):
                 glosses.add(mi.render(moment.gloss, sensor=sensor, integrator=integrator, spp=samples, seed=seed))
     with _timed(seconds, "denoise"):
         picture, seen = pictures.value, guides.value[..., -7:]
-        radiance = _limited(undimmed(healed(picture[..., :3]), picture[..., 3]), gain)
-        alpha = np.clip(alphas.value[..., 3], 0, 1)
+        radiance, alpha = _limited(undimmed(picture[..., :3], picture[..., 3]), gain), np.clip(alphas.value, 0, 1)
         fast = quality.samples <= SAMPLES_OF_DRAFTS
         if denoise:
             radiance = _denoised(radiance, np.clip(seen[..., :3], 0, 1), seen[..., 3:6], fast=fast)
@@ -149,11 +151,13 @@ def undimmed(radiance: Array, alpha: Array) -> Array:
     Laid over a background by its alpha, an edge that is as dark as it is thin would be a black line; and so it would be
     if the denoiser took the darkness around it for a part of the picture.
 
+    Pixels without a value become like those around them, see `healed`.
+
     Args:
         radiance: Mean over pixels, with nothing for black.
         alpha: How much of each is filled, shape (h, w).
     """
-    known = alpha > 0
+    known = (alpha > 0) & np.isfinite(radiance).all(axis=-1)
     return _filled(np.where(known[..., None], radiance / np.where(known, alpha, 1.0)[..., None], 0.0), known, RIM)
 
 

@@ -5,7 +5,7 @@ from math import dist
 from pathlib import Path
 from typing import Any
 
-from text2sim.compiler.looks import finish_of, rgba_of
+from text2sim.compiler.looks import finish_of_body, rgba_of
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, SoftFacts, Surface
 from text2sim.compiler.shapes import geometry
@@ -105,7 +105,7 @@ class SoftLowering:
         texture = getattr(copy.shape, "texture", None)
         return Surface(
             rgba_of(model.look, copy),
-            finish_of(model),
+            finish_of_body(model),
             picture=self.meshes.picture(texture) if texture is not None else None,
             mode="particle" if solver == "mpm" else None,
         )

@@ -86,7 +86,7 @@ class Look(Model):
     (`{palette: okabe_ito}`)."""
     finish: Finish = "rough"
     """Surface of the body. Grain, weave and brushing, what glass lets through and what metal reflects are seen in path
-    traced films; the preview shows a finish by how it shines."""
+    traced films; the preview shows a finish by how it shines. A liquid that is given none is as clear as `glass`."""
     opacity: Fraction = 1.0
     """1 is solid, 0 is invisible."""
     vary: Vary | None = None
