@@ -5,6 +5,7 @@ is not even, a texture blends from the colour to a darker or lighter shade of it
 """
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -85,7 +86,7 @@ def finish_of(name: str) -> Finish:
 
 
 def material(name: str, *, opacity: float = 1.0, two_sided: bool = False, picture: Array | None = None) -> Any:
-    """Return a material of Mitsuba.
+    """Return a material of Mitsuba, the same one for equal wishes: the renderer traces each for itself.
 
     Args:
         name: Of the finish.
@@ -93,6 +94,15 @@ def material(name: str, *, opacity: float = 1.0, two_sided: bool = False, pictur
         two_sided: Whether its back is seen as well.
         picture: What it wears instead of its colour: sRGB with or without alpha, 0 to 1, upper row first.
     """
+    return _plain(name, opacity, two_sided) if picture is None else _made(name, opacity, two_sided, picture)
+
+
+@cache
+def _plain(name: str, opacity: float, two_sided: bool) -> Any:
+    return _made(name, opacity, two_sided, None)
+
+
+def _made(name: str, opacity: float, two_sided: bool, picture: Array | None) -> Any:
     mi, finish = mitsuba(), finish_of(name)
     if finish.kind == "clear":
         haze = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": attribute(COLOR)}}
