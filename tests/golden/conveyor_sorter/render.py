@@ -23,7 +23,9 @@ CAMERAS = {
     },
 }
 # One after the other.
-SHOTS = []
+SHOTS = [
+    {"name": "sorting", "camera": "main", "from": 0.0, "to": 7.6, "speed": 1.0, "hold": 0.0},
+]
 
 BACKGROUND = (0.7882, 0.8078, 0.8314)
 AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
