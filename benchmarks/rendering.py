@@ -62,7 +62,7 @@ def main() -> None:
     frames = [every[k] for k in np.linspace(0, len(every) - 1, options.pictures + WARM).astype(int)]
     mi, how, cores = mitsuba(), QUALITIES[options.quality], os.cpu_count() or 1
     cameras = Cameras(filming.recording.film, filming.recording.states)
-    integrator = mi.load_dict({"type": "path", "max_depth": how.depth, "rr_depth": ROULETTE, "hide_emitters": True})
+    integrator = bare_path(how)
     spent = dict.fromkeys(("bare", "whole", "write", "encode"), 0.0)
     parts: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as folder:
@@ -100,6 +100,11 @@ def main() -> None:
     Console().print(table)
 
 
+def bare_path(how: Quality) -> Any:
+    """Return Mitsuba's path tracer, set as for our pictures."""
+    return mitsuba().load_dict({"type": "path", "max_depth": how.depth, "rr_depth": ROULETTE, "hide_emitters": True})
+
+
 def flicker(filming: Filming, pair: list[Frame]) -> str:
     """Return in words how two pictures differ where they show the same things in the same places."""
     first, second = (filming.trace(frame) for frame in pair)
@@ -131,7 +136,7 @@ def equal(filming: Filming, frame: Frame) -> str:
         return (process_time() - begun) / (os.cpu_count() or 1)
 
     mi, (moment, camera) = mitsuba(), moments[0]
-    path = mi.load_dict({"type": "path", "max_depth": how.depth, "rr_depth": ROULETTE, "hide_emitters": True})
+    path = bare_path(how)
     noisy = spent(lambda: np.array(mi.render(moment.solid, sensor=camera, integrator=path, spp=how.samples)))
     seconds = spent(lambda: picture(how.samples, denoise=True))
     wanted, ours, bare = (

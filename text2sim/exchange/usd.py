@@ -25,7 +25,8 @@ ROOT = "/run"
 APERTURE = 24.0
 """Height of a picture on 35 mm film [mm], for which focal lengths are told."""
 TENTHS = 0.01
-"""Cameras are told in tenths of the stage's unit: https://openusd.org/release/api/class_usd_geom_camera.html."""
+"""A millimetre in tenths of the stage's unit, a metre, in which lenses are told:
+https://openusd.org/release/api/class_usd_geom_camera.html."""
 
 
 def write_usd(folder: Path, path: Path, *, every: int = 1) -> dict[str, int]:

@@ -36,7 +36,6 @@ SEED = 0
 """The same for every picture: then what does not move does not flicker."""
 BRIGHTEST = 24.0
 """Radiance, in white sheets, above which a single pixel is noise: glass makes such."""
-
 RIM = 3
 """Pixels around what is there that the denoiser is told to be like it."""
 
@@ -96,8 +95,8 @@ def trace(moments: Sequence[tuple[Moment, Any]], quality: Quality, gain: float, 
         with _timed(seconds, "guides"):
             guides.add(mi.render(moment.solid, sensor=sensor, integrator=guide, spp=guiding, seed=seed))
             if guiding > samples and there.min() < 1:  # edges before nothing are as rough as their samples are few
-                there = np.array(mi.render(moment.solid, sensor=sensor, integrator=seen_at_all, spp=guiding, seed=seed))
-                there = there[..., 3]
+                more = mi.render(moment.solid, sensor=sensor, integrator=seen_at_all, spp=guiding, seed=seed)
+                there = np.array(more)[..., 3]
             alphas.add(there)
         if moment.gloss is not None:
             with _timed(seconds, "gloss"):
