@@ -3,7 +3,7 @@
     python benchmarks/beside_cycles.py RUN PYTHON OUT.png [--time 1.0] [--size 480x270] [--quality draft]
 
 PYTHON is an interpreter with Blender as a module (`pip install bpy==4.5.4`), best in an environment of its own. Both
-take the same samples and Intel's denoiser, without motion blur. OUT has ours to the left. Ours has the studio's wall and
+take the same samples and Intel's denoiser, without motion blur. OUT has ours to the left, with the studio's wall and
 the textures of finishes, which USD does not carry: light, lens and bodies can be compared, not pixels.
 """
 
