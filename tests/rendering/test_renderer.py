@@ -1,5 +1,7 @@
 """Which variant of the renderer is taken."""
 
+import platform
+import sys
 from pathlib import Path
 
 import pytest
@@ -46,3 +48,27 @@ def test_without_the_extra_it_says_what_to_install(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(renderer, "is_installed", lambda: False)
     with pytest.raises(MachineError, match=r"text2sim\[render\]"):
         find_variant()
+
+
+@pytest.mark.skipif(
+    (sys.platform, platform.machine()) != ("linux", "x86_64"), reason="no wheel of LLVM for this machine"
+)
+def test_llvm_of_the_environment_comes_before_that_of_the_system(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "libLLVM.so.99").touch()
+    monkeypatch.setattr(renderer, "LLVM", (f"{tmp_path}/libLLVM*.so*",))
+    monkeypatch.delenv("DRJIT_LIBLLVM_PATH", raising=False)
+    packaged, systems = renderer._llvm_libraries()
+    assert systems == str(tmp_path / "libLLVM.so.99")
+    assert [Path(library).name for library in renderer._runtime(packaged)] == list(renderer.RUNTIME)
+    monkeypatch.setenv("DRJIT_LIBLLVM_PATH", "/lib/chosen")
+    assert renderer._llvm_libraries() == ["/lib/chosen", packaged, systems]
+
+
+@pytest.mark.skipif(
+    (sys.platform, platform.machine()) != ("linux", "x86_64"), reason="no wheel of LLVM for this machine"
+)
+def test_llvm_of_the_environment_renders() -> None:
+    (packaged,) = renderer._packaged_llvm()
+    assert renderer._works("llvm", packaged)

@@ -4,6 +4,7 @@ An LLVM that does not suit aborts the process, so every variant is tried in a ch
 user's cache folder. A process has one variant.
 """
 
+import ctypes
 import importlib.metadata
 import json
 import os
@@ -18,13 +19,20 @@ from text2sim.spec_schema.errors import MachineError
 
 VARIANTS = {"cuda": "cuda_ad_rgb", "llvm": "llvm_ad_rgb", "scalar": "scalar_rgb"}
 """By what they compute with, the fastest first."""
+PACKAGED_LLVM = "karellen-llvm-core"
+"""A package with LLVM's shared library; there are wheels for Linux on x86-64 only."""
+RUNTIME = ("libunwind.so.1", "libc++abi.so.1", "libc++.so.1")
+"""What the packaged LLVM links against, in the order of loading: the linker does not look where the package has it."""
 LLVM = ("/usr/lib/*/libLLVM*.so*", "/usr/lib/llvm*/lib/libLLVM*.so*", "/opt/homebrew/opt/llvm*/lib/libLLVM*.dylib")
 OLDEST_LLVM = 16
 """14 is not found by the renderer and 15 aborts in its first kernel."""
 LIMIT = 120.0
 """Time [s] that a child may take; the first kernel of a machine is compiled in it."""
 TRIAL = """
-import sys, mitsuba as mi
+import ctypes, sys
+for library in sys.argv[2:]:
+    ctypes.CDLL(library)
+import mitsuba as mi
 mi.set_variant(sys.argv[1])
 scene = mi.load_dict({"type": "scene", "ball": {"type": "sphere", "center": [0, 0, 9]}, "sky": {"type": "constant"},
     "integrator": {"type": "path"},
@@ -50,8 +58,9 @@ class Variant:
         if self.name != "scalar":
             return ""
         return (
-            "rendering without LLVM, about three times slower than it could be: install LLVM 16 or newer "
-            "(Debian, Ubuntu: sudo apt-get install libllvm19; macOS: brew install llvm)"
+            "rendering without LLVM, several times slower than it could be: install LLVM 16 or newer "
+            "(Linux on x86-64: pip install karellen-llvm-core; Debian, Ubuntu: sudo apt-get install libllvm19; "
+            "macOS: brew install llvm)"
         )
 
 
@@ -92,6 +101,8 @@ def mitsuba() -> Any:
     variant = find_variant()
     if variant.library:
         os.environ["DRJIT_LIBLLVM_PATH"] = variant.library
+        for library in _runtime(variant.library):
+            ctypes.CDLL(library)
     import mitsuba as mi
 
     mi.set_variant(VARIANTS[variant.name])
@@ -116,7 +127,7 @@ def _works(name: str, library: str) -> bool:
     environment = os.environ | ({"DRJIT_LIBLLVM_PATH": library} if library else {})
     try:
         done = subprocess.run(
-            [sys.executable, "-c", TRIAL, VARIANTS[name]],
+            [sys.executable, "-P", "-c", TRIAL, VARIANTS[name], *_runtime(library)],
             env=environment,
             capture_output=True,
             timeout=LIMIT,
@@ -128,11 +139,31 @@ def _works(name: str, library: str) -> bool:
 
 
 def _llvm_libraries() -> list[str]:
-    """Return the libraries of LLVM that may do, the one that the user names first, then the newest."""
+    """Return the libraries of LLVM to try: the user's choice, the Python package's, the system's from the newest on."""
     named = os.environ.get("DRJIT_LIBLLVM_PATH")
     found = {Path(path).resolve() for pattern in LLVM for path in Path("/").glob(pattern[1:])}
     suited = sorted((path for path in found if _llvm_version(path) >= OLDEST_LLVM), key=_llvm_version, reverse=True)
-    return [*([named] if named else []), *map(str, suited)]
+    return [*([named] if named else []), *_packaged_llvm(), *map(str, suited)]
+
+
+def _packaged_llvm() -> list[str]:
+    """Return the library of the Python package, or nothing."""
+    try:
+        files = importlib.metadata.files(PACKAGED_LLVM) or []
+    except importlib.metadata.PackageNotFoundError:
+        return []
+    # Without its version in the name it is a link to the same file.
+    found = sorted(Path(str(file.locate())).resolve() for file in files if file.name.startswith("libLLVM.so."))
+    return [str(path) for path in found if path.is_file()]
+
+
+def _runtime(library: str) -> list[str]:
+    """Return the libraries that must be loaded before a library of LLVM; a system's LLVM finds its own."""
+    return (
+        [str(path) for name in RUNTIME for path in Path(library).parent.glob(f"*-linux-gnu/{name}") if path.is_file()]
+        if library
+        else []
+    )
 
 
 def _llvm_version(path: Path) -> int:
