@@ -10,6 +10,7 @@ from text2sim.agents.replies import SECTIONS, Plan
 from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError
 from text2sim.spec_schema.load import LoadedCase, load_text
 from text2sim.spec_schema.text.canonical import format_text
+from text2sim.spec_schema.text.source import plain_text
 
 Data = dict[str, Any]
 FROZEN_PARTS = ("measures", "events", "expect")
@@ -61,7 +62,9 @@ def case_text(plan: Plan, request: str, params: Mapping[str, Any], sections: Map
     one wrote.
     """
     actions = whole_actions(plan, sections.get("actions") or {})
-    document = {"text2sim": 2, "name": plan.name, "prompt": " ".join(request.split())[:2000], "params": dict(params)}
+    # Somebody's words are no expression, whatever stands in them.
+    prompt = " ".join(plain_text(request).split())[:2000].replace("${", "$${")
+    document = {"text2sim": 2, "name": plan.name, "prompt": prompt, "params": dict(params)}
     document |= {name: sections[name] for name in SECTIONS if name != "actions" and sections.get(name)}
     return format_text(json.dumps({**document, "actions": actions}, ensure_ascii=False))
 

@@ -13,6 +13,7 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
+from itertools import count
 from pathlib import Path
 from typing import Any, Literal
 
@@ -31,10 +32,11 @@ from text2sim.agents.roles import ROLES
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.harness.record import write_atomically
 from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.text.source import plain_text
 
 Kind = Literal["generate", "repair", "edit"]
-LONGEST = 20_000
-"""Characters of a request."""
+LONGEST = 100_000
+"""Characters of a request: every Writer reads it."""
 LARGEST_IMAGE = 4_000_000
 """Bytes of a picture that goes with it."""
 IMAGES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"}
@@ -81,8 +83,9 @@ class Session:
         Raises:
             RunError: If there is a loop in this folder already, or an input cannot be taken.
         """
-        if (case / "generation" / "request.json").exists():
+        if _begun(case):
             raise RunError(f"{case}: agents have worked here already; `--resume` goes on, another folder begins anew")
+        wish.text = plain_text(wish.text)
         if not wish.text.strip():
             raise RunError("the request is empty")
         if len(wish.text) > LONGEST:
@@ -208,6 +211,17 @@ def folder_name(request: str) -> str:
     words = re.findall(r"[a-z0-9]+", request.lower())
     kept = [word for word in words if word not in ("a", "an", "the", "of", "and", "is", "are")][:5]
     return "_".join(kept)[:48] or "request"
+
+
+def free_folder(parent: Path, request: str) -> Path:
+    """Return a folder for a new request in which nobody has worked: its first words, numbered if they are taken."""
+    first = parent / folder_name(request)
+    names = (first if k == 1 else first.with_name(f"{first.name}_{k}") for k in count(1))
+    return next(folder for folder in names if not (folder / "case.yaml").exists() and not _begun(folder))
+
+
+def _begun(folder: Path) -> bool:
+    return (folder / "generation" / "request.json").exists()
 
 
 def _library() -> Any:

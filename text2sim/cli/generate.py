@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from text2sim.cli import exits
+from text2sim.cli.wording import File, words_of
 
 if TYPE_CHECKING:
     from text2sim.agents.loop import Outcome
@@ -34,7 +35,8 @@ Images = Annotated[list[Path] | None, typer.Option("--image", help="A picture or
 
 
 def generate(
-    request: Annotated[str, typer.Argument(help="What is to be shown, in words; or a text file that says it.")] = "",
+    request: Annotated[str, typer.Argument(help="What is to be shown, in words; `-` reads them from stdin.")] = "",
+    file: File = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="The case's folder; cases/<first words> if left out.")
     ] = None,
@@ -56,20 +58,21 @@ def generate(
     Always leaves the best version behind, with its evidence and with what is unresolved. Exit code 1: it was not
     accepted.
     """
-    from text2sim.agents.session import folder_name
+    from text2sim.agents.session import free_folder
 
-    text = _request(request)
+    text = "" if resume else words_of(request, file)
     options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards)
     if resume and out is None and request:
         out = Path(request)
-    case = out or Path("cases") / folder_name(text)
+    case = out or free_folder(Path("cases"), text)
     session = _session("generate", case, text, model, options, resume, images, [*(meshes or []), *(urdfs or [])])
     _work(session, as_json)
 
 
 def repair(
     case: Annotated[Path, typer.Argument(help="The case's folder.")],
-    wrong: Annotated[str, typer.Argument(metavar="WHAT_IS_WRONG", help="What is wrong with it, in words.")] = "",
+    wrong: Annotated[str, typer.Argument(metavar="WHAT_IS_WRONG", help="What is wrong, in words; `-`: stdin.")] = "",
+    file: File = None,
     model: Model = None,
     images: Images = None,
     attempts: Attempts = 30,
@@ -83,12 +86,13 @@ def repair(
 ) -> None:
     """Have agents mend a case: it is run first, and everything that it expects stays."""
     options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards)
-    _work(_amendment("repair", case, wrong, model, options, resume, images), as_json)
+    _work(_amendment("repair", case, "" if resume else words_of(wrong, file), model, options, resume, images), as_json)
 
 
 def edit(
     case: Annotated[Path, typer.Argument(help="The case's folder.")],
-    wish: Annotated[str, typer.Argument(help="What is to be different, in words.")] = "",
+    wish: Annotated[str, typer.Argument(help="What is to be different, in words; `-`: stdin.")] = "",
+    file: File = None,
     model: Model = None,
     images: Images = None,
     attempts: Attempts = 30,
@@ -102,7 +106,7 @@ def edit(
 ) -> None:
     """Have agents change a case as somebody wishes."""
     options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards)
-    _work(_amendment("edit", case, wish, model, options, resume, images), as_json)
+    _work(_amendment("edit", case, "" if resume else words_of(wish, file), model, options, resume, images), as_json)
 
 
 def _options(
@@ -112,21 +116,6 @@ def _options(
         "attempts": attempts, "tokens": tokens, "cost": cost, "minutes": minutes, "sim_timeout": sim_timeout,
         "cards": not no_cards,
     }  # fmt: skip
-
-
-def _request(words: str) -> str:
-    """The request itself, or what the file says that is named."""
-    from text2sim.spec_schema.errors import RunError
-
-    path = Path(words) if words and len(words) < 500 and "\n" not in words else None
-    try:
-        if path is None or not path.is_file():
-            return words
-        if path.stat().st_size > 100_000:
-            raise RunError(f"{path}: a request is a short text")
-        return path.read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise RunError(f"{words[:100]}: {error}") from None
 
 
 def _amendment(

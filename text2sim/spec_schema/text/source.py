@@ -46,6 +46,11 @@ class Source:
         return SpecError([Problem("", message, line, column, self.file, rule=rule)])
 
 
+def plain_text(text: str) -> str:
+    """Return a text with a blank in the place of each character that no case may hold."""
+    return _FORBIDDEN.sub(" ", text)
+
+
 def read_source(path: Path, file: str | None = None) -> Source:
     """Read a file.
 

@@ -1,0 +1,46 @@
+"""The words of a request: on the command line, from a file, or from standard input."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from text2sim.spec_schema.errors import RunError
+
+STDIN = "-"
+MOST = 1_000_000
+"""Bytes that are read of a file or of standard input."""
+
+File = Annotated[
+    Path | None, typer.Option("--file", metavar="FILE", help="Read the words from this text file (UTF-8).")
+]
+
+
+def words_of(words: str, file: Path | None) -> str:
+    """Return what somebody asks for. Words are words, even if a file is called so: only `--file` and `-` read.
+
+    Args:
+        words: What stands on the command line; `-` for standard input.
+        file: A text file in its place.
+
+    Raises:
+        RunError: if there are both, or what is to be read is no text, or is too long.
+    """
+    if file is not None and words:
+        raise RunError(f"there are words and --file {file}: give one of them")
+    if file is None:
+        return _text(sys.stdin.buffer.read(MOST + 1), "standard input") if words == STDIN else words
+    if not file.is_file():
+        raise RunError(f"{file}: there is no such file")
+    with file.open("rb") as stream:
+        return _text(stream.read(MOST + 1), str(file))
+
+
+def _text(content: bytes, name: str) -> str:
+    if len(content) > MOST:
+        raise RunError(f"{name}: more than {MOST / 1e6:g} MB, which is no request")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise RunError(f"{name}: byte {error.start} is not UTF-8; save it as UTF-8 text") from None
