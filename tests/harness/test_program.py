@@ -1,6 +1,8 @@
 """Programs in processes of their own: how they end, what they may use, and what the user is told."""
 
 import os
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -138,13 +140,39 @@ time.sleep(60)
     assert done.outcome.state == "timeout"
     assert done.ended.wall < 10
     pid = int((folder / "pid").read_text())
-    # Killed with its group; when it is gone is up to the system, and to whoever inherits it.
-    deadline = time.monotonic() + 5
-    while (
-        psutil.pid_exists(pid) and psutil.Process(pid).status() != psutil.STATUS_ZOMBIE and time.monotonic() < deadline
-    ):
+    wait_until(lambda: is_gone(pid))  # killed with its group
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux ends a program with its parent")
+def test_a_program_dies_with_a_parent_that_is_killed(make_run):
+    folder = make_run('(OUT / "pid").write_text(str(os.getpid()))\ntime.sleep(60)')
+    watch = (
+        "from pathlib import Path; from text2sim.harness.child import *; from text2sim.harness.stop import Stop; "
+        f"run_child((sys.executable, 'main.py', '--out', {str(folder)!r}), folder=Path({str(folder / 'program')!r}), "
+        f"log=Path({str(folder / 'log.txt')!r}), limits=Limits(), stop=Stop(), on_poll=lambda: None)"
+    )
+    parent = subprocess.Popen([sys.executable, "-c", f"import sys; {watch}"])
+    wait_until(lambda: (folder / "pid").is_file() and (folder / "pid").read_text() != "")
+    pid = int((folder / "pid").read_text())
+    assert not is_gone(pid)
+    parent.kill()
+    parent.wait()
+    wait_until(lambda: is_gone(pid))
+
+
+def wait_until(holds: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 20
+    while not holds():
+        assert time.monotonic() < deadline
         time.sleep(0.05)
-    assert not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+
+
+def is_gone(pid: int) -> bool:
+    """Whether a process has ended; when it is gone for good is up to whoever inherits it."""
+    try:
+        return psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return True
 
 
 def test_a_first_request_to_stop_is_gentle(make_run):

@@ -205,6 +205,47 @@ def test_force_simulates_again_and_keeps_what_was_there(silent: Stage):
         assert (silent.runs / f"{first.folder.name}.previous" / chunk).read_text() == "much work"
 
 
+def test_a_damaged_run_is_simulated_again_and_that_is_said(stage: Stage):
+    first = stage.run()
+    chunk = first.folder / "states" / "chunk_00001.npz"
+    whole = chunk.read_bytes()
+    for damage in (lambda: chunk.unlink(), lambda: chunk.write_bytes(whole[:-9])):
+        damage()
+        again = stage.run()
+        assert (again.work, again.passed, chunk.read_bytes() == whole) == (Work.SIMULATE, True, True)
+        assert again.damage.startswith("states/chunk_00001.npz is ")
+        assert not first.folder.with_name(f"{first.folder.name}.previous").exists()
+    chunk.write_bytes(whole[:-300] + bytes(300))
+    assert stage.run().work is Work.NOTHING, "its length is right, and nothing is made of it"
+    stage.edit("below: 1.0", "below: 2.0")
+    assert stage.run().work is Work.SIMULATE
+
+
+def test_a_run_that_was_killed_while_it_was_filmed_is_only_filmed(stage: Stage):
+    first = stage.run()
+    (first.folder / "run.json").write_text(
+        json.dumps(record(first) | {"state": "running", "render_digest": "", "judge_digest": "", "recorded": {}})
+    )
+    (first.folder / "video.mp4").unlink()
+    again = stage.run()
+    assert (again.work, again.state, again.time, again.passed) == (Work.FILM, "finished", 1.0, True)
+    assert stage.programs == [".", "--film-only."]
+
+
+def test_folders_of_dead_processes_are_swept_away(silent: Stage):
+    silent.runs.mkdir()
+    dead = subprocess.Popen(["true"])
+    dead.wait()
+    stale, alive = (silent.runs / f".staging-{pid}-x" for pid in (dead.pid, os.getpid()))
+    young = silent.runs / f".staging-{dead.pid}-y"
+    for folder in (stale, young, alive):
+        (folder / "run").mkdir(parents=True)
+    for folder in (stale, alive):
+        os.utime(folder, (1e9, 1e9))
+    silent.run(film=False)
+    assert [folder.exists() for folder in (stale, young, alive)] == [False, True, True]
+
+
 @pytest.mark.parametrize("contents", ['{"state": "fini', '{"case": "fall", "state": "finished", "key": 3}'])
 def test_a_run_folder_that_cannot_be_trusted_is_set_aside(silent: Stage, contents: str):
     first = silent.run(film=False)

@@ -31,6 +31,8 @@ def exit_of(result: "RunResult") -> int:
 
 def say_result(case: "Examined", result: "RunResult") -> None:
     """Say how a run ended; the paths of film and report come last."""
+    if result.damage:
+        say(f"{shown(result.folder)}: {result.damage}", to=sys.stderr)
     say_failure(case, result)
     rows = expectation_rows(result.expectations)
     if rows:

@@ -7,8 +7,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from text2sim.harness.inventory import fault
 from text2sim.harness.record import RunRecord
-from text2sim.harness.run_files import read_json
+from text2sim.harness.run_files import read_evidence, read_json
 from text2sim.spec_schema.errors import RunError
 
 MAX_RUNS = 24
@@ -82,8 +83,10 @@ def _read(folder: Path, label: str | None) -> Run:
     record = RunRecord.read(folder)
     if record is None:
         raise RunError(f"{folder}: not the folder of a run (no run.json)")
-    evidence, resolved = read_json(folder / "evidence.json"), read_json(folder / "resolved.json")
-    if not isinstance(evidence, dict) or not isinstance(resolved, dict):
+    if damage := fault(folder, record.judged):
+        raise RunError(f"{folder}: {damage}; run the case again")
+    evidence, resolved = read_evidence(folder), read_json(folder / "resolved.json")
+    if evidence is None or not isinstance(resolved, dict):
         why = f": {record.message}" if record.message else ""
         raise RunError(f"{folder}: the run {record.state} before there was anything to compare{why}")
     return Run(folder, label or folder.name, record, evidence, resolved)

@@ -3,6 +3,7 @@
 import os
 import signal
 import subprocess
+import sys
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -32,6 +33,14 @@ _KEPT_PREFIXES = (
     "LC_ XDG_ QD_ GS_ CUDA_ NVIDIA_ NV_ HIP_ ROCR_ ROCM_ HSA_ DYLD_ EGL_ __EGL_ __GLX_ LIBGL_ MESA_ GALLIUM_ "
     "LP_ VK_ OMP_ MKL_ OPENBLAS_ NUMBA_ TORCH_ PYTORCH_ CONDA_"
 ).split()
+# Linux kills a program with this prefix when the thread that started it dies, however that happens. (What `prctl`
+# sets lasts through `exec`; 1 is PR_SET_PDEATHSIG. Python between fork and exec is not safe among threads.)
+_MORTAL = """\
+import ctypes, os, sys
+ctypes.CDLL(None).prctl(1, 9)
+if os.getppid() == int(sys.argv[1]):
+    os.execv(sys.argv[2], sys.argv[2:])
+"""
 _SECRET = ("KEY", "TOKEN", "SECRET", "PASSWORD", "PASSWD", "CREDENTIAL")
 
 
@@ -85,6 +94,13 @@ def child_environment(environment: Mapping[str, str]) -> dict[str, str]:
     }
 
 
+def mortal(command: Sequence[str]) -> tuple[str, ...]:
+    """Return a command that ends with us, where the system can do that; its first word is the path of a program."""
+    if sys.platform != "linux":
+        return tuple(command)
+    return sys.executable, "-I", "-S", "-c", _MORTAL, str(os.getpid()), *command
+
+
 def default_memory() -> int:
     """Return 85 % of the memory [bytes] of this machine, or of the container that we are in."""
     total = psutil.virtual_memory().total
@@ -106,10 +122,11 @@ def run_child(
 ) -> ChildExit:
     """Run a command to its end, or to ours.
 
-    It gets a session of its own, so that Ctrl-C in a terminal reaches us alone and we decide what it means.
+    It gets a session of its own, so that Ctrl-C in a terminal reaches us alone and we decide what it means. Should we
+    be killed, it dies too: nobody would keep it within its limits.
 
     Args:
-        command: What to run.
+        command: What to run; the first word is a path.
         folder: Its working directory.
         log: Where its output goes, appended.
         limits: What it may use.
@@ -120,7 +137,7 @@ def run_child(
     memory_limit = limits.memory or default_memory()
     with log.open("ab", buffering=0) as sink:
         process = subprocess.Popen(
-            command,
+            mortal(command),
             cwd=folder,
             env=child_environment(os.environ),
             stdin=subprocess.DEVNULL,

@@ -53,13 +53,19 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
     recording = Recording.load(run_dir, case)
     states = recording.states
     state, message, where = _outcome(run_dir)
-    ending = Ending(states.end, case.scene.duration, state == "finished", state in STOPPED)
+    lacking = states.lacks(state)
+    # Of what a damaged recording no longer shows nothing can be said.
+    ending = Ending(
+        states.end, case.scene.duration, state == "finished" and not lacking, state in STOPPED or bool(lacking)
+    )
     series = evaluate(recording)
     with np.errstate(all="ignore"):  # a diverged run holds numbers that overflow
         events = find_events(recording, series)
         findings = judge_expectations(case.actions.expect, states.time, series, events, ending)
         touches, contacts = _touches(recording)
         verdict, why = _verdict(findings, state, message)
+        if lacking:
+            verdict, why = "incomplete", f"the recording is damaged: {lacking}; run the case again"
         deforming = soft_diagnostics(recording)
         evidence = {
             "case": case.name,

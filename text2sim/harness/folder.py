@@ -3,14 +3,23 @@
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
+import psutil
+
+from text2sim.harness.inventory import fault
 from text2sim.harness.record import COMPLETE, RunRecord
+from text2sim.harness.run_files import read_evidence
 from text2sim.spec_schema.errors import RunError
+
+_STAGING = ".staging-"
+_STALE = 86_400.0
+"""Age [s] from which on a folder of a process that is gone is nobody's."""
 
 
 class Work(Enum):
@@ -33,19 +42,35 @@ class Wanted:
     film: bool
 
 
-def remaining_work(folder: Path, wanted: Wanted) -> Work:
-    """Compare what lies in a run folder with what is wanted."""
+def remaining_work(folder: Path, wanted: Wanted) -> tuple[Work, str]:
+    """Compare what lies in a run folder with what is wanted.
+
+    Returns:
+        What is to be done; and what was found damaged, in words, if that is why.
+    """
     record = RunRecord.read(folder)
     if record is None or record.state not in COMPLETE or record.key != wanted.key or _has_links(folder):
-        return Work.SIMULATE
+        return Work.SIMULATE, ""
     if not (folder / "states" / "layout.json").is_file():
-        return Work.SIMULATE
+        return Work.SIMULATE, "states/layout.json is missing"
+    if damage := fault(folder, record.recorded, content=False):
+        return Work.SIMULATE, damage
+    work, why = _beyond_states(folder, record, wanted)
+    # To read all states takes a moment: only where something new is made of them.
+    if work is not Work.NOTHING and (damage := fault(folder, record.recorded)):
+        return Work.SIMULATE, damage
+    return work, why
+
+
+def _beyond_states(folder: Path, record: RunRecord, wanted: Wanted) -> tuple[Work, str]:
     if wanted.film and (record.render_digest != wanted.render_digest or not (folder / "video.mp4").is_file()):
-        return Work.FILM
-    judged = (folder / "evidence.json").is_file() and (folder / "report.html").is_file()
-    if record.judge_digest != wanted.judge_digest or not judged:
-        return Work.JUDGE
-    return Work.NOTHING
+        return Work.FILM, ""
+    if record.judge_digest != wanted.judge_digest or not (folder / "report.html").is_file():
+        return Work.JUDGE, ""
+    if not record.judged or read_evidence(folder) is None:
+        return Work.JUDGE, "evidence.json is missing or damaged"
+    damage = fault(folder, record.judged)
+    return (Work.JUDGE if damage else Work.NOTHING), damage
 
 
 @contextmanager
@@ -53,7 +78,8 @@ def staging(parent: Path) -> Iterator[Path]:
     """A folder beside the final place, from which things are moved there in one step; gone afterwards."""
     try:
         parent.mkdir(parents=True, exist_ok=True)
-        folder = Path(tempfile.mkdtemp(prefix=".staging-", dir=parent))
+        _sweep(parent)
+        folder = Path(tempfile.mkdtemp(prefix=f"{_STAGING}{os.getpid()}-", dir=parent))
     except (FileExistsError, NotADirectoryError) as error:
         raise RunError(f"{parent}: not a folder") from error
     except (FileNotFoundError, PermissionError) as error:
@@ -64,16 +90,33 @@ def staging(parent: Path) -> Iterator[Path]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
+def _sweep(parent: Path) -> None:
+    """Delete what killed processes left behind; a day is left to those of other machines on the same disk."""
+    for stale in parent.glob(f"{_STAGING}*"):
+        with suppress(OSError, ValueError):
+            holder = int(stale.name.removeprefix(_STAGING).partition("-")[0])
+            if time.time() - stale.stat().st_mtime > _STALE and not psutil.pid_exists(holder):
+                shutil.rmtree(stale, ignore_errors=True)
+
+
 def install_run(staged: Path, folder: Path) -> None:
-    """Put a fresh run folder in place; the last one that recorded something stays as `<name>.previous`."""
+    """Put a fresh run folder in place; what was recorded there stays as `<name>.previous` until that is complete."""
     if folder.is_symlink():
         raise RunError(f"{folder} is a symbolic link; remove it, or choose another --runs")
     if any((folder / "states").glob("chunk_*.npz")):
-        previous = folder.with_name(f"{folder.name}.previous")
-        _discard(previous, staged.parent)
-        os.rename(folder, previous)
+        _discard(_previous(folder), staged.parent)
+        os.rename(folder, _previous(folder))
     _discard(folder, staged.parent)
     os.rename(staged, folder)
+
+
+def drop_previous(folder: Path, bin_folder: Path) -> None:
+    """Delete what `install_run` set aside, once the run that replaced it is complete."""
+    _discard(_previous(folder), bin_folder)
+
+
+def _previous(folder: Path) -> Path:
+    return folder.with_name(f"{folder.name}.previous")
 
 
 def install_program(staged: Path, program: Path) -> None:

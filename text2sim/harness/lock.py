@@ -3,6 +3,8 @@
 import os
 from pathlib import Path
 
+import psutil
+
 from text2sim.spec_schema.errors import MachineError
 
 if os.name == "posix":
@@ -36,8 +38,7 @@ class RunLock:
         if not _try_lock(descriptor):
             holder = os.read(descriptor, 100).decode("ascii", "replace").strip()
             os.close(descriptor)
-            who = f" (process {holder})" if holder.isdigit() else ""
-            raise MachineError(f"{self._name} is being run by another text2sim{who}; wait for it, or end it")
+            raise MachineError(f"{self._name} is being run by {_who(holder)}; wait for it, or end it")
         os.truncate(descriptor, 0)
         os.write(descriptor, f"{os.getpid()}\n".encode())
         self._descriptor = descriptor
@@ -47,6 +48,14 @@ class RunLock:
         if self._descriptor is not None:
             os.close(self._descriptor)
             self._descriptor = None
+
+
+def _who(holder: str) -> str:
+    if not holder.isdigit():
+        return "another text2sim"
+    if psutil.pid_exists(int(holder)):
+        return f"another text2sim (process {holder})"
+    return f"a program that outlived its text2sim (process {holder}, which is gone)"
 
 
 def _try_lock(descriptor: int) -> bool:

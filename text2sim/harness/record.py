@@ -63,6 +63,10 @@ class RunRecord:
     """What the lint found: `rule`, `path`, `message`, and the author's `reason` where it is waived."""
     notes: list[str] = field(default_factory=list)
     """Derived settings and their reasons, and what else is worth knowing."""
+    recorded: dict[str, str] = field(default_factory=dict)
+    """What the simulation wrote, as in `inventory`; empty where it was not asked to its end."""
+    judged: dict[str, str] = field(default_factory=dict)
+    """What was worked out from that."""
 
     def write(self, folder: Path) -> None:
         """Write it, so that a reader finds the old or the new record and never half of one."""
@@ -76,7 +80,18 @@ class RunRecord:
             record = cls(**{name: data[name] for name in (f.name for f in fields(cls)) if name in data})
         except (OSError, ValueError, TypeError, RecursionError):
             return None
-        return record if record.state in STATES and isinstance(record.key, dict) else None
+        return record if record._is_sound() else None
+
+    def _is_sound(self) -> bool:
+        """Whether every value has the type that it has here: the file may be anybody's."""
+        blank = RunRecord("", "", {})
+        for name, usual in vars(blank).items():
+            value = getattr(self, name)
+            kinds = {float: (int, float), type(None): (dict, int, type(None))}.get(type(usual), type(usual))
+            if not isinstance(value, kinds):
+                return False
+        texts = (*self.variants, *self.sets, *self.notes, *self.recorded.values(), *self.judged.values())
+        return self.state in STATES and all(isinstance(text, str) for text in texts)
 
 
 def write_atomically(path: Path, text: str) -> None:

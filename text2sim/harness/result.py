@@ -34,6 +34,8 @@ class RunResult:
     report: Path | None
     stopped: bool
     """Whether someone asked to stop."""
+    damage: str = ""
+    """What of the run that lay there was found missing or damaged, and what was done about it."""
     warnings: list[Problem] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     timings: dict[str, float] = field(default_factory=dict)
@@ -67,6 +69,7 @@ class RunResult:
             "film_message": self.film_message,
             "report": str(self.report) if self.report else None,
             "log": str(self.folder / "log.txt"),
+            "damage": self.damage,
             "warnings": [p.as_dict() for p in self.warnings],
             "notes": self.notes,
             "timings": {name: round(t, 3) for name, t in self.timings.items()},

@@ -12,14 +12,25 @@ from typing import TYPE_CHECKING, Any, Literal
 from text2sim import __version__
 from text2sim.harness.ability import check_ability, needs_cuda
 from text2sim.harness.child import Limits
-from text2sim.harness.folder import Wanted, Work, install_program, install_run, remaining_work, staging
+from text2sim.harness.folder import (
+    Wanted,
+    Work,
+    drop_previous,
+    install_program,
+    install_run,
+    remaining_work,
+    staging,
+)
+from text2sim.harness.inventory import JUDGED, RECORDED, take
 from text2sim.harness.lock import RunLock
 from text2sim.harness.machine import device_kind, missing_libraries, versions
 from text2sim.harness.outcome import read_status
 from text2sim.harness.program import Finished, run_program
 from text2sim.harness.progress import Clock, OnProgress, ignore
 from text2sim.harness.record import COMPLETE, RunRecord, write_atomically
+from text2sim.harness.rescue import rescue
 from text2sim.harness.result import RunResult
+from text2sim.harness.run_files import read_evidence
 from text2sim.harness.sources import film_code, judge_code, simulation_code
 from text2sim.harness.stop import Stop
 from text2sim.spec_schema.errors import MachineError, Problem, RunError
@@ -156,13 +167,21 @@ class _Run:
             notes=list(plan.notes),
         )
         self.film_message = ""
+        self.damage = ""
+        """What was found damaged of the run that lay there."""
         self.problem: Problem | None = None
         self.evidence: dict[str, Any] | None = None
 
     def work(self, *, force: bool) -> Work:
         """What is to be done."""
-        wanted = Wanted(self.record.key, self.film_digest, self.judge_digest, self.film)
-        return Work.SIMULATE if force else remaining_work(self.folder, wanted)
+        if force:
+            return Work.SIMULATE
+        rescue(self.folder, self.record.key)
+        work, damage = remaining_work(
+            self.folder, Wanted(self.record.key, self.film_digest, self.judge_digest, self.film)
+        )
+        self.damage = f"{damage}: {work.value}" if damage else ""
+        return work
 
     def do(self, work: Work, staged: Path) -> None:
         """Do it, with the program that lies in `staged`."""
@@ -177,9 +196,11 @@ class _Run:
             if work is Work.FILM:
                 self._film_again()
         if work is Work.NOTHING:
-            self.evidence = json.loads((self.folder / "evidence.json").read_text("utf-8"))
+            self.evidence = read_evidence(self.folder)
         else:
             self._judge()
+        if work is Work.SIMULATE and self.record.state in COMPLETE and self.evidence is not None:
+            drop_previous(self.folder, staged.parent)
 
     def result(self, work: Work) -> RunResult:
         """Write down what it took, and say what came of it."""
@@ -194,7 +215,7 @@ class _Run:
         if self.evidence is not None:
             # The file is sorted by name; people read expectations in the order in which the case lists them.
             expect = self.evidence["expect"]
-            self.evidence["expect"] = {name: expect[name] for name in self.loaded.case.actions.expect}
+            self.evidence["expect"] = {name: expect[name] for name in self.loaded.case.actions.expect if name in expect}
         return RunResult(
             case=record.case,
             folder=self.folder,
@@ -207,6 +228,7 @@ class _Run:
             film=video if current else None,
             film_message=self.film_message,
             report=report if report.is_file() else None,
+            damage=self.damage,
             stopped=self.stop.count > 0,
             warnings=list(self.plan.warnings),
             notes=list(record.notes),
@@ -248,6 +270,8 @@ class _Run:
             text = source.lines[line - 1] if line <= len(source.lines) else ""
             column = len(text) - len(text.lstrip()) + 1
             self.problem = Problem("", f"engine: {record.message}", line, column, source.file, rule="engine")
+        if record.state in COMPLETE:
+            record.recorded = take(self.folder, RECORDED)
         if done.ended.log_left_out:
             record.notes.append(f"log.txt lacks {done.ended.log_left_out} bytes from its middle")
         record.write(self.folder)
@@ -293,7 +317,7 @@ class _Run:
         from text2sim.harness.evidence import judge
         from text2sim.harness.report import write_report
 
-        self.record.judge_digest = ""
+        self.record.judge_digest, self.record.judged = "", {}
         self.record.write(self.folder)
         self.clock.enter("judge")
         try:
@@ -304,7 +328,7 @@ class _Run:
         self.clock.enter("report")
         self._make_replay()
         write_report(self.folder, self.loaded.case)
-        self.record.judge_digest = self.judge_digest
+        self.record.judge_digest, self.record.judged = self.judge_digest, take(self.folder, JUDGED)
 
     def _make_replay(self) -> None:
         from text2sim.replay.page import NAME, is_quick, write_replay

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,33 @@ def read_events(run_dir: Path) -> list[dict[str, Any]]:
             rows.append(json.loads(line))
         except ValueError:
             continue
-    return [row for row in rows if isinstance(row, dict) and "time" in row and "name" in row]
+    return [row for row in rows if isinstance(row, dict) and _is_real(row.get("time")) and "name" in row]
+
+
+def read_evidence(run_dir: Path) -> dict[str, Any] | None:
+    """Return what `evidence.json` holds; None if it is missing or not as this version writes it."""
+    found = read_json(run_dir / "evidence.json")
+    if not isinstance(found, dict) or found.get("verdict") not in ("passed", "failed", "incomplete"):
+        return None
+    tables = [found.get(name) for name in ("expect", "measures", "events")]
+    if not all(isinstance(table, dict) and all(isinstance(row, dict) for row in table.values()) for table in tables):
+        return None
+    expect, measures, events = (list(table.values()) for table in tables if table is not None)
+    time = found.get("time")
+    sound = (
+        all(row.get("ok", "") in (True, False, None) and {"wanted", "why"} <= row.keys() for row in expect)
+        and all("unit" in row for row in measures)
+        and all({"count", "first"} <= row.keys() for row in events)
+        and all(isinstance(found.get(name) or {}, dict) for name in ("energy", "penetration", "deformables"))
+        and isinstance(found.get("suspicions", []), list)
+        and isinstance(time, dict)
+        and _is_real(time.get("reached"))
+    )
+    return found if sound else None
+
+
+def _is_real(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
 
 
 def read_json(path: Path) -> Any:

@@ -10,6 +10,8 @@ import numpy as np
 
 from text2sim.harness.chunks import Array, Chunks, readable
 from text2sim.harness.deformables import Deformable, read_deformables
+from text2sim.harness.inventory import fault
+from text2sim.harness.record import RunRecord
 from text2sim.spec_schema.errors import RunError
 
 __all__ = ["Array", "JointRecord", "LinkRecord", "RunStates"]
@@ -125,6 +127,9 @@ class RunStates:
         sizes["D"] = max((j.dof[1] for j in joints), default=0)
         fields = FRAME_FIELDS | {k: row for k, row in SOFT_FIELDS.items() if soft_sizes.get(str(row[0]))}
         paths, losses = readable(folder, fields, CONTACT_FIELDS, sizes | soft_sizes)
+        record = RunRecord.read(run_dir)
+        if not losses and record and (damage := fault(run_dir, record.recorded, content=False)):
+            losses = [damage]
         chunks = Chunks(paths)
         bodies = tuple(body.recorded_in(chunks) for body in soft)
         return cls(dt, every, (x, y, z), links, joints, chunks, bodies, (*losses, *soft_losses), layout)
@@ -138,6 +143,15 @@ class RunStates:
     def end(self) -> float:
         """Time [s] of the last frame; 0 without frames."""
         return float(self.time[-1]) if self.frames else 0.0
+
+    def lacks(self, state: str) -> str:
+        """Return what a run that ended in `state` should have recorded and has not; empty if it is all there."""
+        if self.losses:
+            return self.losses[0]
+        wanted = self.layout.get("n_frames")
+        if state == "finished" and isinstance(wanted, int) and self.frames < wanted:
+            return f"{wanted - self.frames} of {wanted} frames are missing"
+        return ""
 
     @cached_property
     def time(self) -> Array:

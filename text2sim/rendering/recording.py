@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.harness.chunks import DAMAGED
+from text2sim.harness.inventory import fault
+from text2sim.harness.record import RunRecord
 from text2sim.spec_schema.errors import RunError, SpecError
 from text2sim.templates.cadence import read_film
 from text2sim.templates.playback import States
@@ -95,6 +98,9 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> Recording:
     Raises:
         RunError: if nothing was recorded in it.
     """
+    record = RunRecord.read(folder)
+    if record and (damage := fault(folder, record.recorded)):
+        raise RunError(f"{folder}: {damage}; run the case again")
     film, looks = _program(folder, plan)
     try:
         states = States(folder)
@@ -115,7 +121,7 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> Recording:
         soft = _soft(folder, states, looks)
     except OSError as error:
         raise RunError(f"{folder}: nothing was recorded ({error.strerror}: {error.filename})") from error
-    except (KeyError, IndexError, TypeError, ValueError) as error:
+    except (*DAMAGED, AttributeError) as error:
         raise RunError(f"{folder}: not the recording of a run ({error!r})") from error
     held = {row["body"] for row in rows if row["fixed"]} - {row["body"] for row in rows if not row["fixed"]}
     return Recording(folder, film, states, parts, soft, frozenset(held))

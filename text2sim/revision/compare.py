@@ -1,6 +1,5 @@
 """Two versions of a case side by side: what differs, what follows from it, and what came of it when both were run."""
 
-import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -154,15 +153,9 @@ def _find_run(side: Side, runs: Path | None) -> Path | None:
 
 def _evidence(folder: Path) -> dict[str, dict[str, Any]]:
     """Measures and expectations in the evidence of a run; what is missing or broken is nothing."""
-    try:
-        evidence = json.loads((folder / "evidence.json").read_text("utf-8"))
-    except (OSError, ValueError, RecursionError):
-        evidence = None
-    found: dict[str, dict[str, Any]] = {}
-    for part in ("measures", "expect"):
-        rows = evidence.get(part) if isinstance(evidence, dict) else None
-        found[part] = {k: v for k, v in rows.items() if isinstance(v, dict)} if isinstance(rows, dict) else {}
-    return found
+    from text2sim.harness.run_files import read_evidence
+
+    return read_evidence(folder) or {"measures": {}, "expect": {}}
 
 
 def _real(value: Any) -> float | None:

@@ -1,0 +1,45 @@
+"""Whether the files of a run are still those that it wrote: names, lengths and digests, as `run.json` lists them."""
+
+from collections.abc import Iterable, Mapping
+from hashlib import file_digest
+from pathlib import Path
+
+RECORDED = ("states/*", "geometry/*")
+"""What the simulation wrote."""
+JUDGED = ("evidence.json", "measures.csv", "events.jsonl")
+"""What was worked out from it."""
+Inventory = Mapping[str, str]
+"""Path below the run folder → length [bytes] and SHA-256, as `1024 e3b0…`."""
+
+
+def take(folder: Path, patterns: Iterable[str]) -> dict[str, str]:
+    """List the files of a run folder that match one of the patterns."""
+    paths = sorted(path for pattern in patterns for path in folder.glob(pattern) if path.is_file())
+    return {path.relative_to(folder).as_posix(): _entry(path) for path in paths}
+
+
+def fault(folder: Path, inventory: Inventory, *, content: bool = True) -> str:
+    """Return what is wrong with the first file that is not as it was written; empty if all are.
+
+    Args:
+        folder: The run folder.
+        inventory: What was written.
+        content: Read the files; otherwise only their lengths are looked at.
+    """
+    for name, entry in inventory.items():
+        path, length = folder / name, entry.partition(" ")[0]
+        try:
+            size = path.stat().st_size
+            if str(size) != length:
+                return f"{name} is damaged: it has {size} bytes, not {length}"
+            if content and _entry(path) != entry:
+                return f"{name} is not the file that the run wrote"
+        except OSError:
+            return f"{name} is missing"
+    return ""
+
+
+def _entry(path: Path) -> str:
+    with path.open("rb") as file:
+        digest = file_digest(file, "sha256").hexdigest()
+    return f"{path.stat().st_size} {digest}"
