@@ -263,6 +263,37 @@ def test_prescribed_motion_and_pushes_are_declared(new_run, make_case):
     ]
 
 
+def test_a_driven_body_that_is_held_up_is_suspicious(new_run, make_case):
+    """A sled is sent 1 m down within 1 s and stays at 0.4 m; a wheel turns at its 2 rad/s, another sticks after 0.5 s."""
+    run = new_run(duration=1.0)
+    t = run.time
+    u = t * t * (3 - 2 * t)
+    half = 0.5 * 2.0 * np.stack([t, np.minimum(t, 0.5)])
+    quats = np.stack([np.cos(half), 0 * half, 0 * half, np.sin(half)], axis=-1)
+    run.add_link("sled", pos=np.outer(np.maximum(-u, -0.4), [0, 0, 1]))
+    run.add_link("wheel[0]", quat=quats[0])
+    run.add_link("wheel[1]", quat=quats[1])
+    down = {"kind": "waypoints", "times": [0, 1], "positions": [[0, 0, 0], [0, 0, -1]]}
+    spin = {"kind": "spin", "speed": 2.0}
+    sphere = {"kind": "sphere", "radius": 0.1}
+    bodies = {
+        "sled": {"kind": "driven", "shape": sphere, "motion": down},
+        "wheel": {"kind": "driven", "shape": sphere, "motion": spin},
+    }
+    found = judge(run.write(), make_case(bodies=bodies))
+    sled, wheel = found["off_path"]
+    assert (sled["copy"], sled["unit"], sled["at"], sled["value"]) == ("sled", "m", 1.0, pytest.approx(0.6, abs=1e-5))
+    assert (wheel["copy"], wheel["unit"], wheel["at"]) == ("wheel[1]", "rad", 1.0)
+    assert wheel["value"] == pytest.approx(1.0, abs=1e-5)
+    assert [row.partition(":")[0] for row in found["suspicions"]] == [
+        "`sled` is 600 mm off its prescribed path at 1 s",
+        "`wheel[1]` is 1 rad off its prescribed path at 1 s",
+    ]
+    run.columns[0]["links_pos"] = np.outer(-u, [0, 0, 1])
+    run.columns[2]["links_quat"] = quats[0]
+    assert judge(run.write(), make_case(bodies=bodies))["suspicions"] == []
+
+
 def test_visibility_adds_up_the_copies(drop, make_case):
     folder = drop.write()
     shares = [{"t": 0.0, "shares": {"ball": 0.1, "floor": 0.5}}, {"t": 0.5, "shares": {"ball": 0.3}}]

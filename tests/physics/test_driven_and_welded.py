@@ -92,6 +92,33 @@ def test_a_driven_body_pushes_and_is_not_pushed_back(simulate, agree, substeps):
     agree(f"paddle, {substeps} substeps: mean force [N]", mean, theory, within=5e-3 * theory)
 
 
+THROUGH = """
+scene:
+  duration: 1.2
+  dt: "${dt}"
+  statics:
+    floor: {shape: {kind: plane}}
+    wall: {shape: {kind: cup, radius: 0.3, height: 0.3, thickness: 0.05}, pose: {pos: [3, 0, 0.3]}}
+bodies:
+  ball: {kind: driven, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 0.4]}, motion: {kind: waypoints, times: [0, 1], positions: [[0, 0, 0], [0, 0, -1]]}}
+  ram: {kind: driven, shape: {kind: box, size: [0.2, 0.1, 0.1]}, pose: {pos: [2, 0, 0.4]}, motion: {kind: waypoints, times: [0, 1], positions: [[0, 0, 0], [2, 0, 0]]}}
+  post: {kind: rigid, mount: {kind: fixed}, shape: {kind: capsule, radius: 0.05, length: 0.3}, pose: {pos: [2.5, 0, 0.4]}}
+  rotor: {kind: driven, shape: {kind: box, size: [1, 0.1, 0.1]}, pose: {pos: [4, 0, 0.4]}, motion: {kind: spin, axis: z, speed: 3}}
+  bead: {kind: rigid, shape: {kind: sphere, radius: 0.05}, pose: {pos: [2.5, 0.06, 0.85]}}
+"""
+
+
+def test_a_driven_body_passes_through_what_cannot_give_way(simulate, agree):
+    """Ground, statics, fixed bodies and other driven bodies do not stop it; what is loose still lies on them."""
+    trial = simulate(THROUGH, dt=DT)
+    u = np.minimum(trial.time, 1)
+    smooth = u * u * (3 - 2 * u)
+    agree("driven into the ground: way [m]", trial.pos("ball")[:, 2], 0.4 - smooth, within=2e-6)
+    agree("driven through walls: way [m]", trial.pos("ram")[:, 0], 2 + 2 * smooth, within=2e-6)
+    assert trial.pos("bead")[-1, 2] > 0.04, "a bead that rolls off the post lies on the ground"
+    assert len(trial.contact("bead", "post")[0])
+
+
 WELDED = """
 scene: {duration: 1.0, dt: "${dt}", substeps: 1, gravity: [0, 0, "${-g}"], statics: {beam: {shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [0, 0, 5]}}}}
 bodies:

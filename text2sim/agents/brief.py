@@ -72,7 +72,7 @@ def citable(evidence: Mapping[str, Any] | None, frames: int, bodies: Iterable[st
 
 
 DIAGNOSTICS = ("energy", "penetration", "speeds", "joint_limits", "deformables", "suspicions", "contacts", "visibility",
-               "legibility", "non_finite", "driven")  # fmt: skip
+               "legibility", "non_finite", "driven", "off_path")  # fmt: skip
 
 
 def _outcome(record: Mapping[str, Any]) -> str:
@@ -140,7 +140,7 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
     energy = evidence.get("energy")
     if energy:
         rows.append(f"- energy: {_small(energy)}")
-    for name in ("penetration", "non_finite", "joint_limits", "driven"):
+    for name in ("penetration", "non_finite", "joint_limits", "driven", "off_path"):
         if evidence.get(name):
             rows.append(f"- {name}: {_small(evidence[name])}")
     for body, row in list((evidence.get("speeds") or {}).items())[:ROWS]:

@@ -21,6 +21,7 @@ def action_context(plan: Plan) -> dict[str, Any]:
     watched = [row.make for row in plan.watches]
     regions = [row.region for row in (*plan.holds, *plan.pushes)] + watched
     pushing = ["Push"] * bool(plan.pushes) + ["set_velocity"] * bool(soft_velocities)
+    acting = ["Actions", *["add_fields"] * bool(plan.fields), *["clear_the_way"] * bool(plan.prescribed)]
     return {
         "velocities": [row for row in plan.velocities if row.entity not in plan.deformables],
         "soft_velocities": soft_velocities,
@@ -35,6 +36,7 @@ def action_context(plan: Plan) -> dict[str, Any]:
         "fields": plan.fields,
         "watches": plan.watches,
         "prescribed": plan.prescribed,
+        "acting": Code(", ".join(acting)),
         "finders": _names(FINDERS, regions),
         "own_fields": _names(OWN_FIELDS, ["Fields", *(row.make for row in plan.fields)]),
         "pushing": Code(", ".join(pushing)),

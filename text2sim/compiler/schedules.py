@@ -7,7 +7,18 @@ from bisect import bisect_right
 from math import pi, radians, sin
 
 from text2sim.compiler.literal import Code, literal
-from text2sim.spec_schema.models.motion import Constant, Oscillate, Piecewise, Ramp, Schedule, Sine, Steps, Waypoints
+from text2sim.compiler.shapes.rotation import Vec, vector_unit
+from text2sim.spec_schema.models.motion import (
+    Constant,
+    Oscillate,
+    Piecewise,
+    Ramp,
+    Schedule,
+    Sine,
+    Spin,
+    Steps,
+    Waypoints,
+)
 
 
 def start_of(schedule: Schedule) -> float:
@@ -40,6 +51,23 @@ def value_at(schedule: Schedule, t: float, before: float = 0.0) -> float:
         u = (t - times[k - 1]) / (times[k] - times[k - 1])
         return values[k - 1] + u * (values[k] - values[k - 1])
     return schedule.value if isinstance(schedule, Constant) else schedule
+
+
+def displacement(motion: Waypoints | Oscillate | Spin, t: float) -> Vec:
+    """How far [m] a driven body is from its start pose at time t [s], in the world; nothing for one that only turns."""
+    if isinstance(motion, Spin):
+        return (0.0, 0.0, 0.0)
+    if isinstance(motion, Oscillate):
+        x, y, z = vector_unit(motion.axis)
+        way = motion.amplitude * sin(2 * pi * motion.frequency * t)
+        return (way * x, way * y, way * z)
+    last = len(motion.times) - 1
+    k = min(max(bisect_right(motion.times, t) - 1, 0), last - 1)
+    (start, end), (a, b) = motion.times[k : k + 2], motion.positions[k : k + 2]
+    u = min(max((t - start) / (end - start), 0.0), 1.0)
+    u = u * u * (3 - 2 * u) if motion.ease == "smooth" else u
+    x, y, z = (p + u * (q - p) for p, q in zip(a, b, strict=True))
+    return (x, y, z)
 
 
 def constructor(schedule: Schedule, before: float = 0.0) -> Code:

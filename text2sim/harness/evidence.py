@@ -17,6 +17,7 @@ from text2sim.harness.contacts import choose
 from text2sim.harness.events import EventLog, Occurrence, episode_rows, find_events
 from text2sim.harness.expectations import Ending, Finding, judge_expectations
 from text2sim.harness.measures import Series, evaluate
+from text2sim.harness.off_path import held_up, off_path
 from text2sim.harness.outcome import read_status
 from text2sim.harness.record import RunRecord, write_atomically
 from text2sim.harness.recording import Recording
@@ -67,6 +68,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
         if lacking:
             verdict, why = "incomplete", f"the recording is damaged: {lacking}; run the case again"
         deforming = soft_diagnostics(recording)
+        driven = off_path(recording)
         evidence = {
             "case": case.name,
             "verdict": verdict,
@@ -89,8 +91,9 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
             "speeds": diagnostics.speed_extremes(recording),
             "joint_limits": diagnostics.limit_overshoots(recording)[:JOINTS],
             "deformables": deforming,
-            "suspicions": suspicions(recording, deforming),
+            "suspicions": [*suspicions(recording, deforming), *held_up(driven)],
             "driven": recording.cast.driven,
+            "off_path": driven,
             "contacts": contacts,
             "visibility": summarise_visibility(run_dir, list(case.bodies)),
             "legibility": summarise_legibility(run_dir, case, events),

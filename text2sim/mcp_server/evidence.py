@@ -17,7 +17,17 @@ MAX_BYTES = 40_000_000
 """Of one file of a run."""
 POINTS = 60
 """Rows of a series: the film of a measure, not every frame of it."""
-DIAGNOSTICS = ("energy", "penetration", "non_finite", "speeds", "joint_limits", "deformables", "contacts", "driven")
+DIAGNOSTICS = (
+    "energy",
+    "penetration",
+    "non_finite",
+    "speeds",
+    "joint_limits",
+    "deformables",
+    "contacts",
+    "driven",
+    "off_path",
+)
 
 Part = Callable[[Path, int], Answer]
 

@@ -1,7 +1,7 @@
 """Driven bodies that are sent through the ground, or through what never moves.
 
-Nothing stops a driven body: the engine sets its joints in every step. Its way is looked at in steps of half the
-thickness of its pieces, turns in steps of some degrees.
+Nothing stops a driven body, and it collides with nothing that never moves (`clear_the_way` in its program). Its way is
+looked at in steps of half the thickness of its pieces, turns in steps of some degrees.
 """
 
 import math
@@ -192,8 +192,8 @@ RULES = (
         severity="warning",
         title="A driven body is sent through the ground, or through what never moves.",
         reason=f"""\
-A driven body goes where its motion says, with any force: the engine sets its place in every step. The ground, statics
-and bodies with a fixed mount do not give way, either, and so it passes through them. Reported is what gets deeper than
+A driven body goes where its motion says, and pushes what can move out of its way. The ground, statics and bodies with
+a fixed mount cannot, and so it passes through them: between them there is no contact. Reported is what gets deeper than
 {SLACK * 1e3:g} mm and {CLOSE:.0%} of its thinnest piece, if it starts outside.""",
         way_out="End the motion before, start it farther away, or let a motor move it, which can be stopped.",
         example=_STAMP % "-0.6",

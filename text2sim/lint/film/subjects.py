@@ -1,16 +1,15 @@
 """What a case is about: the bodies that its script names, and where they are likely to go."""
 
-import math
 import re
 from collections.abc import Iterator
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.rotation import Vec, vector_unit
+from text2sim.compiler.schedules import displacement
+from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.contact.flight import flight_of
 from text2sim.lint.facts import Facts
 from text2sim.spec_schema.models.bodies import Driven
-from text2sim.spec_schema.models.motion import Oscillate, Waypoints
 
 Balls = list[tuple[Vec, float]]
 """Middles and radii [m]."""
@@ -70,7 +69,7 @@ def offset_of(facts: Facts, name: str, t: float) -> Vec:
     """Return how far [m] a copy has probably come at a time [s], if that is simple to say; else nothing."""
     copy = facts.copies[name]
     if isinstance(copy.model, Driven):
-        return _driven(copy.model, t)
+        return displacement(copy.model.motion, t)
     flight = flight_of(facts, copy)
     return flight.offset(min(t, flight.end)) if flight is not None else (0.0, 0.0, 0.0)
 
@@ -81,19 +80,3 @@ def end_of(facts: Facts, copy: Copy) -> float:
         return facts.case.scene.duration
     flight = flight_of(facts, copy)
     return flight.end if flight is not None and flight.moves else 0.0
-
-
-def _driven(model: Driven, t: float) -> Vec:
-    motion = model.motion
-    if isinstance(motion, Oscillate):
-        way = motion.amplitude * math.sin(2 * math.pi * motion.frequency * t)
-        x, y, z = vector_unit(motion.axis)
-        return (way * x, way * y, way * z)
-    if isinstance(motion, Waypoints):
-        rows = list(zip(motion.times, motion.positions, strict=True))
-        for (start, a), (end, b) in zip(rows, rows[1:], strict=False):
-            if t < end:
-                u = max((t - start) / (end - start), 0.0)
-                return (a[0] + u * (b[0] - a[0]), a[1] + u * (b[1] - a[1]), a[2] + u * (b[2] - a[2]))
-        return rows[-1][1]
-    return (0.0, 0.0, 0.0)

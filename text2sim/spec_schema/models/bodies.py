@@ -88,7 +88,11 @@ class Rigid(Placed):
 
 
 class Driven(Placed):
-    """A body with prescribed motion: infinitely strong, named in the evidence, never subject of an event."""
+    """A body with prescribed motion: named in the evidence, never subject of an event.
+
+    It pushes what can move, and passes through what cannot: the ground, statics, bodies with a fixed mount, other
+    driven bodies. Evidence says how far it came off its path, which only loads of tonnes bring about.
+    """
 
     kind: Literal["driven"]
     shape: Shape
