@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from threading import Lock
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -12,7 +12,7 @@ from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.endpoint import Endpoint
 from text2sim.agents.models.exchange import Image, Message, Request
 from text2sim.agents.models.parsing import ReplyError, read_reply
-from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.errors import RunError, nearest
 
 T = TypeVar("T")
 
@@ -149,7 +149,7 @@ def typed(model: type[BaseModel], check: Callable[[Any], None] | None = None) ->
         try:
             answer = model.model_validate(data)
         except ValidationError as error:
-            raise Wrong(_said(error)) from None
+            raise Wrong(_said(error, model)) from None
         if check is not None:
             check(answer)
         return answer
@@ -167,12 +167,31 @@ def _echo(reply: str) -> str:
     return reply if len(reply) <= ECHO else f"{reply[: ECHO // 2]}\n[…]\n{reply[-ECHO // 2 :]}"
 
 
-def _said(error: ValidationError) -> list[str]:
+def _said(error: ValidationError, model: type[BaseModel]) -> list[str]:
     rows = []
     for problem in error.errors(include_url=False, include_input=False)[:SHOWN]:
-        where = "/" + "/".join(map(str, problem["loc"]))
-        rows.append(f"{where}: {problem['msg']}")
+        where, message = "/" + "/".join(map(str, problem["loc"])), problem["msg"]
+        if problem["type"] == "extra_forbidden":
+            message = _unknown_field(str(problem["loc"][-1]), model, problem["loc"][:-1])
+        rows.append(f"{where}: {message}")
     return rows
+
+
+def _unknown_field(name: str, model: type[BaseModel], way: Sequence[Any]) -> str:
+    """Say that a form has no such field, which it has, and which is meant."""
+    for step in way:
+        inner = model.model_fields.get(str(step))
+        found = _models_in(inner.annotation) if inner is not None else []
+        model = found[0] if found else model
+    fields = list(model.model_fields)
+    hint = nearest(name, fields)
+    return f"the form has no such field{f'; did you mean `{hint}`?' if hint else ''}; it has {', '.join(fields)}"
+
+
+def _models_in(kind: Any) -> list[type[BaseModel]]:
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        return [kind]
+    return [model for part in get_args(kind) for model in _models_in(part)]
 
 
 def _complaint(reasons: Sequence[str]) -> str:

@@ -94,11 +94,6 @@ def section_faults(section: str, data: Any, plan: Plan, path: Path) -> list[str]
     return []
 
 
-def checks_faults(plan: Plan, path: Path) -> list[str]:
-    """Say what is wrong with the form of the Planner's measures, events and expectations."""
-    return section_faults("actions", {part: getattr(plan.checks, part) for part in FROZEN_PARTS}, plan, path)
-
-
 def owner_of(problem: Problem, frozen: Iterable[str]) -> str:
     """Say who can mend a problem: the owner of a section, or the Planner.
 

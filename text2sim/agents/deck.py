@@ -28,6 +28,11 @@ class Deck:
         """One line for each card, for the Planner."""
         return "" if self.library is None else self.library.index()
 
+    @property
+    def dealing(self) -> bool:
+        """Whether there are cards at all."""
+        return self.library is not None
+
     def has(self, card: str) -> bool:
         """Whether there is such a card."""
         return self.library is not None and card in self.library.entries

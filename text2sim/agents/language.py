@@ -135,6 +135,27 @@ def known_kinds() -> frozenset[str]:
     return frozenset(found)
 
 
+def body_kinds() -> tuple[str, ...]:
+    """Kinds of bodies."""
+    return _kinds_of("`bodies`: the actors")
+
+
+def shape_kinds() -> tuple[str, ...]:
+    """Kinds of shapes, of bodies and of cloth."""
+    return tuple(dict.fromkeys([*_kinds_of("Shapes"), *_kinds_of("Shapes of cloth")]))
+
+
+def mount_kinds() -> tuple[str, ...]:
+    """Kinds of mounts."""
+    return _kinds_of("Mounts")
+
+
+@cache
+def _kinds_of(title: str) -> tuple[str, ...]:
+    (section,) = _sections((title,))
+    return tuple(section_kinds(section.models))
+
+
 def _sections(titles: Iterable[str]) -> list[Section]:
     by_title = {section.title: section for section in SECTIONS}
     return [by_title[title] for title in titles]

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.agents import language
 from text2sim.agents.asking import Desk, Wrong, either, typed
-from text2sim.agents.casework import FROZEN_PARTS, checks_faults
+from text2sim.agents.casework import FROZEN_PARTS
 from text2sim.agents.contract import weakened
 from text2sim.agents.models.exchange import Image
-from text2sim.agents.replies import Decision, Fragments, Look, Opening, Plan
+from text2sim.agents.rehearsal import TAKEN, plan_faults
+from text2sim.agents.replies import SECTIONS, Decision, Fragments, Look, Opening, Plan
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 
@@ -60,9 +61,10 @@ def make_plan(desk: Desk, request: Request, deck: "Deck", path: Path) -> Plan:
             rules=language.rules(),
             pages=language.pages("expectations"),
             cards=deck.index(),
+            taken=", ".join(TAKEN),
             looked=looked,
         )
-        read = typed(Plan, lambda plan: _check_plan(plan, path))
+        read = typed(Plan, lambda plan: _check_plan(plan, deck, path))
         if not looked:
             read = either(read, "read", typed(Look))
         answer = desk.ask("planner", system, question, read, request.images)
@@ -72,7 +74,7 @@ def make_plan(desk: Desk, request: Request, deck: "Deck", path: Path) -> Plan:
     raise AssertionError("the second question takes nothing but a plan")
 
 
-def _check_plan(plan: Plan, path: Path) -> None:
+def _check_plan(plan: Plan, deck: "Deck", path: Path) -> None:
     if plan.possible == "no":
         if not plan.why:
             raise Wrong(["/why: say why it cannot be done"])
@@ -82,18 +84,28 @@ def _check_plan(plan: Plan, path: Path) -> None:
         wrong.append("/bodies: name every body and static")
     if not plan.checks.expect:
         wrong.append("/checks/expect: at least one expectation has to follow from the request")
-    wrong += [
-        f"/says/{name}: there is no expectation `{name}` in checks"
-        for name in plan.says
-        if name not in plan.checks.expect
-    ]
+    for part, names in (("says", plan.says), ("keeps", plan.keeps)):
+        wrong += [
+            f"/{part}/{name}: there is no expectation `{name}` in checks"
+            for name in names
+            if name not in plan.checks.expect
+        ]
     wrong += [f"/says/{name}: say which sentence it stands for" for name in plan.checks.expect if name not in plan.says]
     wrong += [
         f"/assets: `{asset.body}` is not a body of the plan" for asset in plan.assets if asset.body not in plan.bodies
     ]
-    wrong += checks_faults(plan, path)
+    wrong += card_faults(plan.cards, deck)
+    wrong += plan_faults(plan, path)
     if wrong:
         raise Wrong(wrong)
+
+
+def card_faults(cards: Mapping[str, Sequence[str]], deck: "Deck") -> list[str]:
+    """Say which cards nobody would get: of a role or an id that there is not."""
+    wrong = [f"/cards/{role}: there is no Writer `{role}`" for role in cards if role not in SECTIONS]
+    for role, ids in cards.items():
+        wrong += [f"/cards/{role}: there is no card `{card}`" for card in ids if deck.dealing and not deck.has(card)]
+    return wrong
 
 
 def _looked_up(look: Look, deck: "Deck") -> str:

@@ -1,6 +1,7 @@
 """What the roles answer: a type for each answer, checked before anything is done with it.
 
-Keys that a type does not know are ignored, so that a chatty model costs nothing; values of the wrong type go back.
+Values of the wrong type go back, and so does what a form does not know: it would be without effect in silence. Of
+judgements and the like, where nothing is done with a further key, it is ignored: a chatty model costs nothing.
 """
 
 from typing import Annotated, Any, Literal, get_origin
@@ -27,6 +28,12 @@ class Answer(BaseModel):
         return {k: _as_meant(cls, k, v) for k, v in data.items() if v is not None} if isinstance(data, dict) else data
 
 
+class Form(Answer):
+    """An answer of which everything has an effect: a key that it does not know is sent back."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+
 def _as_meant(model: type[BaseModel], key: Any, value: Any) -> Any:
     field = model.model_fields.get(key)
     if field is None or get_origin(field.annotation) is not list:
@@ -39,7 +46,7 @@ def _as_meant(model: type[BaseModel], key: Any, value: Any) -> Any:
     return value
 
 
-class PlannedBody(Answer):
+class PlannedBody(Form):
     """A body or static as the plan names it; its owner works it out."""
 
     kind: Annotated[str, StringConstraints(max_length=40)]
@@ -53,7 +60,7 @@ class PlannedBody(Answer):
     """Size, material, where it starts, what it has to do."""
 
 
-class Asset(Answer):
+class Asset(Form):
     """A model that has to be made or looked at before the bodies are written."""
 
     kind: Literal["mesh", "mechanism"]
@@ -61,8 +68,16 @@ class Asset(Answer):
     """The planned body that it is for."""
     what: Line
 
+    @model_validator(mode="before")
+    @classmethod
+    def _named(cls, data: Any) -> Any:
+        """Take a `name` for the body: an asset has no other."""
+        if not isinstance(data, dict) or "name" not in data:
+            return data
+        return {"body": data["name"]} | {key: value for key, value in data.items() if key != "name"}
 
-class Fragments(Answer):
+
+class Fragments(Form):
     """Measures, events and expectations in the words of the language."""
 
     measures: dict[Name, dict[str, Any]] = {}
@@ -70,7 +85,7 @@ class Fragments(Answer):
     expect: dict[Name, dict[str, Any]] = {}
 
 
-class Plan(Answer):
+class Plan(Form):
     """What is to be shown, by what, and how it will be known."""
 
     name: Name
@@ -94,6 +109,8 @@ class Plan(Answer):
     """For each expectation that the request asks for, the sentence that it stands for."""
     checks: Fragments = Fragments()
     """The same, in the words of the language. Nobody but the Planner may change them."""
+    keeps: list[Name] = []
+    """Expectations about something that has to stay as it is: they hold from the start."""
     briefs: dict[Owner, Line] = {}
     """What each Writer is to do."""
     cards: dict[str, list[Annotated[str, StringConstraints(max_length=80)]]] = {}
@@ -142,7 +159,7 @@ class Critique(Answer):
     """Restated expectations that ask for less than the request did."""
 
 
-class Route(Answer):
+class Route(Form):
     """Work for one Writer."""
 
     section: Owner
@@ -150,14 +167,14 @@ class Route(Answer):
     cards: list[Annotated[str, StringConstraints(max_length=80)]] = []
 
 
-class Restatement(Answer):
+class Restatement(Form):
     """An expectation that was put into the language wrongly, and how it should have been."""
 
     why: Line
     checks: Fragments
 
 
-class Decision(Answer):
+class Decision(Form):
     """What the Planner does about an attempt that was not accepted."""
 
     action: Literal["repair", "give_up"]
@@ -172,14 +189,14 @@ class Decision(Answer):
     restate: Restatement | None = None
 
 
-class Refer(Answer):
+class Refer(Form):
     """A Writer's word that a fault cannot be mended in its own section."""
 
     section: Where
     why: Line
 
 
-class Opening(Answer):
+class Opening(Form):
     """What the Planner makes of a wish about a case that is there already."""
 
     possible: Literal["yes", "partly", "no"] = "yes"

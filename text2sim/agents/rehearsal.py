@@ -1,0 +1,298 @@
+"""The plan tried out before anybody writes: a case of stand-ins, which the checker reads as it will read the real one.
+
+Where bodies stand and how large they are is not known yet, so that a finding of the lint counts only if two quite
+different arrangements have it: then it follows from what measures and events are.
+"""
+
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from text2sim.agents.language import body_kinds, mount_kinds, shape_kinds
+from text2sim.agents.replies import Fragments, Plan, PlannedBody
+from text2sim.spec_schema.arithmetic.expressions import RESERVED
+from text2sim.spec_schema.arithmetic.interpolation import parse_interpolation
+from text2sim.spec_schema.arithmetic.resolution import COPY_VARIABLES
+from text2sim.spec_schema.arithmetic.values import ExpressionError
+from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError, nearest
+from text2sim.spec_schema.load import LoadedCase, load_text
+from text2sim.spec_schema.text.canonical import format_text
+
+Data = dict[str, Any]
+TAKEN = (*sorted(COPY_VARIABLES), *sorted(RESERVED))
+"""Names that expressions know already, and no parameter can have."""
+MODES = ("rigid", "articulated", "soft", "cloth", "rope", "granular", "liquid", "snow", "driven", "film")
+OTHERS = frozenset({"unknown-attach", "never-released", "no-domain"})
+"""Rules about what the Writers will add."""
+BY_DEFINITION = frozenset({"cannot-fail", "cannot-hold", "contradiction", "dead-event"})
+MANY = 300
+"""Bodies up to which the lint is asked: the plan has to be answered at once."""
+JOINTS = ("joint_position", "joint_velocity", "joint_force")
+_PART = re.compile(r"(\w+)(?:\[[\d:*]+\])?\.(\w+)")
+_PLACES = (("/actions/", "/checks/"), ("/scene/duration", "/duration"), ("/params", "/params"))
+
+
+def plan_faults(plan: Plan, path: Path) -> list[str]:
+    """Say what is wrong with a plan, as far as that can be known before anything is written.
+
+    Args:
+        plan: The plan.
+        path: Where the case will stand.
+    """
+    wrong = [*_kind_faults(plan), *_word_faults(plan)]
+    if wrong:
+        return wrong  # what a body is has to be known before anything can be said of its measures
+    try:
+        loaded = load_text(_text(plan, plan.checks, 0), path)
+        from text2sim.spec_schema.names.references import check_references
+
+        problems = check_references(loaded)
+    except SpecError as error:
+        return list(_rows(error.problems))
+    wrong = list(_rows(problems)) or _by_definition(plan, path)
+    return wrong or list(_at_rest(plan, loaded))
+
+
+def _rows(problems: Iterable[Problem]) -> Iterator[str]:
+    """Problems in the words of the plan; those of the stand-ins are ours."""
+    for problem in problems:
+        for ours, plans in _PLACES:
+            if problem.severity == "error" and problem.rule not in OTHERS and problem.path.startswith(ours):
+                hint = f"; did you mean `{problem.hint}`?" if problem.hint else ""
+                way = f"; taken are {', '.join(TAKEN)}" if problem.rule == "taken-name" else ""
+                yield f"{plans}{problem.path.removeprefix(ours)}: {problem.message}{hint}{way} [{problem.rule}]"
+
+
+# --- words ---------------------------------------------------------------------------------------------------------
+
+
+def _kind_faults(plan: Plan) -> Iterator[str]:
+    prefabs, shapes, mounts = _prefabs(), shape_kinds(), mount_kinds()
+    for name, body in plan.bodies.items():
+        kinds = [*body_kinds(), "static", *prefabs]
+        if body.kind not in kinds:
+            yield _unknown(f"/bodies/{name}/kind", body.kind, kinds, "static, a kind of body or a prefab")
+        if body.shape and body.shape not in shapes and body.shape not in prefabs:
+            yield _unknown(f"/bodies/{name}/shape", body.shape, shapes, "a kind of shape")
+        if body.mount and body.mount not in mounts:
+            yield _unknown(f"/bodies/{name}/mount", body.mount, mounts, "a mount")
+    for mode in plan.mode:
+        if mode not in MODES:
+            yield _unknown("/mode", mode, MODES, "a mode")
+
+
+def _unknown(where: str, word: str, known: Iterable[str], what: str) -> str:
+    known = list(known)
+    hint = nearest(word, known)
+    return f"{where}: `{word}` is not {what}{f'; did you mean `{hint}`?' if hint else ''}; there are {', '.join(known)}"
+
+
+def _word_faults(plan: Plan) -> Iterator[str]:
+    """What is wrong with `${…}` in words: Writers take it over as it stands."""
+    words = [(f"/shared/{k}", line) for k, line in enumerate(plan.shared)]
+    words += [(f"/bodies/{name}/what", body.what) for name, body in plan.bodies.items()]
+    words += [(f"/briefs/{section}", line) for section, line in plan.briefs.items()]
+    known = {*plan.params, *COPY_VARIABLES}
+    for where, text in words:
+        if "${" not in text:
+            continue
+        try:
+            strange = parse_interpolation(text).names - known
+        except ExpressionError as error:
+            yield f"{where}: {error}"
+            continue
+        for name in sorted(strange):
+            hint = nearest(name, known)
+            yield f"{where}: `{name}` is not in `params`" + (f"; did you mean `{hint}`?" if hint else "")
+
+
+# --- stand-ins -----------------------------------------------------------------------------------------------------
+
+
+def _text(plan: Plan, checks: Fragments, variant: int, *, loose: bool = False) -> str:
+    """The plan as a case. `loose`: nothing is held, so that nothing follows from how far a joint lets a body get."""
+    statics, bodies = {"ground": {"shape": {"kind": "plane"}}}, {}
+    for k, (name, body) in enumerate(plan.bodies.items()):
+        parts = _parts_named(checks, name)
+        data = _stand_in(body, parts, k, variant, loose)
+        (statics if body.kind == "static" else bodies)[name] = data
+    if not bodies:
+        bodies["stand_in"] = {"kind": "rigid", "shape": {"kind": "sphere", "radius": 0.1}}
+    actions = {part: getattr(checks, part) for part in ("measures", "events", "expect") if getattr(checks, part)}
+    document = {"text2sim": 2, "name": "rehearsal", "params": plan.params}
+    document |= {"scene": {"duration": plan.duration, "statics": statics}, "bodies": bodies, "actions": actions}
+    return format_text(json.dumps(document, ensure_ascii=False))
+
+
+def _stand_in(body: PlannedBody, parts: list[str], k: int, variant: int, loose: bool) -> Data:
+    size = (0.01, 0.4)[variant]
+    place: Data = {"pose": {"pos": [(50.0, -7.0)[variant] * (k + 1), (0.0, -30.0)[variant], (40.0, -40.0)[variant]]}}
+    box = {"kind": "box", "size": [size, size, size]}
+    if body.count > 1:
+        place["repeat"] = {"kind": "line", "count": body.count, "step": [3 * size, 0, 0]}
+    used = body.kind if body.kind not in body_kinds() else ""
+    if body.kind == "static":
+        if body.shape == "plane":
+            return {"shape": {"kind": "plane"}}
+        used = body.shape if body.shape in _prefabs() and body.shape not in shape_kinds() else ""
+        if not used:
+            return {"shape": box, **place}
+    if used:
+        return {"use": used, **_prefabs()[used], **place}
+    if body.kind == "rigid":
+        mount = {"kind": body.mount or "free"}
+        if mount["kind"] in ("hinge", "slider"):
+            mount |= _joint(mount["kind"])
+        return {"kind": "rigid", "shape": box, **place, **({} if loose else {"mount": mount})}
+    if body.kind == "articulated":
+        shape = {"kind": "box", "size": [size, size, size]}
+        links: Data = {"root_of_it": {"shape": shape}}
+        joint = {"kind": "hinge", **_joint("hinge")}
+        links |= {part: {"parent": "root_of_it", "shape": shape, "joint": joint} for part in parts}
+        return {"kind": "articulated", "links": links, **place, **({"base": "free"} if loose else {})}
+    return {"kind": body.kind, **_LEAST[body.kind], **place}
+
+
+def _joint(kind: str) -> Data:
+    reach = {"range_deg": [-170, 170]} if kind == "hinge" else {"range": [-10, 10]}
+    return {"axis": "z", **reach, "actuator": {"stiffness": 10, "damping": 1}}
+
+
+_BLOCK = {"shape": {"kind": "box", "size": [0.2, 0.2, 0.2]}}
+_LEAST: dict[str, Data] = {
+    "driven": {**_BLOCK, "motion": {"kind": "spin", "axis": "z", "speed": 1}},
+    "chain": {"links": 8, "link_length": 0.1, "radius": 0.01},
+    "net": {"cells": [6, 6], "size": [1, 1], "sag": 0.2, "radius": 0.01},
+    "ragdoll": {"height": 1.7},
+    "rope": {"length": 1.0, "radius": 0.01},
+    "cloth": {"shape": {"kind": "sheet", "size": [0.5, 0.5]}, "cell": 0.05},
+    "soft": _BLOCK,
+    "granular": _BLOCK,
+    "liquid": _BLOCK,
+    "snow": _BLOCK,
+}
+
+
+@cache
+def _prefabs() -> dict[str, Data]:
+    """What a use of each prefab has to say."""
+    from text2sim.spec_schema.reuse.catalogue import examples
+    from text2sim.spec_schema.text.document import parse_document
+    from text2sim.spec_schema.text.source import Source
+
+    found: dict[str, Data] = {}
+    for name, example in examples().items():
+        data = parse_document(Source(example, "example")).data
+        uses = [*(data.get("bodies") or {}).values(), *((data.get("scene") or {}).get("statics") or {}).values()]
+        found[name] = next(({"with": row["with"]} for row in uses if row.get("use") == name and "with" in row), {})
+    return found
+
+
+def _parts_named(checks: Fragments, body: str) -> list[str]:
+    """Links and joints of a body that the checks name: they are for its Writer to make."""
+    words = [word for part in (checks.measures, checks.events) for word in _strings(part)]
+    found = [match for word in words if (match := _PART.fullmatch(word)) is not None and match[1] == body]
+    return list(dict.fromkeys(match[2] for match in found))
+
+
+def _strings(value: Any) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, Mapping | list):
+        for row in value.values() if isinstance(value, Mapping) else value:
+            yield from _strings(row)
+
+
+# --- what follows from definitions ---------------------------------------------------------------------------------
+
+
+def _by_definition(plan: Plan, path: Path) -> list[str]:
+    """Expectations that cannot hold or cannot fail, wherever the bodies will stand."""
+    if sum(body.count for body in plan.bodies.values()) > MANY:
+        return []
+    checks = _without_joints(plan.checks)
+    first, second = (_found(_text(plan, checks, variant, loose=True), path) for variant in (0, 1))
+    again = {(problem.path, problem.rule) for problem in second}
+    return list(_rows(problem for problem in first if (problem.path, problem.rule) in again))
+
+
+def _found(text: str, path: Path) -> list[Problem]:
+    """Findings of the lint as if all were errors."""
+    from text2sim.compiler.build import resolve_case
+    from text2sim.lint.facts import Facts
+    from text2sim.lint.rules import RULES
+
+    try:
+        facts = Facts(resolve_case(load_text(text, path)))
+        found = [problem for rule in RULES if rule.id in BY_DEFINITION for problem in rule.run(facts)]
+    except Text2SimError:
+        return []  # a stand-in that cannot stand there: then nothing is known
+    return [Problem(p.path, p.message, rule=p.rule) for p in found]
+
+
+def _without_joints(checks: Fragments) -> Fragments:
+    """Without what is about joints: nothing is held in these arrangements."""
+    measures = {name: row for name, row in checks.measures.items() if row.get("kind") not in JOINTS}
+    events = {
+        name: row
+        for name, row in checks.events.items()
+        if row.get("kind") != "joint_limit" and row.get("kind") not in ("released", "left_domain")
+        if row.get("measure") is None or row["measure"] in measures
+    }
+    while lost := [name for name, row in events.items() if row.get("after") is not None and row["after"] not in events]:
+        events = {name: row for name, row in events.items() if name not in lost}
+    expect = {
+        name: row
+        for name, row in checks.expect.items()
+        if row.get("measure") in (None, *measures)
+        and all(row.get(key) in (None, *events) for key in ("event", "before"))
+    }
+    return Fragments(measures=measures, events=events, expect=expect)
+
+
+def _at_rest(plan: Plan, loaded: LoadedCase) -> Iterator[str]:
+    """Expectations that hold if nothing happens at all, whatever the bodies are."""
+    from text2sim.lint.script.outcomes import asked_of
+
+    case = loaded.case
+    for name, expect in case.actions.expect.items():
+        if name in plan.keeps:
+            continue
+        if expect.measure is not None:
+            measure = case.actions.measures[expect.measure]
+            value, asked = rest_value(measure), asked_of(expect, case.scene.duration)
+            if value is not None and asked.first > 0.0 and asked.low < value < asked.high:
+                yield f"/checks/expect/{name}: {HOLDS.format(f'`{expect.measure}` is {value:g} then')}"
+        else:
+            event = case.actions.events[expect.event or ""]
+            settled = event.kind == "rest" and event.after is None and not (expect.never or expect.before)
+            if settled and expect.count is None:
+                what = f"`{expect.event}` has come before anything moves; `after: EVENT` makes it wait"
+                yield f"/checks/expect/{name}: {HOLDS.format(what)}"
+
+
+HOLDS = (
+    "it holds if nothing happens at all: {}. Ask for what is true only after what it stands for has happened; if it is "
+    "about something that has to stay as it is, name it in `keeps`"
+)
+_REST = {"velocity": 0.0, "speed": 0.0, "angular_speed": 0.0, "displacement": 0.0, "tilt": 0.0, "momentum": 0.0,
+         "joint_velocity": 0.0, "strain": 0.0, "stretch": 1.0}  # fmt: skip
+
+
+def rest_value(measure: Any) -> float | None:
+    """Return what a measure is while nothing has happened, wherever its body is; None if that depends."""
+    if measure.kind == "volume":
+        return 1.0 if measure.relative else None
+    if measure.kind == "energy":
+        return 0.0 if measure.part == "kinetic" else None
+    value, stat = _REST.get(measure.kind), getattr(measure, "stat", None)
+    if value is None or stat not in ("count", "range"):
+        return None if stat == "sum" and value else value
+    if stat == "count":
+        above, below = measure.above, measure.below
+        none = (above is not None and value <= above) or (below is not None and value >= below)
+        return 0.0 if none else None
+    return 0.0
