@@ -1,7 +1,10 @@
-"""What agents took for requests that were played once: a table, or one of them played again.
+"""What agents took for requests that were played once: a table, or some of them played again.
 
-    python benchmarks/recorded_loops.py                   # the table of docs/agents.md, from the records
-    python benchmarks/recorded_loops.py --replay anchor   # checker, engine and account are real, the replies are kept
+    python benchmarks/recorded_loops.py                          # the table of docs/agents.md, from the records
+    python benchmarks/recorded_loops.py --replay anchor sand     # played again with kept replies: what they take now
+    python benchmarks/recorded_loops.py --replay sand --keep F   # runs stay in folder F, and are not simulated twice
+
+Checker, engine and account of a replay are real; it says how large the letters were, by role.
 
 The records lie in `tests/agents/recorded`: the request, every reply, how it ended, and what it took when it was played.
 Tokens are counted as `docs/models.md` says of mailboxes; minutes are by the clock, on a machine that did much else.
@@ -9,7 +12,9 @@ Tokens are counted as `docs/models.md` says of mailboxes; minutes are by the clo
 
 import argparse
 import json
+import shutil
 import tempfile
+from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +24,13 @@ RECORDED = Path(__file__).resolve().parents[1] / "tests" / "agents" / "recorded"
 def main() -> None:
     """Print what is asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--replay", metavar="NAME", help="play this one again")
-    name = parser.parse_args().replay
-    print(replay(name) if name else table())
+    parser.add_argument("--replay", metavar="NAME", nargs="+", help="play these again")
+    parser.add_argument("--keep", metavar="FOLDER", type=Path, help="keep what is simulated here")
+    given = parser.parse_args()
+    for name in given.replay or ():
+        print(f"## {name}\n\n{replay(name, given.keep)}\n", flush=True)
+    if not given.replay:
+        print(table())
 
 
 def table() -> str:
@@ -47,17 +56,36 @@ def table() -> str:
     return "\n".join(rows)
 
 
-def replay(name: str) -> str:
-    """Play a record again; return how it ended and what it took."""
+def replay(name: str, keep: Path | None = None) -> str:
+    """Play a record again; return how it ended, what it took, and how large the letters were."""
     from text2sim.agents.session import Session, Wish
 
     record = json.loads((RECORDED / name / "expected.json").read_text("utf-8"))
     wish = Wish("generate", record["request"], {"": f"replay:{RECORDED / name}"}, attempts=record["attempts"])
     with tempfile.TemporaryDirectory() as folder:
-        session = Session.begin(Path(folder) / "case", wish, [], [])
+        case = (keep or Path(folder)) / name
+        shutil.rmtree(case / "generation" / "calls", ignore_errors=True)
+        (case / "generation" / "request.json").unlink(missing_ok=True)
+        session = Session.begin(case, wish, [], [])
         outcome = session.run(lambda event, what: None)
+        sizes = letter_sizes(case)
     rows = ["  ".join(f"{cell:>12}" for cell in row) for row in session.account.table()]
-    return "\n".join([f"{outcome.state}: {outcome.why}", *rows])
+    return "\n".join([f"{outcome.state}: {outcome.why}", *rows, "", *sizes])
+
+
+def letter_sizes(case: Path) -> list[str]:
+    """Rows of bytes of letters and of answers by role, of a loop that was played."""
+    calls: dict[str, list[tuple[int, int, int]]] = defaultdict(list)
+    for file in sorted((case / "generation" / "calls").glob("*.json")):
+        call = json.loads(file.read_text("utf-8"))
+        told = [len(message["text"].encode()) for message in call["request"]["messages"]]
+        calls[call["request"]["role"]].append((sum(told), told[0], len(call["reply"]["text"].encode())))
+    rows = [("letters", "calls", "bytes", "of them first message", "answers")]
+    rows += [
+        (role, *(f"{n:,}" for n in (len(sent), *(sum(row[k] for row in sent) for k in range(3)))))
+        for role, sent in calls.items()
+    ]
+    return ["  ".join(f"{cell:>12}" for cell in row) for row in rows]
 
 
 if __name__ == "__main__":

@@ -6,10 +6,14 @@ from typing import Any
 import pytest
 
 from tests.agents.scripted import Scripted, fenced
-from text2sim.agents.asking import BudgetSpent, Desk, RoleFailed, Wrong, either, typed
+from text2sim.agents import language
+from text2sim.agents.asking import BudgetSpent, Desk, RoleFailed, Wrong, typed
 from text2sim.agents.journal import Journal
 from text2sim.agents.models.calls import Account, Budget, CallLog
-from text2sim.agents.replies import Critique, Look, Plan
+from text2sim.agents.models.exchange import Message, Reply, Request
+from text2sim.agents.models.tokens import Beginnings
+from text2sim.agents.replies import Critique, Plan
+from text2sim.agents.shelf import Shelf
 
 
 def desk(tmp_path: Path, model: Scripted, budget: Budget | None = None) -> Desk:
@@ -81,10 +85,44 @@ def test_types_say_what_is_wrong_with_an_answer() -> None:
     assert "/verdict" in said
 
 
-def test_either_of_two_types() -> None:
-    read = either(typed(Plan), "read", typed(Look))
-    assert isinstance(read({"read": ["net"]}), Look)
-    assert isinstance(read({"name": "a", "event": "b"}), Plan)
+def test_pages_come_as_a_message_of_their_own_after_what_was_said(tmp_path: Path) -> None:
+    model = Scripted({"planner": [fenced("read: [net, hinge, net]"), fenced("read: [hinge, nothing]"), fenced("n: 3")]})
+    asked = desk(tmp_path, model)
+    assert asked.ask("planner", "s", "q", number, more=Shelf()) == 3
+    first, second, third = (request.messages for request in model.asked)
+    assert second[: len(first)] == first
+    assert third[: len(second)] == second
+    assert "range_deg" in second[-1].text, "a kind comes with its fields"
+    assert "cells_x" in second[-1].text, "a prefab with its parameters"
+    assert second[-1].text.count("range_deg") < 3
+    assert "range_deg" not in third[-1].text, "once"
+    assert "nothing called `nothing`" in third[-1].text
+    assert asked.account.total().again == 0, "a short beginning is in no cache"
+
+
+def test_a_long_list_of_pages_is_served_as_far_as_it_goes() -> None:
+    text, served = language.explained(sorted(language.known_kinds()))
+    assert len(text) < 1.3 * language.SERVED
+    assert 5 < len(served) < len(language.known_kinds())
+    assert "No room for" in text
+
+
+def test_what_a_prompt_cache_can_serve_is_counted_apart() -> None:
+    def put(*texts: str) -> Request:
+        return Request("critic", tuple(Message("user", text) for text in texts))
+
+    sent = Beginnings()
+    long = "Rules of a game. " * 1000
+    assert sent.again("m", put(long, "q")) == 0
+    again = sent.again("m", put(long, "another q", "more"))
+    assert again > 1_024
+    assert again % 128 == 0
+    assert sent.again("other model", put(long, "q")) == 0
+    assert sent.again("m", put("other " + long)) == 0, "another beginning"
+    account = Account()
+    account.add("critic", 1, Reply("", 5_000, 10, None, 0.0, "m"), again)
+    assert account.as_dict()["total"]["again"] == again
+    assert account.total().tokens == 5_010, "they are counted among the others, too"
 
 
 def test_a_journal_keeps_each_thing_once(tmp_path: Path) -> None:

@@ -115,9 +115,26 @@ def test_the_colours_that_are_told_are_known() -> None:
 
 def test_a_writer_reads_what_its_plan_needs_and_little_more() -> None:
     pages = reading("bodies", PLAN)
-    assert "#### `sphere`" in pages or "### `sphere`" in pages
-    assert "### `funnel`" not in pages
-    assert "- `funnel`:" in pages, "that there is more is said in a line"
-    tokens = {section: len(reading(section, PLAN)) // 4 for section in SECTIONS}
-    assert sum(tokens.values()) < 20_000, tokens
-    assert len(language.pages("bodies")) > 2 * len(pages)
+    assert "- `sphere`:" in pages
+    assert "- `funnel`:" not in pages
+    assert "`funnel`" in pages, "that there is more is said"
+    assert "SoftMaterial" not in pages
+    assert "range_deg" not in pages, "nothing is mounted"
+    sizes = {section: len(reading(section, PLAN)) for section in SECTIONS}
+    assert sum(sizes.values()) < 36_000, sizes
+    assert len(language.pages("bodies")) > 3 * len(pages)
+
+
+def test_a_change_reads_only_what_its_instruction_names(tmp_path: Path) -> None:
+    model = Scripted({"bodies": [fenced("patch: []")]})
+    change_section(
+        desk(tmp_path, model), "bodies", PLAN, CASE, "Put `ball` on a hinge; friction 0.2.", [], "", FILE,
+        "A ball falls on a floor.", ["lands: first happened at 0.3 s"],
+    )  # fmt: skip
+    asked = model.questions("bodies")[0]
+    assert "range_deg" in asked, "a kind that is named comes with its fields"
+    assert "Coulomb" in asked, "and so does a field"
+    assert "restitution" not in asked
+    assert "A ball falls on a floor." in asked
+    assert asked.index("Keep, do not touch") < asked.index("lands: first") < asked.index("Put `ball`")
+    assert sum(len(message.text) for message in model.asked[0].messages) < 6_000

@@ -12,12 +12,17 @@ from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.endpoint import Endpoint
 from text2sim.agents.models.exchange import Image, Message, Request
 from text2sim.agents.models.parsing import ReplyError, read_reply
+from text2sim.agents.models.tokens import Beginnings
 from text2sim.spec_schema.errors import RunError, nearest
 
 T = TypeVar("T")
 
 ROUNDS = 3
 """Answers that a role may give to one question before it has failed."""
+LOOKS = 2
+"""Times that a role may read more before it answers."""
+MUCH = 20
+"""Names that it may ask for at once."""
 ECHO = 12_000
 """Characters of a refused answer that go back with what is wrong."""
 SHOWN = 12
@@ -72,7 +77,7 @@ class Desk:
         self._endpoints, self._log, self.account, self._budget = endpoints, log, account, budget
         self._emit, self._stop = emit, stop
         self._numbers: Counter[str] = Counter()
-        self._lock = Lock()
+        self._lock, self._beginnings = Lock(), Beginnings()
         self.attempt = 0
         """The attempt that calls are counted for."""
 
@@ -88,6 +93,7 @@ class Desk:
         read: Callable[[Any], T],
         images: Sequence[Image] = (),
         rounds: int = ROUNDS,
+        more: Callable[[list[str]], str] | None = None,
     ) -> T:
         """Put a question to a role.
 
@@ -98,6 +104,8 @@ class Desk:
             read: Makes something of the data of the answer; raises `Wrong` with what its author has to mend.
             images: Pictures that go with the question.
             rounds: Answers it may give.
+            more: Returns pages for names; with it the role may answer `read: [name, …]` first, and the pages come as a
+                message of their own, after what was said before.
 
         Raises:
             RoleFailed: If no answer could be used.
@@ -106,16 +114,22 @@ class Desk:
         """
         messages = [Message("system", system), Message("user", question, tuple(images))]
         reasons: list[str] = []
-        for round_ in range(rounds):
+        looks = round_ = 0
+        while round_ < rounds:
             reply = self._call(role, messages)
             try:
-                answer = read_reply(reply)
-                return read(answer[0])
+                data = read_reply(reply)[0]
+                if more is not None and looks < LOOKS and (names := _wanted(data)):
+                    looks += 1
+                    messages += [Message("assistant", _echo(reply)), Message("user", more(names) + NOW)]
+                    continue
+                return read(data)
             except ReplyError as error:
                 reasons = [str(error)]
             except Wrong as error:
                 reasons = error.reasons
-            self._emit("answer_refused", role=role, round=round_ + 1, reasons=reasons[:SHOWN])
+            round_ += 1
+            self._emit("answer_refused", role=role, round=round_, reasons=reasons[:SHOWN])
             messages += [Message("assistant", _echo(reply)), Message("user", _complaint(reasons))]
         raise RoleFailed(role, reasons)
 
@@ -128,7 +142,9 @@ class Desk:
         self._emit("asked", live=True, role=role, number=number)
         request = Request(role=role, messages=tuple(messages), number=number)
         reply = self._log.ask(self._endpoint(role), request, self._stop, attempt=self.attempt)
-        self.account.add(role, self.attempt, reply)
+        with self._lock:
+            again = self._beginnings.again(self._endpoint(role).name, request)
+        self.account.add(role, self.attempt, reply, again)
         tokens = reply.tokens_in + reply.tokens_out
         self._emit("answered", live=True, role=role, number=number, tokens=tokens, seconds=reply.seconds)
         return reply.text
@@ -157,9 +173,15 @@ def typed(model: type[BaseModel], check: Callable[[Any], None] | None = None) ->
     return read
 
 
-def either(first: Callable[[Any], Any], key: str, second: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """Return a reader that takes `second` for answers that have a key, and `first` for others."""
-    return lambda data: (second if isinstance(data, dict) and key in data else first)(data)
+NOW = "\n\nNow answer the question above."
+
+
+def _wanted(data: Any) -> list[str]:
+    """What an answer asks to read; nothing if it is another one."""
+    names = data.get("read") if isinstance(data, dict) and len(data) == 1 else None
+    if isinstance(names, str):
+        names = [names]
+    return [str(name)[:80] for name in names[:MUCH]] if isinstance(names, list) else []
 
 
 def _echo(reply: str) -> str:

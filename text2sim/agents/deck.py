@@ -25,8 +25,8 @@ class Deck:
     """Cards that each role was given."""
 
     def index(self) -> str:
-        """One line for each card, for the Planner."""
-        return "" if self.library is None else self.library.index()
+        """The names of all cards, for the Planner: they say what each is about."""
+        return "" if self.library is None else ", ".join(sorted(self.library.entries))
 
     @property
     def dealing(self) -> bool:
@@ -37,10 +37,11 @@ class Deck:
         """Whether there is such a card."""
         return self.library is not None and card in self.library.entries
 
-    def full(self, card: str) -> str:
-        """The whole card."""
-        assert self.library is not None
-        return self.library.entries[card].card.brief("planner")
+    def pages(self, names: Iterable[str]) -> dict[str, str]:
+        """The whole of those cards that go by some names, for the Planner."""
+        if self.library is None:
+            return {}
+        return {name: self.library.entries[name].card.brief("planner") for name in names if self.has(name)}
 
     def deal(self, role: str, cards: Iterable[str], about: str) -> str:
         """Give cards to a role for one question, and keep that it had them.

@@ -1,13 +1,14 @@
-"""What a role reads of the language: the pages of its section, in full only for the kinds that its plan names.
+"""What a role reads of the language: the pages of its section, and only the kinds that its plan or instruction names.
 
-The pages are those of `docs/language.md`, made from the models, so a prompt cannot say other than the checker does.
+Whoever needs more asks for it by name (`explained`).
 """
 
 import re
 from collections.abc import Collection, Iterable
 from functools import cache
 
-from text2sim.spec_schema.published.language_reference import section_kinds, section_text
+from text2sim.agents.compact import fields_named, kinds_brief, kinds_line_by_line, plain, section_brief
+from text2sim.spec_schema.published.language_reference import section_kinds
 from text2sim.spec_schema.published.reference_sections import INTRODUCTION, SECTIONS, Section
 from text2sim.spec_schema.vocabulary.docstrings import model_doc
 
@@ -15,12 +16,11 @@ OWN_COLORS = ("aluminium", "amber", "asphalt", "bone", "brass", "brick", "bronze
               "cork", "cream", "emerald", "grass", "iron", "marble", "mustard", "oak", "pine", "rubber", "rust", "sand",
               "slate", "steel", "stone", "terracotta", "walnut", "water", "wood")  # fmt: skip
 """Colours that CSS has no name for."""
-PLACING = ("Poses and places", "Copies")
 READS: dict[str, tuple[str, ...]] = {
-    "scene": ("`scene`: the stage", "Statics", "Copies", "Settings of the scene", "Solvers of deformable bodies",
-              "Shapes", "Poses and places", "Materials, joints and looks"),
+    "scene": ("`scene`: the stage", "Statics", "Settings of the scene", "Solvers of deformable bodies", "Shapes",
+              "Parts of a compound", "Poses and places", "Materials, joints and looks", "Copies"),
     "bodies": ("`bodies`: the actors", "Mounts", "Parts of articulated bodies and chains", "Motions", "Shapes",
-               "Shapes of cloth", "Parts of a compound", *PLACING, "Regions of space",
+               "Shapes of cloth", "Parts of a compound", "Poses and places", "Copies", "Regions of space",
                "Materials, joints and looks", "Materials of deformable bodies"),
     "actions": ("`actions`: the script", "Controls", "Schedules", "Measures", "Events", "Expectations",
                 "Regions of space", "Regions on bodies"),
@@ -30,22 +30,36 @@ READS: dict[str, tuple[str, ...]] = {
 """Titles of the pages that each reader gets."""
 INDEXED = ("`bodies`: the actors", "Shapes", "Shapes of cloth", "Mounts", "Controls", "Copies", "Cameras")
 """Pages of which the Planner sees what kinds there are."""
-NARROWED: dict[str, tuple[str, ...]] = {
-    "scene": ("Shapes", "Copies"),
-    "bodies": ("`bodies`: the actors", "Shapes", "Shapes of cloth", "Mounts", "Motions", "Copies"),
-    "actions": ("Measures", "Events", "Controls"),
-    "expectations": (),
-    "render": (),
-}
-"""Pages on which only the kinds that are needed are described in full."""
-DEFORMABLE = frozenset({"soft", "cloth", "granular", "liquid", "snow"})
-ALWAYS = frozenset(
-    {"rigid", "box", "sphere", "cylinder", "plane", "sheet", "line", "grid", "constant", "ramp", "still"}
-    | {"drive", "initial_velocity", "force", "impulse", "attach", "release"}
-)
-"""Kinds that are described to everybody: nearly every case has them."""
-_LINK = re.compile(r"\[([^\]\n]+)\]\(#[^)\n]*\)")
-_RULE = re.compile(r"^\|(?:-+\|)+\n", re.MULTILINE)
+MPM = frozenset({"soft", "granular", "liquid", "snow"})
+JOINTED = frozenset({"articulated", "hinge", "slider", "ball", "rope", "chain", "net", "ragdoll"})
+COPIES = frozenset({"line", "grid", "ring", "spiral", "stack", "running_bond", "packing", "glyphs"})
+NEEDED: dict[str, frozenset[str]] = {
+    "Contact": frozenset(), "Solver": frozenset(), "Material": frozenset(), "Look": frozenset(), "Pose": frozenset(),
+    "Mpm": MPM, "Pbd": frozenset({"cloth"}), "Fem": frozenset({"fem"}), "Ipc": frozenset({"ipc"}),
+    "SolverBounds": MPM | {"cloth"}, "JointDynamics": frozenset({"articulated"}),
+    "Actuator": frozenset({"articulated", "hinge", "slider"}), "Palette": COPIES, "Vary": COPIES,
+    "SoftMaterial": frozenset({"soft"}), "ClothMaterial": frozenset({"cloth"}),
+    "GranularMaterial": frozenset({"granular"}), "LiquidMaterial": frozenset({"liquid"}),
+    "SnowMaterial": frozenset({"snow"}), "Link": frozenset({"articulated"}), "Loop": frozenset({"articulated"}),
+    "JointOverride": frozenset({"articulated"}), "Payload": frozenset({"chain"}), "Shot": frozenset(),
+    "Overlay": frozenset(), "BodyRegion": frozenset(), "BodyPoint": frozenset(), "Part": frozenset({"compound"}),
+}  # fmt: skip
+"""Models of pages that are described if one of these kinds is needed; without any, always. Others on demand."""
+PAGES_NEEDED: dict[str, frozenset[str]] = {
+    "Motions": frozenset({"driven"}), "Shapes of cloth": frozenset({"cloth"}), "Mounts": JOINTED | {"free", "fixed"},
+    "Parts of a compound": frozenset({"compound"}), "Copies": COPIES,
+    "Regions of space": frozenset({"packing", "enters", "leaves", "count_in", "share_in", "surface_in"}),
+    "Regions on bodies": frozenset({"cloth", "soft", "point", "region", "corner", "edge", "face"}),
+}  # fmt: skip
+"""Pages that are there only if one of these is needed."""
+USUAL = frozenset({"ramp", "still"})
+"""Kinds that are described to everybody who reads their page."""
+SHORTEST = 4
+"""Letters of a word that can be meant as a field's name."""
+EVERYDAY = frozenset({"ball", "line", "text", "free", "still", "box", "rigid", "sphere"})
+"""Kinds that are words of every day, or that everybody knows."""
+SERVED = 14_000
+"""Characters of pages that are served at once."""
 
 
 def pages(reader: str, kinds: Collection[str] | None = None) -> str:
@@ -53,45 +67,131 @@ def pages(reader: str, kinds: Collection[str] | None = None) -> str:
 
     Args:
         reader: A key of `READS`.
-        kinds: Kinds that will be needed: of the other kinds of bodies, shapes and so on there is one line. All are
-            described if left out.
+        kinds: Kinds that will be needed: the other kinds of bodies, shapes and so on are only named. All are described
+            if left out.
     """
-    wanted = None if kinds is None else ALWAYS | set(kinds)
-    soft = wanted is None or bool(wanted & DEFORMABLE)
-    jointed = wanted is None or bool(wanted & {"articulated", "hinge", "slider", "ball", "rope", "chain"})
+    wanted = None if kinds is None else USUAL | set(kinds)
     parts = []
     for section in _sections(READS[reader]):
-        if section.title.endswith("deformable bodies") and not soft:
+        needs = PAGES_NEEDED.get(section.title)
+        if wanted is not None and needs is not None and not needs & wanted:
             continue
-        if section.title == "Parts of articulated bodies and chains" and not jointed:
-            continue
-        if section.title == "Shapes of cloth" and not (wanted is None or "cloth" in wanted):
-            continue
-        if section.title == "Motions" and not (wanted is None or "driven" in wanted):
-            continue
-        narrow = wanted if section.title in NARROWED[reader] else None
-        parts.append(_plain(section_text(section, narrow)))
+        only = wanted
+        if isinstance(section.models, tuple):
+            only = _models(section, wanted)
+            if not only:
+                continue
+        parts.append(section_brief(section, only))
     if reader in ("bodies", "scene"):
-        parts.append(f"Colours: `#rrggbb`, or a name: those of CSS, and {', '.join(OWN_COLORS)}.\n")
-    return "\n".join(parts)
-
-
-def controls(kinds: Collection[str]) -> str:
-    """Return what there is to know of some kinds of controls; nothing if none of the kinds is one."""
-    (section,) = _sections(("Controls",))
-    return _plain(section_text(section, kinds)) if set(kinds) & set(section_kinds(section.models)) else ""
+        parts.append(f"Colours: `#rrggbb`, or a name: those of CSS, and {', '.join(OWN_COLORS)}.")
+    return "\n\n".join(parts)
 
 
 @cache
-def rules() -> str:
-    """The rules of the whole language, expressions and selectors."""
+def to_plan_with() -> str:
+    """What the Planner has to know of measures, events and expectations: a line and an example for each kind."""
+    parts = []
+    for section in _sections(READS["expectations"]):
+        tabled = isinstance(section.models, tuple)
+        parts.append(section_brief(section) if tabled else kinds_line_by_line(section))
+    return "\n\n".join(parts)
+
+
+def _models(section: Section, wanted: Collection[str] | None) -> set[str]:
+    """Names of the models of a page that are needed."""
+    names = [model.__name__ for model in section.models]
+    if wanted is None or len(names) == 1 and names[0] not in NEEDED:
+        return set(names)
+    return {
+        name for name in names if name in NEEDED and (not NEEDED[name] or NEEDED[name] & set(wanted)) or name in wanted
+    }
+
+
+def named(reader: str, text: str) -> str:
+    """Return what an instruction names: kinds with all their fields, and single fields of what has no kind.
+
+    Args:
+        reader: A key of `READS`.
+        text: The instruction.
+    """
+    words = set(re.findall(r"[a-z][a-z_0-9]*", text.lower()))
+    parts = []
+    for section in _sections(READS[reader]):
+        if isinstance(section.models, tuple):
+            rows = fields_named(section, {word for word in words if len(word) >= SHORTEST})
+        else:
+            kinds = words & set(section_kinds(section.models)) - EVERYDAY
+            rows = kinds_brief(section, kinds) if kinds else []
+        if rows:
+            parts.append("\n".join([f"## {section.title}", *rows]))
+    if {"place", "pose"} & words and reader in ("scene", "bodies"):
+        parts.append(explanation("Poses and places"))
+    return "\n\n".join(parts)
+
+
+def explained(names: Iterable[str], before: Collection[str] = ()) -> tuple[str, list[str]]:
+    """Return pages about kinds, prefabs and models, and the names that were served: as many as there is room for.
+
+    Args:
+        names: What is asked for.
+        before: What was served already: a page comes once.
+    """
+    parts: list[str] = []
+    served: list[str] = []
+    left = list(dict.fromkeys(name for name in names if name not in before))
+    while left:
+        text = explanation(left[0])
+        if text and parts and sum(map(len, parts)) + len(text) > SERVED:
+            break
+        name = left.pop(0)
+        parts.append(text or f"There is nothing called `{name}`.")
+        served.append(name)
+    if left:
+        parts.append(f"No room for {', '.join(f'`{name}`' for name in left)}: ask for fewer at once.")
+    return "\n\n".join(parts), served
+
+
+@cache
+def explanation(name: str) -> str:
+    """Return all there is to know of a kind, a prefab or a page; nothing if there is none of this name."""
+    parts = []
+    for section in SECTIONS:
+        if isinstance(section.models, tuple):
+            models = [model for model in section.models if model.__name__.lower() == name.lower()]
+            if models or section.title.strip("`").lower() == name.lower():
+                parts.append(section_brief(section, {model.__name__ for model in models} or None, intro=not models))
+        elif name in section_kinds(section.models):
+            parts.append("\n".join([f"## {section.title}", *kinds_brief(section, {name})]))
+        elif section.title.lower() == name.lower():
+            parts.append(section_brief(section))
+    prefab = prefabs(only={name})
+    return "\n\n".join([*parts, *([f"## Prefab `{name}`\n{prefab}"] if prefab else [])])
+
+
+@cache
+def rules(*, brief: bool = False) -> str:
+    """The rules of the whole language, expressions and selectors; `brief` for whoever writes a case and is checked."""
+    if brief:
+        return _BRIEF_RULES
     from text2sim.spec_schema.published.language_reference import language_reference
 
     whole = language_reference()
     start = whole.index("## Rules of the whole language")
     end = whole.index("## The case\n")
     assert INTRODUCTION[:40] in whole
-    return _plain(whole[start:end])
+    return plain(whole[start:end])
+
+
+_BRIEF_RULES = """\
+SI units (m, kg, s, N, rad); degrees only where a field ends in `deg`. z is up, left is -x, in front is -y; quaternions
+are (w, x, y, z). A positive turn about y carries the +x side down, about x the +y side up, about z +x towards +y.
+Everything goes by a name (a letter, then letters, digits, `_`). Unknown fields are errors; what is left out has a
+default. `*` marks fields that are required.
+`${…}` is arithmetic over `params`: + - * / // % **, comparisons, `a if c else b`, `list[0]`, sin, cos, tan, atan2,
+sqrt, abs, min, max, radians, degrees, pi. In copies (`repeat`), and only there, also `i`, `n`, `u` (0 to 1), `row`,
+`column`, `layer`. Selectors: `brick` or `brick[*]` every copy, `brick[3]`, `brick[2:5]`, `arm.hand` a link or joint.
+The joint of a rigid body on a hinge or slider goes by the body's name, that of an articulated body by its link; its
+position counts from the start."""
 
 
 @cache
@@ -159,11 +259,6 @@ def _kinds_of(title: str) -> tuple[str, ...]:
 def _sections(titles: Iterable[str]) -> list[Section]:
     by_title = {section.title: section for section in SECTIONS}
     return [by_title[title] for title in titles]
-
-
-def _plain(text: str) -> str:
-    """Markdown with what only a browser needs taken out: it is paid for by the word."""
-    return _RULE.sub("", _LINK.sub(r"\1", text)).replace("| field | takes | if left out | meaning |\n", "")
 
 
 def _first(text: str) -> str:

@@ -245,7 +245,15 @@ class Loop:
 
         def mended(section: str) -> dict[str, Any] | Refer:
             return change_section(
-                self.desk, section, self.agreement.plan, case, instruction, owners[section], "", self.path
+                self.desk,
+                section,
+                self.agreement.plan,
+                case,
+                instruction,
+                owners[section],
+                "",
+                self.path,
+                self.request.text,
             )
 
         answers = self._together({name: lambda name=name: mended(name) for name in SECTIONS if name in owners})
@@ -312,7 +320,9 @@ class Loop:
             cards = self.deck.deal(
                 section, [card for route in by_section[section] for card in route.cards], instruction[:80]
             )
-            return change_section(self.desk, section, self.agreement.plan, case, instruction, (), cards, self.path)
+            return change_section(
+                self.desk, section, self.agreement.plan, case, instruction, (), cards, self.path, self.request.text
+            )
 
         answers = self._together({name: lambda name=name: done(name) for name in SECTIONS if name in by_section})
         for section, answer in answers.items():

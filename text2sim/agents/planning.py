@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.agents import language
-from text2sim.agents.asking import Desk, Wrong, either, typed
+from text2sim.agents.asking import Desk, Wrong, typed
 from text2sim.agents.casework import FROZEN_PARTS
 from text2sim.agents.contract import weakened
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.rehearsal import TAKEN, plan_faults
-from text2sim.agents.replies import SECTIONS, Decision, Fragments, Look, Opening, Plan
+from text2sim.agents.replies import SECTIONS, Decision, Fragments, Opening, Plan
 from text2sim.agents.roles import ROLES, render, system_prompt
+from text2sim.agents.shelf import Shelf
 from text2sim.agents.yaml_text import yaml_text
 
 if TYPE_CHECKING:
@@ -52,26 +53,17 @@ def make_plan(desk: Desk, request: Request, deck: "Deck", path: Path) -> Plan:
         deck: The cards.
         path: Where the case will stand.
     """
-    looked = ""
     question = render("plan_ask", request=request.text, inputs=request.inputs)
-    for _ in range(2):
-        system = system_prompt(
-            PLANNER,
-            vocabulary=language.vocabulary(),
-            rules=language.rules(),
-            pages=language.pages("expectations"),
-            cards=deck.index(),
-            taken=", ".join(TAKEN),
-            looked=looked,
-        )
-        read = typed(Plan, lambda plan: _check_plan(plan, deck, path))
-        if not looked:
-            read = either(read, "read", typed(Look))
-        answer = desk.ask("planner", system, question, read, request.images)
-        if isinstance(answer, Plan):
-            return answer
-        looked = _looked_up(answer, deck)
-    raise AssertionError("the second question takes nothing but a plan")
+    system = system_prompt(
+        PLANNER,
+        vocabulary=language.vocabulary(),
+        rules=language.rules(brief=True),
+        pages=language.to_plan_with(),
+        cards=deck.index(),
+        taken=", ".join(TAKEN),
+    )
+    read = typed(Plan, lambda plan: _check_plan(plan, deck, path))
+    return desk.ask("planner", system, question, read, request.images, more=Shelf(deck.pages))
 
 
 def _check_plan(plan: Plan, deck: "Deck", path: Path) -> None:
@@ -108,18 +100,6 @@ def card_faults(cards: Mapping[str, Sequence[str]], deck: "Deck") -> list[str]:
     return wrong
 
 
-def _looked_up(look: Look, deck: "Deck") -> str:
-    """What the Planner asked to read."""
-    wanted = set(look.read)
-    parts = [deck.full(name) for name in look.read if deck.has(name)]
-    kinds = wanted & language.known_kinds()
-    if kinds:
-        parts.append(language.pages("bodies", kinds))
-        parts.append(language.controls(kinds))
-        parts.append(language.prefabs(only=kinds))
-    return "\n\n".join(part for part in parts if part) or "(nothing of what you asked for is there)"
-
-
 def open_case(
     desk: Desk, request: Request, case: str, evidence: str, loaded_expect: Sequence[str], *, keep: bool
 ) -> Opening:
@@ -144,7 +124,7 @@ def open_case(
         if wrong:
             raise Wrong(wrong)
 
-    system = system_prompt(PLANNER, "open", rules=language.rules(), pages=language.pages("expectations"))
+    system = system_prompt(PLANNER, "open", rules=language.rules(brief=True), pages=language.to_plan_with())
     question = render("open_ask", request=request.text, case=case, evidence=evidence)
     return desk.ask("planner", system, question, typed(Opening, check), request.images)
 

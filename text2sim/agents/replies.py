@@ -117,13 +117,6 @@ class Plan(Form):
     """Debug Cards to give to each Writer, by role."""
 
 
-class Look(Answer):
-    """A wish of the Planner to read more before it plans."""
-
-    read: Annotated[list[Annotated[str, StringConstraints(max_length=80)]], Field(min_length=1, max_length=8)]
-    """Ids of cards, kinds, or names of prefabs."""
-
-
 class Failure(Answer):
     """Something that is not as the request wants it."""
 

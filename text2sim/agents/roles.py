@@ -73,7 +73,7 @@ def system_prompt(role: Role, prompt: str = "", **values: Any) -> str:
     return render("system", title=role.title, duty=duty)
 
 
-def writer_prompt(role: Role, rules: str, pages: str) -> str:
+def writer_prompt(role: Role, rules: str) -> str:
     """Return the same for the Writer of a section."""
-    duty = render("write", section=role.owns, duty=render(role.duty), example=role.example, rules=rules, pages=pages)
+    duty = render("write", section=role.owns, duty=render(role.duty), example=role.example, rules=rules)
     return render("system", title=role.title, duty=duty)

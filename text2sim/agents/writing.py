@@ -2,6 +2,7 @@
 
 import copy
 import json
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,9 +10,9 @@ from typing import Any
 from text2sim.agents import language
 from text2sim.agents.asking import Desk, Wrong, typed
 from text2sim.agents.casework import FROZEN_PARTS, names_in, section_faults
-from text2sim.agents.planning import plan_text
 from text2sim.agents.replies import Plan, Refer
 from text2sim.agents.roles import ROLES, render, writer_prompt
+from text2sim.agents.shelf import Shelf
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.spec_schema.changes.patch import PatchError, apply_operations
 from text2sim.spec_schema.text.canonical import format_text
@@ -31,20 +32,23 @@ def write_section(
         cards: Debug Cards for its Writer.
         path: Where the case will stand.
     """
+    brief = plan.briefs.get(section, "")  # type: ignore[call-overload]
+    pages = reading(section, plan)
     question = render(
         "draft",
         section=section,
+        pages=pages,
         request=request,
-        plan=plan_text(plan),
+        plan=plan_for(section, plan),
         supplied=supplied,
         cards=cards,
-        brief=plan.briefs.get(section, ""),  # type: ignore[call-overload]
+        brief=brief,
     )
 
     def read(data: Any) -> dict[str, Any]:
         return _section_of(data, section, plan, path)
 
-    return desk.ask(section, _system(section, plan), question, read)
+    return desk.ask(section, writer_prompt(ROLES[section], language.rules(brief=True)), question, read, more=Shelf())
 
 
 def change_section(
@@ -56,6 +60,8 @@ def change_section(
     problems: Sequence[str],
     cards: str,
     path: Path,
+    request: str = "",
+    keep: Sequence[str] = (),
 ) -> dict[str, Any] | Refer:
     """Have a section changed.
 
@@ -68,20 +74,27 @@ def change_section(
         problems: What the check of the whole case says about this section.
         cards: Debug Cards for its Writer.
         path: Where the case stands.
+        request: What is wanted.
+        keep: What holds already, and must not be touched.
 
     Returns:
         The new section, or the Writer's word that somebody else has to mend it.
     """
     current = case.get(section) or {}
+    wrong = "\n".join(f"- {problem}" for problem in problems)
     question = render(
         "change",
-        plan=plan_text(plan),
+        request=request,
+        event=plan.event,
+        shared=plan.shared,
         params=yaml_text({"params": dict(case.get("params") or {})}),
         names=names_in(case, without=section),
         current=_section_text(section, current),
         cards=cards,
-        problems="\n".join(f"- {problem}" for problem in problems),
+        problems=wrong,
+        keep=keep,
         instruction=instruction,
+        pages=language.named(section, f"{instruction} {wrong}"),
     )
 
     def read(data: Any) -> dict[str, Any] | Refer:
@@ -94,30 +107,66 @@ def change_section(
             return _patched(data["patch"], section, case, plan, path)
         return _section_of(data, section, plan, path)
 
-    return desk.ask(section, _system(section, plan), question, read)
+    return desk.ask(section, writer_prompt(ROLES[section], language.rules(brief=True)), question, read, more=Shelf())
 
 
-def _system(section: str, plan: Plan) -> str:
-    return writer_prompt(ROLES[section], language.rules(), reading(section, plan))
+def plan_for(section: str, plan: Plan) -> str:
+    """Return what of a plan the Writer of a section needs, as YAML: nothing that stands elsewhere in its letter."""
+    data: dict[str, Any] = {"event": plan.event, "duration": plan.duration}
+    if plan.mode:
+        data["mode"] = plan.mode
+    if plan.params:
+        data["params"] = plan.params
+    mine = {"scene": ("static",), "bodies": ()}.get(section)
+    bodies = {}
+    for name, body in plan.bodies.items():
+        row = body.model_dump(mode="json", exclude_defaults=True)
+        # A render writer needs names and what they are; the stage, what stands on it but not how it is made.
+        bodies[name] = {"kind": body.kind} if mine and body.kind not in mine else row
+    data["bodies"] = bodies
+    if section != "render":
+        data["shared"] = plan.shared
+    if section == "actions":
+        data["checks"] = {part: getattr(plan.checks, part) for part in FROZEN_PARTS if getattr(plan.checks, part)}
+    else:
+        data["must come true"] = list(plan.says.values())
+    if section in ("bodies", "render") and plan.assumptions:
+        data["assumptions"] = plan.assumptions
+    return yaml_text({key: row for key, row in data.items() if row})
 
 
 def reading(section: str, plan: Plan) -> str:
     """Return the pages that the Writer of a section gets for a plan."""
-    pages = language.pages(section, needed_kinds(plan))
+    brief = plan.briefs.get(section, "")  # type: ignore[call-overload]
+    kinds = _kinds_for(section, plan, " ".join([brief, *plan.shared]))
+    pages = language.pages(section, kinds)
     if section in ("scene", "bodies") and (used := _prefabs_of(plan)):
         pages += "\n\nPrefabs\n\n" + language.prefabs(only=used)
     return pages
+
+
+def _kinds_for(section: str, plan: Plan, words: str) -> set[str]:
+    """Kinds that a Writer will need: of its own bodies, and what its brief names."""
+    if section not in ("scene", "bodies"):
+        said = set(re.findall(r"[a-z][a-z_]+", words.lower()))
+        return needed_kinds(plan) | (said & language.known_kinds()) - {"ball"}
+    statics = section == "scene"
+    own = {name: body for name, body in plan.bodies.items() if (body.kind == "static") == statics}
+    found = needed_kinds(plan.model_copy(update={"bodies": own, "checks": type(plan.checks)()}))
+    if statics:  # what moves decides about the solver
+        found |= {body.kind for body in plan.bodies.values()} | ({"fem"} if "fem" in words.lower() else set())
+    return found
 
 
 def needed_kinds(plan: Plan) -> set[str]:
     """Return the kinds of bodies, shapes, mounts, measures and events that a plan names."""
     found = set(plan.mode)
     for body in plan.bodies.values():
-        words = f"{body.kind} {body.shape} {body.mount} {body.what}".lower().replace(",", " ").replace("-", "_").split()
+        words = set(re.findall(r"[a-z][a-z_]+", f"{body.kind} {body.shape} {body.mount} {body.what}".lower()))
         # A ball is hardly ever a ball joint.
-        found |= {body.kind, body.shape, body.mount} | (set(words) & language.known_kinds() - {"ball"})
+        found |= {body.kind, body.shape, body.mount} | (words & language.known_kinds() - {"ball"})
         if body.count > 1:
-            found |= {"line", "grid", "stack", "ring"}
+            found |= {"line", "grid", "stack", "ring"} if not words & language.COPIES else set()
     for part in ("measures", "events"):
         found |= {str(row.get("kind")) for row in getattr(plan.checks, part).values()}
     return found

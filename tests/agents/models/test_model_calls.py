@@ -172,7 +172,7 @@ def test_an_account_tells_now_from_before_and_sums_by_role_and_attempt(tmp_path:
     account.add("critic", 2, Reply("", 1_000, 0, None, 1.0, "mailbox", estimated=True))
     table = account.table()
     assert table[1][0] == "critic", "whoever took most comes first"
-    assert table[-1] == ("all", "2", "2", "~1,020", "~10", "$1.0000 + ?", "5 s")
+    assert table[-1] == ("all", "2", "2", "~1,020", "~0", "~10", "$1.0000 + ?", "5 s")
     assert [row[0] for row in table[3:-1]] == ["attempt 0", "attempt 1", "attempt 2"]
     assert account.as_dict()["roles"]["planner"]["tokens_before"] == 15
 

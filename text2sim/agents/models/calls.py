@@ -120,6 +120,8 @@ class Spent:
     """Calls that were answered from what was at hand."""
     tokens_in: int = 0
     tokens_out: int = 0
+    again: int = 0
+    """Of the tokens in: those that a prompt cache can serve, because an earlier letter began with them."""
     cost: float = 0.0
     """US dollars, as far as they are known."""
     unpriced: int = 0
@@ -148,14 +150,22 @@ class Account:
         self._lock = Lock()
         self._spent: dict[tuple[str, int], Spent] = {}
 
-    def add(self, role: str, attempt: int, reply: Reply) -> None:
-        """Count a reply. One that was restored counts as spent before; a free one takes nothing."""
+    def add(self, role: str, attempt: int, reply: Reply, again: int = 0) -> None:
+        """Count a reply. One that was restored counts as spent before; a free one takes nothing.
+
+        Args:
+            role: Who answered.
+            attempt: For which attempt.
+            reply: The reply.
+            again: Tokens of the letter that a prompt cache can serve.
+        """
         spent = Spent(calls=int(not reply.cached), cached=int(reply.cached))
         if not reply.free:
             cost = reply.cost or 0.0
             spent += Spent(
                 tokens_in=reply.tokens_in,
                 tokens_out=reply.tokens_out,
+                again=min(again, reply.tokens_in),
                 cost=cost,
                 unpriced=int(reply.cost is None),
                 estimated=int(reply.estimated),
@@ -181,7 +191,7 @@ class Account:
 
     def table(self) -> list[tuple[str, ...]]:
         """Rows for people: a head, the roles by what they took, the attempts, the sum of all."""
-        head = ("", "calls", "cached", "tokens in", "tokens out", "cost", "time")
+        head = ("", "calls", "cached", "tokens in", "of them again", "tokens out", "cost", "time")
         roles = sorted(self.by_role().items(), key=lambda row: -row[1].tokens)
         attempts = [(f"attempt {number}", spent) for number, spent in self.by_attempt().items()]
         return [head, *(_row(name, spent) for name, spent in [*roles, *attempts, ("all", self.total())])]
@@ -205,7 +215,7 @@ def _row(name: str, spent: Spent) -> tuple[str, ...]:
     paid = f"${spent.cost:.4f}" if spent.cost else ""
     if spent.unpriced:
         paid = f"{paid} + ?" if paid else "?"
-    tokens = (f"{about}{spent.tokens_in:,}", f"{about}{spent.tokens_out:,}")
+    tokens = (f"{about}{spent.tokens_in:,}", f"~{spent.again:,}", f"{about}{spent.tokens_out:,}")
     return (name, str(spent.calls), str(spent.cached), *tokens, paid, f"{spent.seconds:,.0f} s")
 
 

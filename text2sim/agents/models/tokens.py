@@ -2,6 +2,7 @@
 
 Text: tokens of the encoding cl100k where it is at hand without a network, else a quarter of the characters.
 Pictures: one token for 750 pixels, 1,600 at most. Each message takes four more.
+Prompt caches: providers keep what a conversation begins with, if that has 1,024 tokens or more, in steps of 128.
 """
 
 import importlib.util
@@ -18,6 +19,8 @@ from text2sim.agents.models.exchange import Image, Request
 MESSAGE = 4
 PIXELS = 750
 LARGEST = 1_600
+CACHED_FROM, CACHED_STEP = 1_024, 128
+"""Tokens from which, and steps in which, a beginning that was sent before costs less."""
 PIECE = 2_000
 """The encoder gets text in pieces: it is quadratic in the length of a run without spaces."""
 _CL100K = "9b5ad71b2ce5302211f9c61530b329a4922fc6a4"
@@ -52,6 +55,29 @@ def request_tokens(request: Request) -> int:
     return sum(
         MESSAGE + text_tokens(message.text) + sum(map(image_tokens, message.images)) for message in request.messages
     )
+
+
+class Beginnings:
+    """What was sent to each model so far: the beginning that a letter shares with an earlier one is in its cache.
+
+    Pictures end a beginning, so that the count is rather too low.
+    """
+
+    def __init__(self) -> None:
+        self._sent: dict[str, list[str]] = {}
+
+    def again(self, model: str, request: Request) -> int:
+        """Return how many tokens at the beginning of a request were sent to this model before; remember the request."""
+        text = ""
+        for message in request.messages:
+            text += f"{message.role}\n{message.text}\n"
+            if message.images:
+                break
+        earlier = self._sent.setdefault(model, [])
+        shared = max((os.path.commonprefix([text, other]) for other in earlier), key=len, default="")
+        earlier.append(text)
+        tokens = text_tokens(shared) if len(shared) >= CACHED_FROM else 0
+        return tokens // CACHED_STEP * CACHED_STEP if tokens >= CACHED_FROM else 0
 
 
 @lru_cache(maxsize=1)

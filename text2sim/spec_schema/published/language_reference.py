@@ -78,7 +78,7 @@ def section_text(section: Section, only: Collection[str] | None = None) -> str:
             lines += [f"{title[0].upper()}{title[1:]}:", "", *_yaml(text)]
         return "\n".join(lines)
     kinds = section_kinds(section.models)
-    shared = _shared(list(kinds.values()))
+    shared = shared_bases(list(kinds.values()))
     for base in shared:
         having = [f"`{kind}`" for kind, model in kinds.items() if issubclass(model, base)]
         who = f"every {section.noun} has" if len(having) == len(kinds) else f"{', '.join(having)} have"
@@ -93,8 +93,8 @@ def section_text(section: Section, only: Collection[str] | None = None) -> str:
     return "\n".join([*lines, *(["Other kinds:", "", *others, ""] if others else [])])
 
 
-def _shared(models: list[type[BaseModel]]) -> list[type[BaseModel]]:
-    """Classes from which several models of a union have fields: those are said once."""
+def shared_bases(models: list[type[BaseModel]]) -> list[type[BaseModel]]:
+    """Return classes from which several models of a union have fields: those are said once."""
     several = [base for model in models for base in model.__mro__[1:] if sum(issubclass(m, base) for m in models) > 1]
     return [
         base for base in dict.fromkeys(several) if issubclass(base, Model) and base is not Model and base not in models
@@ -110,6 +110,17 @@ def section_kinds(union: Any) -> dict[str, type[BaseModel]]:
 
 def _table(model: type[BaseModel], without: list[type[BaseModel]]) -> list[str]:
     """Table of a model's fields, but for those of some of its base classes."""
+    rows = [f"| `{key}` | {takes} | {default} | {doc} |" for key, takes, default, doc in field_rows(model, without)]
+    return ["| field | takes | if left out | meaning |", "|---|---|---|---|", *rows, ""] if rows else []
+
+
+def field_rows(model: type[BaseModel], without: Collection[type[BaseModel]] = ()) -> list[tuple[str, str, str, str]]:
+    """Return name, what it takes, what holds if it is left out, and meaning of a model's fields.
+
+    Args:
+        model: The model.
+        without: Base classes whose fields are left out.
+    """
     docs = field_docs(model)
     left_out = {name for base in without if issubclass(model, base) for name in base.model_fields}
     rows = []
@@ -117,10 +128,9 @@ def _table(model: type[BaseModel], without: list[type[BaseModel]]) -> list[str]:
         field = model.model_fields[attribute]
         if attribute in left_out or (key == "kind" and field.is_required() and attribute not in docs):
             continue
-        slot = meant(model, key, slot)
         default = "required" if field.is_required() else _default(field.default)
-        rows.append(f"| `{key}` | {_type(slot)} | {default} | {docs.get(attribute, '')} |")
-    return ["| field | takes | if left out | meaning |", "|---|---|---|---|", *rows, ""] if rows else []
+        rows.append((key, _type(meant(model, key, slot)), default, docs.get(attribute, "")))
+    return rows
 
 
 def _type(slot: Slot) -> str:

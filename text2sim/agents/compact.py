@@ -1,0 +1,120 @@
+"""The pages of the language in few words: what `docs/language.md` says, without its tables.
+
+Both are made from the models, so that neither can say other than the checker does.
+"""
+
+import re
+from collections.abc import Collection, Iterable
+
+from pydantic import BaseModel
+
+from text2sim.spec_schema.published.language_reference import field_rows, load_examples, section_kinds, shared_bases
+from text2sim.spec_schema.published.reference_sections import Section
+from text2sim.spec_schema.vocabulary.docstrings import model_doc
+
+_LINK = re.compile(r"\[([^\]\n]+)\]\(#[^)\n]*\)")
+_RULE = re.compile(r"^\|(?:-+\|)+\n", re.MULTILINE)
+_SHORTER = (
+    ("a number greater than ", "> "), ("a number of at least ", ">= "), ("a number from ", "number "),
+    ("a whole number", "int"), ("whole numbers", "ints"), (", and at most ", ", <= "), ("true or false", "bool"),
+    ("a number", "number"), ("a selector", "selector"), ("a name", "name"), ("one of ", ""),
+)  # fmt: skip
+
+
+def plain(text: str) -> str:
+    """Return Markdown without what only a browser needs."""
+    return _RULE.sub("", _LINK.sub(r"\1", text))
+
+
+def section_brief(section: Section, only: Collection[str] | None = None, *, intro: bool = True) -> str:
+    """Return a page in few words.
+
+    Args:
+        section: Which.
+        only: Kinds, or names of models, that are described; the other kinds are only named. All, if left out.
+        intro: Whether to say what the page begins with.
+    """
+    lines = [f"## {section.title}"]
+    if intro and section.intro:
+        lines += [plain(section.intro).strip()]
+    if isinstance(section.models, tuple):
+        for model in section.models:
+            if only is None or model.__name__ in only:
+                name = f"**{model.__name__}.** " if len(section.models) > 1 else ""
+                lines += [name + model_doc(model), *_fields(model, ())]
+        lines += [_example(text) for text in load_examples().get(section.examples, {}).values()]
+        return "\n".join(lines)
+    kinds = section_kinds(section.models)
+    told = [kind for kind in kinds if only is None or kind in only]
+    lines += kinds_brief(section, told)
+    if rest := [f"`{kind}`" for kind in kinds if kind not in told]:
+        lines.append(("Other kinds: " if told else "Kinds: ") + ", ".join(rest))
+    return "\n".join(lines)
+
+
+def kinds_line_by_line(section: Section) -> str:
+    """Return a page with a line and an example for each kind: enough to use most of them."""
+    examples = load_examples().get(section.examples, {})
+    lines = [f"## {section.title}", plain(section.intro).strip()]
+    models = section_kinds(section.models)
+    for base in shared_bases(list(models.values())):
+        having = [f"`{kind}`" for kind, model in models.items() if issubclass(model, base)]
+        names = ", ".join(f"`{key}`" for key, *_ in field_rows(base))
+        lines.append(f"{', '.join(having)}: {names}")
+    for kind, model in models.items():
+        text = " ".join(examples.get(kind, "").split()).partition(": ")[2]
+        own = [f"`{key}`" for key, _, default, _ in field_rows(model, shared_bases(list(models.values())))
+               if default != "required" and f"{key}:" not in text]  # fmt: skip
+        more = f"; also {', '.join(own)}" if own else ""
+        lines.append(f"- `{kind}`: {model_doc(model).partition('. ')[0].removesuffix('.')}. `{text}`{more}")
+    return "\n".join(lines)
+
+
+def kinds_brief(section: Section, told: Collection[str]) -> list[str]:
+    """Return what some kinds of a page are, and which fields they have: those that several have, once."""
+    kinds = {kind: model for kind, model in section_kinds(section.models).items() if kind in told}
+    everybody = list(section_kinds(section.models).values())
+    shared = shared_bases(everybody)
+    lines = []
+    for base in shared:
+        having = [f"`{kind}`" for kind, model in kinds.items() if issubclass(model, base)]
+        if having:
+            who = f"every {section.noun}" if all(issubclass(model, base) for model in everybody) else ", ".join(having)
+            inherited = [other for other in shared if other is not base and issubclass(base, other)]
+            rows = _fields(base, inherited)
+            lines += [f"Besides its own fields, {who} has:", *rows] if rows else []
+    examples = load_examples().get(section.examples, {})
+    for kind, model in kinds.items():
+        lines += [f"- `{kind}`: {model_doc(model)}", *(f"  {row}" for row in _fields(model, shared))]
+        if kind in examples:
+            lines.append(_example(examples[kind]))
+    return lines
+
+
+def fields_named(section: Section, words: Collection[str]) -> list[str]:
+    """Return the rows of those fields of a page's models that go by one of some words."""
+    models = section.models if isinstance(section.models, tuple) else ()
+    found = [(model.__name__, _fields(model, (), words)) for model in models]
+    return [row for name, rows in found if rows for row in (f"{name}:", *rows)]
+
+
+def _fields(
+    model: type[BaseModel], without: Iterable[type[BaseModel]], only: Collection[str] | None = None
+) -> list[str]:
+    """A row for each field; `*` marks those that are required."""
+    rows = []
+    for key, takes, default, doc in field_rows(model, list(without)):
+        if only is not None and key not in only:
+            continue
+        for long, short in _SHORTER:
+            takes = takes.replace(long, short)
+        star = "*" if default == "required" else ""
+        given = f"; {default.strip('`')}" if default and not star else ""
+        rows.append(f"- `{key}`{star} ({plain(takes)}{given}): {plain(doc)}".removesuffix(": "))
+    return rows
+
+
+def _example(text: str) -> str:
+    """An example: on the line, if it is one."""
+    text = text.strip("\n")
+    return f"  e.g. `{text}`" if "\n" not in text else f"```yaml\n{text}\n```"
