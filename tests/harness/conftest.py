@@ -61,21 +61,29 @@ class WrittenRun:
         dq: Any = 0.0,
         force: Any = 0.0,
         limits: Any = (None, None),
+        link: int = 0,
     ) -> None:
-        """Add a hinge or slider."""
+        """Add a hinge or slider that carries a link."""
         n = len(self.dofs)
         self.joints.append(
             {
                 "body": body,
                 "joint": joint,
                 "kind": kind,
-                "link": 0,
+                "link": link,
                 "q": [n, n + 1],
                 "dofs": [n, n + 1],
                 "limits": [list(limits)],
             }
         )
         self.dofs.append((q, dq, force))
+
+    def add_ball(self, body: str, joint: str, quat: Any, link: int = 0) -> None:
+        """Add a ball joint; its orientation is an array over all frames (F, 4). It has a row of `dofs` too many."""
+        n = len(self.dofs)
+        row = {"body": body, "joint": joint, "kind": "ball", "link": link, "q": [n, n + 4], "dofs": [n, n + 4]}
+        self.joints.append(row | {"limits": [[None, None]] * 3})
+        self.dofs += [(quat[:, k], 0.0, 0.0) for k in range(4)]
 
     def touch(
         self,

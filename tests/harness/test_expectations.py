@@ -70,6 +70,12 @@ def judge(ending: Ending = FINISHED, log: EventLog | None = None, **expect) -> F
         ({"measure": "hat", "during": "all", "stat": "mean", "equals": 0.75, "tolerance": 1e-6}, True),
         ({"measure": "hat", "during": "all", "stat": "range", "equals": 0.5, "tolerance": 1e-6}, True),
         ({"measure": "hat", "during": "all", "stat": "min", "below": 0.4}, False),
+        # hat - 0.75 goes evenly from -1/4 to 1/4: its standard deviation is 1/2 over sqrt(12).
+        ({"measure": "hat", "during": "all", "stat": "std", "equals": 0.5 / 12**0.5, "tolerance": 2e-4}, True),
+        ({"measure": "hat", "during": [0.5, "end"], "stat": "max", "above": 0.99}, True),
+        ({"measure": "hat", "during": [0.6, "end"], "stat": "max", "above": 0.91}, False),
+        ({"event": "late", "within": [0.8, "end"]}, True),
+        ({"event": "hit", "within": [0.8, "end"]}, False),
         ({"measure": "broken", "at": 0.5, "below": 2.0}, False),
         ({"measure": "broken", "during": "all", "below": 2.0}, False),
         ({"measure": "ghost", "at": 0.5, "below": 2.0}, False),
@@ -102,6 +108,7 @@ def test_of_a_finished_run(expect, ok):
         ({"measure": "ramp", "during": "all", "above": -1.0}, None),
         ({"measure": "ramp", "during": "all", "below": 5.0}, False),
         ({"measure": "ramp", "during": [0.7, 0.8], "above": 0.0}, None),
+        ({"measure": "ramp", "during": [0.2, "end"], "above": 0.0}, None),
         ({"measure": "ramp", "during": "all", "stat": "max", "above": 0.1}, None),
     ],
 )

@@ -262,3 +262,97 @@ def test_all_bodies_are_those_that_move_freely(new_run, measure):
     assert measure(folder, bodies=bodies, kind="momentum", axis="x").values[0] == 6.0
     assert measure(folder, bodies=bodies, kind="energy").values[0] == pytest.approx(9.0)
     assert measure(folder, bodies=bodies, kind="momentum", of="paddle", axis="x").values[0] == 50.0
+
+
+def test_angular_velocity_has_a_sign_and_a_frame(new_run, measure):
+    run = new_run()
+    # It lies on its side, z of the body along x of the world, and spins backwards about that.
+    run.add_link("ball", quat=turn(np.pi / 2, [0, 1, 0]), ang=(-4.0, 0, 0))
+    folder = run.write()
+    of = {"kind": "angular_velocity", "of": "ball"}
+    np.testing.assert_allclose(measure(folder, axis="x", **of).values, -4.0, atol=1e-6)
+    np.testing.assert_allclose(measure(folder, axis="z", frame="body", **of).values, -4.0, atol=1e-6)
+    np.testing.assert_allclose(measure(folder, axis="x", frame="body", **of).values, 0.0, atol=1e-6)
+    assert measure(folder, axis="x", **of).unit == "rad/s"
+
+
+def test_turns_of_a_free_body_add_up(new_run, measure):
+    run = new_run(duration=2.0)
+    # w = 20 t makes w t / 2 pi = 10 t^2 / (2 pi) turns: 6.4 in all, and the orientation shows no more than a part of one.
+    w = 20.0 * run.time
+    run.add_link("ball", quat=turn(10 * run.time**2, [0, 0, 1]), ang=np.outer(w, [0, 0, 1.0]))
+    turned = measure(run, kind="turns", of="ball", axis="z")
+    np.testing.assert_allclose(turned.values, 10 * run.time**2 / (2 * np.pi), atol=1e-5)
+    assert turned.unit == ""
+
+
+def test_angular_momentum_of_a_dumbbell(new_run, measure):
+    run = new_run()
+    # Two masses at +-r about an axis through a centre that drifts: L = 2 m r^2 w about it, whatever the drift.
+    w, r, m, drift = 3.0, 0.5, 2.0, np.array([1.0, 2.0, 0.0])
+    angle = w * run.time
+    arm = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle]) * r
+    around = np.column_stack([-np.sin(angle), np.cos(angle), 0 * angle]) * r * w
+    center = np.outer(run.time, drift) + [0, 1.0, 0]
+    for name, sign in (("a", 1.0), ("b", -1.0)):
+        run.add_link(name, mass=m, pos=center + sign * arm, vel=drift + sign * around, ang=(0, 0, w),
+                     quat=turn(angle, [0, 0, 1]), inertia=np.diag([0.1, 0.2, 0.3]))  # fmt: skip
+    folder = run.write()
+    of = {"bodies": ("a", "b"), "kind": "angular_momentum", "axis": "z"}
+    own = 2 * m * r**2 * w + 2 * 0.3 * w
+    found = measure(folder, **of)
+    np.testing.assert_allclose(found.values, own, rtol=1e-5)
+    assert found.unit == "kg m2/s"
+    # About the origin the drift counts as well: M (c x u), with c x u = -1 m^2/s here.
+    np.testing.assert_allclose(measure(folder, about=[0, 0, 0], **of).values, own + 2 * m * -1.0, rtol=1e-5)
+
+
+def test_standard_deviation_over_copies_and_over_time(new_run, measure, make_case):
+    run = new_run()
+    for i, x in enumerate((1.0, 2.0, 6.0)):
+        run.add_link(f"brick[{i}]", pos=(x, 0, 0))
+    spread = measure(run, bodies=("brick",), kind="position", axis="x", of="brick", stat="std")
+    np.testing.assert_allclose(spread.values, np.std([1, 2, 6]), rtol=1e-6)
+
+
+def test_change_is_counted_from_the_start_or_a_time(fall, measure):
+    folder = fall.write()
+    of = {"kind": "position", "of": "ball", "axis": "z"}
+    t = fall.time
+    np.testing.assert_allclose(measure(folder, change_from="start", **of).values, -G / 2 * t**2, atol=1e-5)
+    since = measure(folder, change_from=0.505, **of)  # between two frames, on a straight line
+    np.testing.assert_allclose(since.values, -G / 2 * (t**2 - (0.5**2 + 0.51**2) / 2), atol=1e-5)
+    assert since.unit == "m"
+    assert "ended at 1 s" in measure(folder, change_from=2.0, **of).problem
+
+
+def test_a_pattern_names_many_links(new_run, measure):
+    run = new_run(duration=0.1)
+    run.add_link("net", link="world", fixed=True)
+    for name, speed in (("x1_0", 1.0), ("x1_1", 2.0), ("y1_0", 6.0)):
+        run.add_link("net", link=name, vel=(speed, 0, 0), pos=(speed, 0, 0))
+    folder = run.write()
+    of = {"bodies": ("net",), "kind": "speed"}
+    assert measure(folder, of="net.x1_*", stat="mean", **of).values[0] == 1.5
+    assert measure(folder, of="net.*", stat="max", **of).values[0] == 6.0
+    assert measure(folder, of="net.*_0", stat="count", above=0.5, **of).values[0] == 2
+    assert "3 bodies" in measure(folder, of="net.*", **of).problem
+    assert "no link `z*`" in measure(folder, of="net.z*", stat="max", **of).problem
+    apart = measure(folder, bodies=("net",), kind="distance", between=["net.x1_0", "net.y*"])
+    assert apart.values[0] == 5.0
+
+
+def test_bend_of_hinges_and_balls(new_run, measure):
+    run = new_run()
+    run.add_link("arm", link="upper")
+    run.add_link("arm", link="lower")
+    run.add_joint("arm", "elbow", "hinge", q=0.5 - 2 * run.time, link=0)
+    run.add_ball("arm", "wrist", turn(0.4 + run.time, [0.6, 0, 0.8]), link=1)
+    folder = run.write()
+    of = {"bodies": ("arm",), "kind": "bend"}
+    np.testing.assert_allclose(measure(folder, of="arm.upper", **of).values, np.degrees(2 * run.time), atol=1e-4)
+    np.testing.assert_allclose(measure(folder, of="arm.lower", **of).values, np.degrees(run.time), atol=1e-4)
+    np.testing.assert_allclose(
+        measure(folder, of="arm", stat="mean", **of).values, np.degrees(1.5 * run.time), atol=1e-4
+    )
+    assert "2 joints" in measure(folder, of="arm", **of).problem

@@ -386,3 +386,37 @@ def test_a_body_that_became_no_number_does_not_stop_anything(small, measure):
         values = measure(folder, kind=kind, of="jelly", **extra).values
         assert np.isfinite(values[:5]).all()
         assert not np.isfinite(values[5:]).any()
+
+
+# --- how a cloth is bent ---------------------------------------------------------------
+
+
+def rolled(points, radius):
+    """Points (n, 3) of a flat sheet, laid on cylinders of radii (F,) about the y axis."""
+    angle = points[:, 0] / radius[:, None]
+    y = np.broadcast_to(points[:, 1], angle.shape)
+    return np.stack([radius[:, None] * np.sin(angle), y, radius[:, None] * (1 - np.cos(angle))], -1)
+
+
+@pytest.mark.parametrize("way", [0.0, 30.0, 45.0, 135.0])
+def test_a_rolled_sheet_is_curved_as_its_radius_says(small, measure, way):
+    points, faces = sheet(31, 21, 0.02)
+    around = np.radians(way)
+    turned = points @ np.array([[np.cos(around), np.sin(around), 0], [-np.sin(around), np.cos(around), 0], [0, 0, 1]])
+    radius = np.linspace(0.3, 2.0, 11)
+    small.add_soft("towel", rolled(turned, radius), kind="cloth", solver="pbd", spacing=0.02, point_faces=faces)
+    found = measure(small, {"towel": CLOTH}, kind="wrinkling", of="towel")
+    # A chord is shorter than its arc: (w / R)^2 / 24 for edges of length w.
+    np.testing.assert_allclose(found.values, 1 / radius, rtol=2e-3)
+    assert found.unit == "1/m"
+
+
+def test_waves_of_a_sheet(small, measure):
+    points, faces = sheet(121, 11, 0.01)
+    height, length = np.linspace(0, 0.004, 11), 0.2
+    waves = np.repeat(points[None], 11, axis=0)
+    waves[..., 2] = height[:, None] * np.sin(2 * np.pi * points[:, 0] / length)
+    small.add_soft("towel", waves, kind="cloth", solver="pbd", spacing=0.01, point_faces=faces)
+    found = measure(small, {"towel": CLOTH}, kind="wrinkling", of="towel").values
+    # The slope goes up and down by 4 atan(2 pi a / l) in one wave of length l: 8 pi a / l^2, for small slopes.
+    np.testing.assert_allclose(found, 8 * np.pi * height / length**2, rtol=0.02, atol=1e-4)

@@ -150,6 +150,15 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
     ),
     # measures
     ("needs-stat", MEASURE, None, {MEASURE: {"kind": "speed", "of": "brick"}}),
+    ("needs-stat", MEASURE, None, {MEASURE: {"kind": "speed", "of": "arm.*"}}),
+    ("needs-stat", MEASURE, None, {MEASURE: {"kind": "bend", "of": "arm"}}),
+    ("unknown-link", f"{MEASURE}/of", None, {MEASURE: {"kind": "speed", "of": "arm.wing_*", "stat": "max"}}),
+    (
+        "part-pattern",
+        f"{CONTROL}/body",
+        None,
+        {CONTROL: {"kind": "torque", "body": "arm.*", "torque": [0, 0, 1]}},
+    ),
     ("not-dynamic", f"{MEASURE}/of", None, {MEASURE: {"kind": "tilt", "of": "floor"}}),
     ("no-joint", f"{MEASURE}/of", None, {MEASURE: {"kind": "joint_velocity", "of": "ball"}}),
     ("itself", f"{MEASURE}/between/1", None, {MEASURE: {"kind": "distance", "between": ["ball", "ball"]}}),

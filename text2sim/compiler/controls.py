@@ -24,6 +24,7 @@ from text2sim.compiler.soft.controls import (
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import (
     Attach,
@@ -144,7 +145,7 @@ def _lower(
             )
         )
     elif isinstance(control, Force | Torque):
-        start, end = control.during or (0.0, FOREVER)
+        start, end = span_of(control.during, FOREVER)
         force = control.force if isinstance(control, Force) else (0.0, 0.0, 0.0)
         torque = control.torque if isinstance(control, Torque) else (0.0, 0.0, 0.0)
         point = points.on_link(copy, part, control.point) if isinstance(control, Force) else None

@@ -76,6 +76,7 @@ WATCHING = (
     "origin",
     "outside",
     "reduce",
+    "since_start",
     "size",
     "velocity",
 )

@@ -6,6 +6,7 @@ from text2sim.compiler.film_cameras import Ball, Ground, check_targets, derived_
 from text2sim.compiler.film_lights import resolve_light
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
+from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.render import Render
 
 __all__ = ["Ball", "check_targets", "resolve_render"]
@@ -29,7 +30,7 @@ def resolve_render(
         balls: Balls around the pieces of each copy at the start, in the world.
         points: Finds links and regions of bodies.
     """
-    start, end = render.during or (0.0, duration)
+    start, end = span_of(render.during, duration)
     end = min(end, duration)
     width, height = render.resolution
     ground = Ground(placed, moving, balls, points, width / height)

@@ -4,7 +4,7 @@ import re
 
 from text2sim.compiler.placing.placement import Copy
 
-SELECTOR = re.compile(r"(?P<body>\w+)(?:\[(?P<index>[^\]]+)\])?(?:\.(?P<part>\w+))?\Z")
+SELECTOR = re.compile(r"(?P<body>\w+)(?:\[(?P<index>[^\]]+)\])?(?:\.(?P<part>[\w*]+))?\Z")
 
 
 def split(selector: str) -> tuple[str, str | None, str | None]:

@@ -98,7 +98,7 @@ class _Writer:
             raise UnseenError(f"the engine does not tell of contacts in this contact model, so `{name}` is not seen")
         sets = []
         for selector in event.between:
-            chosen, part = select(selector, self.copies)
+            chosen, part = self._chosen(selector)
             if is_soft(chosen[0].model):
                 raise UnseenError(
                     f"`{name}` is of a body that deforms, whose contacts the engine does not tell; a threshold of a "
@@ -109,6 +109,15 @@ class _Writer:
 
     def _value(self, name: str) -> Code:
         measure = self.loaded.case.actions.measures[name]
+        if measure.change_from is None:
+            return self._whole(name, measure)
+        if measure.change_from in ("start", 0.0):
+            return _call("since_start", self._whole(name, measure))
+        raise UnseenError(
+            f"a program cannot see `{name}`, whose change it counts from a later time; from the start it can"
+        )
+
+    def _whole(self, name: str, measure: measures.Measure) -> Code:
         if isinstance(measure, measures.Distance):
             first, second = (self._named_places(selector) for selector in measure.between)
             pairs = [Code(f"({a}, {b})") for one, a in first for other, b in second if one != other]
@@ -142,19 +151,25 @@ class _Writer:
             raise UnseenError(f"a program cannot see how many there are of `{name}`; use another stat")
         return _call("reduce", measure.stat, _list(values))
 
-    def _joints(self, selector: str) -> list[Code]:
+    def _chosen(self, selector: str) -> tuple[list[Copy], str | None]:
         chosen, part = select(selector, self.copies)
+        if part is not None and "*" in part:
+            raise UnseenError(f"a program looks at one link or joint at a time, and `{selector}` may mean several")
+        return chosen, part
+
+    def _joints(self, selector: str) -> list[Code]:
+        chosen, part = self._chosen(selector)
         return [_call("joint", Code("scene"), _body(copy), part or copy.body) for copy in chosen]
 
     def _places(self, selector: str, region: object = None) -> list[Code]:
         return [code for _, code in self._named_places(selector, region)]
 
     def _named_places(self, selector: str, region: object = None) -> list[tuple[str, Code]]:
-        chosen, part = select(selector, self.copies)
+        chosen, part = self._chosen(selector)
         return [(copy.name, self._of(copy, part, region, "origin", "center")) for copy in chosen]
 
     def _velocities(self, selector: str, region: object) -> list[Code]:
-        chosen, part = select(selector, self.copies)
+        chosen, part = self._chosen(selector)
         return [self._of(copy, part, region, "velocity", "center_velocity") for copy in chosen]
 
     def _of(self, copy: Copy, part: str | None, region: object, rigid: str, deformable: str) -> Code:

@@ -9,6 +9,7 @@ import numpy as np
 from text2sim.harness.events import EventLog
 from text2sim.harness.measures import Series
 from text2sim.harness.states import Array
+from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.expectations import Expect
 
 HAIR = 1e-9
@@ -108,7 +109,7 @@ class _Judge:
     # --- events ---
 
     def _never(self, expect: Expect) -> tuple[bool | None, float | None, str]:
-        first, last = expect.within or (0.0, self.ending.duration)
+        first, last = span_of(expect.within, self.ending.duration)
         times = [row["time"] for row in self.events.occurrences[expect.event or ""]]
         inside = [t for t in times if first - HAIR <= t <= last + HAIR or (expect.within is None)]
         if inside:
@@ -130,11 +131,15 @@ class _Judge:
         said = f"first happened at {first:.4g} s{_more(times)}" if first is not None else "never happened"
         open_end = self.ending.early
         if first is None and (expect.count is None or _counts(expect.count)[0] > 0):
-            until = expect.within[1] if expect.within else self.ending.duration
+            _, until = span_of(expect.within, self.ending.duration)
             if open_end and not self.ending.reached(until):
                 return self._unreached("and it had not happened")
             return False, value, said
-        if expect.within is not None and first is not None and not self._inside(first, expect.within):
+        if (
+            expect.within is not None
+            and first is not None
+            and not self._inside(first, span_of(expect.within, self.ending.duration))
+        ):
             return False, value, said
         if expect.count is not None:
             low, high = _counts(expect.count)
@@ -177,7 +182,7 @@ class _Judge:
         return _holds(expect, value), _finite(value), f"{_number(value, series.unit)} at {at:.4g} s"
 
     def _during(self, expect: Expect, series: Series) -> tuple[bool | None, float | None, str]:
-        first, last = expect.during if isinstance(expect.during, tuple) else (0.0, self.ending.duration)
+        first, last = span_of(_window(expect), self.ending.duration)
         if not len(self.time) or first > self.ending.end + HAIR and not self.ending.finished:
             return self._unreached(f"before {first:.4g} s")
         time, values = self._clip(first, last, series.values)
@@ -222,6 +227,8 @@ def _stat(stat: str, time: Array, values: Array) -> float:
     if stat == "mean":
         span = time[-1] - time[0]
         return float(np.trapezoid(values, time) / span) if span > 0 else float(values.mean())
+    if stat == "std":
+        return float(np.sqrt(_stat("mean", time, (values - _stat("mean", time, values)) ** 2)))
     return float({"max": values.max, "min": values.min, "range": lambda: values.max() - values.min()}[stat]())
 
 
@@ -262,9 +269,18 @@ def _more(times: list[float]) -> str:
     return f", {len(times)} times in all" if len(times) > 1 else ""
 
 
+def _window(expect: Expect) -> tuple[float, float | str] | None:
+    return expect.during if isinstance(expect.during, tuple) else None
+
+
+def _span(window: tuple[float, float | str]) -> str:
+    first, last = window
+    return f"from {first:g} s to {'the end' if isinstance(last, str) else f'{last:g} s'}"
+
+
 def wanted_of_event(expect: Expect) -> str:
     """Return what is wanted of an event, in words."""
-    span = f"from {expect.within[0]:g} s to {expect.within[1]:g} s" if expect.within else ""
+    span = _span(expect.within) if expect.within else ""
     if expect.never:
         return f"`{expect.event}` never happens {span}".rstrip()
     words = [f"`{expect.event}` happens"]
@@ -289,6 +305,6 @@ def wanted_of_measure(expect: Expect, unit: str) -> str:
     if expect.at is not None:
         when = f"at the {expect.at}" if isinstance(expect.at, str) else f"at {expect.at:g} s"
     else:
-        span = expect.during if isinstance(expect.during, tuple) else None
-        when = f"from {span[0]:g} s to {span[1]:g} s" if span else "all the time"
+        span = _window(expect)
+        when = _span(span) if span else "all the time"
     return f"{subject} {' and '.join(bounds)} {when}"

@@ -15,7 +15,7 @@ import numpy as np
 
 from text2sim.harness import soft_measures
 from text2sim.harness.deformation import DeformationError
-from text2sim.harness.geometry import depth_inside, reach, rotate
+from text2sim.harness.geometry import depth_inside, reach, rotate, rotate_back
 from text2sim.harness.recording import Recording, links_of, soft_of
 from text2sim.harness.selection import SelectionError, Target
 from text2sim.harness.states import Array, JointRecord
@@ -28,6 +28,9 @@ _UNITS = {
     "velocity": "m/s",
     "speed": "m/s",
     "angular_speed": "rad/s",
+    "angular_velocity": "rad/s",
+    "turns": "",
+    "bend": "deg",
     "displacement": "m",
     "tilt": "deg",
     "extent": "m",
@@ -37,6 +40,7 @@ _UNITS = {
     "penetration": "m",
     "energy": "J",
     "momentum": "kg m/s",
+    "angular_momentum": "kg m2/s",
     "count_in": "",
     **soft_measures.UNITS,
 }
@@ -71,12 +75,24 @@ def evaluate(recording: Recording) -> dict[str, Series]:
         try:
             with np.errstate(all="ignore"):  # a diverged run holds numbers that overflow
                 values, unit = _value(recording, measure)
-            found[name] = Series(name, unit, np.asarray(values, dtype=float))
+                values = _changed(recording.states.time, np.asarray(values, dtype=float), measure.change_from)
+            found[name] = Series(name, unit, values)
         except (SelectionError, MeasureError, DeformationError) as error:
             found[name] = Series(
                 name, _UNITS.get(measure.kind, ""), np.full(recording.states.frames, np.nan), str(error)
             )
     return found
+
+
+def _changed(time: Array, values: Array, since: str | float | None) -> Array:
+    """x(t) - x(t0), between frames on a straight line."""
+    if since is None or not len(time):
+        return values
+    if isinstance(since, str):
+        return values - values[0]
+    if since > time[-1] + 1e-9:
+        raise MeasureError(f"its change is counted from {since:g} s, and the run ended at {time[-1]:.4g} s")
+    return values - np.interp(since, time, values)
 
 
 def _value(recording: Recording, measure: measures.Measure) -> tuple[Array, str]:
@@ -90,6 +106,9 @@ def _value(recording: Recording, measure: measures.Measure) -> tuple[Array, str]
         values = [_joint(recording, measure.kind, joint) for _, joint in joints]
         unit = _JOINT_UNITS[measure.kind][kinds.pop()]
         return _reduce(measure, values), "" if measure.stat == "count" else unit
+    if isinstance(measure, measures.Bend):
+        values = [_bend(recording, joint) for joint in recording.cast.select_bends(measure.of)]
+        return _reduce(measure, values, "joints"), "" if measure.stat == "count" else "deg"
     plain = getattr(measure, "stat", None) == "count" or getattr(measure, "relative", False)
     unit = "" if plain else _UNITS[measure.kind]
     if measure.kind in _PER_TARGET:
@@ -98,16 +117,16 @@ def _value(recording: Recording, measure: measures.Measure) -> tuple[Array, str]
     return _COLLECTIVE[measure.kind](recording, measure), unit
 
 
-def _reduce(measure: Any, values: list[Array]) -> Array:
+def _reduce(measure: Any, values: list[Array], what: str = "bodies") -> Array:
     """Make one series of several copies.
 
-    `max`, `min`, `mean` and `sum` are what they are called, `range` is max - min, `count` is the number of
-    those whose value is above and below the bounds.
+    `max`, `min`, `mean` and `sum` are what they are called, `std` is sqrt(mean of (x - mean)^2), `range` is max - min,
+    `count` is the number of those whose value is above and below the bounds.
     """
     stack = np.stack(values)
     if measure.stat is None:
         if len(values) > 1:
-            raise MeasureError(f"{measure.of} means {len(values)} bodies: `stat` says how they become one number")
+            raise MeasureError(f"{measure.of} means {len(values)} {what}: `stat` says how they become one number")
         return stack[0]
     if measure.stat == "count":
         above = stack > (-np.inf if measure.above is None else measure.above)
@@ -161,6 +180,22 @@ def _angular_speed(recording: Recording, measure: Any, target: Target) -> Array:
     return np.linalg.norm(recording.states.ang[:, target.root].astype(float), axis=1)
 
 
+def _angular_velocity(recording: Recording, measure: Any, target: Target) -> Array:
+    """W . a, with a an axis of the world, or one that turns with the body."""
+    _needs_frame(target, measure.kind)
+    turning = recording.states.ang[:, target.root].astype(float)
+    if measure.frame == "body":
+        turning = rotate_back(recording.states.quat[:, target.root].astype(float), turning)
+    return turning[:, _COLUMN[measure.axis]]
+
+
+def _turns(recording: Recording, measure: measures.Turns, target: Target) -> Array:
+    """Integral of w . a dt over 2 pi, by trapezoids between frames: w of the engine, so that no turn is missed."""
+    rate = _angular_velocity(recording, measure, target)
+    steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(recording.states.time)
+    return np.concatenate([[0.0], np.cumsum(steps)])[: len(rate)] / (2.0 * np.pi)
+
+
 def _displacement(recording: Recording, measure: measures.Displacement, target: Target) -> Array:
     """|x(t) - x(0)|, or its component along an axis."""
     origin = _path(recording, measure, target)
@@ -187,11 +222,24 @@ def _joint(recording: Recording, kind: str, joint: JointRecord) -> Array:
     return rows[:, joint.dof[0]].astype(float)
 
 
+def _bend(recording: Recording, joint: JointRecord) -> Array:
+    """Angle [deg] between q(0) and q(t): of hinges |q - q0|, of balls 2 atan2(|v|, |w|) of the quaternion q0* q."""
+    q = recording.states.qpos[:, slice(*joint.q)].astype(float)
+    if joint.kind == "hinge":
+        return np.degrees(np.abs(q - q[:1]).ravel())
+    w, v = q[:, :1], q[:, 1:]
+    w0, v0 = q[:1, :1], q[:1, 1:]
+    turned = np.linalg.norm(w0 * v - w * v0 - np.cross(v0, v), axis=1)
+    return np.degrees(2.0 * np.arctan2(turned, np.abs((q * q[:1]).sum(axis=1))))
+
+
 _PER_TARGET: dict[str, Callable[[Recording, Any, Target], Array]] = {
     "position": _position,
     "velocity": _velocity,
     "speed": _speed,
     "angular_speed": _angular_speed,
+    "angular_velocity": _angular_velocity,
+    "turns": _turns,
     "displacement": _displacement,
     "tilt": _tilt,
 }
@@ -319,6 +367,28 @@ def _momentum(recording: Recording, measure: measures.Momentum) -> Array:
     return total
 
 
+def _angular_momentum(recording: Recording, measure: measures.AngularMomentum) -> Array:
+    """Sum of m (x - c) x (v - u) + R I R^T w along an axis: c is the common centre of mass, u its velocity.
+
+    About a point that is given, c is that point, and u is zero.
+    """
+    targets, states = _targets(recording, measure.of), recording.states
+    for target in targets:
+        _needs_frame(target, "angular_momentum")
+    links = links_of(targets)
+    masses = recording.masses[links]
+    x, v = recording.centers(links), states.vel[:, links].astype(float)
+    if measure.about is not None:
+        x = x - np.array(measure.about)
+    elif masses.sum() > 0.0:
+        shares = masses / masses.sum()
+        x, v = x - (shares @ x)[:, None], v - (shares @ v)[:, None]
+    quat = states.quat[:, links].astype(float)
+    own = np.einsum("nij,fnj->fni", recording.inertias[links], rotate_back(quat, states.ang[:, links].astype(float)))
+    total = (masses[:, None] * np.cross(x, v) + rotate(quat, own)).sum(axis=1)
+    return total[:, _COLUMN[measure.axis]]
+
+
 def _count_in(recording: Recording, measure: measures.CountIn) -> Array:
     """Number of copies whose origin (of bodies that deform: centre of mass) lies in the region or on its surface."""
     inside = [depth_inside(measure.region, recording.origin(t)) >= 0 for t in recording.cast.select(measure.of)]
@@ -333,6 +403,7 @@ _COLLECTIVE: dict[str, Callable[[Recording, Any], Array]] = {
     "penetration": _penetration,
     "energy": _energy,
     "momentum": _momentum,
+    "angular_momentum": _angular_momentum,
     "count_in": _count_in,
     **soft_measures.MEASURES,
 }

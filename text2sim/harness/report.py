@@ -17,6 +17,7 @@ from text2sim.harness.recording import Recording
 from text2sim.harness.run_files import read_events, read_films, read_json, read_measures, read_text
 from text2sim.harness.states import Array
 from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.expectations import Expect
 
@@ -154,12 +155,13 @@ def bound_of(name: str, expect: Expect, measure: str, evidence: dict[str, Any], 
         time: Times of the measure [s].
     """
     # The mean or the range of a measure is no bound on its values.
-    if expect.measure != measure or expect.stat in ("mean", "range") or not len(time):
+    if expect.measure != measure or expect.stat in ("mean", "std", "range") or not len(time):
         return None
     if expect.at is not None:
         start = end = moment(expect.at, time)
     else:
-        start, end = expect.during if isinstance(expect.during, tuple) else (float(time[0]), float(time[-1]))
+        window = expect.during if isinstance(expect.during, tuple) else (float(time[0]), float(time[-1]))
+        start, end = span_of(window, float(time[-1]))
     low, high = expect.above, expect.below
     if expect.equals is not None and expect.tolerance is not None:
         low, high = expect.equals - expect.tolerance, expect.equals + expect.tolerance

@@ -1,6 +1,5 @@
 """Which recorded copies, links and joints a selector of the language means."""
 
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,10 +8,7 @@ import numpy as np
 
 from text2sim.harness.states import Array, JointRecord, RunStates
 from text2sim.spec_schema.models.case import Case
-
-_SELECTOR = re.compile(r"(?P<body>\w+)(?:\[(?P<index>[\d:*]+)\])?(?:\.(?P<part>\w+))?\Z")
-WORLD = "world"
-"""Name that models in files give to the link that stands for the world."""
+from text2sim.spec_schema.names.selectors import WORLD, named_by, parse_selector
 
 
 class SelectionError(LookupError):
@@ -108,11 +104,11 @@ class Cast:
         for target in chosen:
             if target.soft is not None:
                 raise SelectionError(f"{target.copy} deforms, it has no links (asked for {selector})")
-            links = [i for i in target.links if self.states.links[i].name == part]
-            if not links:
-                names = ", ".join(self.states.links[i].name for i in target.links)
-                raise SelectionError(f"{target.copy} has no link `{part}` (it has {names})")
-            found.append(Target(f"{target.copy}.{part}", target.copy, (links[0],), links[0], part))
+            links = {self.states.links[i].name: i for i in reversed(target.links)}
+            meant = named_by(part, reversed(links))
+            if not meant:
+                raise SelectionError(f"{target.copy} has no link `{part}` (it has {', '.join(reversed(links))})")
+            found += [Target(f"{target.copy}.{n}", target.copy, (links[n],), links[n], n) for n in meant]
         return found
 
     def select_joints(self, selector: str) -> list[tuple[str, JointRecord]]:
@@ -128,30 +124,38 @@ class Cast:
                 raise SelectionError(f"{target.copy} deforms, it has no joints (asked for {selector})")
             joints = [j for j in self.states.joints if j.body == target.copy and j.kind != "fixed"]
             if part is not None:
-                joints = [j for j in joints if j.name == part]
-            if len(joints) != 1:
+                meant = named_by(part, [j.name for j in joints])
+                joints = [j for j in joints if j.name in meant]
+            if not joints or (len(joints) > 1 and "*" not in (part or "")):
                 has = f"{len(joints)} joints, name one of them" if joints else "no such joint"
                 raise SelectionError(f"{target.copy}{'.' + part if part else ''}: {has}")
-            found.append((f"{target.copy}.{part}" if part else target.copy, joints[0]))
+            found += [(f"{target.copy}.{joint.name}" if part else target.copy, joint) for joint in joints]
+        return found
+
+    def select_bends(self, selector: str) -> list[JointRecord]:
+        """Return the hinges and balls of what a selector means; of links, those by which they hang on others.
+
+        Raises:
+            SelectionError: if there are none.
+        """
+        links = {link for target in self.select(selector) for link in target.links}
+        found = [joint for joint in self.states.joints if joint.link in links and joint.kind in ("hinge", "ball")]
+        if not found:
+            raise SelectionError(f"{selector} has no hinge and no ball joint that could bend")
         return found
 
     def _select_copies(self, selector: str) -> tuple[list[Target], str | None]:
-        match = _SELECTOR.match(selector)
-        if match is None:
-            raise SelectionError(f"`{selector}` is no selector")
-        all_copies = [target for name, target in self.copies.items() if base_name(name) == match["body"]]
+        try:
+            wanted = parse_selector(selector)
+        except ValueError:
+            raise SelectionError(f"`{selector}` is no selector") from None
+        all_copies = [target for name, target in self.copies.items() if base_name(name) == wanted.body]
         if not all_copies:
-            raise SelectionError(f"`{match['body']}` was not recorded")
-        index = match["index"]
-        chosen = all_copies
-        if index is not None and index != "*":
-            first, _, last = index.partition(":")
-            chosen = all_copies[int(first) : int(last)] if last else all_copies[int(first) : int(first) + 1]
+            raise SelectionError(f"`{wanted.body}` was not recorded")
+        chosen = all_copies[wanted.first : wanted.last]
         if not chosen:
-            raise SelectionError(
-                f"`{match['body']}` has {len(all_copies)} copies, counted from 0 (asked for {selector})"
-            )
-        return chosen, match["part"]
+            raise SelectionError(f"`{wanted.body}` has {len(all_copies)} copies, counted from 0 (asked for {selector})")
+        return chosen, wanted.part
 
     def groups(self, targets: Iterable[Target]) -> Array:
         """Return for each link the number of the target that it belongs to, or -1, shape (L,).

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.compiler.soft.regions import LAYER
-from text2sim.harness import deformation, folds
+from text2sim.harness import curvature, deformation, folds
 from text2sim.harness.deformables import Deformable
 from text2sim.harness.gaps import Nearest, nearest_cloud, nearest_solid
 from text2sim.harness.geometry import depth_inside
@@ -21,6 +21,7 @@ UNITS = {
     "volume": "m3",
     "stretch": "",
     "strain": "",
+    "wrinkling": "1/m",
     "folded_area": "m2",
     "gap": "m",
     "self_penetration": "m",
@@ -120,6 +121,12 @@ def spread(values: Sequence[Array], stat: str) -> Array:
     return np.partition(rows, at, axis=1)[:, at].astype(float) if rows.size else np.zeros(len(rows))
 
 
+def _wrinkling(recording: Recording, measure: measures.Wrinkling) -> Array:
+    """Mean of |k1| + |k2| over the area of all cloths."""
+    found = [curvature.curvatures(body) for body in deformables(recording, measure.of)]
+    return np.sum([total for total, _ in found], axis=0) / np.sum([area for _, area in found], axis=0)
+
+
 def _folded_area(recording: Recording, measure: measures.FoldedArea) -> Array:
     """Sum over cloths of the area of all layers, seen along the axis, less that of the shadow."""
     bodies = deformables(recording, measure.of)
@@ -205,6 +212,7 @@ MEASURES: dict[str, Callable[[Recording, Any], Array]] = {
     "volume": _volume,
     "stretch": _stretch,
     "strain": _strain,
+    "wrinkling": _wrinkling,
     "folded_area": _folded_area,
     "gap": _gap,
     "self_penetration": _self_penetration,

@@ -79,6 +79,8 @@ class JointRecord:
     """Its columns of `dofs_velocity` and `dofs_force`, from and to."""
     limits: tuple[float | None, float | None]
     """[rad or m]; None where it has none."""
+    link: int = -1
+    """Column of the link that it carries."""
 
 
 @dataclass(frozen=True)
@@ -240,5 +242,5 @@ def _joint(row: dict[str, Any]) -> JointRecord:
     (q0, q1), (d0, d1) = row["q"], row["dofs"]
     return JointRecord(
         str(row["body"]), str(row["joint"]), str(row["kind"]), (int(q0), int(q1)), (int(d0), int(d1)),
-        (None if low is None else float(low), None if high is None else float(high)),
+        (None if low is None else float(low), None if high is None else float(high)), int(row.get("link", -1)),
     )  # fmt: skip

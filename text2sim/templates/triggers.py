@@ -14,6 +14,7 @@ REDUCE = {
     "max": np.max,
     "min": np.min,
     "mean": np.mean,
+    "std": np.std,
     "sum": np.sum,
     "range": np.ptp,
 }
@@ -166,6 +167,12 @@ def moved(place, axis=None):
 def distance(pairs):
     """Distance of the nearest pair of places [m]."""
     return lambda: min(np.linalg.norm(first() - second()) for first, second in pairs)
+
+
+def since_start(value):
+    """How much a number has changed since now."""
+    start = value()
+    return lambda: value() - start
 
 
 def reduce(how, values):

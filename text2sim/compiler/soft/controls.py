@@ -13,6 +13,7 @@ from text2sim.compiler.soft.regions import region_finder
 from text2sim.compiler.soft.scales import Scales
 from text2sim.compiler.soft.solvers import solver_of
 from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.controls import Attach, Force, Impulse, Release
 from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
 from text2sim.spec_schema.models.regions import BodyRegion
@@ -66,7 +67,7 @@ class SoftControls:
             assert not isinstance(control.point, tuple)
             region = self.finder(copy, control.point)
             return Push(copy.name, pose, region, control.impulse, None, 0.0, control.at, control.at, line, name)
-        start, end = control.during or (0.0, FOREVER)
+        start, end = span_of(control.during, FOREVER)
         scale = None if control.scale == 1.0 else constructor(control.scale)
         region = self.finder(copy, control.region)
         return Push(copy.name, pose, region, control.force, scale, control.drag, start, end, line, name)
@@ -115,7 +116,7 @@ def ends_of(loaded: LoadedCase, name: str) -> list[float | str]:
 
 def lower_field(control: ANY_FIELD, line: int, name: str) -> Field:
     """Return the row of a field."""
-    start, end = control.during or (0.0, FOREVER)
+    start, end = span_of(control.during, FOREVER)
     return Field(_make(control), start, end, line, name)
 
 

@@ -10,6 +10,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.schedules import value_at
 from text2sim.compiler.shapes.geometry import Bounds
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_unit
+from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid, SliderMount
 from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.fields import Attraction, Vortex, Wind
@@ -102,7 +103,7 @@ def _blow(flights: dict[str, Vec], field: Control, copy: Copy, duration: float) 
     """Take in how far a field takes a body: along a wind, around a whirl, to what attracts it."""
     if not isinstance(field, Wind | Vortex | Attraction):
         return
-    start, end = field.during or (0.0, duration)
+    start, end = span_of(field.during, duration)
     square = max(min(end, duration) - start, 0.0) ** 2 / 2
     if isinstance(field, Wind):
         _fly(flights, copy.name, vector_unit(field.direction), min(field.acceleration * square, FARTHEST / 2))

@@ -122,7 +122,7 @@ def _swinging(facts: Facts) -> Iterator[Problem]:
 def _hangs(facts: Facts, measure: str) -> bool:
     """Whether a measure is the angle of hinges that gravity alone turns."""
     found = facts.case.actions.measures.get(measure)
-    if not isinstance(found, JointPosition) or found.stat in ("count", "sum", "range"):
+    if not isinstance(found, JointPosition) or found.stat in ("count", "sum", "std", "range"):
         return False
     targets = targets_of(facts).select(found.of)
     for target in targets:
@@ -137,7 +137,7 @@ def _hangs(facts: Facts, measure: str) -> bool:
 def _driven_to(facts: Facts, measure: str | None) -> float | None:
     """Farthest position [rad] to which the hinges of a measure are driven; None if that is not all that turns them."""
     found = facts.case.actions.measures.get(measure or "")
-    if not isinstance(found, JointPosition) or found.stat in ("count", "sum", "range"):
+    if not isinstance(found, JointPosition) or found.stat in ("count", "sum", "std", "range"):
         return None
     most = 0.0
     for target in targets_of(facts).select(found.of):

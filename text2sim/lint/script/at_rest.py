@@ -22,6 +22,7 @@ from text2sim.lint.script.starts import resting
 from text2sim.lint.script.targets import targets_of
 from text2sim.lint.script.values import JOINTS, subjects, values_of
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.controls import Attach, Release
 from text2sim.spec_schema.models.expectations import Expect
 
@@ -94,7 +95,7 @@ def _passes(facts: Facts, expect: Expect) -> bool:
         if between is not None and not known.never and _may_touch(facts, between):
             return False
     if expect.never:
-        first, last = expect.within or (0.0, facts.case.scene.duration)
+        first, last = span_of(expect.within, facts.case.scene.duration)
         return not any(first <= time <= last for time in times)
     if expect.before is not None:
         return False
@@ -103,7 +104,8 @@ def _passes(facts: Facts, expect: Expect) -> bool:
         low, high = expect.count
     if not isinstance(low, int) or not low <= len(times) <= high:  # type: ignore[operator]
         return False
-    return expect.within is None or not times or expect.within[0] <= times[0] <= expect.within[1]
+    first, last = span_of(expect.within, facts.case.scene.duration)
+    return expect.within is None or not times or first <= times[0] <= last
 
 
 def _measure(facts: Facts, expect: Expect) -> bool:
@@ -116,7 +118,7 @@ def _measure(facts: Facts, expect: Expect) -> bool:
     if value is None:
         return False
     asked = asked_of(expect, facts.case.scene.duration)
-    if asked.stat == "range":
+    if asked.stat in ("range", "std"):
         value = 0.0
     return asked.low < value < asked.high
 

@@ -12,6 +12,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.outcomes import Asked, asked_of, bound_of
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.names.circles import find_circles
 
@@ -52,6 +53,8 @@ def _clash(a: Asked, b: Asked) -> bool:
         return max(a.first, b.first) <= min(a.last, b.last) and max(a.low, b.low) >= min(a.high, b.high)
     if b.stat == "range":
         return b.first >= a.first and b.last <= a.last and a.high - a.low <= b.low
+    if b.stat == "std":  # at most half of the range
+        return b.first >= a.first and b.last <= a.last and a.high - a.low <= 2 * b.low
     covered = b.first >= a.first and b.last <= a.last
     if covered and (a.high <= b.low or a.low >= b.high):
         return True
@@ -70,7 +73,7 @@ def _times(expect: Expect) -> tuple[int, float]:
 
 def _at_odds(a: Expect, b: Expect, duration: float) -> str:
     """Why two expectations of one event cannot both hold."""
-    first, second = a.within or (0.0, duration), b.within or (0.0, duration)
+    first, second = span_of(a.within, duration), span_of(b.within, duration)
     if a.never and b.never:
         return ""
     if a.never or b.never:
@@ -96,7 +99,8 @@ def _order(facts: Facts, events: dict[str, list[tuple[str, Expect]]]) -> Iterato
             where = ("actions", "expect", name, "before")
             follows[event] = other
             start = (expect.within or (0.0, 0.0))[0]
-            ends = [rival.within[1] for _, rival in events.get(other, []) if rival.within and _times(rival)[0] > 0]
+            rivals = [rival for _, rival in events.get(other, []) if rival.within and _times(rival)[0] > 0]
+            ends = [span_of(rival.within, facts.case.scene.duration)[1] for rival in rivals]
             if any(end <= start for end in ends):
                 text = f"`{other}` is to happen by {min(ends):g} s, and `{event}` not before {start:g} s"
                 yield facts.problem("contradiction", where, text)

@@ -101,9 +101,11 @@ def _poor(facts: Facts) -> Iterator[Problem]:
         measure = facts.case.actions.measures[expect.measure or ""]
         asked = asked_of(expect, facts.case.scene.duration)
         high = measure.kind == "position" and measure.axis == "z"
-        if not high and measure.kind != "speed" or asked.stat == "range":
+        if not high and measure.kind != "speed" or asked.stat in ("std", "range"):
             continue
-        if getattr(measure, "stat", None) in ("count", "sum", "range") or values_of(facts, expect.measure or "").frozen:
+        if measure.change_from is not None or getattr(measure, "stat", None) in ("count", "sum", "std", "range"):
+            continue
+        if values_of(facts, expect.measure or "").frozen:
             continue
         targets = subjects(facts, measure)
         masses = [facts.masses.get(target.copy.name, 0.0) if target.link is None else 0.0 for target in targets]

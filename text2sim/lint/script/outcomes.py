@@ -16,6 +16,7 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.script.happenings import happening_of
 from text2sim.lint.script.values import Values, values_of
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.text.document import Path
 
@@ -33,7 +34,7 @@ class Asked:
     last: float
     """From and to [s]."""
     stat: str
-    """`all` values, or max, min, mean, range of them."""
+    """`all` values, or max, min, mean, std, range of them."""
 
 
 def asked_of(expect: Expect, duration: float) -> Asked:
@@ -47,7 +48,7 @@ def asked_of(expect: Expect, duration: float) -> Asked:
     if expect.at is not None:
         at = {"start": 0.0, "end": duration}.get(str(expect.at), expect.at)
         return Asked(low, high, float(at), float(at), "all")
-    first, last = expect.during if isinstance(expect.during, tuple) else (0.0, duration)
+    first, last = span_of(expect.during if isinstance(expect.during, tuple) else None, duration)
     return Asked(low, high, first, last, expect.stat or "all")
 
 
@@ -68,7 +69,7 @@ def _measures(facts: Facts) -> Iterator[tuple[str, Expect, Asked, Values]]:
 def _verdict(asked: Asked, values: Values) -> tuple[str, str]:
     """What is certain (`holds`, `fails`, or nothing), and why."""
     low, high = values.low, values.high
-    if asked.stat == "range":
+    if asked.stat in ("range", "std"):
         low, high = 0.0, high - low if inf not in (high, -low) else inf
     unit = f" {values.unit}".rstrip()
     if high <= asked.low or low >= asked.high:
@@ -132,7 +133,7 @@ def _too_early(facts: Facts, expect: Expect) -> tuple[str, str]:
     known = happening_of(facts, expect.event or "")
     if known.never:
         return "", ""  # that is said of the event
-    first, last = expect.within or (0.0, facts.case.scene.duration)
+    first, last = span_of(expect.within, facts.case.scene.duration)
     if expect.never:
         inside = [time for time in known.at or () if first <= time <= last]
         if inside:

@@ -21,6 +21,7 @@ from text2sim.lint.parts import union
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, vector
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.controls import Force, Impulse, Torque
 
 OFF = 0.1
@@ -104,7 +105,7 @@ def _unfelt(facts: Facts) -> Iterator[Problem]:
     for name, control in facts.case.actions.controls.items():
         if not isinstance(control, Force | Torque) or control.during is None or control.during[0] >= duration:
             continue
-        start, end = control.during
+        start, end = span_of(control.during, duration)
         where = ("actions", "controls", name, "during")
         first = ceil((start - 1e-9) / dt)
         if end < FOREVER and first * dt + 1e-9 >= end:

@@ -19,6 +19,7 @@ from text2sim.lint.script.starts import depth_inside
 from text2sim.lint.script.targets import Target, targets_of
 from text2sim.lint.script.values import values_of
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.base import span_of
 
 MANY = 2_000
 """Pairs of bodies that are looked at, at most."""
@@ -33,15 +34,20 @@ def _soon(facts: Facts) -> Iterator[Problem]:
             if expect.never or expect.within is None or expect.count in (0, (0, 0)):
                 continue
             way = _way(facts, actions.events[expect.event])
-            if not causes.reaches(way, expect.within[1]):
-                text = f"`{expect.event}` needs a way of {way:.3g} m" + _late(causes, way, expect.within[1])
+            _, last = span_of(expect.within, facts.case.scene.duration)
+            if not causes.reaches(way, last):
+                text = f"`{expect.event}` needs a way of {way:.3g} m" + _late(causes, way, last)
                 yield facts.problem("too-soon", (*where, "within"), text)
         elif expect.measure is not None:
             asked, values = asked_of(expect, facts.case.scene.duration), values_of(facts, expect.measure)
             measure = actions.measures[expect.measure]
-            if measure.kind not in ("position", "displacement") or asked.stat in ("mean", "range"):
+            if measure.kind not in ("position", "displacement") or asked.stat in ("mean", "std", "range"):
                 continue
-            if values.start is None or values.frozen or getattr(measure, "stat", None) in ("count", "sum", "range"):
+            if (
+                values.start is None
+                or values.frozen
+                or getattr(measure, "stat", None) in ("count", "sum", "std", "range")
+            ):
                 continue
             # A smallest value that has to be low may come at the end of the span; an all-the-time begins at once.
             by = asked.first if asked.stat == "all" else asked.last

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from math import dist, inf, sqrt
+from statistics import pstdev
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
@@ -39,9 +40,11 @@ def resting(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | No
     """Return the value of a measure while nothing moves; None if it is not known."""
     if not targets or any(not target.known for target in targets):
         return None
-    if measure.kind in ("velocity", "speed", "angular_speed"):
+    if measure.change_from is not None:
+        return 0.0
+    if measure.kind in ("velocity", "speed", "angular_speed", "angular_velocity", "turns"):
         return _reduced(measure, [0.0 for _ in targets])
-    if measure.kind == "momentum" or (measure.kind == "energy" and measure.part == "kinetic"):
+    if measure.kind in ("momentum", "angular_momentum") or (measure.kind == "energy" and measure.part == "kinetic"):
         return 0.0
     if any(target.driven for target in targets) and measure.kind in ("displacement", "tilt"):
         return _reduced(measure, [0.0 for _ in targets])
@@ -57,6 +60,8 @@ def _reduced(measure: Any, values: list[float]) -> float | None:
         return float(sum(above < value < below for value in values))
     if measure.stat == "range":
         return max(values) - min(values)
+    if measure.stat == "std":
+        return pstdev(values)
     if measure.stat in ("sum", "mean"):
         return sum(values) / (len(values) if measure.stat == "mean" else 1)
     if measure.stat is None and len(values) > 1:
@@ -93,6 +98,13 @@ def spin_at_start(facts: Facts, target: Target) -> float | None:
     if not rows:
         return 0.0
     return norm(rows[0].angular) if len(rows) == 1 else None
+
+
+def _turning(facts: Facts, measure: Any, target: Target) -> float | None:
+    rows = velocities_of(facts, target.copy)
+    if not rows:
+        return 0.0
+    return rows[0].angular[COLUMN[measure.axis]] if len(rows) == 1 and measure.frame == "world" else None
 
 
 def _component(facts: Facts, measure: Any, target: Target) -> float | None:
@@ -147,6 +159,9 @@ _OF_ONE: dict[str, Callable[[Facts, Any, Target], float | None]] = {
     "velocity": _component,
     "speed": _speed,
     "angular_speed": lambda facts, measure, target: spin_at_start(facts, target),
+    "angular_velocity": _turning,
+    "turns": lambda facts, measure, target: 0.0,
+    "bend": lambda facts, measure, target: 0.0,
     "displacement": lambda facts, measure, target: 0.0,
     "tilt": lambda facts, measure, target: 0.0,
 }

@@ -7,6 +7,7 @@ from text2sim.compiler.selection import select
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.trees.tree import StandingLink, tree_links
 from text2sim.lint.facts import Facts
+from text2sim.spec_schema.names.selectors import named_by
 
 
 @dataclass(frozen=True)
@@ -51,8 +52,14 @@ class Targets:
                 copies, part = select(selector, self.facts.placed)
             except LookupError:
                 copies, part = [], None
-            self._found[selector] = [self._target(copy, part) for copy in copies]
+            found = [self._target(copy, name) for copy in copies for name in self._names(copy, part)]
+            self._found[selector] = found
         return self._found[selector]
+
+    def _names(self, copy: Copy, part: str | None) -> list[str | None]:
+        """Links that a pattern means; without one, the link itself, or the whole copy."""
+        tree = self.facts.tree(copy) if part is not None and "*" in part else None
+        return [part] if tree is None or part is None else [*named_by(part, [link.name for link in tree.links()])]
 
     def _target(self, copy: Copy, part: str | None) -> Target:
         tree, driven = self.facts.tree(copy), self.facts.mount(copy) == "driven"

@@ -5,7 +5,7 @@ from limits that the engine enforces (a motor's largest force, `scene.max_speed`
 far bodies can get that the world holds. Ranges of joints are soft, and count with a tenth to spare.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import dist, inf
 from typing import Any
 
@@ -21,13 +21,23 @@ from text2sim.spec_schema.models import measures
 JOINTS = ("joint_position", "joint_velocity", "joint_force")
 UNITS = {
     **{kind: "m" for kind in ("position", "displacement", "extent", "distance", "penetration")},
-    **{"velocity": "m/s", "speed": "m/s", "angular_speed": "rad/s", "tilt": "deg"},
+    **{"velocity": "m/s", "speed": "m/s", "angular_speed": "rad/s", "angular_velocity": "rad/s"},
+    **{"tilt": "deg", "bend": "deg", "angular_momentum": "kg m2/s", "wrinkling": "1/m"},
     **{"contact_force": "N", "energy": "J", "momentum": "kg m/s"},
 }
-OF_THE_FRAME = ("position", "displacement", "tilt", "angular_speed", "distance", "count_in")
+OF_THE_FRAME = (
+    "position",
+    "displacement",
+    "tilt",
+    "angular_speed",
+    "angular_velocity",
+    "turns",
+    "distance",
+    "count_in",
+)
 """Measures of the frame of a body's root; the others are of all its links."""
 OF_CONTACTS = ("contact_force", "contact_count", "penetration")
-NOT_NEGATIVE = ("angular_speed", "distance", "strain", "self_penetration", *OF_CONTACTS)
+NOT_NEGATIVE = ("angular_speed", "distance", "strain", "wrinkling", "bend", "self_penetration", *OF_CONTACTS)
 TINY = 1e-6
 """No edge shrinks to this part of its length."""
 ROUND = 0.02
@@ -61,8 +71,21 @@ class _Known(dict[str, Values]):
         self.facts = facts
 
     def __missing__(self, name: str) -> Values:
-        self[name] = _values(self.facts, self.facts.case.actions.measures[name])
+        measure = self.facts.case.actions.measures[name]
+        self[name] = _changes(_values(self.facts, measure), measure.change_from)
         return self[name]
+
+
+def _changes(values: Values, since: str | float | None) -> Values:
+    """What is known of the change of a measure since the start or some time, from what is known of itself."""
+    if since is None:
+        return values
+    if values.frozen:
+        return replace(values, low=0.0, high=0.0, start=0.0)
+    if since == "start" and values.start is not None:
+        return replace(values, low=values.low - values.start, high=values.high - values.start, start=0.0)
+    width = values.high - values.low
+    return replace(values, low=-width, high=width, start=0.0 if since in ("start", 0.0) else None)
 
 
 def values_of(facts: Facts, name: str) -> Values:
@@ -105,6 +128,8 @@ def _reduced(facts: Facts, measure: Any, targets: list[Target], stat: str | None
         return 0.0, float(len(targets)), f"`{measure.of}` means {len(targets)}"
     if stat == "range":
         return 0.0, high - low, "a range is not negative"
+    if stat == "std":
+        return 0.0, (high - low) / 2, "a standard deviation is not negative, and at most half of the range"
     if stat == "sum":
         return low * len(targets), high * len(targets), why
     return low, high, why
@@ -178,7 +203,7 @@ def _of_joints(facts: Facts, measure: Any, targets: list[Target]) -> Values:
     mechanics = mechanics_of(facts)
     found = [mechanics.swing(target.copy, target.link or target.copy.body) for target in targets]
     swings = [swing for swing in found if swing is not None]
-    if len(swings) < len(found) or measure.stat in ("count", "sum", "range"):
+    if len(swings) < len(found) or measure.stat in ("count", "sum", "std", "range"):
         return Values()
     unit, force = swings[0].units
     ranges = [swing.joint.range for swing in swings]

@@ -53,8 +53,8 @@ def _nonzero(value: tuple[float, ...]) -> tuple[float, ...]:
     return value
 
 
-def _ordered(value: tuple[float, float]) -> tuple[float, float]:
-    if value[1] < value[0]:
+def _ordered(value: tuple[float, float | str]) -> tuple[float, float | str]:
+    if not isinstance(value[1], str) and value[1] < value[0]:
         raise ValueError(f"the second number must not be smaller than the first (got {value[0]:g} and {value[1]:g})")
     return value
 
@@ -67,10 +67,22 @@ Size2 = tuple[Positive, Positive]
 Size3 = tuple[Positive, Positive, Positive]
 Quat = Annotated[tuple[Real, Real, Real, Real], AfterValidator(_nonzero)]
 """Orientation (w, x, y, z); normalised when it is resolved."""
-Window = Annotated[tuple[Seconds, Seconds], AfterValidator(_ordered)]
-"""A span of simulated time [s], (from, to)."""
+Window = Annotated[tuple[Seconds, Seconds | Literal["end"]], AfterValidator(_ordered)]
+"""A span of simulated time [s], (from, to); `end` is when the run is over."""
 Range = Annotated[tuple[Real, Real], AfterValidator(_ordered)]
 """A lowest and a highest value."""
+
+
+def span_of(window: tuple[float, float | str] | None, end: float) -> tuple[float, float]:
+    """Return the times [s] from and to which a window reaches; all of the run, if there is none.
+
+    Args:
+        window: From and to, which may be `end`.
+        end: When the run is over [s].
+    """
+    first, last = window or (0.0, end)
+    return first, end if isinstance(last, str) else last
+
 
 Name = Annotated[
     str,
@@ -81,11 +93,13 @@ Name = Annotated[
 
 Selector = Annotated[
     str,
-    StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*(\[(\d{1,6}|\*|\d{1,6}:\d{1,6})\])?(\.[A-Za-z][A-Za-z0-9_]*)?$"),
-    Noun("a selector", "selectors", "`brick`, `brick[*]`, `brick[3]`, `brick[2:5]` or `arm.hand`"),
+    StringConstraints(
+        pattern=r"^[A-Za-z][A-Za-z0-9_]*(\[(\d{1,6}|\*|\d{1,6}:\d{1,6})\])?(\.([A-Za-z]|\*)[A-Za-z0-9_*]*)?$"
+    ),
+    Noun("a selector", "selectors", "`brick`, `brick[*]`, `brick[3]`, `brick[2:5]`, `arm.hand` or `net.x5_*`"),
 ]
 """Which bodies: ``brick`` (every copy), ``brick[3]``, ``brick[2:5]`` (2, 3, 4), ``arm.hand`` (a link or
-joint)."""
+joint), ``net.x5_*`` (all links or joints whose names begin so)."""
 
 AxisName = Literal["x", "y", "z"]
 AXES: dict[str, tuple[float, float, float]] = {

@@ -31,8 +31,8 @@ class Expect(Model):
     """Time [s] at which the measure is read."""
     during: Window | Literal["all"] | None = None
     """Span [s] over which it is taken: every value must hold, or `stat` of them."""
-    stat: Literal["max", "min", "mean", "range"] | None = None
-    """With `during`: one number for the span."""
+    stat: Literal["max", "min", "mean", "std", "range"] | None = None
+    """With `during`: one number for the span; `std` is the standard deviation from its mean."""
     above: Real | None = None
     """It is larger than this."""
     below: Real | None = None

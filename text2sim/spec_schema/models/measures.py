@@ -4,28 +4,30 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.models.base import AxisName, Model, Real, Selector
+from text2sim.spec_schema.models.base import AxisName, Real, Selector, Vec3
 from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.soft_measures import (
     FoldedArea,
     Gap,
+    Measured,
     SelfPenetration,
     ShareIn,
     Strain,
     Stretch,
     Volume,
+    Wrinkling,
 )
 from text2sim.spec_schema.models.space import Region
 
-Stat = Literal["max", "min", "mean", "sum", "range", "count"]
+Stat = Literal["max", "min", "mean", "std", "sum", "range", "count"]
 
 
-class _Of(Model):
+class _Of(Measured):
     of: Selector
-    """A body, its copies, or a link of it."""
+    """A body, its copies, or links of it (`net.x5_*`)."""
     stat: Stat | None = None
-    """How several copies become one number; needed if there are several. `count` counts those that are
-    `above` or `below`."""
+    """How several copies or links become one number; needed if there are several. `std` is their standard deviation,
+    `count` counts those that are `above` or `below`."""
     above: Real | None = None
     """With `stat: count`."""
     below: Real | None = None
@@ -67,9 +69,41 @@ class Speed(_OfRegion):
 
 
 class AngularSpeed(_Of):
-    """Angular speed [rad/s]."""
+    """Angular speed [rad/s]: how fast it turns, about whatever axis."""
 
     kind: Literal["angular_speed"]
+
+
+class _Turning(_Of):
+    axis: AxisName
+    """About which axis; positive is counterclockwise, seen from where the axis points to."""
+    frame: Literal["world", "body"] = "world"
+    """Whose axis: that of the world, or the body's own, which turns with it."""
+
+
+class AngularVelocity(_Turning):
+    """A component of the angular velocity [rad/s], with its sign."""
+
+    kind: Literal["angular_velocity"]
+
+
+class Turns(_Turning):
+    """How often a body has turned about an axis since the start, with its sign: 0.5 is half a turn.
+
+    It is the integral of `angular_velocity`: whole turns add up, for a free body too.
+    """
+
+    kind: Literal["turns"]
+
+
+class Bend(_Of):
+    """Angle [deg] between a link and the one that carries it, less that at the start: how far a joint is bent.
+
+    Of chains, nets, ropes, dolls and mechanisms, whose joints are hinges and balls. All joints of a body are meant
+    unless links are named; the root of a free body has none.
+    """
+
+    kind: Literal["bend"]
 
 
 class Displacement(_OfRegion):
@@ -109,7 +143,7 @@ class JointForce(_Of):
     kind: Literal["joint_force"]
 
 
-class Extent(Model):
+class Extent(Measured):
     """How far bodies reach along an axis [m], from the corners of their shapes."""
 
     kind: Literal["extent"]
@@ -121,7 +155,7 @@ class Extent(Model):
     """The highest or lowest coordinate of all, or the difference."""
 
 
-class Distance(Model):
+class Distance(Measured):
     """Distance [m] between the origins of two bodies; of the nearest pair, if there are several."""
 
     kind: Literal["distance"]
@@ -129,7 +163,7 @@ class Distance(Model):
     """Two bodies, links, or sets of copies."""
 
 
-class ContactForce(Model):
+class ContactForce(Measured):
     """Size [N] of the sum of contact forces on a body (from another, if `by` is given)."""
 
     kind: Literal["contact_force"]
@@ -139,7 +173,7 @@ class ContactForce(Model):
     """What pushes; anything if left out."""
 
 
-class ContactCount(Model):
+class ContactCount(Measured):
     """How many pairs of bodies touch: those of `of` with anything, or with `by`."""
 
     kind: Literal["contact_count"]
@@ -149,7 +183,7 @@ class ContactCount(Model):
     """What they touch; anything if left out."""
 
 
-class Penetration(Model):
+class Penetration(Measured):
     """Deepest overlap [m] of touching bodies: of `of` with anything (or with `by`)."""
 
     kind: Literal["penetration"]
@@ -159,7 +193,7 @@ class Penetration(Model):
     """What they overlap with; anything if left out."""
 
 
-class Energy(Model):
+class Energy(Measured):
     """Mechanical energy [J] of bodies; potential energy is zero at z = 0."""
 
     kind: Literal["energy"]
@@ -169,7 +203,7 @@ class Energy(Model):
     """Which part of it."""
 
 
-class Momentum(Model):
+class Momentum(Measured):
     """Linear momentum [kg m/s] of bodies along an axis."""
 
     kind: Literal["momentum"]
@@ -179,7 +213,19 @@ class Momentum(Model):
     """Which component."""
 
 
-class CountIn(Model):
+class AngularMomentum(Measured):
+    """Angular momentum [kg m2/s] of bodies, about an axis of the world."""
+
+    kind: Literal["angular_momentum"]
+    of: Selector | None = None
+    """All bodies if left out. Bodies that deform have none here."""
+    axis: AxisName
+    """Which component."""
+    about: Vec3 | None = None
+    """A point [m] of the axis; if left out, the common centre of mass of the bodies, which moves with them."""
+
+
+class CountIn(Measured):
     """How many copies have their origin in a region."""
 
     kind: Literal["count_in"]
@@ -194,11 +240,14 @@ Measure = Annotated[
     | Velocity
     | Speed
     | AngularSpeed
+    | AngularVelocity
+    | Turns
     | Displacement
     | Tilt
     | JointPosition
     | JointVelocity
     | JointForce
+    | Bend
     | Extent
     | Distance
     | ContactForce
@@ -206,10 +255,12 @@ Measure = Annotated[
     | Penetration
     | Energy
     | Momentum
+    | AngularMomentum
     | CountIn
     | Volume
     | Stretch
     | Strain
+    | Wrinkling
     | FoldedArea
     | Gap
     | SelfPenetration

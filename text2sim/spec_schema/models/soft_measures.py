@@ -2,13 +2,20 @@
 
 from typing import Literal
 
-from text2sim.spec_schema.models.base import AxisName, Bool, Model, Selector
+from text2sim.spec_schema.models.base import AxisName, Bool, Model, Seconds, Selector
 from text2sim.spec_schema.models.space import Region
 
 SpreadStat = Literal["max", "min", "mean", "p99"]
 
 
-class Volume(Model):
+class Measured(Model):
+    """What every measure has."""
+
+    change_from: Literal["start"] | Seconds | None = None
+    """The value less that at the start, or at this time [s]: by how much it has changed."""
+
+
+class Volume(Measured):
     """Volume [m3] inside the surface of soft bodies, together."""
 
     kind: Literal["volume"]
@@ -18,7 +25,7 @@ class Volume(Model):
     """As a part of the volume at the start."""
 
 
-class Stretch(Model):
+class Stretch(Measured):
     """Length of the edges of a body's surface over their lengths at the start; 1 is unstretched."""
 
     kind: Literal["stretch"]
@@ -28,7 +35,7 @@ class Stretch(Model):
     """Of all edges; `p99` is what 99 of 100 stay below."""
 
 
-class Strain(Model):
+class Strain(Measured):
     """Equivalent strain (von Mises) of the inside of soft bodies; 0 is undeformed, whatever the body's turn.
 
     It is that of the Green-Lagrange strain.
@@ -41,7 +48,20 @@ class Strain(Model):
     """Of all elements or particles."""
 
 
-class FoldedArea(Model):
+class Wrinkling(Measured):
+    """How much a cloth is wrinkled [1/m]: the mean curvature of its surface, in any direction, without sign.
+
+    It comes from the angles between neighbouring triangles. A flat cloth has 0, one that is rolled to a radius R has
+    1/R, and flat waves of height +-a and length l have `8 pi a / l^2`: many small folds count more than a few large
+    ones.
+    """
+
+    kind: Literal["wrinkling"]
+    of: Selector
+    """A cloth or its copies."""
+
+
+class FoldedArea(Measured):
     """Area [m2] of a cloth that other parts of it hide, seen along an axis.
 
     That is the area of all its layers as they are seen, less that of their shadow: a towel folded in half hides half of
@@ -55,7 +75,7 @@ class FoldedArea(Model):
     """Direction from which it is seen."""
 
 
-class Gap(Model):
+class Gap(Measured):
     """Smallest distance [m] between a body that deforms and another; negative: how deep it is in something rigid.
 
     It counts from the points of the body: particles of pbd rest half their distance above what carries them, particles
@@ -69,7 +89,7 @@ class Gap(Model):
     """Another body or static, or its copies."""
 
 
-class SelfPenetration(Model):
+class SelfPenetration(Measured):
     """How far [m] parts of one cloth that are no neighbours come nearer to each other than its thickness."""
 
     kind: Literal["self_penetration"]
@@ -77,7 +97,7 @@ class SelfPenetration(Model):
     """A cloth or its copies."""
 
 
-class ShareIn(Model):
+class ShareIn(Measured):
     """Part (0 to 1) of the mass of bodies that lies in a region: how much sand has run through."""
 
     kind: Literal["share_in"]

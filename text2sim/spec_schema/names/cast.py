@@ -9,7 +9,7 @@ from text2sim.spec_schema.load import LoadedCase
 from text2sim.spec_schema.models.bodies import DEFORMABLE, Articulated, Driven, Rigid
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.names.copies import count_copies
-from text2sim.spec_schema.names.selectors import Selection, parse_selector
+from text2sim.spec_schema.names.selectors import Selection, named_by, parse_selector
 from text2sim.spec_schema.text.document import Path
 
 
@@ -32,7 +32,7 @@ class Member:
     """Name of the body or static."""
     model: Any
     count: int
-    """How many copies are meant."""
+    """How many copies are meant; where a pattern names links or joints, how many of these."""
     part: str | None
     """Link or joint, if one is named."""
 
@@ -98,7 +98,9 @@ class Cast:
         """Add a problem."""
         self.problems.append(self.loaded.problem(where, message, key=key, rule=rule, hint=hint, severity=severity))
 
-    def find(self, selector: str, where: Path, *, parts: bool = True, joint: bool = False) -> Member | None:
+    def find(
+        self, selector: str, where: Path, *, parts: bool = True, joint: bool = False, many: bool = False
+    ) -> Member | None:
         """Return what a selector means, or report why it means nothing.
 
         Args:
@@ -106,6 +108,7 @@ class Cast:
             where: Where it stands.
             parts: Whether a link or joint may be named.
             joint: Whether that is a joint, where links and joints have different names.
+            many: Whether a pattern may name several links or joints.
         """
         chosen = parse_selector(selector)
         model = self.bodies.get(chosen.body) or self.statics.get(chosen.body)
@@ -117,12 +120,28 @@ class Cast:
         copies = self.copies(chosen.body, model)
         if not self._counted(chosen, model, copies, where):
             return None
+        count = chosen.count(copies)
         if chosen.part is not None:
+            if "*" in chosen.part and not (many and parts):
+                message = f"one is meant here, and `{chosen.part}` may name many; give the name of one link"
+                self.report(where, message, "part-pattern")
+                return None
             if not self._has_part(chosen.part, chosen.body, model, where, parts):
                 return None
             if not self._has_known_part(chosen.part, chosen.body, where, joint):
                 return None
-        return Member(selector, chosen.body, model, chosen.count(copies), chosen.part)
+            if "*" in chosen.part:
+                count *= len(named_by(chosen.part, self._names(chosen.body, model, joint))) or 1
+        return Member(selector, chosen.body, model, count, chosen.part)
+
+    def _names(self, name: str, model: Any, joint: bool) -> list[str]:
+        """Names of the links or joints of a body, as far as they are known."""
+        if name in self.parts:
+            return list(self.parts[name].joints if joint and self.parts[name].joints else self.parts[name].links)
+        links = getattr(model, "links", None)
+        if not isinstance(links, dict):
+            return []
+        return [key for key, link in links.items() if not joint or getattr(link.joint, "kind", "fixed") != "fixed"]
 
     def _counted(self, chosen: Selection, model: Any, copies: int, where: Path) -> bool:
         name = chosen.body
@@ -151,7 +170,7 @@ class Cast:
         if isinstance(model, Static | Driven | Rigid) or model.kind in DEFORMABLE:
             self.report(where, f"`{name}` is one body without links", "unknown-link", name)
             return False
-        if isinstance(model, Articulated) and model.links is not None and part not in model.links:
+        if isinstance(model, Articulated) and model.links is not None and not named_by(part, model.links):
             message = f"`{name}` has no link `{part}`" + _listed(list(model.links))
             self.report(where, message, "unknown-link", nearest(part, model.links))
             return False
@@ -164,7 +183,7 @@ class Cast:
         known = self.parts[name]
         names = list(known.joints) if joint else list(known.links)
         # Of chains, nets and ragdolls no joint has a name, and why none can be driven is said elsewhere.
-        if part in names or (joint and not names and part in known.links):
+        if named_by(part, names) or (joint and not names and named_by(part, known.links)):
             return True
         what, other = ("joint", "link") if joint else ("link", "joint")
         elsewhere = part in (known.links if joint else known.joints)

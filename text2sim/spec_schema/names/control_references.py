@@ -3,6 +3,7 @@
 from typing import Any
 
 from text2sim.spec_schema.errors import SpecError, nearest
+from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.bodies import Articulated, HingeMount, Ragdoll, Rigid, Rope, SliderMount
 from text2sim.spec_schema.models.controls import (
     Attach,
@@ -47,7 +48,7 @@ def check_controls(cast: Cast) -> None:
             if start >= duration:
                 message = f"comes when the run is over ({duration:g} s)"
                 cast.report((*where, field), message, "after-end", severity="warning")
-        if during is not None and during[0] == during[1]:
+        if during is not None and during[0] == span_of(during, duration)[1]:
             blow = "; a blow is `kind: impulse`, in N s" if isinstance(control, Force) else ""
             message = f"a span from {during[0]:g} s to the same time holds no time step; let it end later{blow}"
             cast.report((*where, "during"), message, "empty-span")

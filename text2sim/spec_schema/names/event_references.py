@@ -37,7 +37,7 @@ def check_events(cast: Cast) -> None:
 
 
 def _check_pair(cast: Cast, where: Path, event: events.ContactEvent | events.SeparationEvent) -> None:
-    found = [cast.find(selector, (*where, "between", index)) for index, selector in enumerate(event.between)]
+    found = [cast.find(selector, (*where, "between", index), many=True) for index, selector in enumerate(event.between)]
     first, second = found
     if any(member is not None and deforms(member) for member in found):
         if isinstance(event, events.ContactEvent) and event.min_impulse > 0:

@@ -1,6 +1,7 @@
 """Whether expectations are about something, and whether anything could satisfy them."""
 
 from text2sim.spec_schema.errors import nearest
+from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.names.cast import Cast
 from text2sim.spec_schema.names.event_references import prescribed
@@ -47,7 +48,8 @@ def _check_measure(cast: Cast, where: Path, expect: Expect) -> None:
         cast.report((*where, "measure"), message, "driven-subject", severity="warning")
     if isinstance(expect.at, float) and expect.at > duration:
         cast.report((*where, "at"), f"the run is over by then ({duration:g} s)", "after-end")
-    if isinstance(expect.during, tuple) and expect.during[1] > duration:
+    window = expect.during if isinstance(expect.during, tuple) else None
+    if max(span_of(window, duration)) > duration:
         cast.report((*where, "during"), f"the run is over by then ({duration:g} s)", "after-end")
     low, high = _bounds(expect)
     if low >= high:

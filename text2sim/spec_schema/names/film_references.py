@@ -3,6 +3,7 @@
 from typing import Any
 
 from text2sim.spec_schema.errors import nearest
+from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.regions import BodyPoint
 from text2sim.spec_schema.names.cast import Cast
 from text2sim.spec_schema.text.document import Path
@@ -48,7 +49,7 @@ def _check_targets(cast: Cast, where: Path, thing: Any) -> None:
 def _check_shots(cast: Cast) -> None:
     scene, render = cast.loaded.case.scene, cast.loaded.case.render
     known = list(render.cameras) or [DERIVED]
-    start, end = render.during or (0.0, scene.duration)
+    start, end = span_of(render.during, scene.duration)
     for name, shot in render.shots.items():
         where: Path = ("render", "shots", name)
         if shot.camera not in known:
@@ -69,7 +70,7 @@ def _check_shots(cast: Cast) -> None:
 
 def _check_length(cast: Cast) -> None:
     scene, render = cast.loaded.case.scene, cast.loaded.case.render
-    start, end = render.during or (0.0, scene.duration)
+    start, end = span_of(render.during, scene.duration)
     if start >= scene.duration:
         message = f"the film would start when the run is over ({scene.duration:g} s)"
         cast.report(("render", "during"), message, "after-end")

@@ -1,6 +1,7 @@
 """Whether what measures look at is there, and has what is measured."""
 
 from text2sim.spec_schema.models import measures
+from text2sim.spec_schema.models.bodies import Articulated, Chain, Net, Ragdoll, Rigid, Rope
 from text2sim.spec_schema.names.cast import Cast, Member
 from text2sim.spec_schema.names.control_references import check_joint
 from text2sim.spec_schema.names.soft_control_references import deforms
@@ -25,7 +26,7 @@ def check_measures(cast: Cast) -> None:
             continue
         if measure.kind in CONTACT_KINDS:
             by = getattr(measure, "by", None)
-            other = cast.find(by, (*where, "by")) if by is not None else None
+            other = cast.find(by, (*where, "by"), many=True) if by is not None else None
             if other is not None:
                 check_other_side(cast, where, measure, other)
             sides = [*measured(cast, measure), other]
@@ -35,7 +36,7 @@ def check_measures(cast: Cast) -> None:
         if measure.of is None:
             continue
         joint = isinstance(measure, JOINT_KINDS)
-        member = cast.find(measure.of, (*where, "of"), joint=joint)
+        member = cast.find(measure.of, (*where, "of"), joint=joint, many=True)
         if member is not None:
             _check_subject(cast, where, measure, member)
 
@@ -49,7 +50,7 @@ def measured(cast: Cast, measure: measures.Measure) -> list[Member]:
         selectors = (measure.of, measure.to)
     else:
         selectors = (measure.of,)
-    found = [quiet.find(selector, ()) for selector in selectors if selector is not None]
+    found = [quiet.find(selector, (), many=True) for selector in selectors if selector is not None]
     return [member for member in found if member is not None]
 
 
@@ -61,7 +62,9 @@ def check_contacts_recorded(cast: Cast, where: Path) -> None:
 
 
 def _check_distance(cast: Cast, where: Path, measure: measures.Distance) -> None:
-    members = [cast.find(selector, (*where, "between", index)) for index, selector in enumerate(measure.between)]
+    members = [
+        cast.find(selector, (*where, "between", index), many=True) for index, selector in enumerate(measure.between)
+    ]
     first, second = members
     if first is not None and second is not None and first.text == second.text and first.count == 1:
         cast.report((*where, "between", 1), f"`{first.text}` has no distance from itself", "itself")
@@ -69,6 +72,9 @@ def _check_distance(cast: Cast, where: Path, measure: measures.Distance) -> None
 
 def _check_subject(cast: Cast, where: Path, measure: measures.Measure, member: Member) -> None:
     if check_soft_measure(cast, where, measure, member):
+        return
+    if isinstance(measure, measures.Bend):
+        _check_bend(cast, where, measure, member)
         return
     if isinstance(measure, JOINT_KINDS):
         check_joint(cast, (*where, "of"), member, "measure")
@@ -78,5 +84,18 @@ def _check_subject(cast: Cast, where: Path, measure: measures.Measure, member: M
     together = (measures.Extent, measures.Stretch, measures.Strain)
     per_copy = "stat" in type(measure).model_fields and not isinstance(measure, together)
     if per_copy and measure.stat is None and member.count > 1:  # type: ignore[union-attr]
-        message = f"`{member.text}` means {member.count} copies: `stat` says how they become one number"
+        what = "copies" if member.part is None or "*" not in member.part else "links"
+        what = "joints" if what == "links" and isinstance(measure, JOINT_KINDS) else what
+        message = f"`{member.text}` means {member.count} {what}: `stat` says how they become one number"
+        cast.report(where, message, "needs-stat", key=True)
+
+
+def _check_bend(cast: Cast, where: Path, measure: measures.Bend, member: Member) -> None:
+    model = member.model
+    mounted = isinstance(model, Rigid) and model.mount.kind in ("hinge", "ball")
+    if not (mounted or isinstance(model, Articulated | Chain | Net | Rope | Ragdoll)):
+        message = f"`{member.name}` has no joints that could bend; of a cloth, measure its `wrinkling`"
+        cast.report((*where, "of"), message, "measure-kind")
+    elif measure.stat is None and not mounted and (member.part is None or member.count > 1):
+        message = f"`{member.text}` has several joints: `stat` says how their bends become one number"
         cast.report(where, message, "needs-stat", key=True)

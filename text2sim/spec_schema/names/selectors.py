@@ -1,9 +1,12 @@
-"""Selectors taken apart: `brick`, `brick[*]`, `brick[3]`, `brick[2:5]`, `arm[1].hand`."""
+"""Selectors taken apart: `brick`, `brick[*]`, `brick[3]`, `brick[2:5]`, `arm[1].hand`, `net.x5_*`."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 
-_FORM = re.compile(r"(?P<body>\w+)(?:\[(?P<index>[\d:*]+)\])?(?:\.(?P<part>\w+))?\Z", re.ASCII)
+_FORM = re.compile(r"(?P<body>\w+)(?:\[(?P<index>[\d:*]+)\])?(?:\.(?P<part>[\w*]+))?\Z", re.ASCII)
+WORLD = "world"
+"""Name that models in files give to the link that stands for the world."""
 
 
 @dataclass(frozen=True)
@@ -17,7 +20,7 @@ class Selection:
     last: int | None = None
     """One more than the number of the last copy."""
     part: str | None = None
-    """Link or joint."""
+    """Link or joint, or a pattern of names with `*` for any letters."""
     indexed: bool = False
     """Whether there are brackets."""
 
@@ -26,6 +29,14 @@ class Selection:
         if self.first is None or self.last is None:
             return copies
         return max(0, min(self.last, copies) - self.first)
+
+
+def named_by(part: str, names: Iterable[str]) -> list[str]:
+    """Return those names that a link or joint of a selector means: itself, or all that a pattern with `*` fits."""
+    if "*" not in part:
+        return [name for name in names if name == part]
+    form = re.compile(".*".join(map(re.escape, part.split("*"))))
+    return [name for name in names if name != WORLD and form.fullmatch(name)]
 
 
 def parse_selector(text: str) -> Selection:

@@ -10,6 +10,7 @@ KINDS: dict[str, tuple[str, ...]] = {
     "strain": ("soft",),
     "stretch": ("soft", "cloth"),
     "folded_area": ("cloth",),
+    "wrinkling": ("cloth",),
     "self_penetration": ("cloth",),
     "share_in": ("soft", "cloth", "granular", "liquid", "snow"),
 }
@@ -24,6 +25,10 @@ WAYS = {
 """What to measure instead, by measure and kind of body."""
 FRAMED = {
     "angular_speed": "measure the `velocity` of a `region` of it",
+    "angular_velocity": "measure the `velocity` of a `region` of it",
+    "turns": "measure the `position` of two regions of it",
+    "bend": "measure the `position` of three regions of it, or the `wrinkling` of a cloth",
+    "angular_momentum": "measure its `momentum`",
     "tilt": "measure the `position` of two regions of it",
 }
 """Measures of a body's own frame, and the way out."""

@@ -109,8 +109,10 @@ class _Maker:
                 if origin is tuple
                 else _length(bounds, "Items")
             )
-            # All items of a vector are alike.
-            return _or_expression({"type": "array", "items": self.slot(slot_of(arguments[0]), hint), **length})
+            # All items of a vector are alike; those of a span may be a time or `end`.
+            kinds = [self.slot(slot_of(item), hint) for item in dict.fromkeys(arguments)]
+            items = kinds[0] if len(kinds) == 1 else kinds[-1]
+            return _or_expression({"type": "array", "items": items, **length})
         if slot.base in (int, float):
             limits = {word: bounds[name] for name, word in _BOUNDS.items() if name in bounds}
             return _or_expression({"type": "integer" if slot.base is int else "number", **limits})

@@ -79,10 +79,11 @@ def section_text(section: Section, only: Collection[str] | None = None) -> str:
         return "\n".join(lines)
     kinds = section_kinds(section.models)
     shared = shared_bases(list(kinds.values()))
-    for base in shared:
+    for base in sorted(shared, key=lambda model: len(model.__mro__)):
         having = [f"`{kind}`" for kind, model in kinds.items() if issubclass(model, base)]
         who = f"every {section.noun} has" if len(having) == len(kinds) else f"{', '.join(having)} have"
-        lines += [f"Besides its own fields, {who}:", "", *_table(base, [])]
+        above = [other for other in shared if other is not base and issubclass(base, other)]
+        lines += [f"Besides its own fields, {who}:", "", *_table(base, above)]
     for kind, model in kinds.items():
         if only is not None and kind not in only:
             continue

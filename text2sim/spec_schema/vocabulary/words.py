@@ -152,7 +152,11 @@ def describe(slot: Slot) -> str:
         words = [str(argument) for argument in arguments]
         return words[0] if len(words) == 1 else f"one of {', '.join(words)}"
     if origin is tuple:
-        return f"{len(arguments)} {_plural(slot_of(arguments[0]))}"
+        most = max((slot_of(argument) for argument in arguments), key=lambda item: len(item.members))
+        other = [word for member in most.members[1:] for word in get_args(member.base)]
+        return f"{len(arguments)} {_plural(slot_of(arguments[0]))}" + (
+            f", or `{other[0]}` as the last" if other else ""
+        )
     if origin is list:
         return f"a list of {_plural(slot_of(arguments[0]))}"
     if slot.base is bool:
