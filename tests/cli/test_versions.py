@@ -367,7 +367,7 @@ def test_a_real_conflict_gets_markers(cli: Cli, git: Git, monkeypatch: pytest.Mo
     assert cli("check", "cases/fall").code == 2
 
 
-def test_changes_that_only_together_are_wrong_are_left_to_the_lines(
+def test_changes_that_only_together_are_wrong_are_marked_at_both_places(
     cli: Cli, git: Git, monkeypatch: pytest.MonkeyPatch
 ):
     measure = "    height: {kind: position, of: ball, axis: z}\n"
@@ -380,13 +380,15 @@ def test_changes_that_only_together_are_wrong_are_left_to_the_lines(
     commit(git, "ours", NEW.replace(measure, measure.replace("height", "speed").replace("position", "speed").replace(", axis: z", "")).replace(expect, "    stays_slow: {measure: speed, at: end, below: 99}\n"))  # fmt: skip
     monkeypatch.chdir("repo")
     cli("git", "install")
-    assert "changed on both sides: actions.expect.falls" in git("merge", "theirs", code=1)
+    said = git("merge", "theirs", code=1)
+    assert "actions.measures.height, actions.expect.falls" in said, "both changed the one, and it needs the other"
     git("merge", "--abort")
     commit(git, "theirs", NEW + "    stays: {measure: height, at: 0.2, above: 0}\n")
     git("checkout", "-q", "ours")
     said = git("merge", "theirs", code=1)
-    assert "both changes together are not valid" in said
-    assert "merged line by line" in said
+    assert "both changes together are not valid (there is no measure `height`)" in said
+    text = Path("cases/fall/case.yaml").read_text()
+    assert text.count("<<<<<<< ours") == 2, "at the measure that is gone, and at the expectation that names it"
 
 
 PIN = """\

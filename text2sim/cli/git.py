@@ -81,8 +81,8 @@ def textconv(file: _File) -> None:
 def merge(base: _File, ours: _File, theirs: _File, name: _Name, marker: Annotated[int, typer.Argument()] = 7) -> None:
     """What git calls as `merge.text2sim.driver`: %O %A %B %P %L. The result goes to the second file."""
     from text2sim.cli.output import say
-    from text2sim.revision.driver import merge_files
     from text2sim.revision.installation import CONFLICT
+    from text2sim.revision.merging import merge_files
 
     result = merge_files(base, ours, theirs, name, max(1, min(marker, 100)))
     ours.write_bytes(result.text)

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
+from text2sim.spec_schema.changes.amendment import identical
 from text2sim.spec_schema.changes.diff import NOTHING
 from text2sim.spec_schema.changes.naming import Rename, follow
 from text2sim.spec_schema.changes.patch import same
@@ -42,11 +43,13 @@ class Merged:
     conflicts: list[Conflict]
     base: Any
     """The common ancestor under the names of the merged case."""
+    ours: Any
+    """Our version under the names of the merged case."""
     theirs: Any
-    """Their version under the names of the merged case."""
+    """Theirs."""
 
 
-def merge(base: Any, ours: Any, theirs: Any) -> Merged:
+def merge(base: Any, ours: Any, theirs: Any, opposed: Iterable[Path] = ()) -> Merged:
     """Merge two versions of a case.
 
     Entries are merged by name and key: changes of different values do not conflict, however near to each other they
@@ -57,8 +60,10 @@ def merge(base: Any, ours: Any, theirs: Any) -> Merged:
         base: Plain data of the common ancestor.
         ours: What we made of it.
         theirs: What they made of it.
+        opposed: Entries of the merged case whose changes do not go together: conflicts, although only one side made
+            each of them.
     """
-    merger = _Merger()
+    merger = _Merger(frozenset(opposed))
     we, they = find_renames(base, ours), find_renames(base, theirs)
     they = merger.reconcile(we, they)
     we = [rename for rename in we if not _taken(rename, theirs)]
@@ -69,12 +74,13 @@ def merge(base: Any, ours: Any, theirs: Any) -> Merged:
     base, ours = follow(follow(base, we)[0], later)[0], follow(ours, later)[0]
     for old, new in merger.names:
         theirs = follow(theirs, [Rename(old.path, old.new, new.new)])[0]
-    data = merger.merge(base, ours, theirs, ())
-    return Merged(data, merger.conflicts, base, theirs)
+    data = _spelled(merger.merge(base, ours, theirs, ()), ours)
+    return Merged(data, merger.conflicts, base, ours, theirs)
 
 
 @dataclass
 class _Merger:
+    opposed: frozenset[Path]
     conflicts: list[Conflict] = field(default_factory=list)
     names: list[tuple[Rename, Rename]] = field(default_factory=list)
     """Their rename and ours, of the same entry."""
@@ -93,9 +99,13 @@ class _Merger:
         return rest
 
     def merge(self, base: Any, ours: Any, theirs: Any, path: Path) -> Any:
-        if same(ours, theirs) or same(base, theirs):
+        if path in self.opposed:
+            self.conflicts.append(Conflict(path, "value", ours, theirs))
             return ours
-        if same(base, ours):
+        inside = any(other[: len(path)] == path for other in self.opposed)
+        if not inside and (identical(ours, theirs) or identical(base, theirs)):
+            return ours
+        if not inside and identical(base, ours):
             return theirs
         if base is NOTHING and path in _CONTAINERS:
             base = {}
@@ -105,6 +115,11 @@ class _Merger:
         elif _lists_of_collections(base, ours, theirs):
             rows = enumerate(zip(base, ours, theirs, strict=True))
             return [self.merge(*row, (*path, index)) for index, row in rows]
+        # 1 and 1.0 are two spellings of one value.
+        if same(ours, theirs) or same(base, theirs):
+            return ours
+        if same(base, ours):
+            return theirs
         self.conflicts.append(Conflict(path, "value", ours, theirs))
         return ours
 
@@ -116,6 +131,15 @@ class _Merger:
             if value is not NOTHING:
                 result[key] = value
         return result
+
+
+def _spelled(data: Any, ours: Any) -> Any:
+    """The data, with numbers that are equal to ours as we wrote them: they are no change of our text."""
+    if isinstance(data, dict) and isinstance(ours, dict):
+        return {key: _spelled(value, ours.get(key, NOTHING)) for key, value in data.items()}
+    if isinstance(data, list) and isinstance(ours, list) and len(data) == len(ours):
+        return [_spelled(*pair) for pair in zip(data, ours, strict=True)]
+    return ours if same(data, ours) else data
 
 
 def _taken(rename: Rename, other: Any) -> bool:

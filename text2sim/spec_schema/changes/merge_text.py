@@ -1,7 +1,7 @@
 """A three-way merge of meaning, on the texts: our comments stay, theirs come along, conflicts get markers."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
 from typing import Any
@@ -9,7 +9,7 @@ from typing import Any
 from text2sim.spec_schema.changes.amendment import Amendment
 from text2sim.spec_schema.changes.diff import NOTHING, operations
 from text2sim.spec_schema.changes.edit import edit_source, write_amended
-from text2sim.spec_schema.changes.merge import Conflict, merge
+from text2sim.spec_schema.changes.merge import Conflict, Merged, merge
 from text2sim.spec_schema.changes.operation import Operation
 from text2sim.spec_schema.changes.spans import attached
 from text2sim.spec_schema.reuse.migration import steps_for
@@ -29,9 +29,15 @@ class MergedText:
     conflicts: list[Conflict]
     lost: list[str]
     """Comments of theirs that found no place."""
+    lost_ours: list[str]
+    """Comments of ours that went with what they took away."""
+    data: Merged
+    """What was merged, as data."""
 
 
-def merge_texts(base: Source, ours: Source, theirs: Source, marker: int = 7) -> MergedText:
+def merge_texts(
+    base: Source, ours: Source, theirs: Source, marker: int = 7, opposed: Sequence[Path] = ()
+) -> MergedText:
     """Merge two versions of a case.
 
     Args:
@@ -39,6 +45,7 @@ def merge_texts(base: Source, ours: Source, theirs: Source, marker: int = 7) -> 
         ours: What we made of it.
         theirs: What they made of it.
         marker: How many characters a conflict marker has.
+        opposed: As in `merge`.
 
     Raises:
         SpecError: If one of them is not YAML that the language accepts.
@@ -46,18 +53,18 @@ def merge_texts(base: Source, ours: Source, theirs: Source, marker: int = 7) -> 
     if _version(ours) != _version(theirs):
         base, ours, theirs = (_migrated(source) for source in (base, ours, theirs))
     old, mine, others = (_data(source) for source in (base, ours, theirs))
-    merged = merge(old, mine, others)
+    merged = merge(old, mine, others, opposed)
     # Their text and that of the ancestor under the new names, for comments that are there.
     theirs_now = Source(edit_source(theirs, operations(others, merged.theirs)))
     base_now = Source(edit_source(base, operations(old, merged.base))) if base.text.strip() else None
     entries = dict(_entries(written_layout(parse_document(theirs_now))[0]))
     text = _amend(ours, operations(mine, merged.data), merged.data, entries, base_now)
-    lost = _lost(text, theirs, base)
+    lost, lost_ours = (_lost(text, source, base) for source in (theirs, ours))
     if merged.conflicts:
         steps = list(_take_theirs(merged.conflicts))
         other = edit_source(Source(text, ours.file), steps, entries.get)
         text = marked(text, other, marker)
-    return MergedText(text, merged.conflicts, lost)
+    return MergedText(text, merged.conflicts, lost, lost_ours, merged)
 
 
 def _data(source: Source) -> Any:
@@ -110,9 +117,9 @@ def _entries(entry: Entry, path: Steps = ()) -> Iterator[tuple[Steps, Entry]]:
         yield from _entries(child, inner)
 
 
-def _lost(text: str, theirs: Source, base: Source) -> list[str]:
-    """Comments that they added and that are not in the text."""
-    return [row for row in _comments(theirs.text) if row not in text and row not in base.text]
+def _lost(text: str, side: Source, base: Source) -> list[str]:
+    """Comments that a side added and that are not in the text."""
+    return [row for row in _comments(side.text) if row not in text and row not in base.text]
 
 
 def _comments(text: str) -> list[str]:
