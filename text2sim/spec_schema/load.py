@@ -191,6 +191,10 @@ def _load(source: Source, path: FilePath, overlay: Overlay) -> LoadedCase:
         half = LoadedCase(path, Case.model_construct(), data, document, written, resolver, varying, overlay, arguments)
         problems += further_problems(half, problems, lambda data: _validate(document, data))
     if faults or problems:
+        if layers is not None and layers.multiplied:
+            from text2sim.spec_schema.reuse.multiples import told_once
+
+            problems = told_once(problems)
         raise SpecError([*faults, *problems])
     assert case is not None
     return LoadedCase(path, case, data, document, written, resolver, varying, overlay, arguments)

@@ -44,6 +44,9 @@ Fraction = Annotated[Real, Field(ge=0, le=1)]
 Seconds = NonNegative
 Integer = StrictInt
 Count = Annotated[StrictInt, Field(ge=1, le=100_000)]
+MAX_MULTIPLE = 500
+Multiple = Annotated[StrictInt, Field(ge=1, le=MAX_MULTIPLE)]
+"""As many entries as one stands for."""
 Bool = StrictBool
 
 

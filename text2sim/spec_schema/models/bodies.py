@@ -10,6 +10,7 @@ from text2sim.spec_schema.models.base import (
     Fraction,
     Integer,
     Model,
+    Multiple,
     Name,
     NonNegative,
     Pose,
@@ -139,6 +140,9 @@ class Link(Model):
     """If it differs from the body's."""
     look: Look | None = None
     """If it differs from the body's."""
+    repeat: Multiple | None = None
+    """So many of these links, called `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each.
+    With `parent: "NAME_${k - 1}"` each hangs on the one before, and number 0 is the root, without a joint."""
 
 
 class Loop(Model):

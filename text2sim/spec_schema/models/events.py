@@ -4,13 +4,15 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.models.base import Model, Name, NonNegative, Positive, Real, Seconds, Selector
+from text2sim.spec_schema.models.base import Model, Multiple, Name, NonNegative, Positive, Real, Seconds, Selector
 from text2sim.spec_schema.models.space import Region
 
 
 class _Event(Model):
     after: Name | None = None
     """Look only after the first time of this other event."""
+    repeat: Multiple | None = None
+    """So many of these events, called `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
 
 
 class ContactEvent(_Event):

@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from text2sim.spec_schema.models.base import Bool, Integer, Model, Name, Positive, Real, Seconds, Window
+from text2sim.spec_schema.models.base import Bool, Integer, Model, Multiple, Name, Positive, Real, Seconds, Window
 
 
 class Expect(Model):
@@ -41,6 +41,9 @@ class Expect(Model):
     """It is this, within `tolerance`."""
     tolerance: Positive | None = None
     """With `equals`: largest difference."""
+
+    repeat: Multiple | None = None
+    """So many of these expectations, called `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
 
     @model_validator(mode="after")
     def _complete(self) -> "Expect":

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.models.base import Integer, Model, Name, Pose, Positive, Size2, Size3
+from text2sim.spec_schema.models.base import Integer, Model, Multiple, Name, Pose, Positive, Size2, Size3
 from text2sim.spec_schema.models.materials import Look
 
 Segments = Annotated[Integer, Field(ge=6, le=64)]
@@ -177,6 +177,8 @@ class Part(Model):
     """Density [kg/m3], if it differs from the body's material."""
     look: Look | None = None
     """Look, if it differs from the body's."""
+    repeat: Multiple | None = None
+    """So many of these parts, called `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
 
 
 class Compound(Model):

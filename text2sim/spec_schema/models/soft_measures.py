@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from text2sim.spec_schema.models.base import AxisName, Bool, Model, Seconds, Selector
+from text2sim.spec_schema.models.base import AxisName, Bool, Model, Multiple, Seconds, Selector
 from text2sim.spec_schema.models.space import Region
 
 SpreadStat = Literal["max", "min", "mean", "p99"]
@@ -13,6 +13,8 @@ class Measured(Model):
 
     change_from: Literal["start"] | Seconds | None = None
     """The value less that at the start, or at this time [s]: by how much it has changed."""
+    repeat: Multiple | None = None
+    """So many of these measures, called `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
 
 
 class Volume(Measured):

@@ -111,9 +111,13 @@ bodies:
 | `brick[2:5]` | the copies 2, 3 and 4 |
 | `arm.hand` | the link or joint `hand` of the articulated body `arm` |
 | `arm[1].hand` | the same, of one copy |
+| `net.x5_*`, `arm.*` | all links or joints whose names fit; in measures and contact events |
 
 A rigid body on a hinge or slider has one joint, which goes by the body's name. A joint of an articulated body
 goes by the name of its link. A joint's position counts from the pose that the case describes.
+
+Parts of a compound, links, measures, events and expectations can stand for several, too, with a number as their
+`repeat`: `spoke` with `repeat: 12` becomes `spoke_0` to `spoke_11`, and `k` in its `${…}` is the number of each.
 """
 
 PLACES = """\

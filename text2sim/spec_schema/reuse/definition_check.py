@@ -11,6 +11,7 @@ from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.errors import Problem, nearest
 from text2sim.spec_schema.models.prefab_models import Prefab
 from text2sim.spec_schema.reuse.arguments import Unfit, check_value, is_open, names_in
+from text2sim.spec_schema.reuse.multiples import NUMBER
 from text2sim.spec_schema.reuse.overlay_check import check_body
 from text2sim.spec_schema.text.document import Document, Path, sites_of
 
@@ -70,7 +71,7 @@ class _Check:
             self.report(path, str(error), error.rule, error.hint)
 
     def body(self, path: Path, body: dict[str, Any]) -> None:
-        self.expressions(path, body, {*self.prefab.params, *COPY_VARIABLES})
+        self.expressions(path, body, {*self.prefab.params, *COPY_VARIABLES, NUMBER})
         self.problems += check_body(self.document, path, body)
 
     def expressions(self, root: Path, data: Any, known: set[str]) -> bool:
@@ -83,7 +84,7 @@ class _Check:
                 self.report(path, str(error), error.rule, error.hint)
                 continue
             for name in sorted(names - known):
-                listed = ", ".join(sorted(known - COPY_VARIABLES.keys()))
+                listed = ", ".join(sorted(known - COPY_VARIABLES.keys() - {NUMBER}))
                 message = f"unknown name `{name}`: a prefab knows its own parameters{f' ({listed})' if listed else ''}"
                 self.report(path, message, "unknown-name", nearest(name, [*known, *CONSTANTS]))
         return len(self.problems) == before

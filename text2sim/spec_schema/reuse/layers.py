@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 from text2sim.spec_schema.arithmetic.resolution import Resolver
 from text2sim.spec_schema.errors import Problem, SpecError, nearest
 from text2sim.spec_schema.paths import parse_dotted
+from text2sim.spec_schema.reuse.multiples import multiply
 from text2sim.spec_schema.reuse.overlay import SECTIONS, Overlay, uses_prefabs
 from text2sim.spec_schema.reuse.overlay_check import check_names, check_overlay
+from text2sim.spec_schema.reuse.sections import multiplies
 from text2sim.spec_schema.reuse.trees import Tree, mapping, merge, moved, put
 from text2sim.spec_schema.text.document import Document, Node, Origin, Path, parse_document, parse_pointer, sites_of
 from text2sim.spec_schema.text.nodes import Derived
@@ -28,6 +30,8 @@ class Layers:
     problems: list[Problem] = field(default_factory=list)
     arguments: "list[Argument]" = field(default_factory=list)
     """Arguments of prefabs whose value is not known yet."""
+    multiplied: bool = False
+    """Whether entries stood for several."""
     failed: bool = False
     """Whether bodies are missing, because what they use could not be expanded."""
 
@@ -78,6 +82,10 @@ def build(document: Document, folder: FilePath, overlay: Overlay) -> Layers:
         from text2sim.spec_schema.reuse.prefabs import expand
 
         expand(layers, folder)
+    if multiplies(layers.document.data):
+        layers.document, found = multiply(layers.document)
+        layers.multiplied = True
+        layers.problems += found
     data = {key: value for key, value in layers.document.data.items() if key not in SECTIONS}
     root = layers.document.root.copy()
     assert isinstance(root.children, dict)

@@ -4,6 +4,8 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
+from text2sim.spec_schema.reuse.sections import multiplies
+
 LABEL = 48
 """Characters of a label, at most."""
 _ODD = re.compile(r"[^A-Za-z0-9.+]+")
@@ -50,7 +52,8 @@ SECTIONS = ("prefabs", "variants", "sweeps")
 
 def needs_layers(data: dict[str, Any], overlay: Overlay) -> bool:
     """Whether a case is more than a plain one."""
-    return bool(overlay) or any(section in data for section in SECTIONS) or uses_prefabs(data)
+    plain = not overlay and not any(section in data for section in SECTIONS)
+    return not plain or uses_prefabs(data) or multiplies(data)
 
 
 def uses_prefabs(data: dict[str, Any]) -> bool:

@@ -1,0 +1,137 @@
+"""Entries that stand for several: parts, links, measures, events and expectations with `repeat`.
+
+An entry `spoke: {repeat: 12, …}` becomes `spoke_0` to `spoke_11`, each with its number in the place of `k` in every
+`${…}`. After this, a case is an ordinary one.
+"""
+
+import re
+from dataclasses import replace
+from typing import Any
+
+from text2sim.spec_schema.arithmetic.interpolation import parse_interpolation
+from text2sim.spec_schema.arithmetic.resolution import Cascade, Resolver
+from text2sim.spec_schema.arithmetic.values import ExpressionError
+from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.base import MAX_MULTIPLE
+from text2sim.spec_schema.reuse.sections import repeated, sections
+from text2sim.spec_schema.reuse.substitution import bind, fill
+from text2sim.spec_schema.reuse.trees import Tree, count, mapping, moved, put
+from text2sim.spec_schema.text.document import MAX_NODES, Document, Node, Origin, Path, sites_of
+from text2sim.spec_schema.text.nodes import Derived
+
+_OF_ONE = re.compile(r" \(`\w+`, number \d+\)\Z")
+NUMBER = "k"
+"""What the number of an entry is called in its expressions."""
+
+
+def multiply(document: Document) -> tuple[Document, list[Problem]]:
+    """Return a case in which every entry stands for itself, and what is wrong with those that do not.
+
+    An entry whose number is none is left as it is: what is wrong with that is found where its form is checked.
+    """
+    tree, problems = Tree(document.data, document.root), list[Problem]()
+    resolver = Resolver(document)
+    resolver.params.evaluate_all()
+    if NUMBER in resolver.params:
+        message = f"`{NUMBER}` is the number of an entry with repeat; choose another name for the parameter"
+        return document, [document.problem(("params", NUMBER), message, key=True, rule="taken-name")]
+    room = MAX_NODES - count(document.data)
+    for path, section in list(sections(document.data)):
+        if not any(True for _ in repeated(section)):
+            continue
+        inner = tree
+        for step in path:
+            inner = inner.child(step)
+        made, room = _section(document, resolver, inner, path, problems, room)
+        tree = put(tree, path, made)
+    sites = sites_of(tree.data)
+    # What came from a prefab may be long, and has a new path now.
+    roomy = document.roomy | (sites.keys() - document.sites.keys() if document.roomy else frozenset())
+    return replace(document, data=tree.data, root=tree.node, sites=sites, roomy=roomy), problems
+
+
+def told_once(problems: list[Problem]) -> list[Problem]:
+    """Leave out of each problem that several numbers of an entry have all but the first."""
+    first: dict[tuple[Any, ...], Problem] = {}
+    for problem in problems:
+        first.setdefault((problem.line, problem.column, problem.rule, _OF_ONE.sub("", problem.message)), problem)
+    return list(first.values())
+
+
+def _section(
+    document: Document, resolver: Resolver, section: Tree, path: Path, problems: list[Problem], room: int
+) -> tuple[Tree, int]:
+    parts: dict[str, Tree] = {}
+    keys: dict[str, tuple[int, int]] = {}
+    several = set(repeated(section.data))
+    for name in section.data:
+        entry, here = section.child(name), (*path, name)
+        number = _number(resolver, here, entry.data["repeat"]) if name in several else None
+        plain = mapping(entry.node, {key: entry.child(key) for key in entry.data if key != "repeat"})
+        if number is None:
+            parts[name], keys[name] = entry, section.node.keys[name]
+            if name in several:  # what is wrong with its number is said of it, and the rest judged as of the first
+                parts[name] = put(_rooted(_filled(plain, name, 0), name), ("repeat",), entry.child("repeat"))
+            continue
+        room -= number * count(plain.data)
+        if room < 0:
+            problems.append(document.problem((*here, "repeat"), "makes the case too large", rule="too-large"))
+            continue
+        for k in range(number):
+            made = f"{name}_{k}"
+            if made in section.data or made in parts:
+                message = f"`{made}` is there already; `{name}` with repeat is called so, too"
+                problems.append(document.problem(here, message, key=True, rule="duplicate-name"))
+                break
+            try:
+                parts[made], keys[made] = _rooted(_filled(plain, name, k), name), section.node.keys[name]
+            except ExpressionError as error:
+                problems.append(document.problem(here, str(error), rule=error.rule, hint=error.hint))
+                break
+    return mapping(section.node, parts, keys), room
+
+
+def _number(resolver: Resolver, path: Path, value: Any) -> int | None:
+    if isinstance(value, str):
+        try:
+            value = parse_interpolation(value).evaluate(resolver.scope())
+        except (ExpressionError, Cascade):
+            return None
+    return value if type(value) is int and 1 <= value <= MAX_MULTIPLE else None
+
+
+def _rooted(link: Tree, name: str) -> Tree:
+    """A link without parent and joint, if it is the first of a row in which each hangs on the one before."""
+    if link.data.get("parent") != f"{name}_-1":
+        return link
+    return mapping(link.node, {key: link.child(key) for key in link.data if key not in ("parent", "joint")})
+
+
+def _filled(tree: Tree, name: str, number: int) -> Tree:
+    """The entry with its number put in."""
+    known, origin = {NUMBER: bind(number)}, Origin(f"`{name}`, number {number}")
+
+    def at(node: Node) -> Node:
+        return Derived(node.line, node.column, origin)
+
+    def filled(part: Tree) -> Tree:
+        data = part.data
+        if isinstance(data, dict):
+            return mapping(at(part.node), {key: filled(part.child(key)) for key in data}, part.node.keys)
+        if isinstance(data, list):
+            items, node = [filled(part.child(index)) for index in range(len(data))], at(part.node)
+            node.children = [item.node for item in items]
+            return Tree([item.data for item in items], node)
+        if not isinstance(data, str) or "${" not in data:
+            return Tree(data, at(part.node))
+        return moved(_listed(fill(data, known)[0], part.node), at)
+
+    return filled(tree)
+
+
+def _listed(value: Any, node: Node) -> Tree:
+    """A value that was worked out, all of it at one place."""
+    found = node.copy()
+    if isinstance(value, list):
+        found.children = [_listed(item, node).node for item in value]
+    return Tree(value, found)
