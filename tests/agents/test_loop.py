@@ -44,17 +44,22 @@ summary: Let it start lower.
 patches:
   - {section: bodies, why: "0.3 m take 0.25 s", operations: [{op: replace, path: /bodies/ball/pose/pos/2, value: "${height + 0.1}"}]}
 """
+CRITIQUE = CRITIQUE.replace("score: 20", "requirements: {falls: [0, 'frame:1'], one: [1, 'body:ball']}")
+PASSED = "seen: The ball falls.\nrequirements: {falls: [1, 'frame:1'], one: 1}\nverdict: pass\n"
 SMUGGLED = CRITIQUE.replace(
     '[{op: replace, path: /bodies/ball/pose/pos/2, value: "${height + 0.1}"}]',
     "[{op: replace, path: /actions/expect/lands/within, value: [0, 0.6]}]",
 ).replace("{section: bodies, why", "{section: actions, why")
+APART = "requirements: {falls: {what: a ball falls on a slab, sort: action, importance: 5}}"
+MISSED = "missing: {one: {what: there is one ball, sort: count, importance: 2}}"
 REPLIES = {
+    "reader": [APART, MISSED],
     "planner": [PLAN, "action: repair\nwhy: it starts too high\ntake: [1]\n"],
     "scene": [SCENE],
     "bodies": [HIGH],
     "actions": ["actions: {measures: {height: {kind: position, of: ball, axis: z}}}"],
     "render": [RENDER, "patch: []"],  # the lint finds the ball small: it is meant
-    "critic": [SMUGGLED, CRITIQUE, "seen: The ball falls and lands.\nscore: 95\nverdict: pass\n"],
+    "critic": [SMUGGLED, CRITIQUE, PASSED],
 }
 
 
@@ -96,13 +101,17 @@ def test_from_words_to_an_accepted_case(tmp_path: Path, monkeypatch: pytest.Monk
     questions = model.questions("critic")
     assert "comes from the request and must stay" in questions[1], "an easier expectation was offered, and refused"
     assert "MISSED `lands` (request)" in questions[0]
+    assert "<request>" not in questions[1], "a slip does not cost the whole letter again"
     assert "`lands` came true" in questions[2]
+    assert "your patch on bodies (0.3 m take 0.25 s): taken" in questions[2]
+    assert "- `falls` (5): a ball falls on a slab" in questions[2]
     text = (case / "case.yaml").read_text()
     assert "within: [0.1, 0.5]" in text
     assert "height + 0.1" in text
     run = json.loads((case / "generation" / "run.json").read_text())
     assert [attempt["verdict"] for attempt in run["attempts"]] == ["repair", "pass"]
-    assert run["account"]["total"]["calls"] + run["account"]["total"]["cached"] == 10
+    assert [attempt["score"] for attempt in run["attempts"]] == [28.6, 100], "2 of 7 by importance, then all"
+    assert run["account"]["total"]["calls"] + run["account"]["total"]["cached"] == 12
     rows = [json.loads(line) for line in (case / "generation" / "journal.jsonl").read_text().splitlines()]
     assert [row["event"] for row in rows].count("planned") == 1
     assert (case / outcome.best.run / "report.html").is_file()
@@ -115,7 +124,7 @@ def test_what_cannot_be_done_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyP
     outcome = begin(tmp_path / "never", monkeypatch, model).run(lambda event, what: None)
     assert outcome.state == "impossible"
     assert outcome.why == "Friction takes it."
-    assert len(model.asked) == 1
+    assert [request.role for request in model.asked] == ["reader", "planner"]
 
 
 def test_a_model_that_is_gone_leaves_what_there_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

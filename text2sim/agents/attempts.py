@@ -41,6 +41,8 @@ class Attempt:
     pictures: list[str] = field(default_factory=list)
     """Files in its folder."""
     critique: dict[str, Any] | None = None
+    fates: list[str] = field(default_factory=list)
+    """What became of each of the Critic's patches."""
     accepted: bool = False
 
     def missed(self, names: Sequence[str]) -> tuple[str, ...]:

@@ -61,6 +61,37 @@ def history_row(
     return row
 
 
+def judgement(number: int, cause: str, critique: Mapping[str, Any] | None, fates: Sequence[str]) -> str:
+    """Say what the Critic thought of an attempt, and what became of each of its patches."""
+    if critique is None:
+        return f"Attempt {number} ({cause}) could not be judged."
+    rows = [f"Attempt {number} ({cause}): {critique['verdict']}, {critique['score']:g} of 100. {critique['summary']}"]
+    rows += [
+        f"- `{name}` {row['mark']:g}: {row['why']}"
+        for name, row in critique.get("requirements", {}).items()
+        if row["mark"] < 1
+    ]
+    rows += [f"- {failure['what']}" for failure in critique["failures"]]
+    for k, patch in enumerate(critique["patches"]):
+        fate = fates[k] if k < len(fates) else "open"
+        rows.append(f"- your patch on {patch['section']} ({patch['why']}): {fate}")
+    rows += [f"- a patch of yours could not be applied: {row}" for row in critique.get("refused", ())]
+    return "\n".join(rows)
+
+
+def attempts_table(attempts: Sequence[tuple[int, Mapping[str, Any]]]) -> str:
+    """Return expectations against attempts: what was found in each."""
+    if len(attempts) < 2:
+        return ""
+    names = dict.fromkeys(name for _, expect in attempts for name in expect)
+    rows = ["| expectation | " + " | ".join(f"attempt {number}" for number, _ in attempts) + " |"]
+    for name in names:
+        found = [expect.get(name, {}) for _, expect in attempts]
+        cells = [f"{'true' if row.get('ok') else 'MISSED'}: {row.get('why', '')}" if row else "-" for row in found]
+        rows.append(f"| `{name}` | " + " | ".join(cells) + " |")
+    return "\n".join(rows)
+
+
 def citable(evidence: Mapping[str, Any] | None, frames: int, bodies: Iterable[str]) -> frozenset[str]:
     """Return what a judgement of a run can rest on, as it is cited."""
     cites = {"run"} | {f"frame:{k}" for k in range(1, frames + 1)} | {f"body:{name}" for name in bodies}

@@ -1,16 +1,18 @@
-"""The Critic: it sees the request, the case and the evidence, changes nothing, and answers with patches."""
+"""The Critic: it sees the request, the case and the evidence, changes nothing, and answers with marks and patches."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from text2sim.agents.asking import Desk, RoleFailed, Wrong, typed
+from text2sim.agents.asking import Desk, RoleFailed, typed
 from text2sim.agents.casework import said
 from text2sim.agents.contract import Contract
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.planning import Request
-from text2sim.agents.replies import Critique, Patch, Plan
+from text2sim.agents.replies import Amendment, Critique, Failure, Patch, Plan
+from text2sim.agents.requirements import rows, score
 from text2sim.agents.roles import ROLES, render, system_prompt
+from text2sim.agents.yaml_text import yaml_text
 from text2sim.revision.revise import Refused, revise
 from text2sim.spec_schema.changes.patch import PatchError
 from text2sim.spec_schema.errors import Problem, SpecError
@@ -26,13 +28,15 @@ class Exhibit:
 
     attempt: int
     case: str
-    """Text of the case."""
+    """Text of the case; empty if only what is seen can have changed, and no patch is wanted."""
     evidence: str
     cites: frozenset[str]
     """What a judgement can rest on."""
     images: tuple[Image, ...]
     missed: tuple[str, ...]
-    """Expectations of the request that did not come true."""
+    """Expectations that did not come true."""
+    before: str = ""
+    """Attempts so far, with what it said of them."""
 
 
 def criticise(
@@ -40,8 +44,9 @@ def criticise(
 ) -> Critique:
     """Have a run judged.
 
-    A patch that could not be applied, changes what is not its section's, makes the case wrong, or asks for something
-    else than the request does, goes back to the Critic; one that stays wrong is left out.
+    What is wrong with an answer is asked for again by itself, once, without the evidence: a patch that could not be
+    applied, changes what is not its section's, makes the case wrong, or asks for something else than the request does;
+    a requirement without a mark. What stays wrong is left out.
 
     Args:
         desk: Where the Critic is asked.
@@ -54,9 +59,8 @@ def criticise(
     """
     evidence = exhibit.evidence
     if restated:
-        evidence += "\n\n## Restated expectations: do they ask for less?\n\n" + "\n".join(
-            f"- {row}" for row in restated
-        )
+        told = "\n".join(f"- {row}" for row in restated)
+        evidence += f"\n\n## Restated expectations: do they ask for less?\n\n{told}"
     if not exhibit.images:
         evidence += "\n\nThere are no pictures of this run."
     elif not desk.vision("critic"):
@@ -64,29 +68,29 @@ def criticise(
     question = render(
         "judge",
         request=request.text,
+        requirements=_bound(request, plan),
         event=plan.event,
         assumptions="; ".join(plan.assumptions),
         case=exhibit.case.strip(),
         attempt=exhibit.attempt,
+        before=exhibit.before,
         evidence=evidence,
     )
-    last: list[Critique] = []
-
-    def check(critique: Critique) -> None:
-        last.append(critique)
-        wrong = _contradictions(critique, exhibit)
-        for number, patch in enumerate(critique.patches, 1):
-            wrong += [f"patch {number}: {reason}" for reason in patch_faults(patch, exhibit.case, contract, path)]
-        if wrong:
-            raise Wrong(wrong)
-
     images = (*exhibit.images, *request.images)
-    try:
-        return desk.ask("critic", system_prompt(CRITIC), question, typed(Critique, check), images)
-    except RoleFailed:
-        if not last:
-            raise
-        return _without_faults(last[-1], exhibit, contract, path)
+    system = system_prompt(CRITIC)
+    critique: Critique = desk.ask("critic", system, question, typed(Critique), images)
+    if wrong := _faults(critique, request, exhibit, contract, path):
+        critique = _amended(desk, system, critique, wrong, exhibit)
+    return _settled(critique, request, exhibit, contract, path)
+
+
+def _bound(request: Request, plan: Plan) -> str:
+    """The requirements, each with the expectations that would fail without it."""
+    lines = []
+    for line, name in zip(rows(request.requirements).splitlines(), request.requirements, strict=True):
+        names = plan.meets.get(name)
+        lines.append(line + (f" [{', '.join(f'expect:{one}' for one in names)}]" if names else ""))
+    return "\n".join(lines)
 
 
 def patch_faults(patch: Patch, case: str, contract: Contract, path: Path) -> list[str]:
@@ -106,27 +110,77 @@ def _worst(problems: Sequence[Problem]) -> list[Problem]:
     return [problem for problem in problems if problem.severity == "error"][:4]
 
 
-def _contradictions(critique: Critique, exhibit: Exhibit) -> list[str]:
+def _faults(critique: Critique, request: Request, exhibit: Exhibit, contract: Contract, path: Path) -> list[str]:
     wrong = []
-    for number, failure in enumerate(critique.failures):
-        known = [cite for cite in failure.cites if cite.split("[")[0].strip() in exhibit.cites]
-        if not known:
-            wrong.append(
-                f"/failures/{number}/cites: {', '.join(failure.cites)} is not in the evidence; cite expect:NAME, "
-                f"measure:NAME, event:NAME, frame:N, body:NAME, diagnostic:NAME or run"
-            )
-    if critique.verdict == "repair" and not critique.failures:
+    if unmarked := [name for name in request.requirements if name not in critique.requirements]:
+        wrong.append(f"/requirements: no mark for {', '.join(unmarked)}")
+    if critique.verdict == "repair" and not critique.failures and not _short_of(critique, request):
         wrong.append("/failures: what is to be repaired?")
-    if critique.verdict == "pass" and exhibit.missed:
-        wrong.append(
-            f"/verdict: it cannot pass while {', '.join(exhibit.missed)} did not come true; if the expectation says "
-            "the wrong thing, answer `repair` with a failure of section `plan`"
-        )
+    for number, patch in enumerate(critique.patches if exhibit.case else (), 1):
+        wrong += [f"patch {number}: {reason}" for reason in patch_faults(patch, exhibit.case, contract, path)]
     return wrong
 
 
-def _without_faults(critique: Critique, exhibit: Exhibit, contract: Contract, path: Path) -> Critique:
-    """A judgement that stayed wrong in parts, without those."""
-    patches = [patch for patch in critique.patches if not patch_faults(patch, exhibit.case, contract, path)]
-    verdict = "repair" if critique.verdict == "pass" and exhibit.missed else critique.verdict
-    return critique.model_copy(update={"patches": patches, "verdict": verdict})
+def _amended(desk: Desk, system: str, critique: Critique, wrong: Sequence[str], exhibit: Exhibit) -> Critique:
+    """Ask again for the parts that cannot be used."""
+    case = exhibit.case if critique.patches else ""
+    question = render("judge_again", judgement=yaml_text(_stated(critique)), wrong=wrong, case=case)
+    try:
+        more: Amendment = desk.ask("critic", system, question, typed(Amendment), rounds=1)
+    except RoleFailed:
+        return critique
+    return critique.model_copy(
+        update={
+            "requirements": critique.requirements | more.requirements,
+            "failures": more.failures or critique.failures,
+            "patches": more.patches or critique.patches,
+        }
+    )
+
+
+def _stated(critique: Critique) -> dict[str, object]:
+    return critique.model_dump(mode="json", exclude={"refused"}, exclude_defaults=True)
+
+
+def _short_of(critique: Critique, request: Request) -> list[str]:
+    """Requirements that are not met, as far as they are marked."""
+    return [name for name, row in critique.requirements.items() if name in request.requirements and row.mark < 1]
+
+
+def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: Contract, path: Path) -> Critique:
+    """A judgement without what stayed wrong, and with what follows from it: score, and a pass only if all is met."""
+    patches, refused = [], []
+    for patch in critique.patches if exhibit.case else ():
+        faults = patch_faults(patch, exhibit.case, contract, path)
+        if faults:
+            refused.append(f"on {patch.section} ({patch.why}): {faults[0]}")
+        else:
+            patches.append(patch)
+    failures = [
+        failure.model_copy(update={"cites": _known(failure.cites, exhibit) or ["run"]}) for failure in critique.failures
+    ]
+    told = " ".join(failure.what for failure in failures)
+    cited = {cite for failure in failures for cite in failure.cites}
+    section = critique.responsible or "plan"
+    for name in exhibit.missed:
+        if f"expect:{name}" not in cited:
+            what = f"the expectation `{name}` did not come true"
+            failures.append(Failure(what=what, cites=[f"expect:{name}"], section=section))
+    for name in _short_of(critique, request):
+        row = critique.requirements[name]
+        if name not in told and not set(row.cites) & cited:
+            half = "only half met" if row.mark else "not met"
+            what = f"{half}: {request.requirements[name].what}{f' ({row.why})' if row.why else ''}"
+            failures.append(Failure(what=what, cites=_known(row.cites, exhibit) or ["run"], section=section))
+    marks = {name: row.mark for name, row in critique.requirements.items()}
+    whole = all(marks.get(name) == 1 for name in request.requirements)
+    passed = critique.verdict == "pass" and not exhibit.missed and whole
+    verdict = "repair" if critique.verdict == "pass" and not passed else critique.verdict
+    found = score(request.requirements, marks) if request.requirements else critique.score
+    return critique.model_copy(
+        update={"patches": patches, "refused": refused, "failures": failures, "verdict": verdict, "score": found}
+    )
+
+
+def _known(cites: Sequence[str], exhibit: Exhibit) -> list[str]:
+    return [cite for cite in cites if cite.split("[")[0].strip() in exhibit.cites]

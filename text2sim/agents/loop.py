@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -10,7 +10,7 @@ from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.asking import BudgetSpent, Desk, RoleFailed
 from text2sim.agents.attempts import Attempt, Attempts, changed
-from text2sim.agents.brief import history_row
+from text2sim.agents.brief import attempts_table, history_row, judgement
 from text2sim.agents.casework import Examination, case_text, examine, owner_of, said, whole_actions
 from text2sim.agents.criticism import Exhibit, criticise
 from text2sim.agents.deck import Deck
@@ -18,6 +18,7 @@ from text2sim.agents.journal import Emit
 from text2sim.agents.models.exchange import ModelError, StoppedError
 from text2sim.agents.planning import Report, Request, decide, make_plan
 from text2sim.agents.replies import SECTIONS, Decision, Fragments, Plan, Refer, Route
+from text2sim.agents.requirements import Requirement, take_apart
 from text2sim.agents.supplying import Supplies, merged, supply
 from text2sim.agents.writing import change_section, write_section
 from text2sim.spec_schema.errors import Problem
@@ -32,6 +33,8 @@ CONSIDER = (
     "These are warnings: it can be run as it is. Mend what is true of them, and change nothing else; answer "
     "`patch: []` if all of it is meant."
 )
+STANDSTILL = 2
+"""Attempts after the best one that may bring nothing, once everything expected has come true."""
 TOGETHER = 4
 """Questions that are put at the same time."""
 
@@ -93,6 +96,7 @@ class Loop:
 
     def _generated(self) -> Outcome:
         self.emit("stage", name="plan")
+        self.require(take_apart(self.desk, self.request.text, self.request.images))
         plan = make_plan(self.desk, self.request, self.deck, self.path)
         self.agreement.expect(plan, plan.checks.expect)
         self.emit("planned", goal=plan.event, possible=plan.possible, why=plan.why, assumptions=plan.assumptions,
@@ -100,6 +104,11 @@ class Loop:
         if plan.possible == "no":
             return Outcome("impossible", plan.why, plan=plan)
         return self.work(self._drafted(), "first version")
+
+    def require(self, requirements: dict[str, Requirement]) -> None:
+        """Take down what is asked for, before anything is built."""
+        self.request = replace(self.request, requirements=requirements)
+        self.emit("requirements", rows={name: one.what for name, one in requirements.items()})
 
     def ending(self, way: Callable[[], Outcome]) -> Outcome:
         """Go a way in to its end, whatever that is."""
@@ -128,6 +137,8 @@ class Loop:
             report = self._try(attempt)
             if attempt.accepted:
                 return self.outcome("accepted", "the Critic passed it and everything expected came true")
+            if (best := self._unbettered()) is not None:
+                return self.outcome("gave_up", f"{STANDSTILL} attempts brought nothing better than attempt {best}")
             if attempt.number >= self.limits.attempts:
                 return self.outcome("spent", f"{attempt.number} attempts were made")
             decision = self._decided(attempt, report)
@@ -135,6 +146,13 @@ class Loop:
                 return self.outcome("gave_up", decision.why)
             before, (text, left_out) = attempt.text, self._revised(attempt, decision)
             cause = "; ".join([decision.why, *left_out])
+
+    def _unbettered(self) -> int | None:
+        """The best attempt, if all that was expected came true in it and the last ones were no better."""
+        best = max(self.made, key=lambda one: one.rank(self.agreement.names))
+        stale = len(self.made) - 1 - self.made.index(best)
+        sound = best.state == "finished" and not best.missed([*self.agreement.names, *best.expect])
+        return best.number if sound and stale >= STANDSTILL else None
 
     # --- first version ----------------------------------------------------------------------------------------
 
@@ -265,7 +283,16 @@ class Loop:
 
     def _exhibit(self, attempt: Attempt, evidence: str) -> Exhibit:
         images, missed = self.attempts.images(attempt), attempt.missed(list(attempt.expect))
-        return Exhibit(attempt.number, attempt.text, evidence, frozenset(attempt.cites), images, missed)
+        before = self._judgements()
+        return Exhibit(attempt.number, attempt.text, evidence, frozenset(attempt.cites), images, missed, before)
+
+    def _judgements(self) -> str:
+        """What the Critic said of earlier attempts, what became of it, and how expectations went over all of them."""
+        earlier = [one for one in self.made[:-1] if one.number]
+        if not earlier:
+            return ""
+        rows = [judgement(one.number, one.cause, one.critique, one.fates) for one in earlier]
+        return "\n\n".join([*rows, attempts_table([(one.number, one.expect) for one in self.made if one.expect])])
 
     def _with_effects(self, attempt: Attempt) -> str:
         """The evidence, and what was changed since the attempt before and what that did."""
@@ -304,8 +331,15 @@ class Loop:
         """Do what was decided. Returns the text, and what could not be done."""
         text = self.agreement.apply(attempt.text, decision)
         patches = (attempt.critique or {}).get("patches", [])
-        chosen = [patches[k - 1] for k in dict.fromkeys(decision.take)]
-        text, left_out = revising.with_patches(text, chosen, self.path, self.agreement.contract)
+        left_out: list[str] = []
+        for k, patch in enumerate(patches, 1):
+            if k not in decision.take:
+                attempt.fates.append(f"not taken: {decision.why}")
+                continue
+            text, refused = revising.with_patches(text, [patch], self.path, self.agreement.contract)
+            attempt.fates.append(f"refused: {refused[0]}" if refused else "taken")
+            left_out += refused
+        self.attempts.keep(attempt)
         return self.routed(text, decision.routes), left_out
 
     def routed(self, text: str, routes: Sequence[Route]) -> str:
@@ -344,6 +378,12 @@ class Loop:
             ]
             unresolved += best.problems
             if not best.accepted:
+                marks = (best.critique or {}).get("requirements", {})
+                unresolved += [
+                    f"{'half met' if marks[name]['mark'] else 'not met'}: {one.what}"
+                    for name, one in self.request.requirements.items()
+                    if name in marks and marks[name]["mark"] < 1
+                ]
                 unresolved += [failure["what"] for failure in (best.critique or {}).get("failures", ())]
         self.emit("ended", state=state, why=why, best=best.number if best else None)
         return Outcome(state, why, best, unresolved, self.agreement.plan)

@@ -6,6 +6,7 @@ from text2sim.agents.casework import examine, said
 from text2sim.agents.loop import Loop, Outcome
 from text2sim.agents.planning import open_case
 from text2sim.agents.replies import Decision, Fragments, Opening, Plan, PlannedBody
+from text2sim.agents.requirements import of_wish, take_apart
 from text2sim.spec_schema.errors import RunError
 
 
@@ -26,6 +27,7 @@ def amend(loop: Loop, text: str, *, run_first: bool) -> Outcome:
 
 
 def _amended(loop: Loop, text: str, run_first: bool) -> Outcome:
+    loop.require(of_wish(loop.request.text, lambda: take_apart(loop.desk, loop.request.text, loop.request.images)))
     evidence, problems = _present_state(loop, text, run_first)
     shown = "\n\n".join(part for part in (evidence, "\n".join(problems)) if part)
     opening = open_case(loop.desk, loop.request, text, shown, list(loop.agreement.plan.checks.expect), keep=run_first)

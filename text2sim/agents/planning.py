@@ -1,7 +1,7 @@
 """The Planner: it alone reads the card library, defines success, and decides what is done next."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ from text2sim.agents.contract import weakened
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.rehearsal import TAKEN, plan_faults
 from text2sim.agents.replies import SECTIONS, Decision, Fragments, Opening, Plan
+from text2sim.agents.requirements import Requirements, rows
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.shelf import Shelf
 from text2sim.agents.yaml_text import yaml_text
@@ -30,6 +31,8 @@ class Request:
     images: tuple[Image, ...] = ()
     inputs: tuple[str, ...] = ()
     """Files that came with it, in words."""
+    requirements: Requirements = field(default_factory=dict)
+    """What it asks for, one thing at a time; empty if nobody has taken it apart."""
 
 
 @dataclass
@@ -53,7 +56,8 @@ def make_plan(desk: Desk, request: Request, deck: "Deck", path: Path) -> Plan:
         deck: The cards.
         path: Where the case will stand.
     """
-    question = render("plan_ask", request=request.text, inputs=request.inputs)
+    asked = rows(request.requirements)
+    question = render("plan_ask", request=request.text, inputs=request.inputs, requirements=asked)
     system = system_prompt(
         PLANNER,
         vocabulary=language.vocabulary(),
@@ -62,11 +66,11 @@ def make_plan(desk: Desk, request: Request, deck: "Deck", path: Path) -> Plan:
         cards=deck.index(),
         taken=", ".join(TAKEN),
     )
-    read = typed(Plan, lambda plan: _check_plan(plan, deck, path))
+    read = typed(Plan, lambda plan: _check_plan(plan, deck, path, request.requirements))
     return desk.ask("planner", system, question, read, request.images, more=Shelf(deck.pages))
 
 
-def _check_plan(plan: Plan, deck: "Deck", path: Path) -> None:
+def _check_plan(plan: Plan, deck: "Deck", path: Path, requirements: Requirements) -> None:
     if plan.possible == "no":
         if not plan.why:
             raise Wrong(["/why: say why it cannot be done"])
@@ -85,6 +89,18 @@ def _check_plan(plan: Plan, deck: "Deck", path: Path) -> None:
     wrong += [f"/says/{name}: say which sentence it stands for" for name in plan.checks.expect if name not in plan.says]
     wrong += [
         f"/assets: `{asset.body}` is not a body of the plan" for asset in plan.assets if asset.body not in plan.bodies
+    ]
+    wrong += [
+        f"/{part}/{name}: there is no requirement `{name}`; there are {', '.join(requirements)}"
+        for part in ("meets", "causes")
+        for name in getattr(plan, part)
+        if name not in requirements
+    ]
+    wrong += [
+        f"/meets/{name}: there is no expectation `{row}` in checks"
+        for name, bound in plan.meets.items()
+        for row in bound
+        if row not in plan.checks.expect
     ]
     wrong += card_faults(plan.cards, deck)
     wrong += plan_faults(plan, path)

@@ -4,9 +4,9 @@ Values of the wrong type go back, and so does what a form does not know: it woul
 judgements and the like, where nothing is done with a further key, it is ignored: a chatty model costs nothing.
 """
 
-from typing import Annotated, Any, Literal, get_origin
+from typing import Annotated, Any, Literal, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, model_validator
 
 SECTIONS = ("scene", "bodies", "actions", "render")
 Owner = Literal["scene", "bodies", "actions", "render"]
@@ -111,17 +111,24 @@ class Plan(Form):
     """The same, in the words of the language. Nobody but the Planner may change them."""
     keeps: list[Name] = []
     """Expectations about something that has to stay as it is: they hold from the start."""
+    meets: dict[Name, list[Name]] = {}
+    """For each requirement, the expectations that fail if it is not met; the others are judged by eye."""
+    causes: dict[Name, list[Name]] = {}
+    """For requirements of the form "X makes Y": bodies or controls without which Y must not happen."""
     briefs: dict[Owner, Line] = {}
     """What each Writer is to do."""
     cards: dict[str, list[Annotated[str, StringConstraints(max_length=80)]]] = {}
     """Debug Cards to give to each Writer, by role."""
 
 
+Cites = Annotated[list[Annotated[str, StringConstraints(max_length=120)]], Field(max_length=20)]
+
+
 class Failure(Answer):
     """Something that is not as the request wants it."""
 
     what: Line
-    cites: Annotated[list[Annotated[str, StringConstraints(max_length=120)]], Field(min_length=1, max_length=20)]
+    cites: Cites = []
     """What it rests on: `expect:`, `measure:`, `event:`, `body:` or `diagnostic:` and a name, `frame:N`, `run`."""
     section: Where
 
@@ -135,13 +142,50 @@ class Patch(Answer):
     """RFC 6902, with paths from the root of the case."""
 
 
+def _a_mark(value: float) -> float:
+    if value not in (0, 0.5, 1):
+        raise ValueError("a mark is 0, 1/2 or 1")
+    return value
+
+
+class Mark(Answer):
+    """How far one requirement is met."""
+
+    mark: Annotated[float, AfterValidator(_a_mark)]
+    cites: Cites = []
+    why: Line = ""
+    """What is missing, if anything is."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short(cls, data: Any) -> Any:
+        """Take a mark by itself, or with what it rests on, for the whole; and a half in any spelling."""
+        if not isinstance(data, dict | list):
+            data = [data]
+        if isinstance(data, list):
+            texts = [str(row) for row in data[1:]]
+            cites = [row for row in texts if row.partition(" ")[0] == row]
+            data = {"mark": data[0] if data else None, "cites": cites}
+            data["why"] = " ".join(row for row in texts if row not in cites)
+        mark = data.get("mark")
+        return data | {"mark": _MARKS.get(str(mark).strip().lower(), mark)}
+
+
+_MARKS = {
+    "1": 1, "1.0": 1, "yes": 1, "true": 1, "met": 1, "½": 0.5, "1/2": 0.5, "half": 0.5, "0.5": 0.5, "0": 0, "0.0": 0,
+    "no": 0, "false": 0,
+}  # fmt: skip
+
+
 class Critique(Answer):
     """What the Critic makes of a run."""
 
     seen: Line
     """What the pictures show, in the order of time."""
-    score: Annotated[float, Field(ge=0, le=100)]
-    """How well it agrees with the request."""
+    requirements: dict[Name, Mark] = {}
+    """How far each is met."""
+    score: Annotated[float, Field(ge=0, le=100)] = 0
+    """How well it agrees with the request; worked out from the marks, if there are any."""
     verdict: Literal["pass", "repair", "cannot_judge"]
     failures: Annotated[list[Failure], Field(max_length=20)] = []
     responsible: Where | None = None
@@ -150,6 +194,32 @@ class Critique(Answer):
     patches: Annotated[list[Patch], Field(max_length=10)] = []
     unfaithful: Lines = []
     """Restated expectations that ask for less than the request did."""
+    refused: Lines = []
+    """Patches that could not be applied, and why."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _slips(cls, data: Any) -> Any:
+        """Forgive what nothing hangs on: who is responsible for nothing, a word for a verdict."""
+        if not isinstance(data, dict):
+            return data
+        data = dict(data)
+        if data.get("responsible") not in get_args(Where):
+            data.pop("responsible", None)
+        word = str(data.get("verdict", "")).strip().lower()
+        return data | {"verdict": _VERDICTS.get(word, word)}
+
+
+_VERDICTS = {"passed": "pass", "accept": "pass", "accepted": "pass", "fail": "repair", "failed": "repair",
+             "cannot judge": "cannot_judge"}  # fmt: skip
+
+
+class Amendment(Answer):
+    """Parts of a judgement that were asked for again."""
+
+    requirements: dict[Name, Mark] = {}
+    failures: Annotated[list[Failure], Field(max_length=20)] = []
+    patches: Annotated[list[Patch], Field(max_length=10)] = []
 
 
 class Route(Form):

@@ -26,6 +26,7 @@ class Role:
 ROLES = {
     role.name: role
     for role in (
+        Role("reader", "Reader", "apart"),
         Role("planner", "Planner", "plan"),
         Role("scene", "Scene Writer", "scene", "scene", "/scene/dt, value: 0.005}"),
         Role("bodies", "Body Writer", "bodies", "bodies", "/bodies/ball/material/density, value: 2700}"),

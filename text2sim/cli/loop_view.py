@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from text2sim.agents.session import Session
 
 TITLES = {
-    "planner": "Planner", "scene": "Scene Writer", "bodies": "Body Writer", "actions": "Action Writer",
+    "reader": "Reader", "planner": "Planner", "scene": "Scene Writer", "bodies": "Body Writer", "actions": "Action Writer",
     "render": "Render Writer", "articulation": "Articulation agent", "mesh": "Mesh agent", "critic": "Critic",
     "distiller": "Distiller",
 }  # fmt: skip
@@ -90,6 +90,8 @@ def _lines(event: str, what: dict[str, Any]) -> list[str]:
         rows = [f"plan: {what['goal']}"] if what["possible"] != "no" else [f"cannot be done: {what['why']}"]
         rows += [f"  assumed: {row}" for row in what["assumptions"]]
         return rows + [f"  expected: {row} ({name})" for name, row in what["says"].items()]
+    if event == "requirements":
+        return [f"  asked for: {row} ({name})" for name, row in what["rows"].items()]
     if event == "answered":
         cost = f"{what['tokens']:,} tokens, {seconds(what['seconds'])}"
         return [f"  {TITLES.get(what['role'], what['role'])} answered ({cost})"]

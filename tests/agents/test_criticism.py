@@ -1,0 +1,109 @@
+"""What is done with a judgement: marks for requirements, slips of form, what follows from the marks."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.agents.scripted import Scripted, fenced
+from tests.agents.test_asking import desk
+from text2sim.agents.asking import typed
+from text2sim.agents.brief import attempts_table, judgement
+from text2sim.agents.contract import Contract
+from text2sim.agents.criticism import Exhibit, criticise
+from text2sim.agents.planning import Request
+from text2sim.agents.replies import Critique, Mark, Plan
+from text2sim.agents.requirements import Requirement, of_wish, score, take_apart
+
+REQUIRED = {
+    "red": Requirement(what="the lid is red", importance=1),
+    "opens": Requirement(what="the lid opens by itself", importance=3),
+}
+REQUEST = Request("A red lid opens by itself.", requirements=REQUIRED)
+PLAN = Plan(name="lid", event="The lid opens.", meets={"opens": ["open"]})
+
+
+def judged(tmp_path: Path, *replies: str, missed: tuple[str, ...] = ()) -> tuple[Critique, Scripted]:
+    model = Scripted({"critic": [fenced(reply) for reply in replies]})
+    exhibit = Exhibit(1, "", "the evidence", frozenset({"run", "frame:1", "expect:open"}), (), missed)
+    contract = Contract((), {"expect": {}, "measures": {}, "events": {}}, frozenset())
+    return criticise(desk(tmp_path, model), REQUEST, PLAN, exhibit, contract, [], Path("c/case.yaml")), model
+
+
+def test_a_case_passes_only_with_every_requirement_met(tmp_path: Path) -> None:
+    reply = "seen: It opens.\nverdict: pass\nrequirements: {red: [1, 'frame:1'], opens: [%s, 'frame:1', it is pushed]}"
+    half, _ = judged(tmp_path / "half", reply % "1/2")
+    assert (half.verdict, half.score) == ("repair", 62.5)
+    assert half.failures[0].what == "only half met: the lid opens by itself (it is pushed)"
+    assert half.failures[0].cites == ["frame:1"]
+    whole, model = judged(tmp_path / "whole", reply % "1")
+    assert (whole.verdict, whole.score, whole.failures) == ("pass", 100, [])
+    assert "- `opens` (3): the lid opens by itself [expect:open]" in model.questions("critic")[0]
+
+
+def test_a_pass_with_something_that_did_not_come_true_is_none(tmp_path: Path) -> None:
+    reply = "seen: It opens.\nverdict: passed\nresponsible: nobody\nrequirements: {red: 1, opens: 1}"
+    found, model = judged(tmp_path, reply, missed=("open",))
+    assert found.verdict == "repair"
+    assert found.failures[0].cites == ["expect:open"]
+    assert found.responsible is None
+    assert len(model.asked) == 1, "what can be settled is not asked"
+
+
+def test_what_is_left_out_is_asked_for_alone(tmp_path: Path) -> None:
+    first = "seen: It opens.\nverdict: pass\nrequirements: {red: 1}\nfailures: []"
+    found, model = judged(tmp_path, first, "requirements: {opens: 1}")
+    assert found.verdict == "pass"
+    again = model.asked[1].messages
+    assert len(again) == 2
+    assert "no mark for opens" in again[-1].text
+    assert "the evidence" not in again[-1].text
+    still, _ = judged(tmp_path / "still", first, "Nothing.")
+    assert still.verdict == "repair", "a requirement without a mark is not met"
+
+
+def test_citations_of_nothing_do_not_cost_a_letter(tmp_path: Path) -> None:
+    reply = "seen: s\nverdict: repair\nrequirements: {red: 1, opens: 0}\nfailures: [{what: shut, cites: ['frame:99'], section: actions}]"
+    found, model = judged(tmp_path, reply)
+    assert found.failures[0].cites == ["run"]
+    assert len(model.asked) == 1
+
+
+@pytest.mark.parametrize(
+    ("told", "mark"), [(1, 1), ("½", 0.5), ([0.5, "frame:1"], 0.5), ({"mark": "half"}, 0.5), (True, 1)]
+)
+def test_marks_in_any_spelling(told: Any, mark: float) -> None:
+    assert typed(Mark)(told).mark == mark
+
+
+def test_a_request_is_taken_apart_and_looked_through_again(tmp_path: Path) -> None:
+    model = Scripted(
+        {"reader": [fenced("requirements: {a: {what: x, importance: 5}}"), fenced("missing: {a: {what: y}}")]}
+    )
+    found = take_apart(desk(tmp_path, model), "x and y")
+    assert {name: one.what for name, one in found.items()} == {"a": "x", "a_too": "y"}
+    assert "- `a` (5): x" in model.questions("reader")[1]
+    assert take_apart(desk(tmp_path / "mute", Scripted({})), "x") == {}
+
+
+def test_a_short_wish_is_its_own_requirement() -> None:
+    assert list(of_wish("make the lid blue", lambda: {})) == ["wish"]
+    assert of_wish("word " * 30, lambda: REQUIRED) == REQUIRED
+
+
+def test_the_score_weighs_by_importance() -> None:
+    assert score(REQUIRED, {"red": 1, "opens": 0}) == 25
+    assert score(REQUIRED, {"red": 1}) == 25
+
+
+def test_earlier_judgements_and_the_way_of_expectations_are_told() -> None:
+    critique = {
+        "verdict": "repair", "score": 40, "summary": "Stronger.", "requirements": {"opens": {"mark": 0.5, "why": "half way"}},
+        "failures": [{"what": "it stops"}], "patches": [{"section": "actions", "why": "2 N"}], "refused": ["on bodies: no"],
+    }  # fmt: skip
+    told = judgement(1, "first version", critique, ["not taken: too strong"])
+    assert "`opens` 0.5: half way" in told
+    assert "your patch on actions (2 N): not taken: too strong" in told
+    assert "could not be applied: on bodies: no" in told
+    rows = attempts_table([(1, {"open": {"ok": False, "why": "12 deg"}}), (2, {"open": {"ok": True, "why": "90 deg"}})])
+    assert "| `open` | MISSED: 12 deg | true: 90 deg |" in rows
