@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from text2sim.agents.session import Session
 
 TITLES = {
-    "reader": "Reader", "planner": "Planner", "scene": "Scene Writer", "bodies": "Body Writer", "actions": "Action Writer",
+    "reader": "Reader", "planner": "Planner", "scene": "Scene Writer", "bodies": "Body Writer",
+    "actions": "Action Writer",
     "render": "Render Writer", "articulation": "Articulation agent", "mesh": "Mesh agent", "critic": "Critic",
     "distiller": "Distiller",
 }  # fmt: skip
