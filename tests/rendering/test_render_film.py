@@ -13,6 +13,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from text2sim.cli.main import app
+from text2sim.cli.render import _part
 from text2sim.legibility.film import Watcher
 from text2sim.rendering.film import Filming, Progress
 from text2sim.rendering.legibility import write_legibility
@@ -263,3 +264,15 @@ def test_a_camera_that_moves_needs_no_new_kernels(tmp_path: Path) -> None:
     assert len(counts) == 3
     assert counts[0][0] > 0
     assert all(compiled == 0 < kernels for compiled, kernels in counts[1:]), counts
+
+
+def test_a_film_of_some_seconds_with_fewer_pictures_stands_beside_the_whole_one(make_run: MakeRun) -> None:
+    run = make_run({"ball": {"half": 0.1, "pos": (0, 0, 0.4), "velocity": (1, 0, 0)}})
+    whole, fewer = Filming(read_recording(run)), Filming(read_recording(run), fps=5.0)
+    assert [round(frame.t, 9) for frame in whole.reels(during=(0.1, 0.25))[0].frames] == [0.1, 0.2]
+    assert [round(frame.t, 9) for frame in fewer.reels()[0].frames] == [0.0, 0.2]
+    with pytest.raises(RunError, match="shows 0 s to 0.3 s, and no picture from 2 s to 3 s"):
+        whole.reels(during=(2.0, 3.0))
+    (reel,) = fewer.reels(during=(0.2, 0.4))
+    assert _part(fewer, reel, whole=False) == "_5fps_1-1"
+    assert _part(whole, whole.reels()[0], whole=True) == ""

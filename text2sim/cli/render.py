@@ -25,6 +25,12 @@ def render(
     frames: Annotated[
         str, typer.Option("--frames", metavar="A:B", help="Only pictures A to B (not included), or only picture A.")
     ] = "",
+    during: Annotated[
+        str, typer.Option("--during", metavar="A:B", help="Only what happens from A to B, in simulated seconds.")
+    ] = "",
+    fps: Annotated[
+        float | None, typer.Option("--fps", min=1, max=240, help="Pictures per second of film, instead of the case's.")
+    ] = None,
     camera: Annotated[str, typer.Option("--camera", metavar="NAME", help="Only what this camera sees.")] = "",
     resolution: Annotated[str, typer.Option("--resolution", metavar="WxH", help="Instead of the case's.")] = "",
     frames_only: Annotated[
@@ -58,7 +64,7 @@ def render(
     from text2sim.rendering.film import Filming
     from text2sim.rendering.renderer import find_variant
 
-    span, part, size = _span(frames), _shard(shard), _size(resolution)
+    span, part, size, times = _span(frames), _shard(shard), _size(resolution), _times(during)
     if write and not suggest:
         raise typer.BadParameter("goes with --suggest", param_hint="'--write'")
     chosen = choose(run, runs)
@@ -71,17 +77,18 @@ def render(
 
         propose(chosen, write=write, as_json=as_json)
         raise typer.Exit(exits.OK)
-    filming = Filming(chosen.recording, quality, size=size)
+    filming = Filming(chosen.recording, quality, size=size, fps=fps)
     if beside is not None:
         if quality == "still" or frames_only or shard:
             raise typer.BadParameter("makes one film: not with still, --frames-only, --shard", param_hint="'--beside'")
-        other = Filming(choose(beside, runs).recording, quality, size=filming.size)
-        path = _both(filming, other, camera, span, join=join, quiet=as_json)
+        other = Filming(choose(beside, runs).recording, quality, size=filming.size, fps=fps)
+        path = _both(filming, other, camera, span, times, join=join, quiet=as_json)
         say_json({"ok": True, "files": [str(path)]}) if as_json else say(f"film: {shown(path)}")
         raise typer.Exit(exits.OK)
-    reels = filming.reels(camera, span)
+    reels = filming.reels(camera, span, times)
     if quality == "still":
-        reels = [_still(reel, span) for reel in reels[:1]]
+        reels = [_still(reel, first=span is not None) for reel in reels[:1]]
+    whole = span is None and times is None
     teller = _Teller(reels, quiet=as_json)
     made: list[Path] = []
     for reel in reels:
@@ -91,8 +98,8 @@ def render(
         if quality == "still" or frames_only:
             made += _numbered(filming, reel, paths or [filming.finished(f, frames_only or "png") for f in reel.frames])
         else:
-            made.append(filming.encode(reel, _part(reel, span)))
-    if span is None and any(path.suffix == ".mp4" for path in made) and not join:
+            made.append(filming.encode(reel, _part(filming, reel, whole=whole)))
+    if whole and any(path.suffix == ".mp4" for path in made) and not join:
         from text2sim.rendering.legibility import write_legibility
 
         write_legibility(filming, reels)
@@ -140,7 +147,14 @@ class _Teller:
 
 
 def _both(
-    left: "Filming", right: "Filming", camera: str, span: tuple[int, int] | None, *, join: bool, quiet: bool
+    left: "Filming",
+    right: "Filming",
+    camera: str,
+    span: tuple[int, int] | None,
+    times: tuple[float, float] | None,
+    *,
+    join: bool,
+    quiet: bool,
 ) -> Path:
     """Render the main films of two runs, and make one of them."""
     from text2sim.comparison.runs import read_runs
@@ -148,10 +162,10 @@ def _both(
     from text2sim.spec_schema.errors import RunError
 
     one, other = left.recording, right.recording
-    if one.film["fps"] != other.film["fps"]:
-        rates = f"{one.folder} has {one.film['fps']:g}, {other.folder} has {other.film['fps']:g}"
+    if left.fps != right.fps:
+        rates = f"{one.folder} has {left.fps:g}, {other.folder} has {right.fps:g}"
         raise RunError(f"films side by side need one `fps`: {rates}")
-    reels = left.reels(camera, span)[0], right.reels(camera, span)[0]
+    reels = left.reels(camera, span, times)[0], right.reels(camera, span, times)[0]
     if not join:
         teller = _Teller(list(reels), quiet=quiet)
         left.render(reels[0], teller)
@@ -161,20 +175,22 @@ def _both(
     except RunError:  # one that was not judged is shown all the same
         first, second = one.folder.name, other.folder.name
     longer = max(reels, key=lambda reel: len(reel.frames))
-    name = f"{reels[0].name}_beside_{other.folder.name}{_part(longer, span)}"
+    part = _part(left, longer, whole=span is None and times is None)
+    name = f"{reels[0].name}_beside_{other.folder.name}{part}"
     return beside((left, right), reels, (first, second), name)
 
 
-def _part(reel: "Reel", span: tuple[int, int] | None) -> str:
-    """What the name of a film ends in if it is a part: it does not take the place of the whole one."""
-    return f"_{reel.frames[0].k}-{reel.frames[-1].k}" if span else ""
+def _part(filming: "Filming", reel: "Reel", *, whole: bool) -> str:
+    """What the name of a film ends in if it is not the case's: it does not take the place of that."""
+    rate = "" if filming.fps == filming.recording.film["fps"] else f"_{filming.fps:g}fps"
+    return rate + ("" if whole else f"_{reel.frames[0].k}-{reel.frames[-1].k}")
 
 
-def _still(reel: "Reel", span: tuple[int, int] | None) -> "Reel":
-    """The picture that was asked for, or the one in the middle."""
+def _still(reel: "Reel", *, first: bool) -> "Reel":
+    """The first picture, or the one in the middle."""
     from text2sim.rendering.film import Reel
 
-    return Reel(reel.name, [reel.frames[0 if span else len(reel.frames) // 2]])
+    return Reel(reel.name, [reel.frames[0 if first else len(reel.frames) // 2]])
 
 
 def _numbered(filming: "Filming", reel: "Reel", paths: list[Path]) -> list[Path]:
@@ -210,6 +226,19 @@ def _span(text: str) -> tuple[int, int] | None:
     if not 0 <= span[0] < span[1]:
         raise typer.BadParameter(f"{text}: write 10:20, or 10", param_hint="'--frames'")
     return span
+
+
+def _times(text: str) -> tuple[float, float] | None:
+    first, colon, end = text.partition(":")
+    try:
+        if not text:
+            return None
+        begin, until = float(first), float(end if colon else "")
+    except ValueError:
+        begin, until = 1.0, 0.0
+    if not 0 <= begin <= until < float("inf"):
+        raise typer.BadParameter(f"{text}: write 0.2:1.5, from and to in seconds", param_hint="'--during'")
+    return begin, until
 
 
 def _shard(text: str) -> tuple[int, int]:

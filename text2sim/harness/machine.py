@@ -100,6 +100,7 @@ SYSTEM_LIBRARIES = (
     SystemLibrary("libOpenGL.so.0", "libopengl0", "pymeshlab cannot remesh for soft bodies without it"),
     SystemLibrary("libgomp.so.1", "libgomp1", "the sampler that fills meshes with particles needs it"),
     SystemLibrary("libglib-2.0.so.0", "libglib2.0-0", "OpenCV does not import without it"),
+    SystemLibrary("libatomic.so.1", "libatomic1", "the path tracer does not import without it"),
 )
 """All that a minimal Debian lacks, each found by running without it. libgl1 and libegl1 bring Mesa."""
 

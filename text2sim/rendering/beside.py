@@ -28,7 +28,7 @@ def beside(films: tuple[Filming, Filming], reels: tuple[Reel, Reel], captions: t
     left = films[0]
     target, (width, height) = left.folder / f"{name}.mp4", left.size
     crf, preset = ENCODER.get(left.quality, ENCODER["final"])
-    video = Video(target, (2 * width + GAP, height), left.recording.film["fps"], crf=crf, preset=preset)
+    video = Video(target, (2 * width + GAP, height), left.fps, crf=crf, preset=preset)
     shown = [np.zeros((height, width, 3), np.uint8)] * 2
     for pictures in zip_longest(one, two):
         for k, picture in enumerate(pictures):

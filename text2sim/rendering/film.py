@@ -60,15 +60,23 @@ class Filming:
         quality: One of `QUALITIES`.
         size: Width and height [pixels]; the film section's if left out.
         samples: Per pixel, instead of the quality's.
+        fps: Pictures per second of film; the film section's if left out.
     """
 
     def __init__(
-        self, recording: Recording, quality: str = "draft", *, size: tuple[int, int] | None = None, samples: int = 0
+        self,
+        recording: Recording,
+        quality: str = "draft",
+        *,
+        size: tuple[int, int] | None = None,
+        samples: int = 0,
+        fps: float | None = None,
     ):
         self.recording, self.quality = recording, quality
         how = QUALITIES[quality]
         self._how = Quality(samples, how.depth, how.blur) if samples else how
         self.size = size or tuple(recording.film["resolution"])
+        self.fps = float(fps or recording.film["fps"])
         self.folder = recording.folder / "render"
         self._cameras = Cameras(recording.film, recording.states)
         self._digests = Digests(recording, self._how, self.size)
@@ -78,17 +86,20 @@ class Filming:
         """What is filmed; made when it is first asked for, which takes seconds."""
         return Stage(self.recording)
 
-    def reels(self, camera: str = "", span: tuple[int, int] | None = None) -> list[Reel]:
+    def reels(
+        self, camera: str = "", span: tuple[int, int] | None = None, during: tuple[float, float] | None = None
+    ) -> list[Reel]:
         """Return the films of the run.
 
         Args:
             camera: Only what this camera sees, all through.
             span: Only these pictures, from and to (not included).
+            during: Only what happens from one simulated time [s] to another.
 
         Raises:
             RunError: if there is no such camera, or no such picture.
         """
-        film = self.recording.film
+        film = self.recording.film | {"fps": self.fps}
         found = reels(film)
         if camera:
             if camera not in film["cameras"]:
@@ -104,6 +115,13 @@ class Filming:
                         f"the film has pictures 0 to {len(pictures) - 1}, none of {span[0]} to {span[1] - 1}"
                     )
                 pictures = pictures[slice(*span)]
+            if during is not None:
+                begin, end = during
+                shown = [picture for picture in pictures if begin <= picture.t <= end]
+                if not shown:
+                    times = f"{pictures[0].t:g} s to {pictures[-1].t:g} s"
+                    raise RunError(f"the film shows {times}, and no picture from {begin:g} s to {end:g} s")
+                pictures = shown
             made.append(Reel(name.replace(MAIN, self.quality, 1), pictures))
         return made
 
@@ -179,7 +197,7 @@ class Filming:
         paths = self.rendered(reel)
         crf, preset = ENCODER.get(self.quality, ENCODER["final"])
         target = self.folder / f"{reel.name}{part}.mp4"
-        video = Video(target, self.size, self.recording.film["fps"], crf=crf, preset=preset)
+        video = Video(target, self.size, self.fps, crf=crf, preset=preset)
         for image in self.pictures(reel, paths):
             video.write(image)
         video.close()
