@@ -122,21 +122,27 @@ def test_a_reader_that_has_enough_is_no_error(case: Path):
     assert answer.stderr == ""
 
 
-def test_an_error_of_ours_says_so_and_where_the_details_are(cli: Cli, case: Path, monkeypatch: pytest.MonkeyPatch):
+def test_an_error_of_ours_says_so_and_where_the_details_are(
+    cli: Cli, case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
     def broken(*_: object, **__: object) -> None:
         raise KeyError("lost")
 
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("SOME_API_KEY", "open sesame")
     monkeypatch.setattr("text2sim.cli.cases.examine", broken)
     answer = cli("check", case)
     assert answer.code == 70
     assert "our bug" in answer.err
     assert "Traceback" not in answer.err
-    details = Path(answer.err.splitlines()[-1].partition(": ")[2])
+    details = Path(answer.err.splitlines()[-1].partition(": cat ")[2])
+    assert details.parent == tmp_path / "cache" / "text2sim" / "bugs"
     assert "KeyError: 'lost'" in details.read_text()
-    details.unlink()
+    assert "sesame" not in details.read_text()
+    assert (details.stat().st_mode & 0o777, details.parent.stat().st_mode & 0o777) == (0o600, 0o700)
     answer = cli("check", case, "--json")
     assert (answer.code, answer.json["ok"]) == (70, False)
-    Path(answer.json["details"]).unlink()
+    assert Path(answer.json["details"]).is_file()
 
 
 # --- compile ---------------------------------------------------------------------------------------------

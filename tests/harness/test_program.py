@@ -274,7 +274,7 @@ def test_a_failed_film_does_not_undo_the_simulation(make_run):
 
 def test_colours_of_a_message_do_not_reach_the_terminal(make_run):
     outcome = run(make_run("raise ValueError('\\x1b[31mred\\x1b[0m \\x07 bell')")).outcome
-    assert outcome.message == "ValueError: red bell"
+    assert outcome.message == "ValueError: red \ufffd bell"
 
 
 def test_the_log_of_a_second_program_follows_that_of_the_first(make_run):

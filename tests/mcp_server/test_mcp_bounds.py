@@ -152,3 +152,32 @@ def test_files_of_runs_have_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         read_file(Path("large"), 2_000_000)
     assert read_file(Path("nothing"), 10) is None
     assert read_file(Path("."), 10) is None
+
+
+def test_run_folders_are_only_read(agent: Agent) -> None:
+    run = agent.root / "runs" / "tiny-0123456789"
+    run.mkdir(parents=True)
+    (run / "case.yaml").write_text(TINY, "utf-8")
+    change = [{"op": "replace", "path": "/scene/duration", "value": 0.1}]
+    replaces = agent("show", case=f"runs/{run.name}", part="text").document["digest"]
+    for reply in (
+        agent("patch", case=f"runs/{run.name}", operations=change),
+        agent("write", case=f"runs/{run.name}", text=TINY.replace("500", "600"), replaces=replaces),
+        agent("write", case=f"runs/{run.name}/inside", text=TINY),
+        agent("new", case="runs/another"),
+    ):
+        assert reply.failed
+        assert "only read there" in reply.document["error"]
+    assert (run / "case.yaml").read_text("utf-8") == TINY
+    assert not (agent.root / "runs" / "another").exists()
+
+
+def test_arguments_that_a_tool_does_not_have_are_refused(agent: Agent) -> None:
+    agent.write("tiny", TINY)
+    reply = agent("check", case="tiny", variant="soft")
+    assert reply.failed
+    assert "variant" in reply.document["error"]
+
+
+def test_half_a_character_is_answered(agent: Agent) -> None:
+    assert agent("language", topic="\ufffe \x9b").document

@@ -98,3 +98,16 @@ def test_how_long_ago_it_was_saved(files, case):
     time.sleep(0.1)
     files.saved()
     assert 0.1 <= files.age <= 0.5
+
+
+@pytest.mark.parametrize("kind", ["pipe", "device", "link to a pipe"])
+def test_what_is_no_file_is_not_waited_for(files, case, kind):
+    pipe = case.with_name("pipe.json")
+    if kind == "device":
+        pipe.symlink_to("/dev/zero")
+    else:
+        os.mkfifo(pipe)
+    if kind == "link to a pipe":
+        case.with_name("other.json").symlink_to(pipe)
+    assert files.saved() == ""
+    assert CaseFiles(case).saved() == ""

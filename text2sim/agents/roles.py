@@ -5,6 +5,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from text2sim.spec_schema.plain import plain
+
 PROMPTS = Path(__file__).parent / "prompts"
 
 
@@ -53,8 +55,8 @@ def _environment() -> Any:
 
 
 def quoted(text: str) -> str:
-    """Return text of a stranger in which nothing ends the mark that says so."""
-    return text.replace("</", "<\u200b/").strip()
+    """Return text of a stranger without control characters, in which nothing ends the mark that says so."""
+    return plain(text).replace("</", "<\u200b/").strip()
 
 
 def render(prompt: str, **values: Any) -> str:

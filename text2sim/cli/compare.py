@@ -44,17 +44,17 @@ def _say(comparison: "Comparison") -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from text2sim.cli.output import printable
+    from text2sim.spec_schema.plain import plain
 
     table = Table(box=box.SIMPLE, pad_edge=False)
     for head in ("", *(run.label for run in comparison.runs)):
-        table.add_column(Text(printable(head)), overflow="fold")
+        table.add_column(Text(plain(head)), overflow="fold")
 
     def section(title: str, rows: list[tuple[str, list[str]]]) -> None:
         if rows:
             table.add_row(Text(title, style="bold"))
         for name, cells in rows[:SHOWN]:
-            table.add_row(Text(printable(f"  {name}")), *(Text(printable(cell)) for cell in cells))
+            table.add_row(Text(plain(f"  {name}")), *(Text(plain(cell)) for cell in cells))
         if len(rows) > SHOWN:
             table.add_row(f"  … and {len(rows) - SHOWN} more")
 

@@ -119,7 +119,8 @@ def say_line(line: str) -> None:
     """Print a line of a difference, in colour on a terminal."""
     import sys
 
-    from text2sim.cli.output import printable, say
+    from text2sim.cli.output import say
+    from text2sim.spec_schema.plain import plain
 
     if not sys.stdout.isatty():
         say(line)
@@ -129,4 +130,4 @@ def say_line(line: str) -> None:
 
     bare = line.lstrip(" ")
     style: Any = _STYLES.get(bare[:1], "") if line.startswith(" ") else "bold"
-    Console(highlight=False, soft_wrap=True).print(Text(printable(line), style=style))
+    Console(highlight=False, soft_wrap=True).print(Text(plain(line), style=style))

@@ -1,13 +1,12 @@
 """What to say when a command cannot go on."""
 
 import errno
+import shlex
 import sys
-import tempfile
-import traceback
 
-from text2sim import __version__
 from text2sim.cli import exits
 from text2sim.cli.output import reason, say, say_json, say_problems
+from text2sim.harness.trouble import keep_details
 from text2sim.spec_schema.errors import MachineError, SpecError, Text2SimError
 
 _MACHINE_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.ENOMEM, errno.EMFILE, errno.EIO})
@@ -27,11 +26,13 @@ def fail(error: Exception, *, as_json: bool) -> int:
     if isinstance(error, Text2SimError | OSError):
         return _fail_plainly(error, as_json=as_json)
     message = f"internal error, which is our bug: {type(error).__name__}: {error}"
-    details = _write_details(error)
+    details = keep_details(error)
     if as_json:
         say_json({"ok": False, "error": message, "details": details})
     else:
-        say(f"text2sim: {message}\n  details to send us: {details}", to=sys.stderr)
+        say(f"text2sim: {message}", to=sys.stderr)
+        if details:
+            say(f"  please send us what this prints: cat {shlex.quote(details)}", to=sys.stderr)
     return exits.BUG
 
 
@@ -45,15 +46,3 @@ def _fail_plainly(error: Text2SimError | OSError, *, as_json: bool) -> int:
     else:
         say(f"text2sim: {message}", to=sys.stderr)
     return code
-
-
-def _write_details(error: Exception) -> str:
-    try:
-        with tempfile.NamedTemporaryFile(
-            "w", prefix="text2sim-bug-", suffix=".txt", delete=False, encoding="utf-8"
-        ) as stream:
-            stream.write(f"text2sim {__version__}, Python {sys.version}\narguments: {sys.argv[1:]}\n\n")
-            stream.write("".join(traceback.format_exception(error)))
-            return stream.name
-    except OSError:
-        return "nowhere: no file could be written"

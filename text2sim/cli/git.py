@@ -65,6 +65,7 @@ def textconv(file: _File) -> None:
     from text2sim.cli.failure import fail
     from text2sim.revision.driver import flat_text
     from text2sim.spec_schema.errors import SpecError
+    from text2sim.spec_schema.plain import plain
     from text2sim.spec_schema.text.source import read_source
 
     try:
@@ -74,7 +75,7 @@ def textconv(file: _File) -> None:
     except Exception as error:
         fail(error, as_json=False)
         text = file.read_bytes().decode("utf-8", "replace")
-    print(text, end="")
+    print(plain(text), end="")
 
 
 @git.command("merge", hidden=True)

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from text2sim.cli.output import say, seconds
+from text2sim.spec_schema.plain import plain_line
 
 if TYPE_CHECKING:
     from text2sim.harness.progress import OnProgress, Progress
@@ -75,12 +76,12 @@ def _live(name: str) -> Iterator["OnProgress"]:
         *columns, console=Console(stderr=True), transient=True, redirect_stdout=False, redirect_stderr=False
     )
     with live:
-        task = live.add_task("", total=None, name=name, numbers="")
+        task = live.add_task("", total=None, name=plain_line(name), numbers="")
 
         def listener(progress: "Progress") -> None:
             fields: dict[str, Any] = {"description": WORDS.get(progress.phase, progress.phase)}
             if progress.note:
-                live.console.print(progress.note, style="dim", markup=False, highlight=False)
+                live.console.print(plain_line(progress.note), style="dim", markup=False, highlight=False)
             if progress.fraction is None:
                 fields |= {"total": None, "completed": 0, "numbers": ""}
             else:

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from text2sim.cli.output import say, seconds
+from text2sim.spec_schema.plain import plain, plain_line
 
 if TYPE_CHECKING:
     from text2sim.agents.journal import Listener
@@ -75,13 +76,13 @@ def _live(name: str) -> Iterator["Listener"]:
     from rich.status import Status
 
     console = Console(stderr=True)
-    plain = _Plain()
-    plain.print = lambda line: console.print(line, markup=False, highlight=False)  # type: ignore[method-assign]
+    plainly = _Plain()
+    plainly.print = lambda line: console.print(plain(line), markup=False, highlight=False)  # type: ignore[method-assign]
     with Status(f"{name}: working", console=console) as status:
 
         def listener(event: str, what: dict[str, Any]) -> None:
-            plain(event, what)
-            status.update(f"{name}: {plain.status}")
+            plainly(event, what)
+            status.update(plain_line(f"{name}: {plainly.status}"))
 
         yield listener
 

@@ -8,16 +8,12 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from text2sim.spec_schema.errors import Problem, format_problems
+from text2sim.spec_schema.plain import escaped, plain
 
 
 def say(text: str = "", *, to: TextIO | None = None) -> None:
     """Print a line, without whatever could move the cursor or change colours."""
-    print(printable(text), file=to or sys.stdout)
-
-
-def printable(text: str) -> str:
-    """Return text without control characters: names and messages come from files of other people."""
-    return "".join(c if c.isprintable() or c in "\n\t" else "\N{REPLACEMENT CHARACTER}" for c in text)
+    print(plain(text), file=to or sys.stdout)
 
 
 def say_problems(problems: Iterable[Problem], sources: Mapping[str, str]) -> None:
@@ -28,7 +24,7 @@ def say_problems(problems: Iterable[Problem], sources: Mapping[str, str]) -> Non
 
 def say_json(document: object) -> None:
     """Print the one JSON document of a command."""
-    print(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False, default=str))
+    print(escaped(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False, default=str)))
 
 
 def shown(path: Path) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from text2sim.cli import exits
+from text2sim.spec_schema.plain import plain_line
 
 if TYPE_CHECKING:
     from text2sim.rendering.film import Filming, Progress, Reel
@@ -139,7 +140,7 @@ class _Teller:
             left = f", {each:.1f} s each, {seconds(each * (self._total - self._done))} left"
         text = f"rendering {progress.film}: {self._done} of {self._total} pictures{left}"
         ending = "\n" if not live or self._done == self._total else ""
-        print(("\r\x1b[K" if live else "") + text, end=ending, file=sys.stderr, flush=True)
+        print(("\r\x1b[K" if live else "") + plain_line(text), end=ending, file=sys.stderr, flush=True)
 
     def mean(self) -> dict[str, float]:
         """Return the time of a picture by part [s]."""

@@ -21,13 +21,14 @@ def propose(chosen: "Chosen", *, write: bool, as_json: bool) -> None:
     from text2sim.revision.revise import revise
     from text2sim.spec_schema.errors import RunError
     from text2sim.spec_schema.load import load_case
+    from text2sim.spec_schema.plain import plain
     from text2sim.spec_schema.text.canonical import dump_case
     from text2sim.spec_schema.text.source import read_source
 
     if write and chosen.case is None:
         raise RunError("a run does not know where its case is: name the case instead of the run to write into it")
     loaded = chosen.loaded or load_case(chosen.recording.folder / "expanded.yaml")
-    quiet = (lambda text: None) if as_json else (lambda text: print(text, file=sys.stderr, flush=True))
+    quiet = (lambda text: None) if as_json else (lambda text: print(plain(text), file=sys.stderr, flush=True))
     proposal = suggest(chosen.recording, loaded, quiet)
     if write and chosen.case is not None:
         source = read_source(chosen.case)

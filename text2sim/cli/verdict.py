@@ -4,7 +4,8 @@ import sys
 from typing import TYPE_CHECKING
 
 from text2sim.cli import exits
-from text2sim.cli.output import expectation_rows, printable, say, say_problems, seconds, shown
+from text2sim.cli.output import expectation_rows, say, say_problems, seconds, shown
+from text2sim.spec_schema.plain import plain
 
 if TYPE_CHECKING:
     from text2sim.cli.cases import Examined
@@ -95,5 +96,5 @@ def _say_table(rows: list[tuple[bool | None, str, str]]) -> None:
     table.add_column(overflow="fold")
     for ok, name, words in rows:
         style = {True: "green", False: "bold red", None: "yellow"}[ok]
-        table.add_row(Text(f"{MARKS[ok]:>4}", style=style), Text(name), Text(printable(words)))
+        table.add_row(Text(f"{MARKS[ok]:>4}", style=style), Text(name), Text(plain(words)))
     Console().print(table)

@@ -209,6 +209,8 @@ def _group(group: Group) -> dict[str, Any]:
     count = len(rows)
     return {
         "ident": identifier(group.name),
+        # A body `bodies` must not hide the program's own `add_bodies`; no name begins with an underscore.
+        "adder": identifier(f"add_{'_' if group.name in ('bodies', 'statics') else ''}{group.name}"),
         "first": first.name,
         "line": group.line,
         "doc": Code(group.name if single else f"{count} {'copies' if count > 1 else 'copy'} of {group.name}"),

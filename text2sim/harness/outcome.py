@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.harness.child import ChildExit, Limits
+from text2sim.spec_schema.plain import plain
 
 EXIT_DIVERGED = 3
 EXIT_INTERRUPTED = 130
@@ -112,8 +113,7 @@ def last_error(log: str) -> str:
 
 def clean(text: str) -> str:
     """Return text without colours and other control characters, which could rewrite a terminal."""
-    text = _ANSI.sub("", text)
-    return "".join(c if c.isprintable() or c in "\n\t" else " " for c in text)
+    return plain(_ANSI.sub("", text).replace("\r", " "))
 
 
 def read_status(path: Path) -> dict[str, Any]:

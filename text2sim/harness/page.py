@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from text2sim.spec_schema.plain import plain
+
 
 def render_page(package: str, template: str, contents: Mapping[str, Any]) -> str:
     """Render a template that lies in a package of ours.
@@ -22,6 +24,7 @@ def render_page(package: str, template: str, contents: Mapping[str, Any]) -> str
         loader=FileSystemLoader([here.parent / package, here]),
         autoescape=True,
         undefined=StrictUndefined,
+        finalize=lambda value: plain(value) if type(value) is str else value,
         trim_blocks=True,
         lstrip_blocks=True,
     )

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
 
-from text2sim.cli.output import printable
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.plain import plain
 
 MAX_PAGE = 9_000
 """Characters of one page of text or rows, so that an answer is some 3,000 tokens at most."""
@@ -79,7 +79,7 @@ def text_page(text: str, offset: int) -> tuple[str, dict[str, Any]]:
         piece = piece[: cut + 1]
     end = offset + len(piece)
     said = {"characters": len(text)} | ({"next_offset": end} if end < len(text) else {})
-    return printable(piece), said
+    return plain(piece), said
 
 
 def digest(text: str) -> str:
@@ -108,4 +108,4 @@ def problem_rows(problems: Iterable[Problem], sources: dict[str, str] | None = N
 
 def _dump(value: Any) -> str:
     # Names and messages come from files of other people, and half a character could not be sent at all.
-    return printable(json.dumps(value, ensure_ascii=False, default=str))
+    return plain(json.dumps(value, ensure_ascii=False, default=str))

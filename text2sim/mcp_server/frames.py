@@ -96,7 +96,9 @@ def _length(film: dict[str, Any], shot: dict[str, Any]) -> float:
 def _chosen(pictures: list[Frame], times: list[float], count: int) -> list[Frame]:
     """The pictures nearest to some times, or a number of them, evenly spread; in the order of the film."""
     if times:
-        near = [min(pictures, key=lambda one: abs(one.t - time)) for time in times]
+        # Of numbers so large that every time is as near, the nearest would be the first.
+        last = max(one.t for one in pictures)
+        near = [min(pictures, key=lambda one: abs(one.t - min(time, last))) for time in times]
     else:
         steps = max(count - 1, 1)
         near = [pictures[round(i * (len(pictures) - 1) / steps)] for i in range(count)]

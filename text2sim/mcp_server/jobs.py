@@ -1,7 +1,5 @@
 """Runs in the background, one at a time: started, asked after, stopped."""
 
-import sys
-import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import count
@@ -10,6 +8,7 @@ from time import monotonic
 
 from text2sim.harness.progress import PHASES, OnProgress, Progress
 from text2sim.harness.stop import Stop
+from text2sim.harness.trouble import told
 from text2sim.mcp_server.answers import Answer, refusal
 from text2sim.spec_schema.errors import RunError
 
@@ -143,8 +142,6 @@ def _work(job: Job, work: Work) -> None:
     try:
         job.answer = work(listen, job.stop)
     except Exception as error:
-        # The agent can do nothing with our traceback; whoever reads the log of the server can.
-        traceback.print_exc(file=sys.stderr)
-        job.answer = refusal(f"internal error, which is our bug: {type(error).__name__}")
+        job.answer = refusal(told(error))
     finally:
         job.over.set()

@@ -18,6 +18,7 @@ from pydantic import Field
 from text2sim import __version__
 from text2sim.cli.output import reason
 from text2sim.harness.stop import SIGNALS
+from text2sim.harness.trouble import told
 from text2sim.mcp_server import cards, evidence, frames, language, reading, running, writing
 from text2sim.mcp_server.answers import Answer, problem_rows, refusal
 from text2sim.mcp_server.jobs import Job, Jobs
@@ -75,7 +76,17 @@ def make_server(workspace: Workspace, jobs: Jobs) -> MCPServer:
     _add_reading(server, workspace)
     _add_writing(server, workspace)
     _add_running(server, workspace, jobs)
+    _refuse_unknown_arguments(server)
     return server
+
+
+def _refuse_unknown_arguments(server: MCPServer) -> None:
+    """The SDK ignores arguments that a tool does not have; who misspelt one believes that it was heard."""
+    for tool in server._tool_manager.list_tools():  # it has no public way to them
+        model = tool.fn_metadata.arg_model
+        model.model_config["extra"] = "forbid"
+        model.model_rebuild(force=True)
+        tool.parameters = model.model_json_schema(by_alias=True)
 
 
 def _add_reading(server: MCPServer, workspace: Workspace) -> None:
@@ -268,6 +279,8 @@ async def _tried(call: Callable[[], T]) -> T | Answer:
         return Answer({"ok": False, "problems": problem_rows(error.problems[:20])}, failed=True)
     except (Text2SimError, OSError) as error:
         return refusal(reason(error))
+    except Exception as error:
+        return refusal(told(error))
 
 
 async def _answered(call: Callable[[], Answer]) -> CallToolResult:
@@ -275,9 +288,9 @@ async def _answered(call: Callable[[], Answer]) -> CallToolResult:
 
 
 def _result(answer: Answer) -> CallToolResult:
-    content: list[Any] = [TextContent(type="text", text=answer.words())]
-    if answer.text:
-        content.append(TextContent(type="text", text=answer.text))
+    # Half a surrogate pair, which JSON can hold, would be lost on the wire with all that is around it.
+    texts = [text.encode("utf-8", "replace").decode("utf-8") for text in (answer.words(), answer.text) if text]
+    content: list[Any] = [TextContent(type="text", text=text) for text in texts]
     if answer.picture:
         data = base64.b64encode(answer.picture).decode("ascii")
         content.append(ImageContent(type="image", data=data, mime_type=answer.media))

@@ -64,6 +64,16 @@ class Workspace:
         _refuse_links(path)
         return path
 
+    def refuse_runs(self, path: Path) -> None:
+        """Refuse to write where runs lie: what is there says what happened, and nobody else's word for it.
+
+        Raises:
+            RunError: if the path lies in a run folder, or in the folder of all runs.
+        """
+        inside = next((step for step in (path, *path.parents) if step == RUNS or (step / "run.json").exists()), None)
+        if inside is not None:
+            raise RunError(f"{path} lies in {inside}, where runs are kept: tools only read there; write to {CASES}")
+
     def runs(self) -> Path:
         """Return the folder of run folders.
 

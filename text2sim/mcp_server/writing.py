@@ -28,6 +28,7 @@ MAX_UNDO = 3_000
 def new(workspace: Workspace, case: str, template: str) -> Answer:
     """Write a case to start from."""
     folder = workspace.case_folder(case)
+    workspace.refuse_runs(folder)
     source = workspace.case_file(template).parent if template else None
     with workspace.editing():
         file = make_case(folder.name, source, folder.parent)
@@ -46,6 +47,7 @@ def write(workspace: Workspace, case: str, text: str, replaces: str) -> Answer:
     if len(text) > MAX_BYTES:
         return refusal(f"the text has {len(text)} characters; a case has {MAX_BYTES} at most")
     folder = workspace.case_folder(case)
+    workspace.refuse_runs(folder)
     file = folder / CASE_FILE
     with workspace.editing():
         there = read_source(workspace.case_file(str(folder))) if file.exists() or file.is_symlink() else None
@@ -88,6 +90,7 @@ def patch(
     if len(given.text) > MAX_PATCH:
         return refusal(f"the patch has {len(given.text)} characters; {MAX_PATCH} are allowed")
     file = workspace.case_file(case)
+    workspace.refuse_runs(file.parent)
     with workspace.editing():
         source = read_source(file)
         if replaces and replaces != digest(source.text):

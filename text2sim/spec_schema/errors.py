@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+from text2sim.spec_schema.plain import plain_line
+
 Severity = Literal["error", "warning"]
 
 SHOWN = 100
@@ -32,8 +34,12 @@ class Problem:
     """Stable id of the rule that was broken."""
     severity: Severity = "error"
 
+    def __post_init__(self) -> None:
+        # It may quote anything: a file, what a library said of it, a name inside it.
+        object.__setattr__(self, "message", plain_line(self.message))
+
     def __str__(self) -> str:
-        text = f"{self.file}:{self.line}:{self.column}: {self.severity}: {self.message}"
+        text = f"{plain_line(self.file)}:{self.line}:{self.column}: {self.severity}: {self.message}"
         if self.hint is not None:
             text += f"; did you mean `{self.hint}`?"
         return f"{text} [{self.rule}]"
@@ -44,7 +50,10 @@ class Problem:
 
 
 class Text2SimError(Exception):
-    """Something that the user can put right."""
+    """Something that the user can put right, in a line of plain text, whatever it quotes."""
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(plain_line(message))
 
 
 class SpecError(Text2SimError):
@@ -56,7 +65,7 @@ class SpecError(Text2SimError):
 
     def __init__(self, problems: Iterable[Problem]) -> None:
         self.problems = sort_problems(problems)
-        super().__init__("\n".join(map(str, self.problems)))
+        Exception.__init__(self, "\n".join(map(str, self.problems)))
 
 
 class AssetError(Text2SimError):
@@ -124,6 +133,7 @@ def _excerpt(line: str, problem: Problem, width: int = 110) -> str:
     column = problem.column - 1
     # A window around the column, for lines that are longer than a terminal is wide.
     first = max(0, column - width * 2 // 3) if len(line) > width else 0
-    shown = "".join(c if c.isprintable() else " " for c in line[first : first + width])
-    at = f"  at {problem.path}" if problem.path else ""
+    # One column for each character, of the marks as well.
+    shown = plain_line(line[first : first + width])
+    at = f"  at {plain_line(problem.path)}" if problem.path else ""
     return f"    {shown.rstrip()}\n    {' ' * (column - first)}^{at}"

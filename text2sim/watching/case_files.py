@@ -1,6 +1,7 @@
 """Notices that a case was saved, however its editor does that."""
 
 import os
+import stat
 from hashlib import blake2b
 from pathlib import Path
 from time import monotonic, sleep, time
@@ -78,8 +79,8 @@ class CaseFiles:
                     if depth and entry.name not in SKIPPED:
                         self._look_into(Path(entry.path), depth - 1, stamps)
                 elif os.path.splitext(entry.name)[1].lower() in SUFFIXES:
-                    found = entry.stat()
-                    stamps[Path(entry.path)] = (found.st_mtime_ns, found.st_size, found.st_ino)
+                    if (stamp := _stamp(Path(entry.path))) is not None:
+                        stamps[Path(entry.path)] = stamp
             except OSError:
                 continue
 
@@ -89,12 +90,16 @@ def _stamp(path: Path) -> Stamp | None:
         found = path.stat()
     except OSError:
         return None
+    if not stat.S_ISREG(found.st_mode):
+        return None  # a pipe would be waited for without end, and a device has no end
     return found.st_mtime_ns, found.st_size, found.st_ino
 
 
 def _digest(path: Path) -> str:
     try:
-        with path.open("rb") as stream:
+        with open(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb") as stream:
+            if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
+                return ""
             digest = blake2b(digest_size=16)
             while block := stream.read(1 << 20):
                 digest.update(block)

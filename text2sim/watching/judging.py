@@ -49,6 +49,7 @@ class Judge:
 
     def _work(self, key: Key, folder: Path, case: "Case") -> None:
         from text2sim.harness.evidence import judge
+        from text2sim.harness.trouble import told
         from text2sim.spec_schema.errors import RunError
 
         begun, evidence, message = monotonic(), None, ""
@@ -58,7 +59,7 @@ class Judge:
         except RunError as error:
             message = str(error)
         except Exception as error:
-            message = f"internal error, which is our bug: {type(error).__name__}: {error}"
+            message = told(error)
         self._inbox.put(Judged(key, evidence, message, monotonic() - begun))
 
 

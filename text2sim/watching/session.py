@@ -9,6 +9,7 @@ from time import monotonic, sleep
 from typing import Any
 
 from text2sim.harness.progress import ProgressTail
+from text2sim.harness.trouble import told
 from text2sim.templates.cadence import reels
 from text2sim.watching import engine, painting, wording
 from text2sim.watching.board import Board
@@ -119,7 +120,7 @@ class Session:
             version = self._compile(checked)
         except Exception as error:  # a bug of ours must not end the session: the next save may get around it
             self._valid = False
-            self._listener.trouble(f"internal error, which is our bug: {type(error).__name__}: {error}", None)
+            self._listener.trouble(told(error), None)
             self._board.show(words="internal error", tone="bad", mark="!", problems=[], progress=None)
             return
         self._valid, self._shown = version is not None, False

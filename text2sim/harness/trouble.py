@@ -1,0 +1,41 @@
+"""What is known of an error of ours, kept where only its user can read it."""
+
+import os
+import platform
+import sys
+import traceback
+from contextlib import suppress
+from hashlib import sha256
+from pathlib import Path
+
+from text2sim import __version__
+
+
+def keep_details(error: BaseException) -> str:
+    """Write down what a maintainer needs: versions, arguments, traceback; nothing of the environment.
+
+    Returns:
+        The file, in the user's cache folder, one for each error; empty if it could not be written.
+    """
+    home = str(Path.home())
+    text = (
+        f"text2sim {__version__}, Python {platform.python_version()}, {platform.system()} {platform.machine()}\n"
+        f"arguments: {sys.argv[1:]}\n\n{''.join(traceback.format_exception(error))}"
+    ).replace(home, "~")
+    with suppress(OSError):
+        folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "text2sim" / "bugs"
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        data = text.encode("utf-8", "backslashreplace")
+        path = folder / f"{sha256(data).hexdigest()[:12]}.txt"
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_NOFOLLOW", 0), 0o600)
+        with open(descriptor, "wb") as stream:
+            stream.write(data)
+        return str(path)
+    return ""
+
+
+def told(error: BaseException) -> str:
+    """Return what to say of an error of ours, with the command that shows what to send us."""
+    file = keep_details(error)
+    words = f"internal error, which is our bug: {type(error).__name__}: {error}"
+    return f"{words}; please send us what `cat {file}` prints" if file else words
