@@ -1,4 +1,4 @@
-"""The camera that a case gets is written out as a frame, and that frame is the same camera."""
+"""What is decided by what is recorded is not written out: the case that is written out gets the same film."""
 
 import pytest
 
@@ -20,7 +20,7 @@ bodies:
 
 
 @pytest.mark.parametrize("z", [0.5, 2.0])
-def test_what_falls_is_in_both_frames(z: float) -> None:
+def test_the_film_is_the_same(z: float) -> None:
     case = resolve_case(load_text(CASE.format(z=z)))
     again = resolve_case(load_text(explicit(case).text()))
     assert again.plan.render == case.plan.render

@@ -107,11 +107,12 @@ def test_places_masses_and_default_colours_are_told() -> None:
     assert comments["scene", "statics", "post", "look"] == "derived: what never moves"
 
 
-def test_the_camera_and_the_light_that_nobody_gave_are_written_out() -> None:
+def test_the_light_that_nobody_gave_is_written_out_and_what_the_recording_decides_is_not() -> None:
     case = case_of(CASE)
     render = explicit(case).data["render"]
-    assert render["cameras"]["main"]["frame"] == case.plan.render["cameras"]["main"]["frame"]["bodies"]
+    assert not {"cameras", "shots", "speed", "during"} & set(render)
     assert render["lighting"] == "studio"
+    assert render["background"] == list(case.plan.render["background"])
     assert again(case).plan.render == case.plan.render
 
 

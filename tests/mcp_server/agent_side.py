@@ -38,6 +38,7 @@ actions:
 
 render:
   resolution: [320, 240]
+  speed: 1
 """
 CARD = """\
 id: seen-in-a-test

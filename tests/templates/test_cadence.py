@@ -45,6 +45,7 @@ def test_a_replay_in_slow_motion_with_a_hold():
     assert [p.k for p in pictures] == list(range(25))
     assert pictures[11].t == pytest.approx(0.51)
     assert {p.t for p in pictures[20:]} == {0.6}
+    assert [p.again for p in pictures] == [False] * 10 + [True] * 15, "it is marked as a replay"
 
 
 def test_a_moving_camera_goes_on_over_shots_without_a_cut_and_while_time_is_held():

@@ -54,3 +54,15 @@ def test_the_first_picture_stays_in_a_corner():
     later = inset.draw(GREY, frame(k=5))
     assert (later[20:30, 20:30] == 200).all()
     assert (later[100:, 200:] == 90).all()
+
+
+def test_a_view_that_is_repeated_says_so():
+    again = frame(t=1.0)._replace(again=True)
+    assert changed(overlay().draw(GREY, again)) is not None
+    left = changed(overlay(time=True).draw(GREY, again))[2]
+    assert left < changed(overlay(time=True).draw(GREY, frame(t=1.0)))[2]
+
+
+def test_the_pace_of_a_film_that_nobody_paced_is_said_where_it_is_not_that_of_life():
+    assert changed(overlay(pace=True).draw(GREY, frame())) is None
+    assert changed(overlay(pace=True).draw(GREY, frame(speed=0.2))) is not None

@@ -71,9 +71,12 @@ def _at_events(run: Path) -> Iterator[Row]:
     import av.error
 
     from text2sim.templates.cadence import MAIN, frames, read_film, reels
+    from text2sim.templates.directing import directed
+    from text2sim.templates.playback import States
 
     try:
         film = read_film((run / "program" / "render.py").read_text("utf-8"))
+        film = directed(film, States(run)) if film.get("auto") else film
         evidence = json.loads((run / "evidence.json").read_text("utf-8"))
         pictures = frames(film, reels(film)[MAIN], float(evidence["time"]["reached"]))
         wanted = _events(evidence, pictures)

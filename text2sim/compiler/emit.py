@@ -18,7 +18,10 @@ from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.soft.setup import SoftSettings
 
 TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
-FILMING = ("cadence.py", "cameras.py", "overlays.py", "playback.py", "viewpoints.py", "video.py", "film.py")
+FILMING = (
+    "cadence.py", "cameras.py", "directing.py", "overlays.py", "pacing.py", "playback.py", "standpoints.py",
+    "viewpoints.py", "video.py", "film.py",
+)  # fmt: skip
 """What draws a film, and what it asks."""
 FILM_TEMPLATES = (*FILMING, "soft_film.py", "soft_states.py", "shading.py", "render.py.j2")
 """All that no simulation depends on."""

@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from text2sim.compiler.build import Resolution
-from text2sim.compiler.film_lights import STUDIOS
+from text2sim.compiler.film_lights import BRIGHT, STUDIOS, is_undecided
 from text2sim.compiler.folding import escaped, folded
 from text2sim.compiler.looks import default_color, finish_of_body
 from text2sim.compiler.masses import masses
@@ -173,23 +173,20 @@ def _add_settings(found: Explicit, resolution: Resolution) -> None:
 
 def _add_render(found: Explicit, resolution: Resolution) -> None:
     plan, render = resolution.plan.render, found.data["render"]
-    if "during" not in render:
+    auto = plan["auto"]
+    if auto is None and "during" not in render:
         render["during"] = [plan["start"], plan["end"]]
         found.comments["render", "during"] = "the whole run"
-    if not render["cameras"]:
-        ((name, camera),) = plan["cameras"].items()
-        render["cameras"][name] = {
-            "kind": "still",
-            "frame": list(camera["frame"]["bodies"]),
-            "direction": list(camera["frame"]["direction"]),
-            "fov_deg": camera["fov"],
-            "margin": camera["frame"]["margin"],
-            "within": dict(zip(("min", "max"), map(list, camera["frame"]["within"]), strict=True)),
-            "up": list(camera["up"]),
-        }
-        found.comments["render", "cameras"] = (
-            "derived: it shows everything that moves, from the first moment to the last"
-        )
+    if auto is not None:
+        left = ("cameras", *(("during", "speed", "shots") if auto["times"] else ()))
+        for key in left:
+            render.pop(key, None)
+        found.comments["render",] = f"{', '.join(left)} follow from what is recorded"
+    case = resolution.loaded.case
+    if is_undecided(case.render):
+        render["background"], render["exposure"] = list(plan["background"]), BRIGHT
+        found.comments["render", "background"] = "derived: what moves stands out"
+        found.comments["render", "exposure"] = "derived"
     if not render["lights"]:
         studio = STUDIOS[resolution.loaded.case.render.lighting]
         found.comments["render", "lighting"] = f"means {', '.join(studio.lights)}, on: {studio.backdrop}"

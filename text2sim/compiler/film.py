@@ -2,7 +2,14 @@
 
 from typing import Any
 
-from text2sim.compiler.film_cameras import Ball, Ground, check_targets, derived_camera, resolve_camera
+from text2sim.compiler.film_cameras import (
+    Ball,
+    Ground,
+    check_targets,
+    derived_camera,
+    derived_decisions,
+    resolve_camera,
+)
 from text2sim.compiler.film_lights import resolve_light
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
@@ -35,6 +42,9 @@ def resolve_render(
     width, height = render.resolution
     ground = Ground(placed, moving, balls, points, width / height)
     cameras = {name: resolve_camera(camera, ground) for name, camera in render.cameras.items()}
+    given = render.model_fields_set
+    paced, lit = bool(given & {"during", "speed", "shots"}), bool(render.lights)
+    auto = None if cameras else derived_decisions(ground, paced=paced, lit=lit)
     cameras = cameras or {"main": derived_camera(ground)}
     shots = [
         {
@@ -56,6 +66,7 @@ def resolve_render(
         "end": end,
         "motion_blur": render.motion_blur,
         "cameras": cameras,
+        "auto": auto,
         "shots": shots,
         **resolve_light(render, ground, first),
         "tone": render.tone,

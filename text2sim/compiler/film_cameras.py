@@ -5,6 +5,7 @@ from statistics import median
 from typing import Any, NamedTuple
 
 from text2sim.compiler.film_views import free_direction
+from text2sim.compiler.looks import has_glass
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.selection import select, split
@@ -105,6 +106,24 @@ def derived_camera(ground: Ground) -> dict[str, Any]:
     frame = {"bodies": [*ground.moving, *statics], "margin": MARGIN, "within": within}
     frame |= {"direction": _free_direction(ground.moving, ground)}
     return _framed({"kind": "still", "up": (0.0, 0.0, 1.0), "fov": DEFAULT_FOV, "frame": frame}, balls, ground)
+
+
+def derived_decisions(ground: Ground, *, paced: bool, lit: bool) -> dict[str, Any]:
+    """Return what is left to `templates/directing.py`, which knows what was recorded.
+
+    Args:
+        ground: The scene at the start.
+        paced: Whether somebody has said which part of the run is shown, or how quickly.
+        lit: Whether somebody has placed lights.
+    """
+    statics = [name for name in ground.placed if name not in ground.moving]
+    clear = [name for name, copies in ground.placed.items() if any(has_glass(copy) for copy in copies)]
+    near = _near_statics(_to_the_ground(ground.around(ground.moving), ground), ground)
+    standing = [name for name in statics if not all(_is_plane(copy) for copy in ground.placed[name])]
+    return {
+        "times": not paced, "camera": True, "turn_lights": not lit, "moving": [*ground.moving], "statics": near,
+        "standing": standing, "clear": clear,
+    }  # fmt: skip
 
 
 def resolve_target(target: Any, ground: Ground) -> Vec:

@@ -4,7 +4,7 @@ from math import cos, dist, hypot, pi, radians, sin
 from typing import Any, NamedTuple
 
 from text2sim.compiler.film_cameras import Ground, extent, ground_planes, resolve_target
-from text2sim.compiler.looks import STAGE
+from text2sim.compiler.looks import STAGE, has_glass, oklab, worn_by
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.colors import rgb
 from text2sim.spec_schema.models.lights import Environment, Lamp, Light, Sky, Softbox, Spot, Sun
@@ -16,6 +16,16 @@ SOFT = 0.35
 """Its side, in distances."""
 ROOM = 8.0
 """Radius of a cyclorama, in radii of the scene: lamps stand inside, and light the wall as well."""
+
+
+BACKDROPS = ("#d7dbdf", "#dcd3c6", "#8c97a1", "#59646e")
+"""Of a studio whose background nobody chose, the most usual first: one before which all that moves is seen."""
+DECIDED = {"lighting", "lights", "backdrop", "background", "ambient", "exposure", "tone"}
+"""What says something about light."""
+USUAL = 0.035
+"""What each step down that list has to gain in contrast."""
+BRIGHT = 0.3
+"""Stops that a studio gets where nobody has said anything about light: seamless paper looks like paper."""
 
 
 class Studio(NamedTuple):
@@ -100,10 +110,13 @@ def resolve_light(render: Render, ground: Ground, camera: dict[str, Any]) -> dic
             if light["kind"] == "environment":
                 light["strength"] = render.ambient
     stops = render.exposure + (studio.stops if not render.lights else 0.0)
+    background = render.background or studio.background
+    if is_undecided(render):
+        background, stops = _apart(ground), stops + BRIGHT
     planes = [copy for copy in ground_planes(ground) if copy.model.look.color in (None, STAGE)]
     levels = [copy.pos[2] for copy in ground_planes(ground)]
     return {
-        "background": color_of(render.background or studio.background),
+        "background": color_of(background),
         "ambient": studio.ambient if render.ambient is None else render.ambient,
         "lights": lights,
         "gain": round(2.0**stops * _gain(lights, center), 4),
@@ -115,6 +128,26 @@ def resolve_light(render: Render, ground: Ground, camera: dict[str, Any]) -> dic
             "planes": [copy.name for copy in planes],
         },
     }
+
+
+def _apart(ground: Ground) -> str:
+    """Return the backdrop before which the colours of all that moves stand out most; glass counts as white."""
+    colors = [oklab(rgba[:3]) for name in ground.moving for copy in ground.placed[name] for rgba in worn_by(copy)] + [
+        oklab((1.0, 1.0, 1.0)) for copies in ground.placed.values() for copy in copies if has_glass(copy)
+    ]
+    if not colors:
+        return BACKDROPS[0]
+
+    def told(k: int) -> float:
+        away = sorted(dist(oklab(rgb(BACKDROPS[k])), color) for color in dict.fromkeys(colors))
+        return 0.6 * away[0] + 0.4 * sum(away) / len(away) - USUAL * k
+
+    return BACKDROPS[max(range(len(BACKDROPS)), key=told)]
+
+
+def is_undecided(render: Render) -> bool:
+    """Return whether a case says neither how it is lit nor where it is seen from."""
+    return not (render.model_fields_set & DECIDED or render.cameras)
 
 
 def color_of(color: Any) -> tuple[float, float, float]:

@@ -28,6 +28,22 @@ CLEAR = ("glass", "frosted_glass")
 """unless it is of glass."""
 
 
+def oklab(color: tuple[float, ...]) -> tuple[float, float, float]:
+    """Return a colour of sRGB, 0 to 1, where distances go with what eyes tell apart: white and black are 1 apart.
+
+    Björn Ottosson's Oklab, https://bottosson.github.io/posts/oklab/.
+    """
+    r, g, b = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in color[:3])
+    long = (0.4122214708 * r + 0.5363325363 * g + 0.0514459929 * b) ** (1 / 3)
+    middle = (0.2119034982 * r + 0.6806995451 * g + 0.1073969566 * b) ** (1 / 3)
+    short = (0.0883024619 * r + 0.2817188376 * g + 0.6299787005 * b) ** (1 / 3)
+    return (
+        0.2104542553 * long + 0.7936177850 * middle - 0.0040720468 * short,
+        1.9779984951 * long - 2.4285922050 * middle + 0.4505937099 * short,
+        0.0259040371 * long + 0.7827717662 * middle - 0.8086757660 * short,
+    )
+
+
 def hides(opacity: float, finish: str) -> bool:
     """Return whether what looks so hides what is behind it."""
     return opacity >= SOLID and finish not in CLEAR
@@ -73,6 +89,16 @@ def worn_by(copy: Copy) -> dict[Rgba, str]:
     for look in _looks_in(copy.model):
         worn.setdefault(rgba_of(look, copy), look.finish)
     return worn
+
+
+def has_glass(copy: Copy) -> bool:
+    """Return whether some of a copy lets what is behind it be seen."""
+    own = copy.model.look
+    looks = [
+        (own.opacity, finish_of_body(copy.model)),
+        *((look.opacity, look.finish) for look in _looks_in(copy.model)),
+    ]
+    return any(not hides(*look) for look in looks)
 
 
 def _looks_in(model: Any) -> Iterator[Look]:

@@ -9,6 +9,8 @@ from text2sim.mcp_server.pictures import jpeg
 from text2sim.mcp_server.workspace import Workspace, is_file, read_file
 from text2sim.spec_schema.errors import RunError
 from text2sim.templates.cadence import MAIN, Frame, frames, read_film, reels
+from text2sim.templates.directing import directed
+from text2sim.templates.playback import States
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -74,6 +76,7 @@ def _pictures(folder: Path, camera: str) -> tuple[str, list[Frame]]:
         raise RunError(f"{folder} is not the folder of a run that was filmed")
     try:
         film = read_film(text)
+        film = directed(film, States(folder)) if film.get("auto") else film
         films = reels(film)
         if camera and camera not in film["cameras"]:
             raise RunError(f"there is no camera `{camera[:80]}`; there are {', '.join(film['cameras'])}")
@@ -82,7 +85,7 @@ def _pictures(folder: Path, camera: str) -> tuple[str, list[Frame]]:
             raise RunError(f"the film of {folder} is too long to be shown")
         last = record.time or float(film["end"])
         pictures = [one for one in frames(film, films[reel], last) if not camera or one.camera == camera]
-    except (KeyError, TypeError, ValueError, ZeroDivisionError, OverflowError, AttributeError) as error:
+    except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError, OSError) as error:
         raise RunError(f"{folder / 'program' / 'render.py'} describes no film: {error!r}") from None
     if not pictures:
         raise RunError(f"the film shows nothing of `{camera}`")

@@ -11,6 +11,7 @@ from text2sim.harness.inventory import fault
 from text2sim.harness.record import RunRecord
 from text2sim.spec_schema.errors import RunError, SpecError
 from text2sim.templates.cadence import read_film
+from text2sim.templates.directing import directed
 from text2sim.templates.playback import States
 
 if TYPE_CHECKING:
@@ -104,6 +105,7 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> Recording:
     film, looks = _program(folder, plan)
     try:
         states = States(folder)
+        film = directed(film, states)
         index = json.loads((folder / "geometry" / "index.json").read_text("utf-8"))
         rows = states.layout["links"]
         listed = [(rows[int(link)]["body"], int(link), worn) for link, all_worn in index.items() for worn in all_worn]

@@ -32,6 +32,8 @@ class Frame(NamedTuple):
     """Change of `part` per simulated second."""
     speed: float
     """Simulated seconds per second of film."""
+    again: bool = False
+    """Whether its shot goes back to what was shown before."""
 
     def moments(self, n: int) -> list[tuple[float, float]]:
         """Time [s] and part at n moments while the shutter is open, in the middle of as many equal spans."""
@@ -92,22 +94,22 @@ def frames(film: dict, reel: list[dict], last: float) -> list[Frame]:
         reel: Shots of the film, one of `reels`.
         last: Last recorded time [s]; what was not recorded is not shown.
     """
-    found = []
+    found, seen = [], -float("inf")
     for shot in _recorded(reel, last):
+        again, seen = shot["from"] < seen - 1e-6, max(seen, shot["to"])
         step = shot["speed"] / film["fps"]
         blur = film["motion_blur"] * step / 2
         for i in range(max(1, round((shot["to"] - shot["from"]) / step))):
             t = min(shot["from"] + i * step, shot["to"])
-            found.append((shot["camera"], t, max(t - blur, shot["from"]), min(t + blur, shot["to"]), step))
-        found += [(shot["camera"], *[shot["to"]] * 3, step)] * round(shot["hold"] * film["fps"])
+            found.append((shot["camera"], t, max(t - blur, shot["from"]), min(t + blur, shot["to"]), step, again))
+        found += [(shot["camera"], *[shot["to"]] * 3, step, again)] * round(shot["hold"] * film["fps"])
     pictures = []
     for first, end in _takes([row[0] for row in found]):
         whole = max(end - first - 1, 1)
         for k in range(first, end):
-            camera, t, opened, closed, step = found[k]
-            pictures.append(
-                Frame(k, camera, t, (k - first) / whole, opened, closed, 1 / (whole * step), step * film["fps"])
-            )
+            camera, t, opened, closed, step, again = found[k]
+            part, pace = (k - first) / whole, 1 / (whole * step)
+            pictures.append(Frame(k, camera, t, part, opened, closed, pace, step * film["fps"], again))
     return pictures
 
 

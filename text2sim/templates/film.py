@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from cadence import MAIN, frames, reels
 from cameras import Cameras
+from directing import directed
 from files import write_json
 from overlays import Overlay
 from playback import States
@@ -74,6 +75,7 @@ def film(scene, cameras: dict, out: Path, script: dict, *, samples: int = 8) -> 
         soft = SoftFilm(scene, states.soft, out / "geometry")
     _open_opengl(scene, cameras)
     (out / "frames").mkdir(exist_ok=True)
+    script = directed(script, states)
     views, last = Cameras(script, states), float(states.time[-1])
     films = {name: frames(script, reel, last) for name, reel in reels(script).items()}
     done, total = 0, sum(map(len, films.values()))

@@ -1,4 +1,4 @@
-"""What is written into the pictures of a film: title, time, measured values, the first picture in a corner."""
+"""What is written into the pictures of a film: title, time, measured values, the first picture in a corner, replays."""
 
 from typing import Any
 
@@ -33,7 +33,8 @@ class Overlay:
             frame: One of `cadence.frames`.
         """
         wanted = self._overlay
-        if not (wanted["title"] or wanted["time"] or wanted["inset"] or (wanted["values"] and self._values)):
+        pace = _pace(frame, told=wanted["time"] or wanted.get("pace", False))
+        if not (wanted["title"] or wanted["time"] or wanted["inset"] or (wanted["values"] and self._values) or pace):
             return image
         from PIL import Image, ImageDraw, ImageFont
 
@@ -57,7 +58,8 @@ class Overlay:
         if wanted["title"] and (shown := self._title(frame)) > 0:
             font = ImageFont.load_default(size=1.9 * unit)
             _write(pen, (edge, height - edge), _fitting(wanted["title"], font, width - 2 * edge), font, "ls", shown)
-        rows = [_time(frame)] if wanted["time"] else []
+        time = f"t = {frame.t:.2f} s" if wanted["time"] else ""
+        rows = [row] if (row := "   ".join(filter(None, (time, pace)))) else []
         rows += self._values(frame.t) if wanted["values"] and self._values else []
         font = ImageFont.load_default(size=1.25 * unit)
         for number, row in enumerate(rows):
@@ -78,9 +80,17 @@ def _fitting(text: str, font: Any, width: float) -> str:
     return text.rstrip() + "…"
 
 
-def _time(frame: Any) -> str:
-    pace = "" if abs(frame.speed - 1) < 1e-6 else f"   {frame.speed:.2g} x"
-    return f"t = {frame.t:.2f} s{pace}"
+def _pace(frame: Any, *, told: bool) -> str:
+    """What is said of a picture whose time does not go on as before: nobody may take a second view for a second event.
+
+    Args:
+        frame: The picture.
+        told: Whether the speed is told.
+    """
+    speed = f"{frame.speed:.2g} x" if told and abs(frame.speed - 1) > 1e-6 else ""
+    if not frame.again:
+        return speed
+    return f"replay   {frame.speed:.2g} x" if abs(frame.speed - 1) > 1e-6 else "replay"
 
 
 def _write(pen: Any, at: tuple[float, float], text: str, font: Any, anchor: str, shown: float) -> None:

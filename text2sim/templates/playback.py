@@ -2,12 +2,35 @@
 
 import json
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 QUATERNION_AT = {"free": 3, "ball": 0}  # within the joint's slice of qpos
 # The 26 ways from the middle of a cube: the outermost points along them are what a frame has to show.
 WAYS = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], float)
+
+TRACKED = 48
+"""Most points of a body that deforms whose ways are told."""
+
+
+class Boxes(NamedTuple):
+    """Boxes around what is drawn, one for each mesh of a link and for each body that deforms."""
+
+    names: list[str]
+    """Of the copies."""
+    link: np.ndarray
+    """Row of its poses; of a body that deforms -1 - its number, shape (n,)"""
+    center: np.ndarray
+    """In the link's frame [m], shape (n, 3)"""
+    half: np.ndarray
+    """Half sizes [m], shape (n, 3)"""
+    quat: np.ndarray
+    """In the link's frame, shape (n, 4)"""
+    color: np.ndarray
+    """sRGB, 0 to 1, shape (n, 3)"""
+    solid: np.ndarray
+    """Whether it hides what is behind it, shape (n,)"""
 
 
 class States:
@@ -71,14 +94,61 @@ class States:
             bodies: `ball`, `brick` for all its copies, `brick[3]` or `arm.hand`.
             t: Simulated time [s].
         """
-        key = tuple(bodies)
-        if key not in self._chosen:
-            self._chosen[key] = self._choose(bodies)
-        links, local, soft = self._chosen[key]
+        links, local, soft = self._named(bodies)
         pos, quat = self.poses(t)
         found = [pos[links] + _turned(quat[links], local)]
         found += [outermost(self._soft_points(row, t)) for row in soft]
         return np.concatenate(found)
+
+    def tracks(self, bodies: list[str], t: float) -> np.ndarray:
+        """The same points of bodies at every time [m], shape (n, 3): their ways can be told from them."""
+        links, local, soft = self._named(bodies)
+        pos, quat = self.poses(t)
+        some = (self._soft_points(row, t) for row in soft)
+        return np.concatenate([pos[links] + _turned(quat[links], local), *(p[:: -(-len(p) // TRACKED)] for p in some)])
+
+    def boxes(self, bodies: list[str]) -> Boxes:
+        """Boxes around what is drawn of bodies."""
+        geometry = self._out / "geometry"
+        path = geometry / "index.json"
+        worn = json.loads(path.read_text()) if path.is_file() else {}
+        names, rows, ends = [], [], {}
+        for i, link in enumerate(self.layout["links"]):
+            if any(_means(name, link["body"], link["link"]) for name in bodies):
+                for row in worn.get(str(i), ()):
+                    if row["mesh"] not in ends:
+                        with np.load(geometry / row["mesh"]) as mesh:
+                            ends[row["mesh"]] = mesh["vertices"].min(axis=0), mesh["vertices"].max(axis=0)
+                    low, high = ends[row["mesh"]]
+                    quat = np.asarray(row["quat"], float)
+                    center = np.asarray(row["pos"]) + _turned(quat, (low + high) / 2)
+                    names.append(link["body"])
+                    rows.append([i, *center, *(high - low) / 2, *quat, *row["color"][:3], row["color"][3] >= 0.5])
+        path = geometry / "soft_index.json"
+        painted = {row["body"]: row["color"] for row in json.loads(path.read_text())} if path.is_file() else {}
+        for k, row in enumerate(self.layout.get("deformables") or ()):
+            if any(_means(name, row["body"]) for name in bodies):
+                names.append(row["body"])
+                color = painted.get(row["body"], (0.5, 0.5, 0.5))[:3]
+                rows.append([-1 - k, *(0.0,) * 6, 1.0, 0.0, 0.0, 0.0, *color, row["kind"] != "cloth"])
+        found = np.array(rows, float).reshape(-1, 15)
+        ways = np.split(found, (1, 4, 7, 11, 14), axis=1)
+        return Boxes(names, ways[0][:, 0].astype(int), *ways[1:5], ways[5][:, 0] > 0)
+
+    def placed(self, boxes: Boxes, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Middles [m], (n, 3), axes, in columns, (n, 3, 3), and half sizes [m], (n, 3), of boxes at time `t`."""
+        pos, quat = self.poses(t)
+        link, unit = np.maximum(boxes.link, 0), np.eye(3)
+        centers = pos[link] + _turned(quat[link], boxes.center) if len(pos) else np.zeros((len(link), 3))
+        axes = np.stack([_turned(boxes.quat, np.broadcast_to(axis, boxes.center.shape)) for axis in unit], axis=2)
+        if len(pos):
+            axes = np.stack([_turned(quat[link], axes[:, :, k]) for k in range(3)], axis=2)
+        half = boxes.half.copy()
+        for k in np.flatnonzero(boxes.link < 0):
+            points = self._soft_points(self.layout["deformables"][-1 - boxes.link[k]], t)
+            low, high = points.min(axis=0), points.max(axis=0)
+            centers[k], axes[k], half[k] = (low + high) / 2, unit, (high - low) / 2
+        return centers, axes, half
 
     def around(self, t: float) -> tuple[int, int, float]:
         """Recorded frames before and after time `t`, and how far `t` is from the one to the other, 0 to 1."""
@@ -86,6 +156,12 @@ class States:
         b = min(int(np.searchsorted(self.time, t)), last)
         a = max(b - 1, 0)
         return a, b, 1.0 if a == b else float(np.clip((t - self.time[a]) / (self.time[b] - self.time[a]), 0.0, 1.0))
+
+    def _named(self, bodies: list[str]) -> tuple[np.ndarray, np.ndarray, list[dict]]:
+        key = tuple(bodies)
+        if key not in self._chosen:
+            self._chosen[key] = self._choose(bodies)
+        return self._chosen[key]
 
     def _choose(self, bodies: list[str]) -> tuple[np.ndarray, np.ndarray, list[dict]]:
         """Links and outermost points in their frames, one row each, and deformable bodies, of what is named."""

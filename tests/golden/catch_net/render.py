@@ -23,6 +23,8 @@ CAMERAS = {
         "look_at": (0.05, 0.0, 1.35),
     },
 }
+# What nobody has decided: `directing.py` does, by what was recorded.
+AUTO = None
 # One after the other.
 SHOTS = [
     {"name": "fall", "camera": "main", "from": 0.0, "to": 1.6, "speed": 0.4, "hold": 0.0},

@@ -22,6 +22,8 @@ CAMERAS = {
         "look_at": (0.84, -0.12, 0.3),
     },
 }
+# What nobody has decided: `directing.py` does, by what was recorded.
+AUTO = None
 # One after the other.
 SHOTS = [
     {"name": "sorting", "camera": "main", "from": 0.0, "to": 7.6, "speed": 1.0, "hold": 0.0},

@@ -24,6 +24,8 @@ CAMERAS = {
         "frame": {"bodies": ["domino"], "margin": 0.07, "within": None, "direction": (0.25, -1.0, 0.78)},
     },
 }
+# What nobody has decided: `directing.py` does, by what was recorded.
+AUTO = None
 # One after the other.
 SHOTS = [
     {"name": "wave", "camera": "main", "from": 0.0, "to": 5.0, "speed": 0.8, "hold": 0.0},

@@ -23,6 +23,8 @@ CAMERAS = {
         "look_at": [(0.0, 0.0, 0.9), (0.0, 0.0, 0.9), (0.0, 0.0, 0.17)],
     },
 }
+# What nobody has decided: `directing.py` does, by what was recorded.
+AUTO = None
 # One after the other.
 SHOTS = [
     {"name": "fall", "camera": "main", "from": 0.0, "to": 1.9, "speed": 0.45, "hold": 0.0},

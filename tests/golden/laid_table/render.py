@@ -25,6 +25,8 @@ CAMERAS = {
         "look_at": [(0.1, 0.08, 0.79), (0.1, 0.08, 0.79), (0.62, 0.15, 0.52)],
     },
 }
+# What nobody has decided: `directing.py` does, by what was recorded.
+AUTO = None
 # One after the other.
 SHOTS = []
 

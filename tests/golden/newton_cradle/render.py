@@ -24,6 +24,8 @@ CAMERAS = {
         "look_at": (0.0, 0.0, 0.425),
     },
 }
+# What nobody has decided: `directing.py` does, by what was recorded.
+AUTO = None
 # One after the other.
 SHOTS = []
 

@@ -23,6 +23,8 @@ CAMERAS = {
         "look_at": (0.0, 0.0, 0.225),
     },
 }
+# What nobody has decided: `directing.py` does, by what was recorded.
+AUTO = None
 # One after the other.
 SHOTS = [
     {"name": "runs_out", "camera": "main", "from": 0.0, "to": 1.7, "speed": 0.4, "hold": 0.0},

@@ -22,6 +22,8 @@ CAMERAS = {
         "look_at": (0.2, 0.0, -0.01),
     },
 }
+# What nobody has decided: `directing.py` does, by what was recorded.
+AUTO = None
 # One after the other.
 SHOTS = []
 

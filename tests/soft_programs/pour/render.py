@@ -28,10 +28,20 @@ CAMERAS = {
         },
     },
 }
+# What nobody has decided: `directing.py` does, by what was recorded.
+AUTO = {
+    "times": True,
+    "camera": True,
+    "turn_lights": True,
+    "moving": ["sand", "water", "snow"],
+    "statics": ["bowl"],
+    "standing": ["bowl"],
+    "clear": [],
+}
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.7882, 0.8078, 0.8314)
+BACKGROUND = (0.8431, 0.8588, 0.8745)
 AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
     "key": {
@@ -66,6 +76,6 @@ BACKDROP = {
     "radius": 3.997,
     "planes": ["floor"],
 }
-GAIN = 1.0466  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.2885  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -1,0 +1,121 @@
+"""The film of a case that does not say how it is filmed, made of what was recorded.
+
+`render.py` then has `AUTO`, which says what nobody has decided, and this module decides it:
+
+    times       waiting is left out, the decisive moment is slowed down, and the film ends on the final state
+    camera      stands where the least hides what moves, motion goes across the picture, and subjects stand out; it goes
+                along where they are small compared with their way
+    turn_lights studio lamps stand around the camera, wherever that is
+
+Everything follows from the states alone, so that the preview and the path-traced film are the same film.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+if __package__:
+    from .cameras import framed, project  # noqa: TID252
+    from .pacing import shots_of  # noqa: TID252
+    from .standpoints import best_camera, view_of, within  # noqa: TID252
+else:  # in a program, where it lies beside this module
+    from cameras import framed, project
+    from pacing import shots_of
+    from standpoints import best_camera, view_of, within
+
+MOMENTS = 160
+"""Moments of the recording at which is asked what moves."""
+SMALL = 0.4
+"""Part of the picture's width or height, below which subjects are so small that the camera has to go along."""
+WINDOW, CALM = 0.7, 0.9
+"""Time [s of film] about a moment whose motion is in the picture then, and over which a camera's way is smoothed."""
+NEAREST = 0.3
+"""Smallest distance of a camera that goes along, as a part of that from which all would be seen."""
+
+
+def directed(film: dict, states: Any) -> dict:
+    """Return a film with all decided.
+
+    Args:
+        film: What `render.py` says, see `cadence.film_of`.
+        states: The recorded ones, see `playback.States`.
+    """
+    auto = film.get("auto")
+    if not auto or not hasattr(states, "tracks") or not film["cameras"]:
+        return film
+    name, camera = next(iter(film["cameras"].items()))
+    moving, last = auto["moving"], float(states.time[-1])
+    times = np.linspace(film["start"], max(min(film["end"], last), film["start"]), MOMENTS)
+    made = film | {"auto": None}
+    if not moving or times[-1] <= times[0]:
+        return made
+    tracks = np.nan_to_num(np.array([states.tracks(moving, float(t)) for t in times]))
+    if not tracks.shape[1]:
+        return made
+    if auto["camera"]:
+        camera = best_camera(film, camera, states, times, tracks)
+        if auto["turn_lights"]:
+            made["lights"] = _turned_lights(film["lights"], film["cameras"][name], camera)
+    size = _size(camera, tracks)
+    if auto["times"]:
+        made["shots"] = shots_of(times, tracks, size, name)
+        made["overlay"] = film["overlay"] | {"pace": True}
+    if auto["camera"]:
+        made["cameras"] = {name: _along(camera, made, states, moving, size)}
+    return made
+
+
+def _size(camera: dict, tracks: np.ndarray) -> float:
+    """What fills the height of the picture [m]."""
+    if "pos" in camera and "look_at" in camera:
+        away = float(np.linalg.norm(np.subtract(camera["look_at"], camera["pos"])))
+        return max(2 * away * math.tan(math.radians(camera["fov"]) / 2), 1e-6)
+    return max(float(np.linalg.norm(np.ptp(tracks.reshape(-1, 3), axis=0))), 1e-6)
+
+
+def _along(camera: dict, film: dict, states: Any, moving: list[str], size: float) -> dict:
+    """Return the camera, or one that goes along where subjects are small compared with their way."""
+    frame, still = camera["frame"], {key: value for key, value in camera.items() if key != "frame"}
+    aspect, view = film["resolution"][0] / film["resolution"][1], view_of(camera)
+    shots = film["shots"] or [{"from": film["start"], "to": film["end"], "speed": film["speed"]}]
+    start, end, pace = shots[0]["from"], shots[-1]["to"], max(shot["speed"] for shot in shots)
+    times = np.linspace(start, end, max(int((end - start) / (0.2 * pace)), 4))
+    clouds = [within(states.bounds(moving, float(t)), frame["within"]) for t in times]
+    spans = [np.ptp(np.clip(project(view, cloud, aspect)[:, :2], -1, 1), axis=0).max() / 2 for cloud in clouds]
+    if np.median(spans) >= SMALL:
+        return still
+    full = float(np.linalg.norm(view.pos - view.look_at))
+    way, kept = (view.pos - view.look_at) / full, []
+    for t in times:
+        near = [cloud for cloud, other in zip(clouds, times, strict=True) if abs(other - t) <= WINDOW * pace]
+        shown = framed(camera | {"frame": frame | {"margin": 0.2}}, np.concatenate(near), aspect)
+        away = max(float(np.linalg.norm(np.subtract(shown["pos"], shown["look_at"]))), NEAREST * full)
+        kept.append([*shown["look_at"], away])
+    gaps = (times[:, None] - times[None]) / (CALM * pace / 2)
+    weights = np.exp(-(gaps**2) / 2)
+    calm = weights @ np.array(kept) / weights.sum(axis=1, keepdims=True)
+    look_at = [tuple(round(float(c), 4) for c in row[:3]) for row in calm]
+    positions = [tuple(round(float(c), 4) for c in row[:3] + row[3] * way) for row in calm]
+    rest = {key: value for key, value in still.items() if key not in ("pos", "look_at", "kind")}
+    times = [round(float(t), 4) for t in times]
+    return rest | {"kind": "keyframed", "times": times, "positions": positions, "look_at": look_at}
+
+
+def _turned_lights(lights: dict, before: dict, after: dict) -> dict:
+    """Return the lights of a studio, which stand around the camera, turned with it."""
+
+    def azimuth(camera: dict) -> float:
+        x, y, _ = np.subtract(camera["look_at"], camera["pos"])
+        return math.atan2(y, x)
+
+    turn = azimuth(after) - azimuth(before)
+    c, s = math.cos(turn), math.sin(turn)
+
+    def turned(light: dict) -> dict:
+        if "direction" not in light:
+            return light
+        x, y, z = light["direction"]
+        return light | {"direction": (round(c * x - s * y, 4), round(s * x + c * y, 4), z)}
+
+    return {name: turned(light) for name, light in lights.items()}

@@ -1,0 +1,204 @@
+"""Where a camera stands that nobody placed: where what moves is least hidden, stands out, and fills the picture."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+if __package__:
+    from .cameras import View, framed, project  # noqa: TID252
+    from .viewpoints import place  # noqa: TID252
+else:  # in a program, where it lies beside this module
+    from cameras import View, framed, project
+    from viewpoints import place
+
+LOOKS = 20
+"""Moments of the recording at which is asked what has to be in the picture,"""
+HIDING = 5
+"""and what hides what."""
+MANY, OUTLIERS = 20, 0.02
+"""Of this many bodies or more, this part of their places may be cut off by an edge of the picture: one shard that flies
+off must not make all others small."""
+AZIMUTHS = (-61, -119, -75, -105, -90, -30, -150, 0, 180, 119, 61, 90)
+ELEVATIONS = {22: 0.0, 32: 0.01, 12: 0.03, 50: 0.07}
+"""Angles [deg] of ways to a camera: from +x round, and above the horizon with what is lost by it. What is usual comes
+first."""
+HABIT, BACK = 0.006, 0.06
+"""Loss of each step down that list, and of looking from behind: scenes are laid out for the front, -y."""
+HIDDEN, FILLED, ACROSS, BROAD, APART = 1.0, 0.5, 0.3, 0.25, 0.35
+"""What counts for a camera: bodies that are not hidden, how much of the picture they fill, motion across it, their broad
+sides, and how they stand out from what is behind them."""
+TELLS = 0.25
+"""Distance of colours from which on a larger one gains nothing."""
+SPOTS = 3
+"""Points of a thing from which is looked."""
+CHECKS = 1_500_000
+"""Most pairs of a line of sight and a box that are looked at for all cameras together."""
+
+
+def best_camera(film: dict, camera: dict, states: Any, times: np.ndarray, tracks: np.ndarray) -> dict:
+    """Return a still camera that shows all of the film from the best side.
+
+    Args:
+        film: What `render.py` says.
+        camera: The one that was derived before anything was known of the motion; its way there is one of those tried.
+        states: The recorded ones.
+        times: Moments [s], shape (T,).
+        tracks: Points of all that moves at these, shape (T, n, 3).
+    """
+    auto, frame = film["auto"], camera["frame"]
+    aspect = film["resolution"][0] / film["resolution"][1]
+    looks = _moments(times, tracks)
+    clouds = [states.bounds(auto["moving"], float(t)) for t in looks]
+    clouds = [within(cloud[np.isfinite(cloud).all(axis=1)], frame["within"]) for cloud in clouds]
+    standing = states.bounds(auto["statics"], float(looks[0])) if auto["statics"] else np.zeros((0, 3))
+    shown = _trimmed(clouds, len(states.boxes(auto["moving"]).names))
+    points = np.concatenate([shown, standing])
+    if not len(points):
+        return camera
+    sights = _Sights(film, states, looks)
+    ways = np.diff(tracks[:: max(1, len(tracks) // LOOKS)], axis=0).reshape(-1, 3)
+    best, score = camera, -math.inf
+    for direction, habit in _directions(frame["direction"], free=auto["turn_lights"]):
+        tried = framed(camera | {"frame": frame | {"direction": direction}}, points, aspect)
+        view, way = view_of(tried), np.asarray(direction) / np.linalg.norm(direction)
+        filled = float(np.mean([_filled(view, cloud, aspect) for cloud in clouds if len(cloud)]))
+        hidden, apart = sights.told(way, float(np.linalg.norm(view.pos - view.look_at)))
+        found = FILLED * filled - HIDDEN * hidden + APART * apart + ACROSS * _across(ways, view)
+        found += BROAD * sights.broad(way) - habit
+        if found > score:
+            best, score = tried, found
+    return best
+
+
+def _moments(times: np.ndarray, tracks: np.ndarray) -> np.ndarray:
+    """Return times [s], the first and the last among them, half of them evenly, half as often as much moves."""
+    moved = np.linalg.norm(np.diff(tracks, axis=0), axis=2).mean(axis=1)
+    even = np.full(len(moved), 1 / len(moved))
+    share = even if moved.sum() < 1e-12 else (even + moved / moved.sum()) / 2
+    return np.interp(np.linspace(0, 1, LOOKS), np.append(0.0, np.cumsum(share)), times)
+
+
+def _directions(given: Any, *, free: bool) -> list[tuple[tuple[float, float, float], float]]:
+    found = [(tuple(float(c) for c in given), 0.0)]
+    for elevation, loss in ELEVATIONS.items():
+        for k, azimuth in enumerate(AZIMUTHS):
+            up, turn = math.radians(elevation), math.radians(azimuth)
+            way = (math.cos(up) * math.cos(turn), math.cos(up) * math.sin(turn), math.sin(up))
+            found.append((way, loss + HABIT * k + BACK * (way[1] > 0.1)))
+    return found if free else found[:1]
+
+
+class _Sights:
+    """Who hides whom, with a box for each thing, and what is behind.
+
+    Args:
+        film: What `render.py` says.
+        states: The recorded ones.
+        looks: Moments [s].
+    """
+
+    def __init__(self, film: dict, states: Any, looks: np.ndarray):
+        auto = film["auto"]
+        every = states.boxes([*auto["moving"], *auto["standing"]])
+        names = [name.split("[")[0] for name in every.names]
+        self._bodies = {name: k for k, name in enumerate(dict.fromkeys(names))}
+        self._body = np.array([self._bodies[name] for name in names], int)
+        self._color, self._solid = every.color, every.solid & ~np.isin(names, auto["clear"])
+        moves = np.flatnonzero(np.isin(names, auto["moving"]))
+        cost = HIDING * SPOTS * len(AZIMUTHS) * len(ELEVATIONS) * max(len(names), 1) * max(len(moves), 1)
+        self._mine = moves[:: max(1, math.ceil(cost / CHECKS))]
+        chosen = looks[np.unique(np.linspace(0, len(looks) - 1, HIDING).round().astype(int))]
+        self._placed = [states.placed(every, float(t)) for t in chosen]
+        self._background = np.asarray(film["background"], float)
+
+    def told(self, way: np.ndarray, away: float) -> tuple[float, float]:
+        """Return which part of what moves is hidden from a camera there, and how well it stands out, 0 to 1.
+
+        Args:
+            way: To the camera, length 1.
+            away: Its distance [m].
+        """
+        mine, hidden, apart = self._mine, [], []
+        if not len(mine):
+            return 0.0, 1.0
+        same = self._body[mine][:, None] == self._body[None]
+        for centers, axes, half in self._placed:
+            for spot in np.linspace(-0.7, 0.7, SPOTS):
+                points = centers[mine] + spot * np.einsum("nij,nj->ni", axes[mine], half[mine])
+                ahead = np.where(same | ~self._solid, np.inf, _entered(points, way, centers, axes, half))
+                hidden.append((ahead < away).any(axis=1))
+                behind = np.where(same, np.inf, _entered(points, -way, centers, axes, half))
+                k = behind.argmin(axis=1)
+                nothing = np.isinf(behind[np.arange(len(k)), k])
+                colors = np.where(nothing[:, None], self._background, self._color[k])
+                far = np.linalg.norm(colors - self._color[mine], axis=1) / math.sqrt(3)
+                apart.append(np.clip(far / TELLS, 0, 1))
+        return self._mean(np.mean(hidden, axis=0)), self._mean(np.mean(apart, axis=0))
+
+    def broad(self, way: np.ndarray) -> float:
+        """Return how much of their broad sides things show, 0 to 1."""
+        _, axes, half = (array[self._mine] for array in self._placed[0])
+        faces = np.stack([half[:, 1] * half[:, 2], half[:, 0] * half[:, 2], half[:, 0] * half[:, 1]], axis=1)
+        seen = (np.abs(np.einsum("nij,i->nj", axes, way)) * faces).sum(axis=1)
+        return self._mean(seen / np.maximum(np.linalg.norm(faces, axis=1), 1e-12)) if len(seen) else 1.0
+
+    def _mean(self, values: np.ndarray) -> float:
+        """Mean over bodies, all copies of each together: one ball counts as much as a wall of bricks."""
+        bodies = self._body[self._mine]
+        counts = np.bincount(bodies)
+        sums = np.bincount(bodies, values)
+        return float((sums[counts > 0] / counts[counts > 0]).mean())
+
+
+def _entered(
+    points: np.ndarray, way: np.ndarray, centers: np.ndarray, axes: np.ndarray, half: np.ndarray
+) -> np.ndarray:
+    """Return how far [m] along a way from points boxes begin, infinite where they are not met, (points, boxes)."""
+    local = np.einsum("pbi,bij->pbj", points[:, None] - centers[None], axes)
+    along = np.einsum("i,bij->bj", way, axes)
+    along = np.where(np.abs(along) < 1e-9, 1e-9, along)
+    a, b = (-half - local) / along, (half - local) / along
+    first, last = np.minimum(a, b).max(axis=2), np.maximum(a, b).min(axis=2)
+    return np.where((last > np.maximum(first, 0.0)) & (first > 1e-4), first, np.inf)
+
+
+def _across(ways: np.ndarray, view: View) -> float:
+    """Part of all motion that goes across the picture, 0 to 1."""
+    ahead = (view.look_at - view.pos) / np.linalg.norm(view.look_at - view.pos)
+    whole = np.linalg.norm(ways, axis=1).sum()
+    across = np.linalg.norm(ways - np.outer(ways @ ahead, ahead), axis=1).sum()
+    return float(across / whole) if whole > 1e-9 else 1.0
+
+
+def _filled(view: View, cloud: np.ndarray, aspect: float) -> float:
+    """How large subjects are: root of the part of the picture that a box around most of them fills."""
+    places = np.clip(project(view, cloud, aspect)[:, :2], -1, 1)
+    wide, tall = np.diff(np.percentile(places, (4, 96), axis=0), axis=0)[0] / 2
+    return float(math.sqrt(max(wide * tall, 0.0)))
+
+
+def within(cloud: np.ndarray, space: Any) -> np.ndarray:
+    """Return the points (n, 3) that are in a space, its lowest and highest corner [m]; all if none is, or None."""
+    if space is None or not len(cloud):
+        return cloud
+    low, high = (np.asarray(corner, float) for corner in space)
+    near = cloud[((cloud >= low) & (cloud <= high)).all(axis=1)]
+    return near if len(near) else cloud
+
+
+def _trimmed(clouds: list[np.ndarray], bodies: int) -> np.ndarray:
+    """All points of clouds; of many bodies without the few that stray farthest."""
+    points = np.concatenate(clouds) if clouds else np.zeros((0, 3))
+    if bodies < MANY or not len(points):
+        return points
+    low, high = np.percentile(points, (100 * OUTLIERS, 100 * (1 - OUTLIERS)), axis=0)
+    start = clouds[0]
+    low, high = np.minimum(low, start.min(axis=0)), np.maximum(high, start.max(axis=0))
+    return points[((points >= low) & (points <= high)).all(axis=1)]
+
+
+def view_of(camera: dict) -> View:
+    """Return what a camera sees that stands still."""
+    pos, look_at = (np.asarray(point, float) for point in place(camera, 0.0, 0.0, None))
+    return View(pos, look_at, np.asarray(camera["up"], float), float(camera["fov"]), 1.0, 0.0)
