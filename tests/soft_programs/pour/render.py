@@ -36,12 +36,12 @@ AUTO = {
     "moving": ["sand", "water", "snow"],
     "statics": ["bowl"],
     "standing": ["bowl"],
-    "clear": [],
+    "clear": ["water"],
 }
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.8431, 0.8588, 0.8745)
+BACKGROUND = (0.349, 0.3922, 0.4314)
 AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
     "key": {
