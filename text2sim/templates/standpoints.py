@@ -26,8 +26,8 @@ first."""
 HABIT, BACK = 0.006, 0.06
 """Loss of each step down that list, and of looking from behind: scenes are laid out for the front, -y."""
 HIDDEN, FILLED, ACROSS, BROAD, APART = 1.0, 0.5, 0.3, 0.25, 0.35
-"""What counts for a camera: bodies that are not hidden, how much of the picture they fill, motion across it, their broad
-sides, and how they stand out from what is behind them."""
+"""What counts for a camera: bodies that are not hidden, how much of the picture they fill, motion across it, their
+broad sides, and how they stand out from what is behind them."""
 TELLS = 0.25
 """Distance of colours from which on a larger one gains nothing."""
 SPOTS = 3
