@@ -7,7 +7,7 @@ from text2sim.agents import revising
 from text2sim.agents.casework import FROZEN_PARTS, Examination
 from text2sim.agents.contract import Contract
 from text2sim.agents.journal import Emit
-from text2sim.agents.replies import Decision, Fragments, Plan
+from text2sim.agents.replies import Decision, Fragments, Plan, PlanPatch
 from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.load import LoadedCase
@@ -33,6 +33,8 @@ class Agreement:
         """What was said anew, old and new, for the Critic."""
         self.contract: Contract | None = None
         """Values of the expectations in the last sound case; None until there is one."""
+        self.planned_anew = False
+        """Whether the one further plan was made."""
         self._replaced: Contract | None = None
         self._why = ""
 
@@ -66,7 +68,8 @@ class Agreement:
         for part, rows in (old.values if old is not None else {}).items():
             for name, was in rows.items():
                 now = fresh.values[part].get(name)
-                if not same(now, was):
+                # A measure that nothing asks for any more was not said anew.
+                if not same(now, was) and (now is not None or part == "expect"):
                     self.say_restated(f"{part} `{name}` was {was}, is {now} ({self._why})")
         self.contract = fresh
         return fresh
@@ -77,20 +80,71 @@ class Agreement:
             self.restated.append(row)
             self._emit("restated", what=row)
 
+    def see(self, text: str) -> None:
+        """Keep the plan's numbers those of the case: later letters show the present ones."""
+        data = revising.data_of(text)
+        duration = (data.get("scene") or {}).get("duration")
+        update: dict[str, Any] = {"params": data.get("params") or {}}
+        if isinstance(duration, int | float):
+            update["duration"] = float(duration)
+        self.plan = self.plan.model_copy(update=update)
+
+    def changed(self, text: str, decision: Decision) -> tuple[str, Plan]:
+        """Return what the case and the plan become by what the Planner may do by itself.
+
+        Raises:
+            PatchError: If its patch cannot be applied.
+        """
+        plan, amendment = self.plan, decision.plan or PlanPatch()
+        if amendment.rename:
+            text = revising.with_renamed(text, amendment.rename)
+            plan = Plan.model_validate(revising.words_renamed(plan.model_dump(mode="json"), amendment.rename))
+        text = revising.with_operations(revising.with_params(text, decision.params), decision.patch)
+        text = revising.with_waivers(text, decision.waive)
+        new = [amendment.checks] + ([decision.restate.checks] if decision.restate is not None else [])
+        for checks in new:
+            both = {part: getattr(plan.checks, part) | getattr(checks, part) for part in FROZEN_PARTS}
+            plan = plan.model_copy(update={"checks": Fragments(**both)})
+            text = revising.with_checks(text, checks)
+        bodies = {name: body for name, body in plan.bodies.items() if name not in amendment.drop_bodies}
+        keep = [*plan.keeps, *(name for name in amendment.keeps if name not in plan.keeps)]
+        update: dict[str, Any] = {
+            "params": revising.data_of(text).get("params") or {},
+            "bodies": bodies | amendment.bodies,
+            "says": plan.says | amendment.says,
+            "keeps": keep,
+            "assets": [*plan.assets, *amendment.assets],
+        }
+        for name in ("event", "shared", "assumptions"):
+            value = getattr(amendment, name)
+            if value not in ("", None):
+                update[name] = value
+        return text, plan.model_copy(update=update)
+
     def apply(self, text: str, decision: Decision) -> str:
-        """Do what the Planner may do by itself: parameters, waivers, expectations said anew. Returns the case."""
-        text = revising.with_waivers(revising.with_params(text, decision.params), decision.waive)
-        self.plan = self.plan.model_copy(update={"params": self.plan.params | decision.params})
-        if decision.restate is not None:
-            old, new = self.plan.checks, decision.restate.checks
-            both: dict[str, Any] = {part: getattr(old, part) | getattr(new, part) for part in FROZEN_PARTS}
-            self.plan = self.plan.model_copy(update={"checks": old.model_copy(update=both)})
-            text = revising.with_checks(text, new)
-        if decision.restate is not None or decision.params:
-            # What they ask for is taken down anew when the case is sound, and the Critic sees what was other.
-            self._replaced, self.contract = self.contract or self._replaced, None
-            self._why = decision.restate.why if decision.restate is not None else "a parameter has changed"
+        """Do what the Planner may do by itself. Returns the case."""
+        text, self.plan = self.changed(text, decision)
+        amendment = decision.plan or PlanPatch()
+        if amendment.rename:
+            self.first = Fragments.model_validate(revising.words_renamed(self.first.model_dump(), amendment.rename))
+        fresh = [name for name in amendment.checks.expect if name not in self.names]
+        if fresh:
+            self.names = (*self.names, *fresh)
+            self.first = self.first.model_copy(update={"expect": self.first.expect | amendment.checks.expect})
+            self._emit("expected", names=fresh, says={name: amendment.says.get(name, "") for name in fresh})
+        if decision.restate is not None or decision.params or decision.patch or fresh:
+            self._take_anew(decision.restate.why if decision.restate is not None else "a parameter has changed")
         return text
+
+    def expect_anew(self, plan: Plan) -> None:
+        """Take up a plan in the place of the first; what was expected stays, and more may be."""
+        self.first = self.first.model_copy(update={"expect": plan.checks.expect | self.first.expect})
+        self.plan, self.names, self.planned_anew = plan, tuple(plan.checks.expect), True
+        self._take_anew("it was planned anew")
+
+    def _take_anew(self, why: str) -> None:
+        """What they ask for is taken down anew when the case is sound, and the Critic sees what was other."""
+        self._replaced, self.contract, self._why = self.contract or self._replaced, None, why
 
     def _contract_of(self, loaded: LoadedCase) -> Contract:
         planned = [name for name, body in self.plan.bodies.items() if body.kind not in UNMOVED]

@@ -40,6 +40,10 @@ class Attempt:
     cites: list[str] = field(default_factory=list)
     pictures: list[str] = field(default_factory=list)
     """Files in its folder."""
+    wall: float = 0.0
+    """What the run took by the clock [s]; 0 if there was none."""
+    minutes_left: float | None = None
+    """Minutes that were left when the Planner was asked about it; None without a bound."""
     critique: dict[str, Any] | None = None
     fates: list[str] = field(default_factory=list)
     """What became of each of the Critic's patches."""
@@ -93,9 +97,12 @@ class Attempts:
         try:
             kept = json.loads((folder / "attempt.json").read_text("utf-8"))
             text = (folder / "case.yaml").read_text("utf-8")
-            if text != attempt.text or kept["state"] in ("unsound", "interrupted", "running"):
+            if text != attempt.text:
                 return False
-            for name in ("state", "run", "evidence", "expect", "cites", "pictures"):
+            attempt.minutes_left = kept["minutes_left"]
+            if kept["state"] in ("unsound", "interrupted", "running"):
+                return False
+            for name in ("state", "run", "evidence", "expect", "cites", "pictures", "wall"):
                 setattr(attempt, name, kept[name])
         except (OSError, ValueError, KeyError, TypeError):
             return False
@@ -140,6 +147,7 @@ class Attempts:
         if result.stopped:
             raise KeyboardInterrupt
         record = RunRecord.read(result.folder)
+        attempt.wall = round(result.wall, 1)
         attempt.state, attempt.run = result.state, result.folder.relative_to(self.case).as_posix()
         attempt.expect = {
             name: {k: row[k] for k in ("ok", "wanted", "why")} for name, row in result.expectations.items()

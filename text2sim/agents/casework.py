@@ -14,6 +14,8 @@ from text2sim.spec_schema.text.source import plain_text
 
 Data = dict[str, Any]
 FROZEN_PARTS = ("measures", "events", "expect")
+PLANNERS = ("params", "waive", "variants", "sweeps", "prefabs", "name", "prompt")
+"""Parts of a case that no Writer owns: the Planner patches them."""
 _OF_NAMES = frozenset(f"unknown-{what}" for what in ("attach", "body", "camera", "event", "joint", "link", "measure"))
 """Rules about names, which mean nothing while the rest of the case is not there."""
 
@@ -103,6 +105,8 @@ def owner_of(problem: Problem, frozen: Iterable[str]) -> str:
     """
     steps = problem.path.split("/")
     section = steps[1] if len(steps) > 1 else ""
+    if problem.path == "/actions/expect":  # of all expectations together
+        return "plan"
     if any(problem.path == pointer or problem.path.startswith(pointer + "/") for pointer in frozen):
         return "plan"
     return section if section in SECTIONS else "plan"

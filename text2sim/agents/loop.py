@@ -1,30 +1,29 @@
 """The loop: plan, write, check, run, judge, decide, until a case is accepted or nothing more may be spent."""
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.asking import BudgetSpent, Desk, RoleFailed
 from text2sim.agents.attempts import Attempt, Attempts, changed
 from text2sim.agents.brief import attempts_table, history_row, judgement
-from text2sim.agents.casework import Examination, case_text, examine, owner_of, said, whole_actions
+from text2sim.agents.casework import Examination, case_text, examine, owner_of, said
 from text2sim.agents.criticism import Exhibit, criticise
+from text2sim.agents.deciding import Report, decide
 from text2sim.agents.deck import Deck
 from text2sim.agents.journal import Emit
 from text2sim.agents.models.exchange import ModelError, StoppedError
-from text2sim.agents.planning import Report, Request, decide, make_plan
-from text2sim.agents.replies import SECTIONS, Decision, Fragments, Plan, Refer, Route
+from text2sim.agents.planning import Request, Tried, make_plan
+from text2sim.agents.rehearsal import held_at_start
+from text2sim.agents.replies import Decision, Fragments, Plan, Route
 from text2sim.agents.requirements import Requirement, take_apart
-from text2sim.agents.supplying import Supplies, merged, supply
-from text2sim.agents.writing import change_section, write_section
+from text2sim.agents.workshop import Workshop
 from text2sim.spec_schema.errors import Problem
 
 State = Literal["accepted", "impossible", "gave_up", "spent", "failed"]
-T = TypeVar("T")
 
 MENDS = 3
 """Times that owners may mend what the check finds, before it is the Planner's turn."""
@@ -35,8 +34,6 @@ CONSIDER = (
 )
 STANDSTILL = 2
 """Attempts after the best one that may bring nothing, once everything expected has come true."""
-TOGETHER = 4
-"""Questions that are put at the same time."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +81,7 @@ class Loop:
         self.attempts = Attempts(case)
         self.made: list[Attempt] = []
         self.agreement = Agreement(Plan.model_construct(name=case.name, event="", checks=Fragments()), emit)
+        self.workshop = Workshop(desk, deck, self.agreement, request, self.path, emit)
         self.only_if_accepted = False
         """Whether the case is somebody's own, and only a version that was accepted may take its place."""
         self._warned: set[tuple[str, str]] = set()
@@ -144,7 +142,14 @@ class Loop:
             decision = self._decided(attempt, report)
             if decision.action == "give_up":
                 return self.outcome("gave_up", decision.why)
-            before, (text, left_out) = attempt.text, self._revised(attempt, decision)
+            before = attempt.text
+            if decision.action == "plan_anew":
+                plan = self._planned_anew(decision.why)
+                if plan.possible == "no":
+                    return self.outcome("gave_up", plan.why)
+                text, cause = self._drafted(), f"planned anew: {decision.why}"
+                continue
+            text, left_out = self._revised(attempt, decision)
             cause = "; ".join([decision.why, *left_out])
 
     def _unbettered(self) -> int | None:
@@ -154,25 +159,22 @@ class Loop:
         sound = best.state == "finished" and not best.missed([*self.agreement.names, *best.expect])
         return best.number if sound and stale >= STANDSTILL else None
 
+    def _planned_anew(self, why: str) -> Plan:
+        """Have another plan made, once; what was expected stays."""
+        self.emit("stage", name="plan")
+        tried = Tried(why, self._history(), self.agreement.plan, self.agreement.first)
+        plan = make_plan(self.desk, self.request, self.deck, self.path, tried)
+        if plan.possible != "no":
+            self.agreement.expect_anew(plan)
+        self.emit("planned", goal=plan.event, possible=plan.possible, why=plan.why, assumptions=plan.assumptions,
+                  says=plan.says)  # fmt: skip
+        return plan
+
     # --- first version ----------------------------------------------------------------------------------------
 
     def _drafted(self) -> str:
+        sections = self.workshop.drafted()
         plan = self.agreement.plan
-        supplies = Supplies()
-        if plan.assets:
-            self.emit("stage", name="assets")
-            # One after the other: they are numbered calls of the same roles.
-            supplies = merged([supply(self.desk, asset, plan, self.request, self.case) for asset in plan.assets])
-        self.emit("stage", name="write")
-        asked = self.request.text + "".join(f"\nGiven with it: {row}" for row in self.request.inputs)
-        words = "\n".join(f"- {row}" for row in supplies.words)
-
-        def written(section: str) -> dict[str, Any]:
-            cards = self.deck.deal(section, plan.cards.get(section, ()), "first version")
-            return write_section(self.desk, section, plan, asked, words, cards, self.path)
-
-        sections = self._together({name: lambda name=name: written(name) for name in SECTIONS})
-        sections["bodies"] |= supplies.bodies
         return case_text(plan, self.request.text, plan.params, sections)
 
     # --- one attempt ------------------------------------------------------------------------------------------
@@ -188,6 +190,7 @@ class Loop:
             self.emit("unsound", number=attempt.number, problems=problems[:20])
             return Report(problems=problems, rules=rules)
         assert examined.loaded is not None
+        self.agreement.see(attempt.text)
         contract = self.agreement.take_down(examined)
         if not self.attempts.recall(attempt):
             self.emit("running", live=True, number=attempt.number)
@@ -224,13 +227,18 @@ class Loop:
         for mend in range(MENDS + 1):
             examined = examine(attempt.text, self.path)
             errors = examined.errors or self.agreement.breaches(examined)
-            if not errors:
+            if not errors and not told:
                 return self._considered(attempt, examined), []
             owners = self._owners(errors, told)
             if mend == MENDS or "plan" in owners:
-                return examined, [said(problem) for problem in errors]
+                self.workshop.referred += [row for rows in told.values() for row in rows]
+                return (examined if errors else self._considered(attempt, examined)), [said(one) for one in errors]
             self.emit("mending", number=attempt.number, problems=[said(problem) for problem in errors][:20])
-            attempt.text, told = self._mended(attempt.text, owners, MEND)
+            before = attempt.text
+            attempt.text, told = self.workshop.mended(before, owners, MEND)
+            self.workshop.referred += told.pop("plan", [])
+            if attempt.text == before and not told:  # to ask the same again would bring the same answers
+                return (examined if errors else self._considered(attempt, examined)), [said(one) for one in errors]
         raise AssertionError("the last round returns")
 
     def _considered(self, attempt: Attempt, examined: Examination) -> Examination:
@@ -238,14 +246,37 @@ class Loop:
         fresh = [p for p in examined.warnings if (p.rule, p.path) not in self._warned]
         self._warned |= {(p.rule, p.path) for p in fresh}
         owners = self._owners(fresh, {})
+        doubts = [said(p) for p in fresh if owner_of(p, self.agreement.pointers) == "plan" and "/actions/" in p.path]
         owners.pop("plan", None)
-        if not owners:
+        if owners:
+            self.emit("mending", number=attempt.number, problems=[said(problem) for problem in fresh][:20])
+            text = self.workshop.passed_on(*self.workshop.mended(attempt.text, owners, CONSIDER))
+            examined = self._taken(attempt, text, examined)
+        return self._doubted(attempt, examined, doubts)
+
+    def _doubted(self, attempt: Attempt, examined: Examination, doubts: list[str]) -> Examination:
+        """Put before the Planner, once, what the check says of the expectations themselves, before it is run."""
+        assert examined.loaded is not None
+        plan = self.agreement.plan
+        held = held_at_start(examined.loaded, [name for name in self.agreement.names if name not in plan.keeps])
+        fresh = {name: row for name, row in held.items() if ("held-at-start", name) not in self._warned}
+        self._warned |= {("held-at-start", name) for name in fresh}
+        doubts = [*doubts, *fresh.values()]
+        if not doubts:
             return examined
-        self.emit("mending", number=attempt.number, problems=[said(problem) for problem in fresh][:20])
-        text, _ = self._mended(attempt.text, owners, CONSIDER)
+        self.emit("doubted", number=attempt.number, doubts=doubts[:20])
+        rules = frozenset(problem.rule for problem in examined.warnings)
+        decision = self._decided(attempt, Report(doubts=doubts, rules=rules), before_run=True)
+        if decision.action == "give_up":
+            return examined  # it is run all the same: the doubts may be wrong, and the best version is what counts
+        text, _ = self._revised(attempt, decision)
+        return self._taken(attempt, text, examined)
+
+    def _taken(self, attempt: Attempt, text: str, before: Examination) -> Examination:
+        """Take over what was mended, unless that made things worse."""
         mended = examine(text, self.path)
         if mended.errors or self.agreement.breaches(mended):
-            return examined  # it made things worse
+            return before
         attempt.text = text
         return mended
 
@@ -254,32 +285,6 @@ class Loop:
         for problem in errors:
             owners.setdefault(owner_of(problem, self.agreement.pointers), []).append(said(problem))
         return owners
-
-    def _mended(
-        self, text: str, owners: Mapping[str, Sequence[str]], instruction: str
-    ) -> tuple[str, dict[str, list[str]]]:
-        """Have owners mend their sections; return the text, and what they say others have to mend."""
-        case = revising.data_of(text)
-
-        def mended(section: str) -> dict[str, Any] | Refer:
-            return change_section(
-                self.desk,
-                section,
-                self.agreement.plan,
-                case,
-                instruction,
-                owners[section],
-                "",
-                self.path,
-                self.request.text,
-            )
-
-        answers = self._together({name: lambda name=name: mended(name) for name in SECTIONS if name in owners})
-        told: dict[str, list[str]] = {}
-        for section, answer in answers.items():
-            if isinstance(answer, Refer):
-                told.setdefault(answer.section, []).append(f"the Writer of {section} says: {answer.why}")
-        return revising.with_sections(text, self._written(answers)), told
 
     def _exhibit(self, attempt: Attempt, evidence: str) -> Exhibit:
         images, missed = self.attempts.images(attempt), attempt.missed(list(attempt.expect))
@@ -309,16 +314,40 @@ class Loop:
 
     # --- what is done next ------------------------------------------------------------------------------------
 
-    def _decided(self, attempt: Attempt, report: Report) -> Decision:
+    def _decided(self, attempt: Attempt, report: Report, *, before_run: bool = False) -> Decision:
         failures = [failure["what"] for failure in (report.critique or {}).get("failures", ())]
         text = " ".join([*report.problems, *failures, (report.critique or {}).get("summary", ""), attempt.state])
         offer = self.deck.offer(text, self.agreement.plan.mode, {*report.rules, attempt.state})
+        report.referred, self.workshop.referred = self.workshop.referred, []
+        report.left = self._left(attempt)
         decision = decide(
-            self.desk, self.request, self.agreement.plan, self.agreement.first, self._history(), report, offer
+            self.desk,
+            self.request,
+            self.agreement,
+            attempt.text,
+            self._history(),
+            report,
+            offer,
+            self.deck,
+            self.path,
+            anew=not (before_run or self.agreement.planned_anew or self.only_if_accepted),
         )
         self.emit("decided", number=attempt.number, action=decision.action, why=decision.why, take=decision.take,
                   routes={route.section: route.instruction for route in decision.routes})  # fmt: skip
         return decision
+
+    def _left(self, attempt: Attempt) -> str:
+        """What may still be used, in words; the same again when a loop goes on after an interruption."""
+        if attempt.minutes_left is None:
+            attempt.minutes_left = self.limits.minutes_left()
+            self.attempts.keep(attempt)
+        words = [f"{self.limits.attempts - attempt.number} of {self.limits.attempts} attempts are left"]
+        if attempt.minutes_left is not None:
+            words.append(f"{attempt.minutes_left:.0f} minutes are left for everything")
+        ran = [one for one in self.made if one.wall]
+        if ran:
+            words.append(f"the run of attempt {ran[-1].number} took {ran[-1].wall:.0f} s by the clock")
+        return "; ".join(words) + "."
 
     def _history(self) -> str:
         rows = []
@@ -329,7 +358,7 @@ class Loop:
 
     def _revised(self, attempt: Attempt, decision: Decision) -> tuple[str, list[str]]:
         """Do what was decided. Returns the text, and what could not be done."""
-        text = self.agreement.apply(attempt.text, decision)
+        text, routes = self.agreement.apply(attempt.text, decision), list(decision.routes)
         patches = (attempt.critique or {}).get("patches", [])
         left_out: list[str] = []
         for k, patch in enumerate(patches, 1):
@@ -340,29 +369,12 @@ class Loop:
             attempt.fates.append(f"refused: {refused[0]}" if refused else "taken")
             left_out += refused
         self.attempts.keep(attempt)
-        return self.routed(text, decision.routes), left_out
-
-    def routed(self, text: str, routes: Sequence[Route]) -> str:
-        """Have Writers change their sections."""
-        case = revising.data_of(text)
-        by_section: dict[str, list[Route]] = {}
-        for route in routes:
-            by_section.setdefault(route.section, []).append(route)
-
-        def done(section: str) -> dict[str, Any] | Refer:
-            instruction = "\n".join(route.instruction for route in by_section[section])
-            cards = self.deck.deal(
-                section, [card for route in by_section[section] for card in route.cards], instruction[:80]
-            )
-            return change_section(
-                self.desk, section, self.agreement.plan, case, instruction, (), cards, self.path, self.request.text
-            )
-
-        answers = self._together({name: lambda name=name: done(name) for name in SECTIONS if name in by_section})
-        for section, answer in answers.items():
-            if isinstance(answer, Refer):
-                self.emit("referred", section=section, to=answer.section, why=answer.why)
-        return revising.with_sections(text, self._written(answers))
+        if decision.plan is not None:
+            briefs = decision.plan.briefs.items()
+            routes += [Route(section=section, instruction=brief) for section, brief in briefs]
+            text, told = self.workshop.fitted(text, decision.plan.assets)
+            routes += told
+        return self.workshop.routed(text, routes), left_out
 
     # --- ends -------------------------------------------------------------------------------------------------
 
@@ -387,17 +399,3 @@ class Loop:
                 unresolved += [failure["what"] for failure in (best.critique or {}).get("failures", ())]
         self.emit("ended", state=state, why=why, best=best.number if best else None)
         return Outcome(state, why, best, unresolved, self.agreement.plan)
-
-    def _written(self, answers: Mapping[str, dict[str, Any] | Refer]) -> dict[str, dict[str, Any]]:
-        """The sections that were written; with what the Planner has put into them, and without words to others."""
-        done = {name: answer for name, answer in answers.items() if not isinstance(answer, Refer)}
-        return {
-            name: whole_actions(self.agreement.plan, data) if name == "actions" else data for name, data in done.items()
-        }
-
-    @staticmethod
-    def _together(jobs: Mapping[str, Callable[[], T]]) -> dict[str, T]:
-        """Do independent things at the same time; the first that fails is raised when all are over."""
-        with ThreadPoolExecutor(max_workers=TOGETHER) as pool:
-            futures = {name: pool.submit(job) for name, job in jobs.items()}
-        return {name: future.result() for name, future in futures.items()}

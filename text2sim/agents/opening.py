@@ -3,10 +3,11 @@
 from text2sim.agents import revising
 from text2sim.agents.attempts import Attempt
 from text2sim.agents.casework import examine, said
+from text2sim.agents.deciding import as_decision, open_case
 from text2sim.agents.loop import Loop, Outcome
-from text2sim.agents.planning import open_case
-from text2sim.agents.replies import Decision, Fragments, Opening, Plan, PlannedBody
+from text2sim.agents.replies import Fragments, Opening, Plan, PlannedBody
 from text2sim.agents.requirements import of_wish, take_apart
+from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.errors import RunError
 
 
@@ -30,7 +31,7 @@ def _amended(loop: Loop, text: str, run_first: bool) -> Outcome:
     loop.require(of_wish(loop.request.text, lambda: take_apart(loop.desk, loop.request.text, loop.request.images)))
     evidence, problems = _present_state(loop, text, run_first)
     shown = "\n\n".join(part for part in (evidence, "\n".join(problems)) if part)
-    opening = open_case(loop.desk, loop.request, text, shown, list(loop.agreement.plan.checks.expect), keep=run_first)
+    opening = open_case(loop.desk, loop.request, loop.agreement, text, shown, loop.path, keep=run_first)
     loop.emit(
         "planned", goal=opening.event, possible=opening.possible, why=opening.why, assumptions=[], says=opening.says
     )
@@ -102,13 +103,18 @@ def _opened(loop: Loop, text: str, opening: Opening) -> str:
     )  # fmt: skip
     for part in ("measures", "events"):
         given, there = getattr(opening.checks, part), getattr(checks, part)
-        for name in sorted(given.keys() & there.keys()):
+        for name in sorted(n for n in given.keys() & there.keys() if not same(given[n], there[n])):
             loop.agreement.say_restated(f"{part} `{name}` was {there[name]}, is {given[name]} ({opening.why})")
     says = {name: row for name, row in loop.agreement.plan.says.items() if name in expect} | opening.says
     plan = loop.agreement.plan.model_copy(
-        update={"checks": merged, "says": says, "event": opening.event or loop.agreement.plan.event}
+        update={
+            "checks": merged,
+            "says": says,
+            "event": opening.event or loop.agreement.plan.event,
+            # What stood in the case before is as its author wants it.
+            "keeps": [*(name for name in checks.expect if name in expect), *opening.keeps],
+        }
     )
     loop.agreement.expect(plan, expect)
     text = revising.with_checks(text, opening.checks, opening.drop)
-    decision = Decision(action="repair", why=opening.why, params=opening.params)
-    return loop.routed(loop.agreement.apply(text, decision), opening.routes)
+    return loop.workshop.routed(loop.agreement.apply(text, as_decision(opening)), opening.routes)

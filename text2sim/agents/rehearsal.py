@@ -296,3 +296,25 @@ def rest_value(measure: Any) -> float | None:
         none = (above is not None and value <= above) or (below is not None and value >= below)
         return 0.0 if none else None
     return 0.0
+
+
+def held_at_start(loaded: LoadedCase, names: Iterable[str]) -> dict[str, str]:
+    """Say which expectations of a whole case hold if nothing happens, although they are read after the start.
+
+    Args:
+        loaded: A case that can be resolved.
+        names: Expectations that are looked at.
+    """
+    from text2sim.compiler.build import resolve_case
+    from text2sim.lint.facts import Facts
+    from text2sim.lint.script.at_rest import passes
+    from text2sim.lint.script.outcomes import asked_of
+
+    facts, found = Facts(resolve_case(loaded)), {}
+    for name in names:
+        expect = loaded.case.actions.expect.get(name)
+        if expect is None or expect.measure is None or asked_of(expect, loaded.case.scene.duration).first <= 0.0:
+            continue
+        if passes(facts, expect):
+            found[name] = f"/actions/expect/{name}: " + HOLDS.format(f"`{expect.measure}` is so at the start already")
+    return found

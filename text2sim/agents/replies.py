@@ -237,10 +237,34 @@ class Restatement(Form):
     checks: Fragments
 
 
+class PlanPatch(Form):
+    """What the Planner changes of its plan."""
+
+    event: Line = ""
+    rename: dict[Name, Name] = {}
+    """Parameters that are called otherwise from now on, in the whole case."""
+    bodies: dict[Name, PlannedBody] = {}
+    """Bodies that are new, or planned otherwise."""
+    drop_bodies: list[Name] = []
+    shared: Lines | None = None
+    """All of it, in the place of what stood there."""
+    assumptions: Lines | None = None
+    """All of them, in the place of those that stood there."""
+    briefs: dict[Owner, Line] = {}
+    """Work for Writers, as `routes`."""
+    assets: Annotated[list[Asset], Field(max_length=8)] = []
+    """Further models that have to be made."""
+    says: dict[Name, Line] = {}
+    checks: Fragments = Fragments()
+    """Further expectations, with their measures and events."""
+    keeps: list[Name] = []
+    """Expectations that are meant to hold from the start."""
+
+
 class Decision(Form):
     """What the Planner does about an attempt that was not accepted."""
 
-    action: Literal["repair", "give_up"]
+    action: Literal["repair", "plan_anew", "give_up"]
     why: Line
     take: list[int] = []
     """Numbers of the Critic's patches to apply."""
@@ -250,6 +274,9 @@ class Decision(Form):
     waive: dict[Annotated[str, StringConstraints(max_length=60)], Line] = {}
     """Rules of the lint whose finding is meant, and why."""
     restate: Restatement | None = None
+    plan: PlanPatch | None = None
+    patch: Annotated[list[dict[str, Any]], Field(max_length=100)] = []
+    """RFC 6902, on what no Writer owns: parameters, waivers, variants, sweeps, prefabs, name and prompt."""
 
 
 class Refer(Form):
@@ -267,7 +294,11 @@ class Opening(Form):
     event: Line = ""
     routes: Annotated[list[Route], Field(max_length=8)] = []
     params: dict[Name, Any] = {}
+    patch: Annotated[list[dict[str, Any]], Field(max_length=100)] = []
+    """RFC 6902, on what no Writer owns."""
     says: dict[Name, Line] = {}
     checks: Fragments = Fragments()
+    keeps: list[Name] = []
+    """New expectations that are meant to hold from the start."""
     drop: list[Name] = []
     """Expectations that the wish itself makes wrong."""

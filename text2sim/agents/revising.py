@@ -1,6 +1,7 @@
 """What a decision does to the text of a case: an author's comments and order stay."""
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,14 +13,17 @@ from text2sim.revision.revise import revise
 from text2sim.spec_schema.changes.diff import difference, operations
 from text2sim.spec_schema.changes.diff_words import change_line
 from text2sim.spec_schema.changes.edit import edit_source
+from text2sim.spec_schema.changes.naming import Rename, follow
 from text2sim.spec_schema.changes.operation import Operation
-from text2sim.spec_schema.changes.patch import PatchError
+from text2sim.spec_schema.changes.patch import PatchError, apply_operations
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source, check_source
 
 Data = dict[str, Any]
+_EXPRESSION = re.compile(r"\$\{[^}]*\}")
+_WORD = re.compile(r"(?<![\w.'\"])[A-Za-z_]\w*", re.ASCII)
 
 
 def data_of(text: str) -> Data:
@@ -55,6 +59,32 @@ def with_patches(
         except (PatchError, SpecError) as error:
             left_out.append(f"a patch on {patch['section']} was left out: {str(error).splitlines()[0]}")
     return text, left_out
+
+
+def with_renamed(text: str, renames: Mapping[str, str]) -> str:
+    """Give parameters other names, wherever an expression has them."""
+    before = data_of(text)
+    after, _ = follow(before, [Rename(("params",), old, new) for old, new in renames.items()])
+    return edited(text, operations(before, after))
+
+
+def words_renamed(data: Any, renames: Mapping[str, str]) -> Any:
+    """Return data of a plan in whose `${…}` parameters have other names."""
+    if isinstance(data, str):
+        return _EXPRESSION.sub(lambda found: _WORD.sub(lambda word: renames.get(word[0], word[0]), found[0]), data)
+    if isinstance(data, dict):
+        return {key: words_renamed(value, renames) for key, value in data.items()}
+    return [words_renamed(value, renames) for value in data] if isinstance(data, list) else data
+
+
+def with_operations(text: str, changes: Sequence[Operation]) -> str:
+    """Apply a patch on what no Writer owns.
+
+    Raises:
+        PatchError: If it cannot be applied.
+    """
+    before = data_of(text)
+    return edited(text, operations(before, apply_operations(before, changes))) if changes else text
 
 
 def with_params(text: str, params: Mapping[str, Any]) -> str:

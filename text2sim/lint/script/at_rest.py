@@ -34,7 +34,7 @@ AIR = 0.02
 
 def _at_rest(facts: Facts) -> Iterator[Problem]:
     expect = facts.case.actions.expect
-    if not expect or not all(_passes(facts, one) for one in expect.values()):
+    if not expect or not all(passes(facts, one) for one in expect.values()):
         return
     moved = _moved(facts)
     if not moved:
@@ -81,7 +81,7 @@ def _overlap(a: Any, b: Any) -> bool:
     return all(p < s and r < q for p, q, r, s in zip(*a, *b, strict=True))
 
 
-def _passes(facts: Facts, expect: Expect) -> bool:
+def passes(facts: Facts, expect: Expect) -> bool:
     """Whether an expectation certainly holds in a scene that stands still."""
     if expect.measure is not None:
         return _measure(facts, expect)

@@ -1,0 +1,242 @@
+"""What the Planner may change, what it may not, and that nothing of it is without effect."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.agents.scripted import Scripted
+from tests.agents.test_loop import HIGH, PLAN, REPLIES, begin, scripted
+from text2sim.agents import revising
+from text2sim.agents.agreement import Agreement
+from text2sim.agents.casework import examine
+from text2sim.agents.deciding import Report, decision_faults
+from text2sim.agents.deck import Deck
+from text2sim.agents.replies import Decision, Plan
+from text2sim.spec_schema.text.document import parse_document
+from text2sim.spec_schema.text.source import Source
+
+CASE = """\
+text2sim: 2
+name: drop
+params: {height: 1.0, bound: 0.3, spare: 2}
+scene: {duration: 1, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, "${height}"]}}
+actions:
+  measures: {z: {kind: position, of: ball, axis: z}}
+  expect: {low: {measure: z, at: end, below: "${bound}"}}
+variants: {high: {bodies: {ball: {pose: {pos: [0, 0, 2]}}}}}
+"""
+PLANNED = """
+name: drop
+event: A ball falls.
+duration: 1
+params: {height: 1.0, bound: 0.3, spare: 2}
+bodies: {floor: {kind: static, shape: plane}, ball: {kind: rigid, shape: sphere, what: "at ${height}"}}
+shared: ["It starts ${height} up."]
+says: {low: It is down.}
+checks:
+  measures: {z: {kind: position, of: ball, axis: z}}
+  expect: {low: {measure: z, at: end, below: "${bound}"}}
+"""
+
+
+def data(text: str) -> Any:
+    return parse_document(Source(text, "answer")).data
+
+
+def agreed() -> tuple[Agreement, list[tuple[str, Any]]]:
+    told: list[tuple[str, Any]] = []
+    agreement = Agreement(Plan.model_construct(), lambda event, /, *, live=False, **what: told.append((event, what)))
+    plan = Plan.model_validate(data(PLANNED))
+    agreement.expect(plan, plan.checks.expect)
+    agreement.take_down(examine(CASE, Path("case.yaml")))
+    return agreement, told
+
+
+def faults(answer: str, *, anew: bool = True, **report: Any) -> list[str]:
+    decision = Decision.model_validate({"action": "repair", "why": "x"} | data(answer))
+    deck = Deck(None, lambda event, /, *, live=False, **what: None)
+    return decision_faults(decision, agreed()[0], CASE, Report(**report), deck, Path("case.yaml"), anew=anew)
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        "params: {height: 2.0}",
+        "params: {push: 3}",
+        "patch: [{op: remove, path: /params/spare}]",
+        "patch: [{op: remove, path: /variants/high}]",
+        "plan: {rename: {height: start_height}}",
+        "plan: {says: {moves: It gets fast.}, checks: {measures: {v: {kind: speed, of: ball}}, expect: {moves: {measure: v, during: [0, 1], stat: max, above: 1}}}}",
+        "{plan: {bodies: {post: {kind: static, shape: box}}, shared: [The post stands at x = 1.]}, routes: [{section: scene, instruction: Add the post.}]}",
+        "plan: {briefs: {bodies: Make it smaller.}}",
+        "plan: {keeps: [low]}",
+        "plan: {assets: [{kind: mesh, body: ball, what: a walnut}]}",
+        "action: plan_anew",
+        "restate: {why: mm, checks: {expect: {low: {measure: z, at: end, below: 0.25}}}}",
+    ],
+)  # fmt: skip
+def test_what_the_planner_may_do(answer: str) -> None:
+    assert faults(answer) == []
+
+
+@pytest.mark.parametrize(
+    ("answer", "about"),
+    [
+        ("params: {layer: 3}", "choose another name"),
+        ("params: {height: 1.0}", "it is 1.0 already"),
+        ('params: {height: "${hight}"}', "did you mean `height`"),
+        ("patch: [{op: remove, path: /params/bound}]", "unknown name `bound`"),
+        ("patch: [{op: replace, path: /bodies/ball/shape/radius, value: 1}]", "is not yours"),
+        ("patch: [{op: remove, path: /variants/low}]", "/patch"),
+        ("plan: {rename: {height: layer}}", "`layer` is taken"),
+        ("plan: {rename: {hight: h}}", "there is no such parameter"),
+        ("plan: {checks: {expect: {low: {measure: z, at: end, below: 0.9}}}}", "say it anew by `restate`"),
+        ("plan: {checks: {expect: {new: {measure: z, at: end, below: 0.2}}}}", "/plan/says/new"),
+        ("plan: {says: {new: x}, checks: {expect: {new: {measure: zz, at: end, below: 0.2}}}}", "did you mean `z`"),
+        ("plan: {says: {new: x}, checks: {measures: {v: {kind: speed, of: ball}}, expect: {new: {measure: v, at: end, above: -1}}}}", "cannot fail"),
+        ("plan: {drop_bodies: [ball]}", "otherwise the next attempt is this one"),
+        ("{plan: {drop_bodies: [ball]}, params: {height: 3}}", "there is no body or static `ball`"),
+        ("plan: {shared: [nothing new]}", "otherwise the next attempt is this one"),
+        ("restate: {why: mm, checks: {expect: {low: {measure: z, at: end, below: '${bound}'}}}}", "what stands there already"),
+        ("restate: {why: mm, checks: {expect: {low: {measure: z, at: end, above: 0.1}}}}", "keeps its below"),
+        ("waive: {unknown-body: it is meant so}", "the lint did not find this here"),
+        ("waive: {overlap: it is meant so}", "the lint did not find this here"),
+        ("{action: plan_anew, take: [1]}", "/take: with `plan_anew` nothing else is done"),
+        ("{}", "otherwise the next attempt is this one"),
+    ],
+)  # fmt: skip
+def test_what_it_may_not_and_why(answer: str, about: str) -> None:
+    assert about in "\n".join(faults(answer))
+
+
+def test_a_waiver_of_what_is_no_rule_of_the_lint_is_refused() -> None:
+    assert "no rule `unknown-body`" in "\n".join(
+        faults("waive: {unknown-body: it is meant so}", rules=frozenset({"unknown-body"}))
+    )
+
+
+def test_it_plans_anew_only_once() -> None:
+    assert "planned anew already" in faults("action: plan_anew", anew=False)[0]
+
+
+def test_a_parameter_is_renamed_everywhere() -> None:
+    agreement, told = agreed()
+    text = agreement.apply(
+        CASE, Decision.model_validate(data("{action: repair, why: x, plan: {rename: {height: start, bound: most}}}"))
+    )
+    case = revising.data_of(text)
+    assert case["params"] == {"start": 1.0, "most": 0.3, "spare": 2}
+    assert case["bodies"]["ball"]["pose"]["pos"][2] == "${start}"
+    assert case["actions"]["expect"]["low"]["below"] == "${most}"
+    assert agreement.plan.params == case["params"]
+    assert agreement.plan.shared == ["It starts ${start} up."]
+    assert agreement.plan.bodies["ball"].what == "at ${start}"
+    examined = examine(text, Path("case.yaml"))
+    assert not examined.errors
+    assert agreement.breaches(examined) == []
+    agreement.take_down(examined)
+    assert told == [], "nothing was restated"
+
+
+def test_further_expectations_stand_from_then_on_and_are_not_called_restated() -> None:
+    agreement, told = agreed()
+    answer = "{action: repair, why: x, plan: {says: {fast: It gets fast.}, checks: {measures: {v: {kind: speed, of: ball}}, expect: {fast: {measure: v, during: [0, 1], stat: max, above: 1}}}}}"
+    text = agreement.apply(CASE, Decision.model_validate(data(answer)))
+    assert agreement.names == ("low", "fast")
+    examined = examine(text, Path("case.yaml"))
+    agreement.take_down(examined)
+    assert agreement.restated == []
+    assert [event for event, _ in told] == ["expected"]
+    easier = text.replace("above: 1", "above: 0.1")
+    assert agreement.breaches(examine(easier, Path("case.yaml")))
+
+
+def test_a_measure_that_nothing_asks_for_any_more_is_not_called_restated() -> None:
+    agreement, _ = agreed()
+    checks = {
+        "measures": {"x": {"kind": "extent", "of": "ball", "axis": "z", "stat": "max"}},
+        "expect": {"low": {"measure": "x", "at": "end", "below": 0.3}},
+    }
+    decision = Decision.model_validate(
+        {"action": "repair", "why": "x", "restate": {"why": "its top is meant", "checks": checks}}
+    )
+    agreement.take_down(examine(agreement.apply(CASE, decision), Path("case.yaml")))
+    (row,) = agreement.restated
+    assert row.startswith("expect `low` was ")
+    assert "its top is meant" in row
+
+
+def test_later_letters_show_the_present_numbers() -> None:
+    agreement, _ = agreed()
+    agreement.see(CASE.replace("duration: 1,", "duration: 2.5,").replace("bound: 0.3", "bound: 0.25"))
+    assert agreement.plan.duration == 2.5
+    assert agreement.plan.params["bound"] == 0.25
+
+
+# --- in the loop ---------------------------------------------------------------------------------------------------
+
+LOST = HIGH.replace('pose: {pos: [0, 0, "${height + 1.7}"]}', "place: {on: table}")
+
+
+def loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, replies: dict[str, list[str]]) -> tuple[Scripted, Any, Any]:
+    model, seen = scripted(REPLIES | replies), []
+    outcome = begin(tmp_path / "case", monkeypatch, model).run(lambda event, what: seen.append((event, what)))
+    return model, outcome, seen
+
+
+def test_it_may_plan_anew_once_and_the_expectations_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    other = PLAN.replace("params: {height: 0.3}", "params: {height: 0.4}").replace(
+        "bodies: One ball", "bodies: Another ball"
+    )
+    easier = other.replace("lands: {event: touch, within: [0.1, 0.5]}", "comes: {event: touch}").replace(
+        "{lands:", "{comes:"
+    )
+    model, outcome, _ = loop(
+        tmp_path,
+        monkeypatch,
+        {
+            "planner": [PLAN, "action: plan_anew\nwhy: a table is missing\n", easier, other, "action: plan_anew\nwhy: again",
+                        "action: give_up\nwhy: twice\n"],
+            "scene": REPLIES["scene"] * 2,
+            "bodies": [LOST, "patch: []", LOST, "patch: []"],
+            "actions": REPLIES["actions"] * 2,
+            "render": [REPLIES["render"][0]] * 2,
+        },
+    )  # fmt: skip
+    assert (outcome.state, outcome.why) == ("gave_up", "twice")
+    asked = model.questions("planner")
+    assert "planned once, and the approach was wrong. a table is missing" in asked[2]
+    assert "there is no body or static `table`" in asked[2], "what was tried"
+    assert "lands: it comes from the request and must stay" in asked[3]
+    assert "planned anew already" in asked[5]
+    assert "height: 0.4" in asked[4]
+    assert "Another ball" in model.questions("bodies")[2]
+
+
+def test_what_a_writer_refers_reaches_its_addressee(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    model, outcome, seen = loop(
+        tmp_path,
+        monkeypatch,
+        {
+            "planner": [PLAN, "action: repair\nwhy: no table\nroutes: [{section: scene, instruction: Add a table.}]",
+                        "action: give_up\nwhy: enough"],
+            "bodies": [LOST, "patch: []", "refer: {section: plan, why: the plan has a slab and no table}"],
+            "scene": [*REPLIES["scene"], "refer: {section: bodies, why: put the ball on the floor instead}"],
+        },
+    )  # fmt: skip
+    assert outcome.state == "gave_up"
+    assert "The Writer of scene says: put the ball on the floor instead" in model.questions("bodies")[2]
+    assert "The Writer of bodies says: the plan has a slab and no table" in model.questions("planner")[2]
+    assert [event for event, _ in seen].count("referred") == 2
+
+
+def test_the_planner_is_told_what_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    model, _, _ = loop(
+        tmp_path,
+        monkeypatch,
+        {"planner": [PLAN, "action: give_up\nwhy: x"], "bodies": [LOST, "patch: []"]},
+    )
+    assert "Left: 3 of 4 attempts are left." in model.questions("planner")[1]

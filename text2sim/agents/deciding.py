@@ -1,0 +1,292 @@
+"""What the Planner does about an attempt: asked, and tried on a copy before it is done."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from text2sim.agents import language, revising
+from text2sim.agents.agreement import Agreement
+from text2sim.agents.asking import Desk, Wrong, typed
+from text2sim.agents.casework import FROZEN_PARTS, PLANNERS, examine, owner_of, said
+from text2sim.agents.contract import weakened
+from text2sim.agents.planning import PLANNER, Request, card_faults, plan_text
+from text2sim.agents.rehearsal import TAKEN, plan_faults
+from text2sim.agents.replies import Decision, Fragments, Opening, Plan
+from text2sim.agents.roles import render, system_prompt
+from text2sim.agents.yaml_text import yaml_text
+from text2sim.spec_schema.changes.patch import PatchError, same
+from text2sim.spec_schema.errors import SpecError
+
+if TYPE_CHECKING:
+    from text2sim.agents.deck import Deck
+
+
+@dataclass
+class Report:
+    """What the Planner is told of an attempt."""
+
+    problems: Sequence[str] = ()
+    """What the checker said, if it could not be run."""
+    doubts: Sequence[str] = ()
+    """What the checker says of what is asked for, before it is run."""
+    referred: Sequence[str] = ()
+    """What Writers say that the Planner has to mend."""
+    evidence: str = ""
+    critique: Mapping[str, Any] | None = None
+    rules: frozenset[str] = frozenset()
+    """Ids of the lint's rules that found something."""
+    left: str = ""
+    """Attempts and time that are left, and what the last run took, in words."""
+
+
+def decide(
+    desk: Desk,
+    request: Request,
+    agreement: Agreement,
+    case: str,
+    history: str,
+    report: Report,
+    offer: str,
+    deck: "Deck",
+    path: Path,
+    *,
+    anew: bool,
+) -> Decision:
+    """Have the Planner decide about an attempt that was not accepted.
+
+    Args:
+        desk: Where it is asked.
+        request: What is wanted.
+        agreement: The plan, and what it promises.
+        case: Text of the attempt.
+        history: A line for each attempt.
+        report: The last one.
+        offer: One line for each card that may fit.
+        deck: The cards.
+        path: Where the case stands.
+        anew: Whether it may plan anew.
+    """
+
+    def check(decision: Decision) -> None:
+        if wrong := decision_faults(decision, agreement, case, report, deck, path, anew=anew):
+            raise Wrong(wrong)
+
+    question = render(
+        "decide_ask",
+        request=request.text,
+        plan=plan_text(agreement.plan),
+        history=history,
+        report=_reported(report),
+        left=report.left,
+        cards=offer,
+    )
+    system = system_prompt(PLANNER, "decide", taken=", ".join(TAKEN))
+    return desk.ask("planner", system, question, typed(Decision, check))
+
+
+def decision_faults(
+    decision: Decision, agreement: Agreement, case: str, report: Report, deck: "Deck", path: Path, *, anew: bool
+) -> list[str]:
+    """Say what of a decision could not be done, would be without effect, or would ask for less than the request."""
+    work = [key for key in decision.model_fields_set - {"action", "why"} if getattr(decision, key)]
+    if decision.action == "give_up":
+        return []
+    if decision.action == "plan_anew":
+        wrong = [f"/{key}: with `plan_anew` nothing else is done; leave it out" for key in sorted(work)]
+        return (
+            wrong if anew else [*wrong, "/action: it was planned anew already, or the case is somebody's own: repair"]
+        )
+    offered = len((report.critique or {}).get("patches", ()))
+    wrong = [f"/take: there is no patch {k}; there are {offered}" for k in decision.take if not 1 <= k <= offered]
+    wrong += [f"/waive/{rule}: the lint did not find this here" for rule in decision.waive if rule not in report.rules]
+    wrong += [
+        f"/waive/{rule}: say why, in ten characters or more" for rule, why in decision.waive.items() if len(why) < 10
+    ]
+    for number, route in enumerate(decision.routes):
+        wrong += [f"/routes/{number}{row}" for row in card_faults({route.section: route.cards}, deck)]
+    present = agreement.plan.params
+    wrong += [
+        f"/params/{name}: it is {value!r} already"
+        for name, value in decision.params.items()
+        if name in present and same(present[name], value)
+    ]
+    wrong += foreign(decision.patch) + _check_faults(decision, agreement)
+    if not (work and (set(work) - {"plan"} or _does(decision))):
+        wrong.append(
+            "take a patch, route work, or change a parameter or what is checked: otherwise the next attempt is this one"
+        )
+    return wrong or _tried(decision, agreement, case, path)
+
+
+def _does(decision: Decision) -> bool:
+    """Whether a change of the plan changes the case, too, or is work for somebody."""
+    plan = decision.plan
+    return plan is not None and bool(plan.rename or plan.briefs or plan.assets or plan.checks.expect or plan.keeps)
+
+
+def foreign(operations: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Say which operations are on what belongs to a Writer."""
+    return [
+        f"/patch/{k}: `{place}` is not yours: route it; your patch is for {', '.join(f'/{part}' for part in PLANNERS)}"
+        for k, row in enumerate(operations)
+        for place in dict.fromkeys((row.get("path"), row.get("from", row.get("path"))))
+        if str(place).split("/")[1:2] not in [[part] for part in PLANNERS]
+    ]
+
+
+def _check_faults(decision: Decision, agreement: Agreement) -> list[str]:
+    """What is wrong with expectations that are said anew, or new."""
+    wrong, plan = [], agreement.plan
+    if decision.restate is not None:
+        checks = decision.restate.checks
+        wrong += weakened(agreement.first.expect, checks.expect)
+        if all(same(getattr(plan.checks, part).get(n), row) for part in FROZEN_PARTS for n, row in _part(checks, part)):
+            wrong.append("/restate/checks: they say what stands there already")
+    if decision.plan is None:
+        return wrong
+    new, says = decision.plan.checks, decision.plan.says
+    for part in FROZEN_PARTS:
+        wrong += [
+            f"/plan/checks/{part}/{name}: there is one of this name; say it anew by `restate`"
+            for name, row in _part(new, part)
+            if name in getattr(plan.checks, part) and not same(getattr(plan.checks, part)[name], row)
+        ]
+    wrong += [f"/plan/says/{name}: say which sentence it stands for" for name in new.expect if name not in says]
+    known = {*plan.checks.expect, *new.expect}
+    for part, names in (("keeps", decision.plan.keeps), ("says", says)):
+        wrong += [f"/plan/{part}/{name}: there is no expectation `{name}`" for name in names if name not in known]
+    wrong += [
+        f"/plan/drop_bodies: `{name}` is not in the plan"
+        for name in decision.plan.drop_bodies
+        if name not in plan.bodies
+    ]
+    bodies = {*plan.bodies, *decision.plan.bodies}
+    wrong += [
+        f"/plan/assets: `{one.body}` is not a body of the plan"
+        for one in decision.plan.assets
+        if one.body not in bodies
+    ]
+    for old, name in decision.plan.rename.items():
+        if old not in plan.params:
+            wrong.append(f"/plan/rename/{old}: there is no such parameter")
+        elif name in plan.params or name in TAKEN:
+            wrong.append(f"/plan/rename/{old}: `{name}` is taken")
+    return wrong
+
+
+def _part(checks: Fragments, part: str) -> list[tuple[str, dict[str, Any]]]:
+    return list(getattr(checks, part).items())
+
+
+def _tried(decision: Decision, agreement: Agreement, case: str, path: Path) -> list[str]:
+    """What would be wrong after it that is not wrong now, and that nobody else could mend."""
+    try:
+        text, plan = agreement.changed(case, decision)
+    except (PatchError, SpecError) as error:
+        return [f"/patch: {str(error).splitlines()[0]}"]
+    if text == case and plan.checks == agreement.plan.checks:
+        return []
+    return [*_new_plan_faults(agreement.plan, plan, path), *_new_problems(case, text, agreement, path)]
+
+
+def _new_plan_faults(old: Plan, new: Plan, path: Path) -> list[str]:
+    if old.checks == new.checks and old.bodies == new.bodies:
+        return []
+    before = set(plan_faults(old, path))
+    return [row for row in plan_faults(new, path) if row not in before]
+
+
+def _new_problems(case: str, text: str, agreement: Agreement, path: Path) -> list[str]:
+    before = {(problem.path, problem.rule) for problem in examine(case, path).errors}
+    return [
+        said(problem)
+        for problem in examine(text, path).errors
+        if (problem.path, problem.rule) not in before and owner_of(problem, agreement.pointers) == "plan"
+    ]
+
+
+def _reported(report: Report) -> str:
+    parts = []
+    if report.problems:
+        parts.append(
+            "It could not be run. What is wrong, and was not mended by its owners:\n\n" + _listed(report.problems)
+        )
+    if report.doubts:
+        parts.append(
+            "It has not been run yet: the check has doubts about what it is to be judged by. Mend what is true of them "
+            "(`restate`, `plan`, `params`, `routes`); of what is meant, say so (`waive` the rule, or `plan: {keeps: "
+            "[…]}`):\n\n" + _listed(report.doubts)
+        )
+    if report.referred:
+        parts.append("Writers refer to you:\n\n" + _listed(report.referred))
+    if report.evidence:
+        parts.append("# Evidence\n\n" + report.evidence)
+    if report.critique is not None:
+        critique = dict(report.critique)
+        patches = critique.pop("patches", [])
+        parts.append("# The Critic\n\n" + yaml_text(critique))
+        for number, patch in enumerate(patches, 1):
+            parts.append(f"Patch {number}:\n\n" + yaml_text(patch))
+    return "\n\n".join(parts)
+
+
+def _listed(lines: Sequence[str]) -> str:
+    return "\n".join(f"- {line}" for line in lines)
+
+
+# --- a case that is there already ----------------------------------------------------------------------------------
+
+
+def open_case(
+    desk: Desk, request: Request, agreement: Agreement, case: str, evidence: str, path: Path, *, keep: bool
+) -> Opening:
+    """Have the Planner take up a wish about a case that is there already; `keep` if all its expectations must stay."""
+    there = agreement.plan.checks
+
+    def check(opening: Opening) -> None:
+        wrong = []
+        if opening.possible != "no" and not (opening.routes or opening.params or opening.patch):
+            wrong.append("/routes: say which Writer does what")
+        wrong += [f"/drop: there is no expectation `{name}`" for name in opening.drop if name not in there.expect]
+        wrong += [f"/drop/{name}: what the case expects stays; mend the case" for name in opening.drop if keep]
+        wrong += [
+            f"/checks/expect/{name}: there is one of this name"
+            for name in opening.checks.expect
+            if name in there.expect
+        ]
+        wrong += [
+            f"/says/{name}: say which sentence it stands for"
+            for name in opening.checks.expect
+            if name not in opening.says
+        ]
+        wrong += foreign(opening.patch)
+        if not wrong and opening.possible != "no":
+            wrong = _opening_faults(opening, agreement, case, path)
+        if wrong:
+            raise Wrong(wrong)
+
+    rules, pages = language.rules(brief=True), language.to_plan_with()
+    system = system_prompt(PLANNER, "open", taken=", ".join(TAKEN), rules=rules, pages=pages)
+    question = render("open_ask", request=request.text, case=case, evidence=evidence)
+    return desk.ask("planner", system, question, typed(Opening, check), request.images)
+
+
+def as_decision(opening: Opening) -> Decision:
+    """What an opening does by itself, as a decision."""
+    return Decision(action="repair", why=opening.why or opening.event, params=opening.params, patch=opening.patch)
+
+
+def _opening_faults(opening: Opening, agreement: Agreement, case: str, path: Path) -> list[str]:
+    """What would be wrong with expectations, parameters and the like, whatever the Writers do."""
+    try:
+        text, _ = agreement.changed(revising.with_checks(case, opening.checks, opening.drop), as_decision(opening))
+    except (PatchError, SpecError) as error:
+        return [f"/patch: {str(error).splitlines()[0]}"]
+    pointers = [f"/actions/{part}/{name}" for part in FROZEN_PARTS for name, _ in _part(opening.checks, part)]
+    pointers += [f"/params/{name}" for name in opening.params] + ["/waive", "/variants", "/sweeps", "/prefabs"]
+    before = {(problem.path, problem.rule) for problem in examine(case, path).errors}
+    fresh = [one for one in examine(text, path).errors if (one.path, one.rule) not in before]
+    # A body that a Writer is asked to add is not there yet.
+    later = {"unknown-body", "unknown-link", "unknown-joint", "no-such-copy", "no-copies", "unknown-attach"}
+    return [said(p) for p in fresh if p.rule not in later and any(p.path.startswith(place) for place in pointers)]

@@ -1,0 +1,139 @@
+"""The Writers at work, each asked for its own section; what one refers to another is asked of that one."""
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+from text2sim.agents import revising
+from text2sim.agents.agreement import Agreement
+from text2sim.agents.asking import Desk
+from text2sim.agents.casework import whole_actions
+from text2sim.agents.deck import Deck
+from text2sim.agents.journal import Emit
+from text2sim.agents.planning import Request
+from text2sim.agents.replies import SECTIONS, Asset, Refer, Route
+from text2sim.agents.supplying import Supplies, merged, supply
+from text2sim.agents.writing import change_section, write_section
+
+T = TypeVar("T")
+TOGETHER = 4
+"""Questions that are put at the same time."""
+REFERRED = "Mend what you are told, and change nothing else; refer it on if it is not yours."
+
+
+@dataclass
+class Workshop:
+    """Where sections are written and changed."""
+
+    desk: Desk
+    deck: Deck
+    agreement: Agreement
+    request: Request
+    path: Path
+    """Where the case stands."""
+    emit: Emit
+    referred: list[str] = field(default_factory=list)
+    """What Writers have said that the Planner has to mend, and has not been told yet."""
+
+    def drafted(self) -> dict[str, dict[str, Any]]:
+        """Have all sections written for the first time."""
+        plan = self.agreement.plan
+        supplies = self.supplied(plan.assets)
+        self.emit("stage", name="write")
+        asked = self.request.text + "".join(f"\nGiven with it: {row}" for row in self.request.inputs)
+        words = "\n".join(f"- {row}" for row in supplies.words)
+
+        def written(section: str) -> dict[str, Any]:
+            cards = self.deck.deal(section, plan.cards.get(section, ()), "first version")
+            return write_section(self.desk, section, plan, asked, words, cards, self.path)
+
+        sections = _together({name: lambda name=name: written(name) for name in SECTIONS})
+        sections["bodies"] |= supplies.bodies
+        return sections
+
+    def supplied(self, assets: Sequence[Asset]) -> Supplies:
+        """Have models made."""
+        if not assets:
+            return Supplies()
+        self.emit("stage", name="assets")
+        # One after the other: they are numbered calls of the same roles.
+        plan, case = self.agreement.plan, self.path.parent
+        return merged([supply(self.desk, asset, plan, self.request, case) for asset in assets])
+
+    def fitted(self, text: str, assets: Sequence[Asset]) -> tuple[str, list[Route]]:
+        """Have further models made and put in; return the text, and what the Body Writer has to be told."""
+        supplies = self.supplied(assets)
+        if supplies.bodies:
+            bodies = revising.data_of(text).get("bodies") or {}
+            text = revising.with_sections(text, {"bodies": bodies | supplies.bodies})
+        told = "\n".join(["Made by an expert, to be used as it is:", *supplies.words])
+        return text, [_route("bodies", told)] if supplies.words else []
+
+    def mended(
+        self, text: str, owners: Mapping[str, Sequence[str]], instruction: str
+    ) -> tuple[str, dict[str, list[str]]]:
+        """Have owners mend what is wrong in their sections; return the text, and what they say others have to mend."""
+        return self._asked(text, {name: (instruction, tuple(rows), "") for name, rows in owners.items()})
+
+    def routed(self, text: str, routes: Sequence[Route]) -> str:
+        """Have Writers change their sections; what they refer to others is asked of those, once."""
+        work: dict[str, tuple[str, Sequence[str], str]] = {}
+        for section in SECTIONS:
+            own = [route for route in routes if route.section == section]
+            if own:
+                instruction = "\n".join(route.instruction for route in own)
+                cards = self.deck.deal(section, [card for route in own for card in route.cards], instruction[:80])
+                work[section] = (instruction, (), cards)
+        text, told = self._asked(text, work)
+        return self.passed_on(text, told)
+
+    def passed_on(self, text: str, told: dict[str, list[str]]) -> str:
+        """Ask those to whom something was referred; what is for the Planner waits until it is asked."""
+        self.referred += told.pop("plan", [])
+        if told:
+            text, again = self.mended(text, told, REFERRED)
+            self.referred += [row for rows in again.values() for row in rows]
+        return text
+
+    def _asked(self, text: str, work: Mapping[str, tuple[str, Sequence[str], str]]) -> tuple[str, dict[str, list[str]]]:
+        """Have sections changed: by section an instruction, problems and cards."""
+        case = revising.data_of(text)
+
+        def done(section: str) -> dict[str, Any] | Refer:
+            instruction, problems, cards = work[section]
+            return change_section(
+                self.desk,
+                section,
+                self.agreement.plan,
+                case,
+                instruction,
+                problems,
+                cards,
+                self.path,
+                self.request.text,
+            )
+
+        answers = _together({name: lambda name=name: done(name) for name in SECTIONS if name in work})
+        told: dict[str, list[str]] = {}
+        written: dict[str, dict[str, Any]] = {}
+        for section, answer in answers.items():
+            if isinstance(answer, Refer):
+                self.emit("referred", section=section, to=answer.section, why=answer.why)
+                told.setdefault(answer.section, []).append(f"The Writer of {section} says: {answer.why}")
+            else:
+                written[section] = whole_actions(self.agreement.plan, answer) if section == "actions" else answer
+        return revising.with_sections(text, written), told
+
+
+def _route(section: Any, instruction: str) -> Route:
+    """A route of ours, which may be longer than one that is answered."""
+    return Route.model_construct(section=section, instruction=instruction, cards=[])
+
+
+def _together(jobs: Mapping[str, Callable[[], T]]) -> dict[str, T]:
+    """Do independent things at the same time; the first that fails is raised when all are over."""
+    with ThreadPoolExecutor(max_workers=TOGETHER) as pool:
+        futures = {name: pool.submit(job) for name, job in jobs.items()}
+    return {name: future.result() for name, future in futures.items()}
