@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from text2sim.cli import exits
+from text2sim.cli.last_film import Film, Quality, last_film
 from text2sim.cli.wording import File, words_of
 
 if TYPE_CHECKING:
@@ -50,6 +51,7 @@ def generate(
     minutes: Minutes = None,
     sim_timeout: SimTimeout = 3600.0,
     no_cards: NoCards = False,
+    film: Film = "draft",
     resume: Resume = False,
     as_json: AsJson = False,
 ) -> None:
@@ -66,7 +68,7 @@ def generate(
         out = Path(request)
     case = out or free_folder(Path("cases"), text)
     session = _session("generate", case, text, model, options, resume, images, [*(meshes or []), *(urdfs or [])])
-    _work(session, as_json)
+    _work(session, as_json, film)
 
 
 def repair(
@@ -81,12 +83,17 @@ def repair(
     minutes: Minutes = None,
     sim_timeout: SimTimeout = 3600.0,
     no_cards: NoCards = False,
+    film: Film = "draft",
     resume: Resume = False,
     as_json: AsJson = False,
 ) -> None:
     """Have agents mend a case: it is run first, and everything that it expects stays."""
     options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards)
-    _work(_amendment("repair", case, "" if resume else words_of(wrong, file), model, options, resume, images), as_json)
+    _work(
+        _amendment("repair", case, "" if resume else words_of(wrong, file), model, options, resume, images),
+        as_json,
+        film,
+    )
 
 
 def edit(
@@ -101,12 +108,15 @@ def edit(
     minutes: Minutes = None,
     sim_timeout: SimTimeout = 3600.0,
     no_cards: NoCards = False,
+    film: Film = "draft",
     resume: Resume = False,
     as_json: AsJson = False,
 ) -> None:
     """Have agents change a case as somebody wishes."""
     options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards)
-    _work(_amendment("edit", case, "" if resume else words_of(wish, file), model, options, resume, images), as_json)
+    _work(
+        _amendment("edit", case, "" if resume else words_of(wish, file), model, options, resume, images), as_json, film
+    )
 
 
 def _options(
@@ -186,18 +196,23 @@ def _needed(models: dict[str, str]) -> dict[str, str]:
     return models
 
 
-def _work(session: "Session", as_json: bool) -> None:
+def _work(session: "Session", as_json: bool, film: Quality) -> None:
     from text2sim.cli.loop_view import looking_on, say_outcome
-    from text2sim.cli.output import say_json
+    from text2sim.cli.output import say, say_json
     from text2sim.harness.stop import Stop
 
     with Stop() as stop, looking_on(session.case.name, quiet=as_json) as listener:
         with stop.gently():
             outcome = session.run(listener, lambda: stop.count > 0)
-    if as_json:
-        say_json(outcome_document(session, outcome))
-    else:
+    if not as_json:
         say_outcome(session, outcome)
+    made, why = None, "there is no run"
+    if outcome.best is not None and outcome.best.run:
+        made, why = last_film(session.case / outcome.best.run, film, quiet=as_json)
+    if as_json:
+        say_json(outcome_document(session, outcome) | {"film": None if made is None else str(made)})
+    elif film != "none":
+        say(f"film: {made}" if made is not None else f"no path-traced film: {why}")
     raise typer.Exit(exits.OK if outcome.state == "accepted" else exits.PHYSICS)
 
 

@@ -141,7 +141,6 @@ def say_outcome(session: "Session", outcome: "Outcome") -> None:
         if outcome.best.run:
             run = session.case / outcome.best.run
             say(f"report: {run / 'report.html'}")
-            say(f"a path-traced film: text2sim render {run}")
 
 
 def _short(text: str) -> str:

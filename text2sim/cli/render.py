@@ -90,7 +90,7 @@ def render(
     if quality == "still":
         reels = [_still(reel, first=span is not None) for reel in reels[:1]]
     whole = span is None and times is None
-    teller = _Teller(reels, quiet=as_json)
+    teller = Teller(reels, quiet=as_json)
     made: list[Path] = []
     for reel in reels:
         paths = [] if join else filming.render(reel, teller, shard=part, format=frames_only or "png")
@@ -113,7 +113,7 @@ def render(
     raise typer.Exit(exits.OK)
 
 
-class _Teller:
+class Teller:
     """Says how far a render is and how long it will take, on one line of a terminal or now and then."""
 
     def __init__(self, reels: "list[Reel]", *, quiet: bool) -> None:
@@ -122,6 +122,7 @@ class _Teller:
         self._quiet, self._sums = quiet, {}
 
     def __call__(self, progress: "Progress") -> None:
+        """Take note of one more picture."""
         self._done += 1
         if progress.seconds:
             self._traced += 1
@@ -168,7 +169,7 @@ def _both(
         raise RunError(f"films side by side need one `fps`: {rates}")
     reels = left.reels(camera, span, times)[0], right.reels(camera, span, times)[0]
     if not join:
-        teller = _Teller(list(reels), quiet=quiet)
+        teller = Teller(list(reels), quiet=quiet)
         left.render(reels[0], teller)
         right.render(reels[1], teller)
     try:

@@ -1,0 +1,30 @@
+"""The film in which the work of agents ends."""
+
+import pytest
+from filmed import MakeRun
+
+from text2sim.cli.last_film import last_film
+
+
+def test_the_time_it_takes_is_said_before_and_the_film_is_there(
+    make_run: MakeRun, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (1, 0, 0)}})
+    film, why = last_film(run, "draft", quiet=False)
+    assert film == run / "render" / "draft.mp4"
+    assert film.is_file()
+    assert not why
+    said = capsys.readouterr().err
+    assert "draft film: 2 of 4 pictures to trace, about" in said
+    assert said.index("about") < said.index("rendering draft")
+    assert (run / "render" / "legibility.json").is_file()
+
+
+def test_none_makes_none_and_a_run_that_recorded_nothing_is_no_error(make_run: MakeRun) -> None:
+    run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5)}})
+    assert last_film(run, "none", quiet=True)[0] is None
+    assert not (run / "render").exists()
+    (run / "states" / "layout.json").unlink()
+    film, why = last_film(run, "draft", quiet=True)
+    assert film is None
+    assert "nothing was recorded" in why

@@ -1,0 +1,62 @@
+"""The path-traced film in which the work of agents ends, with the time that it will take said before."""
+
+import sys
+from pathlib import Path
+from time import perf_counter
+from typing import Annotated, Literal
+
+import typer
+
+Quality = Literal["draft", "final", "none"]
+Film = Annotated[
+    Quality,
+    typer.Option("--film", help="The path-traced film at the end: draft, 8 samples per pixel; final, 36; none."),
+]
+
+
+def last_film(run: Path, quality: Quality, *, quiet: bool) -> tuple[Path | None, str]:
+    """Trace the main film of a run.
+
+    Two pictures are traced first, for the estimate: the first of a scene compiles kernels. They stay, as all do: a film
+    that was stopped goes on with `text2sim render`.
+
+    Args:
+        run: Its folder.
+        quality: Of the film.
+        quiet: Say nothing.
+
+    Returns:
+        The film, or None, and why there is none.
+    """
+    from text2sim.cli.output import say, seconds
+    from text2sim.cli.render import Teller
+    from text2sim.rendering.film import Filming, Reel
+    from text2sim.rendering.legibility import write_legibility
+    from text2sim.rendering.recording import read_recording
+    from text2sim.rendering.renderer import find_variant
+    from text2sim.spec_schema.errors import Text2SimError
+
+    if quality == "none":
+        return None, "none was wanted"
+    try:
+        find_variant()
+        filming = Filming(read_recording(run), quality)
+        reel = filming.reels()[0]
+        first, middle = reel.frames[0], reel.frames[len(reel.frames) // 2]
+        filming.render(Reel(reel.name, [first]), lambda progress: None)
+        started = perf_counter()
+        filming.render(Reel(reel.name, [middle]), lambda progress: None)
+        each = perf_counter() - started
+        if not quiet:
+            missing = sum(not filming.finished(frame).is_file() for frame in reel.frames)
+            took = f"about {seconds(each * missing)}" if missing else "a moment"
+            what = f"{missing} of {len(reel.frames)} pictures to trace, {took}"
+            say(f"{quality} film: {what}; Ctrl-C leaves it to `text2sim render {run}`", to=sys.stderr)
+        filming.render(reel, Teller([reel], quiet=quiet))
+        film = filming.encode(reel)
+        write_legibility(filming, [reel])
+    except Text2SimError as error:
+        return None, str(error)
+    except KeyboardInterrupt:
+        return None, "it was stopped"
+    return film, ""
