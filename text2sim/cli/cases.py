@@ -35,6 +35,8 @@ class Examined:
     problems: list[Problem] = field(default_factory=list)
     waived: "list[Waived]" = field(default_factory=list)
     """What the lint found and the case says is meant."""
+    held: list[str] = field(default_factory=list)
+    """Expectations that would hold if nothing moved."""
     sources: dict[str, str] = field(default_factory=dict)
     """Text by file name, for excerpts."""
     failure: str = ""
@@ -73,6 +75,7 @@ class Examined:
             document["error"] = self.failure
         if self.plan is not None:
             document["notes"] = list(self.plan.notes)
+            document["true_at_start"] = self.held
         return document
 
     def work_out(self) -> None:
@@ -87,7 +90,7 @@ class Examined:
         assert self.loaded is not None
         resolution = resolve_case(self.loaded)
         report = lint_case(resolution)
-        self.waived = report.waived
+        self.waived, self.held = report.waived, report.held
         if not report.ok:
             raise SpecError(report.problems)
         self.plan, self.problems = resolution.plan, report.problems

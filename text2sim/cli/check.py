@@ -65,6 +65,8 @@ def _say(row: "Examined", base: "Examined | None", *, settings: bool) -> None:
     row.problems = said
     if row.plan is not None:
         say(f"{row.title}: ok{_counts(row)}")
+        if row.held:
+            say(f"    true at the start already, and would be if nothing moved: {', '.join(row.held)}")
         for note in row.plan.notes if settings else ():
             say(f"    {note}")
 

@@ -4,6 +4,8 @@ A rule is a row of `rules.RULES`: an id, a severity, what it means, and a functi
 A case can waive a rule by its id, with a reason.
 """
 
+from dataclasses import replace
+
 from text2sim.compiler.build import Resolution
 from text2sim.lint.report import Report, Waived
 
@@ -18,8 +20,10 @@ def lint_case(resolution: Resolution) -> Report:
     from text2sim.lint.facts import Facts
     from text2sim.lint.report import sift
     from text2sim.lint.rules import EARLIER, RULES
+    from text2sim.lint.script.at_rest import held_at_start
 
     facts = Facts(resolution)
     asked = [rule for rule in RULES if facts.own_contact or not rule.own_contact]
     found = [problem for rule in asked for problem in rule.run(facts)]
-    return sift(resolution.loaded, [*resolution.plan.warnings, *found], [*(rule.id for rule in RULES), *EARLIER])
+    report = sift(resolution.loaded, [*resolution.plan.warnings, *found], [*(rule.id for rule in RULES), *EARLIER])
+    return replace(report, held=held_at_start(facts))

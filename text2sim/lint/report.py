@@ -29,6 +29,8 @@ class Report:
     """What is wrong; an error among them keeps the case from running."""
     waived: list[Waived] = field(default_factory=list)
     """What is meant."""
+    held: list[str] = field(default_factory=list)
+    """Expectations that would hold if nothing moved."""
 
     @property
     def ok(self) -> bool:

@@ -5,7 +5,7 @@ from text2sim.lint.film import cameras, empty, leaving, viewpoints
 from text2sim.lint.joints import angles, following, holding, idle, joints
 from text2sim.lint.numbers import densities, limits, magnitudes, masses, meshes, steps, stiffness
 from text2sim.lint.rule import EXAMPLE_BASE, Rule
-from text2sim.lint.script import at_rest, contradictions, energy, names, outcomes, pushes, script, soon
+from text2sim.lint.script import at_rest, beginnings, contradictions, energy, names, outcomes, pushes, script, soon
 from text2sim.lint.soft import (
     acting,
     cloths,
@@ -50,6 +50,7 @@ RULES: tuple[Rule, ...] = (
     *limits.RULES,
     *names.RULES,
     *script.RULES,
+    *beginnings.RULES,
     *outcomes.RULES,
     *contradictions.RULES,
     *soon.RULES,

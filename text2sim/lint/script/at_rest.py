@@ -50,6 +50,11 @@ def _at_rest(facts: Facts) -> Iterator[Problem]:
     yield facts.problem("passes-at-rest", ("actions", "expect"), text, key=True)
 
 
+def held_at_start(facts: Facts) -> list[str]:
+    """Return the expectations that hold if nothing moves, by name: they say what must not go wrong."""
+    return [name for name, one in facts.case.actions.expect.items() if _passes(facts, one)]
+
+
 def _moved(facts: Facts) -> str:
     """What is meant to move, in words; empty if nothing seems to be."""
     for name, control in facts.case.actions.controls.items():

@@ -1,0 +1,56 @@
+"""Events whose condition holds when the run begins, and expectations that would hold if nothing moved."""
+
+import pytest
+from lint_support import findings, report_on
+
+CASE = """\
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, %s]}}
+  post: {kind: rigid, shape: {kind: cylinder, radius: 0.1, height: 0.4}, place: {on: floor, at: [0.5, 0]}}
+actions:
+  measures: {height: {kind: position, of: ball, axis: z}}
+  events:
+    it: %s
+    other: {kind: contact, between: [ball, post]}
+  expect:
+    it_comes: {event: it}
+    stays: {measure: height, during: all, above: 0}
+    lands: {measure: height, at: end, below: 0.11}
+"""
+
+
+@pytest.mark.parametrize(
+    ("height", "event", "said"),
+    [
+        ("0.1", "{kind: contact, between: [ball, floor]}", "touch from the start"),
+        ("0.11", "{kind: contact, between: [ball, floor]}", ""),
+        ("0.1", "{kind: contact, between: [ball, floor], after: other}", ""),
+        ("0.2", "{kind: contact, between: [ball, post]}", ""),
+        ("1", "{kind: threshold, measure: height, above: 0.5}", "is 1 m at the start, above 0.5 m already"),
+        ("1", "{kind: threshold, measure: height, above: 1.5}", ""),
+        ("1", "{kind: threshold, measure: height, below: 1.5}", "below 1.5 m already"),
+        (
+            "1",
+            "{kind: enters, of: ball, region: {kind: sphere, center: [0, 0, 1], radius: 0.3}}",
+            "enters it only after",
+        ),
+        ("1", "{kind: leaves, of: ball, region: {kind: sphere, center: [0, 0, 1], radius: 0.3}}", ""),
+        (
+            "1",
+            "{kind: leaves, of: ball, region: {kind: sphere, center: [0, 0, 2], radius: 0.3}}",
+            "leaves it only after",
+        ),
+        ("0.1", "{kind: rest, of: post}", "stands still from the start"),
+        ("0.5", "{kind: rest, of: post}", ""),
+    ],
+)
+def test_an_event_that_is_true_at_the_start(tmp_path, height, event, said):
+    found = findings(tmp_path, "true-at-start", CASE % (height, event))
+    assert [problem.path for problem in found] == ["/actions/events/it"] * bool(said)
+    assert all(said in problem.message for problem in found)
+
+
+def test_expectations_that_are_true_at_the_start_are_named(tmp_path):
+    event = "{kind: threshold, measure: height, below: 0.5}"
+    assert report_on(tmp_path, CASE % ("1", event)).held == ["stays"]
+    assert report_on(tmp_path, CASE % ("0.1", event)).held == ["stays", "lands"]

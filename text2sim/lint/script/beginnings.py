@@ -1,0 +1,131 @@
+"""Events that have happened when the run begins: see `starts` for what is known of the start."""
+
+from collections.abc import Callable, Iterator
+from itertools import product
+from typing import Any
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.lint.facts import Facts
+from text2sim.lint.rule import Rule
+from text2sim.lint.script.happenings import happening_of
+from text2sim.lint.script.standing import all_still
+from text2sim.lint.script.starts import depth_inside
+from text2sim.lint.script.targets import targets_of
+from text2sim.lint.script.values import values_of
+from text2sim.lint.soft.gaps import Gaps
+from text2sim.spec_schema.errors import Problem
+
+MANY = 2_000
+"""Pairs of bodies that are looked at, at most."""
+TOUCH = 1e-4
+"""Gap [m] at which bodies touch from the first step on."""
+
+
+def _beginnings(facts: Facts) -> Iterator[Problem]:
+    actions = facts.case.actions
+    used = {name for one in actions.expect.values() for name in (one.event, one.before)}
+    used |= {getattr(control, "on", None) for control in actions.controls.values()}
+    for name, event in actions.events.items():
+        if name not in used or event.after is not None or event.kind not in _SAYS or happening_of(facts, name).never:
+            continue
+        why = _SAYS[event.kind](facts, event)
+        if why:
+            yield facts.problem("true-at-start", ("actions", "events", name), f"`{name}`: {why}", key=True)
+
+
+def _contact(facts: Facts, event: Any) -> str:
+    first, second = (targets_of(facts).select(selector) for selector in event.between)
+    if len(first) * len(second) > MANY or any(target.link is not None for target in (*first, *second)):
+        return ""
+    gaps = facts.own(Gaps)
+    for a, b in product(first, second):
+        if a.label != b.label and a.known and b.known and _gap(facts, gaps, a.copy, b.copy) <= TOUCH:
+            return (
+                f"`{a.label}` and `{b.label}` touch from the start, so that it happens at once; with `after` another "
+                "event, touches that begin later are looked for"
+            )
+    return ""
+
+
+def _gap(facts: Facts, gaps: Gaps, a: Copy, b: Copy) -> float:
+    for one, other in ((a, b), (b, a)):
+        for ground in facts.planes:
+            if ground.copy is other:
+                return gaps.to_plane(one, ground, 1.0)
+    return gaps.between(a, b, 1.0)
+
+
+def _threshold(facts: Facts, event: Any) -> str:
+    values = values_of(facts, event.measure)
+    if values.start is None:
+        return ""
+    unit = f" {values.unit}".rstrip()
+    above = event.above is not None and values.start - values.error > event.above
+    below = event.below is not None and values.start + values.error < event.below
+    if not above and not below:
+        return ""
+    way, bound = ("above", event.above) if above else ("below", event.below)
+    return (
+        f"`{event.measure}` is {values.start:.4g}{unit} at the start, {way} {bound:g}{unit} already; it happens only "
+        f"when the measure comes back and passes {bound:g} anew"
+    )
+
+
+def _region(facts: Facts, event: Any) -> str:
+    targets = targets_of(facts).select(event.of)
+    if not targets or not all(target.known for target in targets):
+        return ""
+    depths = [depth_inside(event.region, target.origin) for target in targets]
+    if event.kind == "enters" and min(depths) > 0.0:
+        return f"`{event.of}` is in the region at the start, and enters it only after it has left it"
+    if event.kind == "leaves" and max(depths) < 0.0:
+        return f"`{event.of}` is outside of the region at the start, and leaves it only after it has entered it"
+    return ""
+
+
+def _rest(facts: Facts, event: Any) -> str:
+    targets = targets_of(facts).select(event.of)
+    if not targets or any(target.driven for target in targets) or not all_still(facts):
+        return ""
+    if any(row.entity == target.copy.name for target in targets for row in facts.rows.velocities):
+        return ""
+    return f"`{event.of}` stands still from the start, so that it happens at 0 s; with `after`, it is looked for later"
+
+
+_SAYS: dict[str, Callable[[Facts, Any], str]] = {
+    "contact": _contact,
+    "threshold": _threshold,
+    "enters": _region,
+    "leaves": _region,
+    "rest": _rest,
+}
+
+_BALL = """\
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 1]}}
+actions:
+  measures:
+    height: {kind: position, of: ball, axis: z}
+  events:
+    is_low: {kind: threshold, measure: height, below: %s}
+  expect:
+    comes_down: {event: is_low}
+"""
+
+RULES = (
+    Rule(
+        id="true-at-start",
+        severity="warning",
+        title="An event whose condition holds when the run begins.",
+        reason="""\
+Bodies that touch from the start touch in the first step, and what stands still is at rest at once: such an event says
+nothing of what was meant to happen. A threshold that is passed already, and a region that a body is in already, count
+only when they are passed anew.""",
+        way_out="""\
+Choose a bound or a region beyond the start, or say `after` which other event it is looked for. `check` lists the
+expectations that are true at the start, too.""",
+        example=_BALL % "1.2",
+        mended=_BALL % "0.5",
+        run=_beginnings,
+    ),
+)
