@@ -52,7 +52,7 @@ def _at_rest(facts: Facts) -> Iterator[Problem]:
 
 def held_at_start(facts: Facts) -> list[str]:
     """Return the expectations that hold if nothing moves, by name: they say what must not go wrong."""
-    return [name for name, one in facts.case.actions.expect.items() if _passes(facts, one)]
+    return [name for name, one in facts.case.actions.expect.items() if passes(facts, one)]
 
 
 def _moved(facts: Facts) -> str:
