@@ -89,7 +89,7 @@ def test_what_the_planner_may_do(answer: str) -> None:
         ("params: {height: 1.0}", "it is 1.0 already"),
         ('params: {height: "${hight}"}', "did you mean `height`"),
         ("patch: [{op: remove, path: /params/bound}]", "unknown name `bound`"),
-        ("patch: [{op: replace, path: /bodies/ball/shape/radius, value: 1}]", "is not yours"),
+        ("patch: [{op: replace, path: /bodies/ball/shape/radius, value: 1}]", "is a Writer's: route it"),
         ("patch: [{op: remove, path: /variants/low}]", "/patch"),
         ("plan: {rename: {height: layer}}", "`layer` is taken"),
         ("plan: {rename: {hight: h}}", "there is no such parameter"),

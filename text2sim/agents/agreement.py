@@ -54,7 +54,7 @@ class Agreement:
         assert examined.loaded is not None
         contract = self.contract or self._contract_of(examined.loaded)
         rows = contract.breaches(examined.loaded)
-        stated = revising.data_of(examined.text).get("actions") or {}
+        stated = revising.mapping(revising.data_of(examined.text), "actions")
         for part in FROZEN_PARTS:
             for name, row in getattr(self.plan.checks, part).items():
                 if (part != "expect" or name in self.names) and not same((stated.get(part) or {}).get(name), row):
@@ -83,8 +83,8 @@ class Agreement:
     def see(self, text: str) -> None:
         """Keep the plan's numbers those of the case: later letters show the present ones."""
         data = revising.data_of(text)
-        duration = (data.get("scene") or {}).get("duration")
-        update: dict[str, Any] = {"params": data.get("params") or {}}
+        duration = revising.mapping(data, "scene").get("duration")
+        update: dict[str, Any] = {"params": revising.mapping(data, "params")}
         if isinstance(duration, int | float):
             update["duration"] = float(duration)
         self.plan = self.plan.model_copy(update=update)
@@ -109,7 +109,7 @@ class Agreement:
         bodies = {name: body for name, body in plan.bodies.items() if name not in amendment.drop_bodies}
         keep = [*plan.keeps, *(name for name in amendment.keeps if name not in plan.keeps)]
         update: dict[str, Any] = {
-            "params": revising.data_of(text).get("params") or {},
+            "params": revising.mapping(revising.data_of(text), "params"),
             "bodies": bodies | amendment.bodies,
             "says": plan.says | amendment.says,
             "keeps": keep,

@@ -83,9 +83,21 @@ def whole_actions(plan: Plan, section: Mapping[str, Any]) -> Data:
     return actions
 
 
-def section_faults(section: str, data: Any, plan: Plan, path: Path) -> list[str]:
-    """Say what is wrong with the form of one section, while the others are not there yet."""
+def section_faults(
+    section: str, data: Any, plan: Plan, path: Path, prefabs: Mapping[str, Any] | None = None
+) -> list[str]:
+    """Say what is wrong with the form of one section, while the others are not there yet.
+
+    Args:
+        section: Which.
+        data: What it says.
+        plan: The plan.
+        path: Where the case stands.
+        prefabs: Those of the case itself, which may be used.
+    """
     document: Data = {"text2sim": 2, "name": "draft", "params": plan.params, "scene": {"duration": plan.duration}}
+    if prefabs:
+        document["prefabs"] = dict(prefabs)
     document["bodies"] = {"stand_in": {"kind": "rigid", "shape": {"kind": "box", "size": [1, 1, 1]}}}
     document[section] = data
     try:

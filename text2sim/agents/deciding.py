@@ -12,7 +12,7 @@ from text2sim.agents.casework import FROZEN_PARTS, PLANNERS, examine, owner_of, 
 from text2sim.agents.contract import weakened
 from text2sim.agents.planning import PLANNER, Request, card_faults, plan_text
 from text2sim.agents.rehearsal import TAKEN, plan_faults
-from text2sim.agents.replies import Decision, Fragments, Opening, Plan
+from text2sim.agents.replies import SECTIONS, Decision, Fragments, Opening, Plan
 from text2sim.agents.roles import render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.spec_schema.changes.patch import PatchError, same
@@ -128,10 +128,10 @@ def _does(decision: Decision) -> bool:
 def foreign(operations: Sequence[Mapping[str, Any]]) -> list[str]:
     """Say which operations are on what belongs to a Writer."""
     return [
-        f"/patch/{k}: `{place}` is not yours: route it; your patch is for {', '.join(f'/{part}' for part in PLANNERS)}"
+        f"/patch/{k}: `{place}` is a Writer's: route it; your patch is for {', '.join(f'/{part}' for part in PLANNERS)}"
         for k, row in enumerate(operations)
         for place in dict.fromkeys((row.get("path"), row.get("from", row.get("path"))))
-        if str(place).split("/")[1:2] not in [[part] for part in PLANNERS]
+        if str(place).split("/")[1:2] in ([], [""], *([section] for section in SECTIONS))
     ]
 
 

@@ -31,6 +31,12 @@ def data_of(text: str) -> Data:
     return parse_document(check_source(Source(text, "case.yaml"))).data
 
 
+def mapping(data: Mapping[str, Any], key: str) -> Data:
+    """Return what stands under a key, if it is a mapping: a case may be wrong anywhere."""
+    value = data.get(key)
+    return dict(value) if isinstance(value, dict) else {}
+
+
 def with_sections(text: str, sections: Mapping[str, Data]) -> str:
     """Put other sections in the place of those that stand in a case."""
     before = data_of(text)
@@ -100,9 +106,9 @@ def with_waivers(text: str, waive: Mapping[str, str]) -> str:
 def with_checks(text: str, checks: Fragments, drop: Sequence[str] = ()) -> str:
     """Put measures, events and expectations into a case, in the place of those of the same name."""
     before = data_of(text)
-    actions = dict(before.get("actions") or {})
+    actions = mapping(before, "actions")
     for part in FROZEN_PARTS:
-        rows = dict(actions.get(part) or {}) | getattr(checks, part)
+        rows = mapping(actions, part) | getattr(checks, part)
         rows = {name: row for name, row in rows.items() if part != "expect" or name not in drop}
         if rows:
             actions[part] = rows
@@ -123,5 +129,5 @@ def change_lines(before: str, after: str) -> list[str]:
 
 def _laid_over(text: str, key: str, values: Mapping[str, Any]) -> str:
     before = data_of(text)
-    merged = dict(before.get(key) or {}) | json.loads(json.dumps(dict(values)))
+    merged = mapping(before, key) | json.loads(json.dumps(dict(values)))
     return edited(text, operations(before, before | {key: merged})) if values else text

@@ -66,7 +66,7 @@ class Workshop:
         """Have further models made and put in; return the text, and what the Body Writer has to be told."""
         supplies = self.supplied(assets)
         if supplies.bodies:
-            bodies = revising.data_of(text).get("bodies") or {}
+            bodies = revising.mapping(revising.data_of(text), "bodies")
             text = revising.with_sections(text, {"bodies": bodies | supplies.bodies})
         told = "\n".join(["Made by an expert, to be used as it is:", *supplies.words])
         return text, [_route("bodies", told)] if supplies.words else []

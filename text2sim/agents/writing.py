@@ -9,12 +9,13 @@ from typing import Any
 
 from text2sim.agents import language
 from text2sim.agents.asking import Desk, Wrong, typed
-from text2sim.agents.casework import FROZEN_PARTS, names_in, section_faults
-from text2sim.agents.replies import Plan, Refer
+from text2sim.agents.casework import FROZEN_PARTS, PLANNERS, names_in, section_faults
+from text2sim.agents.replies import SECTIONS, Plan, Refer
+from text2sim.agents.revising import mapping
 from text2sim.agents.roles import ROLES, render, writer_prompt
 from text2sim.agents.shelf import Shelf
 from text2sim.agents.yaml_text import yaml_text
-from text2sim.spec_schema.changes.patch import PatchError, apply_operations
+from text2sim.spec_schema.changes.patch import PatchError, apply_operations, same
 from text2sim.spec_schema.text.canonical import format_text
 
 
@@ -80,14 +81,14 @@ def change_section(
     Returns:
         The new section, or the Writer's word that somebody else has to mend it.
     """
-    current = case.get(section) or {}
+    current = mapping(case, section)
     wrong = "\n".join(f"- {problem}" for problem in problems)
     question = render(
         "change",
         request=request,
         event=plan.event,
         shared=plan.shared,
-        params=yaml_text({"params": dict(case.get("params") or {})}),
+        params=yaml_text({"params": mapping(case, "params")}),
         names=names_in(case, without=section),
         current=_section_text(section, current),
         cards=cards,
@@ -105,7 +106,7 @@ def change_section(
             return answer
         if isinstance(data, dict) and "patch" in data:
             return _patched(data["patch"], section, case, plan, path)
-        return _section_of(data, section, plan, path)
+        return _section_of(data, section, plan, path, mapping(case, "prefabs"))
 
     return desk.ask(section, writer_prompt(ROLES[section], language.rules(brief=True)), question, read, more=Shelf())
 
@@ -178,7 +179,9 @@ def _prefabs_of(plan: Plan) -> set[str]:
     return {word for body in plan.bodies.values() for word in (body.kind, body.shape)} & set(examples())
 
 
-def _section_of(data: Any, section: str, plan: Plan, path: Path) -> dict[str, Any]:
+def _section_of(
+    data: Any, section: str, plan: Plan, path: Path, prefabs: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
     """Take the section out of an answer."""
     if not isinstance(data, dict):
         raise Wrong([f"answer with a mapping that has the key `{section}`"])
@@ -187,8 +190,10 @@ def _section_of(data: Any, section: str, plan: Plan, path: Path) -> dict[str, An
         raise Wrong([f"`{section}` is your section, and the only one you write"])
     if not isinstance(inner, dict):
         raise Wrong([f"/{section}: has to be a mapping"])
+    if section in data and (others := sorted({*SECTIONS, *PLANNERS} & set(data) - {section})):
+        raise Wrong([f"/{other}: not yours; `refer` what has to change there, or leave it out" for other in others])
     inner = _own(section, inner, plan)
-    if wrong := section_faults(section, inner, plan, path):
+    if wrong := section_faults(section, inner, plan, path, prefabs):
         raise Wrong(wrong)
     return inner
 
@@ -197,12 +202,20 @@ def _own(section: str, data: dict[str, Any], plan: Plan) -> dict[str, Any]:
     """Leave out what the Planner has put in: it stands as it is."""
     if section != "actions":
         return data
-    kept = dict(data)
+    kept, wrong = dict(data), []
     for part in FROZEN_PARTS:
         if isinstance(kept.get(part), dict):
+            planned = getattr(plan.checks, part)
+            wrong += [
+                f"/actions/{part}/{name}: it comes from the request, stands as {row}, and is not yours to change"
+                for name, row in planned.items()
+                if name in kept[part] and not same(kept[part][name], row)
+            ]
             kept[part] = {name: row for name, row in kept[part].items() if name not in getattr(plan.checks, part)}
             if not kept[part]:
                 del kept[part]
+    if wrong:
+        raise Wrong(wrong)
     return kept
 
 
@@ -226,10 +239,11 @@ def _patched(operations: Any, section: str, case: Mapping[str, Any], plan: Plan,
     if wrong:
         raise Wrong(wrong)
     try:
-        changed = apply_operations(copy.deepcopy(dict(case)), operations)
+        # A section that the case does not have yet can be patched as well.
+        changed = apply_operations(copy.deepcopy({**case, section: mapping(case, section)}), operations)
     except PatchError as error:
         raise Wrong([f"/patch: {error}"]) from None
-    return _section_of({section: changed.get(section) or {}}, section, plan, path)
+    return _section_of({section: changed.get(section) or {}}, section, plan, path, mapping(case, "prefabs"))
 
 
 def _section_text(section: str, data: Mapping[str, Any]) -> str:
