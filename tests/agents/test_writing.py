@@ -63,7 +63,9 @@ def test_another_section_is_not_taken(tmp_path: Path) -> None:
 
 def test_the_planners_expectations_are_not_overwritten(tmp_path: Path) -> None:
     easier = "actions: {expect: {lands: {event: touch, within: [0, 9]}, own: {event: touch, count: 1}}}"
-    found, _ = written(tmp_path, easier, section="actions")
+    again = easier.replace("[0, 9]", "[0.1, 0.5]")
+    found, asked = written(tmp_path, easier, again, section="actions")
+    assert "/actions/expect/lands: it comes from the request" in asked[1]
     assert set(found["expect"]) == {"own"}
     text = case_text(PLAN, "A ball falls.", PLAN.params, SECTIONS | {"actions": found})
     assert "lands: {event: touch, within: [0.1, 0.5]}" in text
