@@ -1,6 +1,6 @@
 """From a loaded case to a plan, and from a plan to the program's folder."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from text2sim.assets.mechanism import Mechanisms
@@ -14,6 +14,7 @@ from text2sim.compiler.placing.placement import Copy, place_all
 from text2sim.compiler.plan import EntityPlan, Group, Plan
 from text2sim.compiler.settings import Settings, Traits, derive
 from text2sim.compiler.shapes.sizes import MAX_PIECES
+from text2sim.compiler.slopes import LINKED, has_slopes
 from text2sim.compiler.soft.controls import SoftControls
 from text2sim.compiler.soft.resolution import soft_lowering, soft_settings
 from text2sim.compiler.soft.setup import MAX_SPEED
@@ -74,7 +75,9 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     moving = [copy for name in case.bodies for copy in placed[name]]
     bounce = {c.name: e for group in placed.values() for c in group if (e := _restitution(c)) is not None}
     soft = soft_settings(loaded, placed, lowering.soft, bodies, rows)
-    settings = derive(scene, _traits(lowering, bodies, moving, rows, bounce), soft)
+    traits = _traits(lowering, bodies, moving, rows, bounce)
+    traits = replace(traits, slopes=has_slopes((c for group in placed.values() for c in group), scene.gravity))
+    settings = derive(scene, traits, soft)
     every = max(1, round(1.0 / (case.record_rate * scene.dt)))
     plan = Plan(
         case=case.name,
@@ -181,6 +184,7 @@ def _traits(
         geoms=lowering.pieces,
         chains=sum(joint.kind == "ball" for joint in joints),
         loops=sum(len(tree.loops) for tree in trees),
+        linked=any(copy.model.kind in LINKED for copy in moving),
         attaches=sum(weld.on for weld in rows.welds),
         fastest=max(known_speeds(lowering, groups, moving, rows).values(), default=0.0),
         thinnest=lowering.thinnest,

@@ -1,6 +1,6 @@
 """All rules, in the order in which they are listed."""
 
-from text2sim.lint.contact import bounce, nets, ploughing, sliding, tunnelling
+from text2sim.lint.contact import bounce, creep, nets, ploughing, sliding, tunnelling
 from text2sim.lint.film import cameras, empty, leaving, viewpoints
 from text2sim.lint.joints import angles, following, holding, idle, joints
 from text2sim.lint.numbers import densities, limits, magnitudes, masses, meshes, steps, stiffness
@@ -33,6 +33,7 @@ RULES: tuple[Rule, ...] = (
     *tunnelling.RULES,
     *ploughing.RULES,
     *sliding.RULES,
+    *creep.RULES,
     *nets.RULES,
     *magnitudes.RULES,
     *densities.RULES,

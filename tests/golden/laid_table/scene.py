@@ -30,7 +30,7 @@ def make_scene(vis_options=None):
             constraint_solver=gs.constraint_solver.Newton,  # few enough bodies for the exact solver
             iterations=50,
             tolerance=1e-08,
-            friction_cone=gs.friction_cone.pyramidal,  # survives hard impacts; elliptic does not creep on slopes
+            friction_cone=gs.friction_cone.elliptic,  # what rests on a slope or leans creeps with the pyramidal one
             constraint_timeconst=0.005,  # two substeps: the stiffest contact that stays stable
             max_collision_pairs=4624,  # 16 for each of 289 convex pieces
         ),

@@ -83,12 +83,13 @@ def _slide(facts: Facts, row: Velocity, up: Vec) -> _Slide | None:
     if rising > 0.05:
         return None
     slip = math.hypot(*(v - rising * n for v, n in zip(velocity, normal, strict=True)))
-    friction = max(_friction(copy), _friction(support))
+    friction = max(friction_of(copy), friction_of(support))
     ease = SPHERE if getattr(copy.shape, "kind", None) == "sphere" else 1.0
     return _Slide(copy, support, row, slip, friction, friction * slip / (1 + ease * friction**2))
 
 
-def _friction(copy: Copy) -> float:
+def friction_of(copy: Copy) -> float:
+    """Return the coefficient of friction of a copy; 0 of what has no material."""
     material = getattr(copy.model, "material", None)
     return material.friction if material is not None else 0.0
 
@@ -116,10 +117,10 @@ RULES = (
         severity="warning",
         title="A body starts to slide along what it stands on, and will be thrown into the air.",
         reason="""\
-The pyramidal friction cone, which is the default, takes fast sliding for coming nearer, and turns a part of it into
-lift: a body that slides at the speed v with the friction m is thrown up at `m v / (1 + m^2)` within a step, a ball at
-`m v / (1 + 3.5 m^2)` (measured to 5 %, 1 to 12 m/s, friction 0.2 to 0.8: a box with friction 0.5 at 5 m/s flies 0.22 m
-high). The elliptic cone does not. Reported if it rises by more than 2 % of its size.""",
+The pyramidal friction cone, which scenes without slopes have, takes fast sliding for coming nearer, and turns a part of
+it into lift: a body that slides at the speed v with the friction m is thrown up at `m v / (1 + m^2)` within a step, a
+ball at `m v / (1 + 3.5 m^2)` (measured to 5 %, 1 to 12 m/s, friction 0.2 to 0.8: a box with friction 0.5 at 5 m/s flies
+0.22 m high). The elliptic cone does not. Reported if it rises by more than 2 % of its size.""",
         way_out="""\
 Set `scene.contact.friction_cone: elliptic`; start the body a few millimetres in the air, if it is to fly anyway; give a
 ball the spin with which it rolls.""",

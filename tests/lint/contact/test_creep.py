@@ -1,0 +1,75 @@
+"""Bodies that friction holds on a slope, and how fast they creep."""
+
+from pathlib import Path
+
+import pytest
+from lint_support import findings
+
+from text2sim.compiler.build import resolve_case
+from text2sim.spec_schema.load import load_case
+
+RAMP = """
+scene:
+  duration: {duration}
+  {scene}
+  statics:
+    floor: {{shape: {{kind: plane}}}}
+    ramp: {{shape: {{kind: box, size: [2, 1, 0.05]}}, material: {{friction: {friction}}}, pose: {{pos: [0, 0, 1], euler_deg: [0, {deg}, 0]}}}}
+bodies:
+  crate: {{kind: rigid, shape: {{kind: box, size: [0.3, 0.3, 0.2]}}, material: {{friction: 0.1}}, place: {place}}}
+  {more}
+"""
+ON = "{on: ramp, at: [0, 0], euler_deg: [0, 15, 0]}"
+PYRAMID = "contact: {friction_cone: pyramidal}"
+
+
+def ramp(
+    scene: str = PYRAMID, place: str = ON, duration: float = 5.0, friction: float = 0.6, deg: int = 15, more: str = ""
+) -> str:
+    return RAMP.format(scene=scene, place=place, duration=duration, friction=friction, deg=deg, more=more)
+
+
+ROPE = "tie: {kind: chain, links: 8, link_length: 0.1, radius: 0.01, pose: {pos: [3, 0, 3]}}"
+
+
+@pytest.mark.parametrize(
+    ("case", "says"),
+    [
+        (ramp(), "`crate` is held by friction on `ramp` (15 deg, 0.6), and creeps at about 0."),
+        (ramp(friction=1.0), "noslip_iterations: 10"),
+        (ramp(friction=0.28), "no less than"),
+        (ramp(friction=0.2), ""),  # it slides
+        (ramp(duration=1.0), ""),  # too little to be seen
+        (ramp(scene="contact: {friction_cone: elliptic}"), ""),
+        (ramp(scene=""), ""),  # the cone is chosen by the slope
+        (ramp(scene="solver: {kind: cg}"), "creeps"),
+        (ramp(place="{on: floor, at: [5, 0]}"), ""),
+        (ramp(place="{above: ramp, at: [0, 0], clearance: 0.2, euler_deg: [0, 15, 0]}"), ""),
+    ],
+)
+def test_what_creeps(tmp_path: Path, case: str, says: str) -> None:
+    found = findings(tmp_path, "creeps", case)
+    assert bool(found) == bool(says), found
+    assert all(says in problem.message and problem.path == "/bodies/crate" for problem in found)
+
+
+@pytest.mark.parametrize(
+    ("scene", "more", "deg", "cone"),
+    [
+        ("", "", 15, "elliptic"),
+        ("", "", 0, "pyramidal"),
+        ("", "", 90, "pyramidal"),
+        ("solver: {kind: cg}", "", 15, "pyramidal"),
+        ("solver: {noslip_iterations: 5}", "", 15, "pyramidal"),
+        ("gravity: [0, 0, 0]", "", 15, "pyramidal"),
+        ("", "ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {restitution: 0.5}, pose: {pos: [5, 0, 1]}}", 15, "pyramidal"),
+        ("", "card: {kind: rigid, shape: {kind: box, size: [0.1, 0.1, 0.01]}, pose: {pos: [5, 0, 1], euler_deg: [70, 0, 0]}}", 0, "elliptic"),
+        ("", "dice: {kind: rigid, shape: {kind: box, size: [0.1, 0.1, 0.1]}, repeat: {kind: packing, count: 5, region: {kind: box, min: [4, 0, 0.2], max: [5, 1, 1]}}}", 0, "pyramidal"),
+        ("", ROPE, 15, "pyramidal"),
+    ],
+)  # fmt: skip
+def test_the_cone_follows_from_the_scene(tmp_path: Path, scene: str, more: str, deg: int, cone: str) -> None:
+    (tmp_path / "case.yaml").write_text(
+        "text2sim: 2\nname: probe\n" + ramp(scene, "{on: floor, at: [3, 0]}", deg=deg, more=more)
+    )
+    assert resolve_case(load_case(tmp_path)).settings.cone == cone

@@ -1,0 +1,56 @@
+"""Whether a scene has slopes, or bodies that lean: what rests there creeps with the pyramidal friction cone."""
+
+from collections.abc import Iterable
+from math import cos, hypot
+from typing import Any
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_multiply, quat_of, quat_rotate, vector_cross
+from text2sim.spec_schema.models.base import AXES
+from text2sim.spec_schema.models.shapes import Compound
+
+LEVEL = 0.0087
+"""Tilt [rad], half a degree, up to which a face is level."""
+ROUND = ("sphere", "ellipsoid", "torus")
+TURNED = ("cylinder", "capsule", "cone", "tube", "cup", "funnel")
+"""Shapes of revolution about z."""
+LINKED = ("articulated", "chain", "net", "ragdoll", "rope")
+"""Kinds of bodies that can be trees of several joints."""
+
+
+def has_slopes(copies: Iterable[Copy], gravity: Vec) -> bool:
+    """Whether flat faces are neither level nor upright: of grounds, statics, and bodies that are not strewn."""
+    pull = hypot(*gravity)
+    if not pull:
+        return False
+    up = (gravity[0] / pull, gravity[1] / pull, gravity[2] / pull)
+    return any(_is_tilted(copy, up) for copy in copies if _is_placed(copy))
+
+
+def _is_placed(copy: Copy) -> bool:
+    """Whether its tilt is meant, not that of things that are strewn."""
+    repeat = getattr(copy.model, "repeat", None)
+    return copy.shape is not None and copy.shape.kind not in ROUND and getattr(repeat, "kind", "") != "packing"
+
+
+def _is_tilted(copy: Copy, up: Vec) -> bool:
+    if isinstance(copy.shape, Compound):
+        return any(_is_off(p.shape, quat_multiply(copy.quat, quat_of(p.pose)), up) for p in copy.shape.parts.values())
+    return _is_off(copy.shape, copy.quat, up)
+
+
+def _is_off(shape: Any, quat: Quaternion, up: Vec) -> bool:
+    """Whether a shape's faces are neither level nor upright."""
+    if shape.kind in ROUND:
+        return False
+    z = _sine(quat, "z", up)
+    if shape.kind == "plane":
+        return z > LEVEL
+    if shape.kind in TURNED:
+        return LEVEL < z < cos(LEVEL)
+    return min(z, _sine(quat, "x", up), _sine(quat, "y", up)) > LEVEL
+
+
+def _sine(quat: Quaternion, axis: str, up: Vec) -> float:
+    """Sine of the angle between a body's axis and the vertical."""
+    return hypot(*vector_cross(quat_rotate(quat, AXES[axis]), up))
