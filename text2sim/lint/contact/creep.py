@@ -114,7 +114,10 @@ scene:
   duration: 5.0
   contact: {friction_cone: %s}
   statics:
-    ramp: {shape: {kind: box, size: [2, 1, 0.05]}, material: {friction: 0.6}, pose: {pos: [0, 0, 1], euler_deg: [0, 15, 0]}}
+    ramp:
+      shape: {kind: box, size: [2, 1, 0.05]}
+      material: {friction: 0.6}
+      pose: {pos: [0, 0, 1], euler_deg: [0, 15, 0]}
 bodies:
   crate: {kind: rigid, shape: {kind: box, size: [0.3, 0.3, 0.2]}, place: {on: ramp, at: [0, 0], euler_deg: [0, 15, 0]}}
 """
