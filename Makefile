@@ -1,6 +1,6 @@
 # Every target sets up what it needs first: a bare machine wants only python3 (3.11-3.13), git and make.
 #   PYTHON=python3.12 make test    takes that interpreter
-#   make test ARGS="-m 'not slow'" passes arguments to pytest
+#   make test ARGS="-k friction" passes arguments to pytest
 VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.bootstrapped
@@ -9,16 +9,23 @@ SOURCES := text2sim tests $(wildcard benchmarks)
 DEMO ?= 480x270
 export VENV
 
-.PHONY: help demo test check format fuzz bench setup clean
+# What starts neither the engine nor the path tracer, a browser or npm, and one whole run: tests/conftest.py marks them.
+QUICK := smoke or not (engine or tracer or browser or npm or slow)
+# One process a core; the tests of a file share what they set up.
+PYTEST := $(BIN)/python -m pytest -n logical --dist loadfile --no-loadscope-reorder
+
+.PHONY: help demo test test-all test-changed check lint format fuzz bench setup clean
 
 help:
-	@echo 'make demo    set up, run cases/brick_wall, path trace its film, print where film and report are'
-	@echo 'make test    set up, run the tests'
-	@echo 'make check   set up; format, lint, types, tests: what a change must pass'
-	@echo 'make format  set up, put the source in its canonical format'
-	@echo 'make fuzz    set up, read 10,000 hostile documents'
-	@echo 'make bench   set up, measure'
-	@echo 'make clean   remove the environment and the caches'
+	@echo 'make demo          set up, run cases/brick_wall, path trace its film, print where film and report are'
+	@echo 'make test          set up, run the quick tests: five minutes or less on two cores'
+	@echo 'make test-all      set up, run all tests: engine, path tracer, browser'
+	@echo 'make test-changed  of the others, those that the changes since SINCE concern, and a share that rotates'
+	@echo 'make check         set up; format, lint, types, quick tests: what a change must pass'
+	@echo 'make format        set up, put the source in its canonical format'
+	@echo 'make fuzz          set up, read 10,000 hostile documents'
+	@echo 'make bench         set up, measure'
+	@echo 'make clean         remove the environment and the caches'
 
 demo:
 	@echo '1 of 4: set-up. Half a minute, and as long as it takes to download 1.5 GB, unless it is done already.'
@@ -32,13 +39,22 @@ demo:
 	@echo "Open $$(ls -td runs/brick_wall-*/report.html | head -1); text2sim render cases/brick_wall makes the whole film."
 
 test: $(STAMP)
-	$(BIN)/python -m pytest $(ARGS)
+	$(PYTEST) -m "$(QUICK)" $(ARGS)
 
-check: $(STAMP)
+test-all: $(STAMP)
+	$(PYTEST) $(ARGS)
+
+SINCE ?= HEAD~1
+MINUTES ?= 12
+test-changed: $(STAMP)
+	$(PYTEST) -m "not ($(QUICK))" --since $(SINCE) --minutes $(MINUTES) $(ARGS) || [ $$? -eq 5 ] # 5: there are none
+
+lint: $(STAMP)
 	$(BIN)/ruff format --check $(SOURCES)
 	$(BIN)/ruff check $(SOURCES)
 	$(BIN)/pyright
-	$(BIN)/python -m pytest $(ARGS)
+
+check: lint test
 
 format: $(STAMP)
 	$(BIN)/ruff check --fix-only $(SOURCES)

@@ -65,10 +65,11 @@ def run(place: Path, text: str, *options: str) -> tuple[int, dict, Path]:
 
 
 @pytest.fixture(scope="module")
-def first(place: Path) -> tuple[int, dict, Path]:
+def first(engine: None, place: Path) -> tuple[int, dict, Path]:
     return run(place, CASE)
 
 
+@pytest.mark.smoke
 def test_run_leaves_all_its_evidence(first: tuple[int, dict, Path]) -> None:
     code, result, folder = first
     assert (code, result["state"], result["passed"]) == (0, "finished", True)
@@ -77,6 +78,7 @@ def test_run_leaves_all_its_evidence(first: tuple[int, dict, Path]) -> None:
         assert (folder / name).is_file(), name
 
 
+@pytest.mark.smoke
 def test_film_is_h264_with_a_frame_for_every_twenty_fifth(first: tuple[int, dict, Path]) -> None:
     if first[1]["film"] is None:
         pytest.skip(f"no OpenGL here: {first[1]['film_message']}")
@@ -88,6 +90,7 @@ def test_film_is_h264_with_a_frame_for_every_twenty_fifth(first: tuple[int, dict
     assert np.abs(frames[0].astype(int) - frames[7]).max() > 50, "the picture never changes"
 
 
+@pytest.mark.smoke
 def test_states_say_what_the_measures_say(first: tuple[int, dict, Path]) -> None:
     folder = first[2]
     states = RunStates.load(folder)
@@ -110,6 +113,7 @@ def test_nothing_is_done_twice(place: Path, first: tuple[int, dict, Path]) -> No
     assert run(place, CASE)[1]["work"] == "unchanged"
 
 
+@pytest.mark.smoke
 def test_other_expectations_judge_the_same_run_and_fail_it(place: Path, first: tuple[int, dict, Path]) -> None:
     code, result, folder = run(place, CASE.replace("[0.30, 0.34]", "[0.10, 0.20]"))
     assert (code, result["work"], folder) == (1, "judged again", first[2])

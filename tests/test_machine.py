@@ -78,7 +78,7 @@ def test_a_library_that_is_not_there_is_missing(monkeypatch: pytest.MonkeyPatch)
     assert missing_libraries() == [made_up]
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine", "tracer")
 def test_inspection_is_complete_and_keeps_secrets(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("OPENAI_API_KEY", "sk-do-not-show")
     monkeypatch.setenv("QD_OFFLINE_CACHE_FILE_PATH", str(tmp_path / "kernels"))

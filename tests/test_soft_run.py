@@ -51,7 +51,7 @@ BODIES = ["cube", "sand", "water", "flag"]
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def run(engine: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("soft_run")
     (place / "case.yaml").write_text(CASE)
     command = [sys.executable, "-m", "text2sim", "run", str(place), "--runs", str(place / "runs"), "--json"]

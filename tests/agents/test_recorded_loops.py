@@ -15,7 +15,7 @@ REPLAYED = [file for file in RECORDED if json.loads(file.read_text("utf-8"))["re
 """The others take too long for a test; `benchmarks/recorded_loops.py --replay NAME` plays any of them."""
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine")
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("file", REPLAYED, ids=lambda file: file.parent.name)
 def test_a_recorded_loop_ends_as_it_did(file: Path, tmp_path: Path) -> None:

@@ -147,7 +147,7 @@ def test_the_command_line_takes_a_mesh_in_and_lists_it(tmp_path: Path):
     assert cli.invoke(app, ["asset", "list", case]).exit_code == 2
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine")
 def test_joints_answer_a_small_signal(arm: Path):
     found = probe(arm)
     assert found.ok, found.message
@@ -161,7 +161,7 @@ def test_joints_answer_a_small_signal(arm: Path):
     assert found.control["shoulder"].moved == shoulder.moved
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine")
 def test_a_joint_with_a_motor_that_is_too_weak_does_not_answer():
     weak = copy.deepcopy(LEVER)
     weak["links"]["lever"]["joint"]["actuator"]["max_force"] = 0.001
@@ -171,7 +171,7 @@ def test_a_joint_with_a_motor_that_is_too_weak_does_not_answer():
     assert not found.joints["lever"].answers
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine")
 def test_the_engine_takes_a_mended_mesh(tmp_path: Path):
     ball = trimesh.creation.icosphere(3, 0.1)
     (tmp_path / "ball.stl").write_bytes(bytes(ball.export(file_type="stl")))

@@ -13,6 +13,7 @@ CHEAP = ("threshold-on-the-wrong-side", "friction-is-the-larger-of-two")
 BY_LINT = [e for e in LIBRARY.entries.values() if e.card.evidence.failing.outcome.startswith("lint:")]
 
 
+@pytest.mark.usefixtures("engine")
 def test_failures_and_repairs_in_the_engine(tmp_path: Path) -> None:
     entries = [LIBRARY.find(name) for name in CHEAP]
     verdicts = list(verify_cards(entries, runs=tmp_path, jobs=1))

@@ -110,7 +110,7 @@ def test_a_suite_without_cases_is_wrong_input(cli: Cli, case: Path):
     assert cli("test", "nowhere").code == 2
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine", "tracer")
 def test_the_doctor_speaks_json(cli: Cli):
     answer = cli("doctor", "--json")
     assert answer.code in (0, 3)

@@ -162,6 +162,7 @@ def build(scene):
 }
 
 
+@pytest.mark.usefixtures("engine")
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of other systems")
 def test_a_signal_that_the_engine_swallows_stops_the_program_all_the_same(tmp_path: Path) -> None:
     compile_case(load_case(write(tmp_path, CASE)), tmp_path)

@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="session")
-def command() -> list[str]:
+def command(npm: None) -> list[str]:
     """Return the command of the server."""
     try:
         return server_command()

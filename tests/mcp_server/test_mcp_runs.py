@@ -14,7 +14,7 @@ from anyio.from_thread import BlockingPortal
 from mcp import Client
 from PIL import Image
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.usefixtures("engine")
 LONG = TINY.replace("duration: 0.2  # short", "duration: 500").replace("dt: 0.005", "dt: 0.001")
 
 

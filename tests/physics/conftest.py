@@ -2,10 +2,7 @@
 
 import itertools
 import json
-import select
-import subprocess
-import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from warm_engine import WarmEngine
 
 from text2sim.compiler.build import compile_case
 from text2sim.harness.geometry import rotate
@@ -22,53 +20,6 @@ from text2sim.harness.selection import Target
 from text2sim.harness.states import Array, LinkRecord, RunStates
 from text2sim.spec_schema.load import load_case
 from text2sim.spec_schema.models.case import Case
-
-PATIENCE = 540.0
-"""Longest wait [s] for one case: a bare machine compiles the engine's kernels on the way."""
-
-
-class Worker:
-    """The process in which all programs run; a crash costs one case, and the next one starts it anew."""
-
-    def __init__(self, log: Path) -> None:
-        self._log = log
-        self._process: subprocess.Popen[str] | None = None
-
-    def run(self, program: Path, out: Path) -> None:
-        """Run the program in one folder and let it write into another."""
-        process = self._process or self._start()
-        assert process.stdin is not None
-        assert process.stdout is not None
-        process.stdin.write(json.dumps({"program": str(program), "out": str(out)}) + "\n")
-        process.stdin.flush()
-        ready, _, _ = select.select([process.stdout], [], [], PATIENCE)
-        answer = process.stdout.readline() if ready else ""
-        if not answer:
-            process.kill()
-            self.stop()
-            ended = "died" if ready else f"did not answer within {PATIENCE:g} s"
-            pytest.fail(f"the worker {ended} (rc {process.returncode}):\n{self._log.read_text()[-3000:]}")
-        if error := json.loads(answer)["error"]:
-            pytest.fail(f"{program} failed:\n{error}")
-
-    def stop(self) -> None:
-        """End the process, if there is one; where it ends by itself, it keeps the kernels that it compiled."""
-        process, self._process = self._process, None
-        if process is None or process.stdin is None:
-            return
-        process.stdin.close()
-        try:
-            process.wait(60)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-
-    def _start(self) -> subprocess.Popen[str]:
-        self._process = subprocess.Popen(
-            [sys.executable, str(Path(__file__).with_name("worker.py"))],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log.open("a"), text=True,
-        )  # fmt: skip
-        return self._process
 
 
 @dataclass(frozen=True)
@@ -164,10 +115,7 @@ LEDGER = pytest.StashKey[list[tuple[str, ...]]]()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Every test here runs the engine; those that need another process for it come last."""
-    for item in items:
-        if item.path.parent == Path(__file__).parent:
-            item.add_marker(pytest.mark.slow)
+    """Those that need another process for the engine come last."""
     items.sort(key=lambda item: item.path == Path(__file__).with_name("test_determinism.py"))
 
 
@@ -208,15 +156,7 @@ def agree(request: pytest.FixtureRequest) -> Agree:
 
 
 @pytest.fixture(scope="session")
-def worker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Worker]:
-    """Return the process in which programs run."""
-    worker = Worker(tmp_path_factory.mktemp("worker") / "log.txt")
-    yield worker
-    worker.stop()
-
-
-@pytest.fixture(scope="session")
-def simulate(worker: Worker, tmp_path_factory: pytest.TempPathFactory) -> Simulate:
+def simulate(warm_engine: WarmEngine, tmp_path_factory: pytest.TempPathFactory) -> Simulate:
     """Return a function that simulates a case.
 
     It takes the text below `name`, the contents of files of the case by their paths, and values for the names that the
@@ -234,7 +174,7 @@ def simulate(worker: Worker, tmp_path_factory: pytest.TempPathFactory) -> Simula
         (folder / "case.yaml").write_text("\n".join(lines) + "\n" + text)
         loaded = load_case(folder)
         compile_case(loaded, folder / "program")
-        worker.run(folder / "program", folder)
+        warm_engine.run(folder / "program", folder)
         return Trial(folder, loaded.case)
 
     return run

@@ -46,10 +46,10 @@ def test_a_program_gives_the_same_bytes_after_other_programs(simulate):
     assert content(first.folder) == content(again.folder)
 
 
-def test_a_program_gives_the_same_bytes_in_a_process_of_its_own(simulate, worker, tmp_path):
+def test_a_program_gives_the_same_bytes_in_a_process_of_its_own(simulate, warm_engine, tmp_path):
     """As users run it, which also tries the program's own main function."""
     trial = simulate(LIVELY)
-    worker.stop()  # on a bare machine, the other process finds the kernels compiled
+    warm_engine.stop()  # on a bare machine, the other process finds the kernels compiled
     main = trial.folder / "program/main.py"
     done = subprocess.run(
         [sys.executable, main, "--out", tmp_path, "--no-film"], capture_output=True, text=True, check=False

@@ -26,7 +26,7 @@ def build(program: Path) -> dict[str, Any]:
     return json.loads(line.removeprefix("RESULT "))
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine")
 def test_the_coupler_takes_the_program(tmp_path: Path) -> None:
     compile_case(load_case(TOWEL), tmp_path)
     found = build(tmp_path)

@@ -1,13 +1,6 @@
 """Contact of tetrahedra: what falls comes to rest where it lands."""
 
-import subprocess
-import sys
-
 import numpy as np
-
-from text2sim.compiler.build import compile_case
-from text2sim.harness.states import RunStates
-from text2sim.spec_schema.load import load_case
 
 LANDING = """\
 scene:
@@ -27,14 +20,9 @@ bodies:
 """
 
 
-def test_what_falls_is_not_thrown_back(tmp_path, agree):
+def test_what_falls_is_not_thrown_back(simulate, agree):
     """The engine took the sides of what lands for metres deep: the brick left at 104 m/s, the gel at 81 m/s."""
-    (tmp_path / "case.yaml").write_text("text2sim: 2\nname: landing\n" + LANDING)
-    compile_case(load_case(tmp_path), tmp_path / "program")
-    command = [sys.executable, "main.py", "--out", str(tmp_path), "--no-film"]
-    done = subprocess.run(command, cwd=tmp_path / "program", capture_output=True, text=True, timeout=540, check=False)
-    assert done.returncode == 0, done.stderr[-2000:]
-    states = RunStates.load(tmp_path)
+    states = simulate(LANDING).states
     (gel,) = states.deformables
     brick = next(k for k, link in enumerate(states.links) if link.body == "brick")
     fallen = np.sqrt(2 * 9.81 * 0.09)

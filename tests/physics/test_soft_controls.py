@@ -4,11 +4,11 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 
 from text2sim.compiler.build import compile_case
 from text2sim.compiler.provenance import provenance
 from text2sim.harness.geometry import rotate
-from text2sim.harness.states import RunStates
 from text2sim.spec_schema.load import load_case
 
 FLOATING = """
@@ -167,14 +167,8 @@ actions:
 """
 
 
-def test_fem_bodies_are_pushed_and_held(tmp_path, agree):
-    """In a process of its own: they need double precision."""
-    (tmp_path / "case.yaml").write_text("text2sim: 1\nname: clamped\n" + CLAMPED)
-    compile_case(load_case(tmp_path), tmp_path / "program")
-    command = [sys.executable, "main.py", "--out", str(tmp_path), "--no-film"]
-    done = subprocess.run(command, cwd=tmp_path / "program", capture_output=True, text=True, timeout=540, check=False)
-    assert done.returncode == 0, done.stderr[-2000:]
-    states = RunStates.load(tmp_path)
+def test_fem_bodies_are_pushed_and_held(simulate, agree):
+    states = simulate(CLAMPED).states
     mass = {one.body: one.mass for one in states.deformables}
     points, _ = rows(states, "bar[0]")
     left = points[0, :, 0] < -0.099
@@ -194,6 +188,7 @@ def test_fem_bodies_are_pushed_and_held(tmp_path, agree):
     agree("2 N stretch springs of 800 N/m [m]", (points[-1] - points[0])[:, 0].mean(), 0.0025, within=5e-5)
 
 
+@pytest.mark.usefixtures("engine")
 def test_what_only_the_program_can_see_is_said_of_a_line(tmp_path):
     """Here a region with too few points: the engine cuts the cloth, and nobody knows before how."""
     change = "points: 99, to: world"

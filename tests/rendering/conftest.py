@@ -7,13 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from filmed import BOX, BOX_FACES, FILM, MakeRun
 
-pytest.importorskip("mitsuba")
-
-from filmed import BOX, BOX_FACES, FILM, MakeRun  # noqa: E402
-
-from text2sim.rendering import renderer  # noqa: E402
-from text2sim.rendering.renderer import Variant  # noqa: E402
+from text2sim.rendering import renderer
+from text2sim.rendering.renderer import Variant
 
 
 @pytest.fixture(autouse=True, scope="session")

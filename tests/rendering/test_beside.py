@@ -21,6 +21,7 @@ def pictures(path: Path) -> list[np.ndarray]:
         return [picture.to_ndarray(format="rgb24").astype(int) for picture in film.decode(video=0)]
 
 
+@pytest.mark.usefixtures("tracer")
 def test_two_runs_are_seen_side_by_side_and_the_shorter_waits(make_run: MakeRun) -> None:
     left, right = make_run({"crate": RED}, "red-0123456789"), make_run({"crate": BLUE}, "blue-0123456789", end=0.2)
     command = ["render", str(left), "--beside", str(right), "--resolution", "64x36"]
@@ -52,6 +53,7 @@ def test_films_of_two_rates_are_not_put_together(make_run: MakeRun) -> None:
     assert not (left / "render" / "draft.mp4").exists()
 
 
+@pytest.mark.usefixtures("tracer")
 def test_a_part_does_not_take_the_place_of_the_whole(make_run: MakeRun) -> None:
     left, right = make_run({"crate": RED}, "red-0123456789"), make_run({"crate": BLUE}, "blue-0123456789")
     command = ["render", str(left), "--beside", str(right), "--resolution", "64x36", "--frames", "1:3"]

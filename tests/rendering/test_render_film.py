@@ -24,6 +24,8 @@ from text2sim.rendering.trace import RIM, undimmed
 from text2sim.spec_schema.errors import RunError
 from text2sim.templates.cameras import Cameras, project
 
+pytestmark = pytest.mark.usefixtures("tracer")
+
 CRATE = {"half": 0.4, "pos": (0, 0, 0.4), "color": (0.8, 0.2, 0.1)}
 SLIDING = CRATE | {"velocity": (1.0, 0, 0)}
 

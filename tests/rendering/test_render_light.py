@@ -7,6 +7,8 @@ from text2sim.rendering import tone
 from text2sim.rendering.lights import emitters
 from text2sim.rendering.renderer import mitsuba
 
+pytestmark = pytest.mark.usefixtures("tracer")
+
 WHITE = (1.0, 1.0, 1.0)
 DOWN = (0.0, 0.0, -1.0)
 AT = (0.0, 0.0, 0.0)

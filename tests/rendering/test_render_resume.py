@@ -17,6 +17,8 @@ from text2sim.rendering.frames import ABANDONED
 from text2sim.rendering.recording import read_recording
 from text2sim.spec_schema.errors import RunError
 
+pytestmark = pytest.mark.usefixtures("tracer")
+
 SLIDING = {"half": 0.4, "pos": (0, 0, 0.4), "velocity": (1.0, 0, 0)}
 CASE = """\
 text2sim: 2

@@ -10,6 +10,8 @@ from text2sim.rendering.recording import Look, SoftPart
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.soft import Grains, Liquid, Surface, liquid_surface
 
+pytestmark = pytest.mark.usefixtures("tracer")
+
 SPACING = 0.05
 HEAP = np.stack(np.meshgrid(*[np.arange(8) * SPACING] * 3), axis=-1).reshape(-1, 3)
 

@@ -66,6 +66,7 @@ def test_llvm_of_the_environment_comes_before_that_of_the_system(
     assert renderer._llvm_libraries() == ["/lib/chosen", packaged, systems]
 
 
+@pytest.mark.usefixtures("tracer")
 @pytest.mark.skipif(
     (sys.platform, platform.machine()) != ("linux", "x86_64"), reason="no wheel of LLVM for this machine"
 )

@@ -1,6 +1,7 @@
 """No black specks: every pixel has a value, and a thin thing its colour."""
 
 import numpy as np
+import pytest
 
 from text2sim.rendering.finishes import COLOR, material
 from text2sim.rendering.renderer import mitsuba
@@ -26,6 +27,7 @@ def test_a_picture_without_any_value_is_black() -> None:
     assert not healed(np.full((4, 4, 3), np.nan, np.float32)).any()
 
 
+@pytest.mark.usefixtures("tracer")
 def test_a_thread_has_its_color_everywhere() -> None:
     """In single precision the weights of the corners of such triangles are 0 / 0."""
     mi, color = mitsuba(), (0.3, 0.2, 0.1)

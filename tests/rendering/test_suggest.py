@@ -64,6 +64,7 @@ def written(tmp_path: Path, make_run: MakeRun, text: str = CASE) -> tuple[Path, 
     return case, runs
 
 
+@pytest.mark.usefixtures("tracer")
 def test_a_camera_comes_out_from_behind_a_wall(make_run: MakeRun) -> None:
     recording = read_recording(make_run(BOXES, cameras=HIDING))
     proposal = module.suggest(recording, load_text(CASE), lambda text: None)
@@ -103,6 +104,7 @@ def test_a_camera_frames_what_it_is_told_to(make_run: MakeRun) -> None:
     assert [score for score, _ in ranked] == sorted((score for score, _ in ranked), reverse=True)
 
 
+@pytest.mark.usefixtures("tracer")
 def test_it_is_written_into_the_case_with_its_comments(tmp_path: Path, make_run: MakeRun) -> None:
     case, runs = written(tmp_path, make_run)
     before, command = case.read_text(), ["render", str(case.parent), "--runs", str(runs), "--suggest"]
@@ -137,6 +139,7 @@ def test_what_cannot_be_written_is_said(tmp_path: Path, make_run: MakeRun) -> No
     assert "text2sim run" in str(done.exception)
 
 
+@pytest.mark.usefixtures("tracer")
 def test_a_case_is_filmed_as_it_says_now(tmp_path: Path, make_run: MakeRun) -> None:
     case, runs = written(tmp_path, make_run)
     case.write_text(CASE.replace("fps: 10", "fps: 5"))

@@ -9,7 +9,7 @@ from text2sim.exchange.usd import write_usd
 from text2sim.harness.run import run_case
 from text2sim.spec_schema.load import load_case
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.usefixtures("engine")
 CASE = """
 text2sim: 2
 name: drop

@@ -114,7 +114,7 @@ class Command:
 
 
 @pytest.fixture(scope="module")
-def command(tmp_path_factory):
+def command(engine, tmp_path_factory):
     command = Command(tmp_path_factory.mktemp("watch"))
     yield command
     if command.process.poll() is None:
@@ -138,7 +138,7 @@ def content(folder):
     return arrays | {"layout": (folder / "states/layout.json").read_bytes()}
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine")
 def test_a_save_gives_new_states_film_and_judgement(warm):
     done = warm.save(height=0.6)
     assert "simulated in" in done[2]
@@ -157,7 +157,7 @@ def test_a_save_gives_new_states_film_and_judgement(warm):
     assert (frames[0] != frames[-1]).any()
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine")
 def test_the_states_are_those_of_a_fresh_process(warm, tmp_path):
     """Bit for bit: what a warm engine says can be relied on."""
     warm.save(height=0.7)
@@ -173,7 +173,7 @@ def test_the_states_are_those_of_a_fresh_process(warm, tmp_path):
         assert path.read_bytes() == (warm.take / "geometry" / path.name).read_bytes()
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine")
 def test_problems_are_told_at_once(warm):
     said = len(warm.lines)
     text = warm.case.read_text()
@@ -187,7 +187,7 @@ def test_problems_are_told_at_once(warm):
     warm.wait("nothing to do", said)
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine")
 def test_a_divergence_is_told_and_survived(warm):
     done = warm.save(max_speed=1.0)
     assert "diverged" in done[2]
@@ -195,7 +195,7 @@ def test_a_divergence_is_told_and_survived(warm):
     assert "finished" in warm.save(max_speed=150.0)[2]
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine")
 def test_another_look_is_drawn_without_another_simulation(warm):
     before = warm.board["films"][0]["name"]
     take = warm.take
@@ -205,7 +205,7 @@ def test_another_look_is_drawn_without_another_simulation(warm):
     assert warm.board["films"][0]["name"] != before
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine")
 def test_a_model_file_is_built_in_the_warm_engine_too(warm):
     """Bodies that go into the engine as a tree, with kernels that were not loaded yet."""
     text, said = warm.case.read_text(), len(warm.lines)
@@ -218,7 +218,7 @@ def test_a_model_file_is_built_in_the_warm_engine_too(warm):
     warm.wait(r"^take \d+: ", said)
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine")
 def test_memory_does_not_grow_without_bound(warm):
     engine = max(warm.children, key=lambda child: child.memory_info().rss)
     for i in range(3):
@@ -230,7 +230,7 @@ def test_memory_does_not_grow_without_bound(warm):
     assert engine.memory_info().rss - before < SAVES * GROWTH
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine", "browser")
 @pytest.mark.skipif(chromium.find() is None, reason="no Chromium here")
 def test_the_page_in_a_real_browser(warm, tmp_path):
     warm.save(height=0.45, duration=1.0)
@@ -263,7 +263,7 @@ def test_the_page_in_a_real_browser(warm, tmp_path):
         page.close()
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine")
 def test_nothing_but_a_preview_lies_in_its_folder(warm):
     assert not list(warm.runs.rglob("run.json"))
     assert {path.name for path in warm.runs.iterdir()} == {"watch-knock", ".locks"}
@@ -275,7 +275,7 @@ def test_nothing_but_a_preview_lies_in_its_folder(warm):
     assert "watch-knock is being run by another text2sim" in done.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine")
 def test_ctrl_c_ends_everything(warm):
     """The last test of the warm one."""
     children = warm.children
@@ -285,6 +285,7 @@ def test_ctrl_c_ends_everything(warm):
     assert not alive
 
 
+@pytest.mark.usefixtures("engine")
 def test_ctrl_c_while_the_engine_starts(tmp_path):
     command = Command(tmp_path)
     command.wait("knock: ok", timeout=60)
@@ -295,6 +296,7 @@ def test_ctrl_c_while_the_engine_starts(tmp_path):
     assert not any("Traceback" in line for line in command.lines)
 
 
+@pytest.mark.usefixtures("engine")
 def test_processes_do_not_outlive_a_session_that_is_killed(tmp_path):
     command = Command(tmp_path)
     command.wait("knock: ok", timeout=60)
