@@ -41,7 +41,7 @@ actions:
     lands: {event: touch, within: [0.30, 0.34]}
     rests_on_the_floor: {measure: height, at: end, above: 0.09, below: 0.105}
     turns: {measure: angle, at: end, equals: 1.2, tolerance: 0.02}
-render: {resolution: [192, 108], fps: 25}
+render: {resolution: [192, 108], fps: 25, speed: 1}
 """
 
 

@@ -6,6 +6,7 @@ from filmed import MakeRun
 from text2sim.cli.last_film import last_film
 
 
+@pytest.mark.usefixtures("tracer")
 def test_the_time_it_takes_is_said_before_and_the_film_is_there(
     make_run: MakeRun, capsys: pytest.CaptureFixture[str]
 ) -> None:

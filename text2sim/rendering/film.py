@@ -99,7 +99,7 @@ class Filming:
         Raises:
             RunError: if there is no such camera, or no such picture.
         """
-        film = self.recording.film | {"fps": self.fps}
+        film: dict[str, Any] = self.recording.film | {"fps": self.fps}
         found = reels(film)
         if camera:
             if camera not in film["cameras"]:
