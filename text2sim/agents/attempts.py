@@ -13,6 +13,7 @@ from text2sim.agents.models.exchange import Image
 from text2sim.agents.pictures import frame_sheet
 from text2sim.harness.record import RunRecord, write_atomically
 from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.load import LoadedCase
 
 LARGEST_INPUT = 100_000_000
 """Bytes of a file that comes with a request."""
@@ -164,6 +165,20 @@ class Attempts:
         attempt.evidence = text
         attempt.cites = sorted(citable(result.evidence, frames, bodies))
         self.keep(attempt)
+
+    def refilm(self, loaded: LoadedCase) -> None:
+        """Bring the run of a case up to date that is only shown in another way.
+
+        Raises:
+            RunError: If it would have to be simulated again.
+        """
+        from text2sim.compiler.build import plan_case
+        from text2sim.harness.run import run_case
+
+        runs, plan = self.case / "runs", plan_case(loaded)
+        if not (runs / f"{loaded.case.name}-{plan.sim_digest[:10]}" / "states").is_dir():
+            raise RunError("with this film the case would have to be simulated again")
+        run_case(loaded, runs=runs, film=False)
 
     def _pictures(self, attempt: Attempt, run: Path) -> tuple[list[str], int]:
         """Make the sheet of numbered pictures that the Critic sees; say how many are on it."""

@@ -11,6 +11,7 @@ from text2sim.agents.asking import BudgetSpent, Desk, RoleFailed
 from text2sim.agents.attempts import Attempt, Attempts, changed
 from text2sim.agents.brief import attempts_table, history_row, judgement
 from text2sim.agents.casework import Examination, case_text, examine, owner_of, said
+from text2sim.agents.cinematography import Cinematography, styled
 from text2sim.agents.criticism import Exhibit, criticise
 from text2sim.agents.deciding import Report, decide
 from text2sim.agents.deck import Deck
@@ -84,6 +85,8 @@ class Loop:
         self.workshop = Workshop(desk, deck, self.agreement, request, self.path, emit)
         self.only_if_accepted = False
         """Whether the case is somebody's own, and only a version that was accepted may take its place."""
+        self.style = False
+        """Whether an accepted case is filmed in several ways, and the best is kept."""
         self._warned: set[tuple[str, str]] = set()
 
     # --- ways in ----------------------------------------------------------------------------------------------
@@ -134,6 +137,8 @@ class Loop:
             self.desk.attempt = attempt.number
             report = self._try(attempt)
             if attempt.accepted:
+                if self.style:
+                    self._styled(attempt)
                 return self.outcome("accepted", "the Critic passed it and everything expected came true")
             if (best := self._unbettered()) is not None:
                 return self.outcome("gave_up", f"{STANDSTILL} attempts brought nothing better than attempt {best}")
@@ -151,6 +156,12 @@ class Loop:
                 continue
             text, left_out = self._revised(attempt, decision)
             cause = "; ".join([decision.why, *left_out])
+
+    def _styled(self, attempt: Attempt) -> None:
+        """Film an accepted attempt in several ways, and keep the best; its folder keeps what the Critic saw."""
+        self.emit("stage", name="style")
+        way = Cinematography(self.desk, self.request.text, self.path, self.case / attempt.run, self.emit)
+        attempt.text = styled(way, attempt.text, self.attempts.refilm, self.path, self.emit)
 
     def _unbettered(self) -> int | None:
         """The best attempt, if all that was expected came true in it and the last ones were no better."""

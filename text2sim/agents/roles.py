@@ -37,6 +37,7 @@ ROLES = {
         Role("articulation", "Articulation agent", "mechanism"),
         Role("mesh", "Mesh agent", "mesh"),
         Role("critic", "Critic", "critic"),
+        Role("viewer", "Visual Judge", "viewer"),
         Role("distiller", "Distiller", "distill"),
     )
 }

@@ -62,6 +62,8 @@ class Wish:
     """Files in `assets`, in words."""
     base: str = ""
     """Text of the case that is to be changed."""
+    style: bool = False
+    """Whether an accepted case is filmed in several ways, and the best is kept."""
 
 
 class Session:
@@ -144,6 +146,7 @@ class Session:
         loop = Loop(
             self.case, request, desk, deck, journal, Limits(wish.attempts, wish.sim_timeout, budget.minutes_left)
         )
+        loop.style = wish.style
         outcome: Outcome | None = None
         try:
             if wish.kind == "generate":

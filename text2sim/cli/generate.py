@@ -32,6 +32,12 @@ SimTimeout = Annotated[float, typer.Option("--sim-timeout", min=1.0, help="Wall 
 NoCards = Annotated[bool, typer.Option("--no-cards", help="Do without Debug Cards.")]
 Resume = Annotated[bool, typer.Option("--resume", help="Go on with what was begun in this folder.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document at the end.")]
+Style = Annotated[
+    bool,
+    typer.Option(
+        "--style/--no-style", help="Film what was accepted in several ways, and keep the best by its pictures."
+    ),
+]
 Images = Annotated[list[Path] | None, typer.Option("--image", help="A picture or sketch that belongs to the request.")]
 
 
@@ -51,6 +57,7 @@ def generate(
     minutes: Minutes = None,
     sim_timeout: SimTimeout = 3600.0,
     no_cards: NoCards = False,
+    style: Style = True,
     film: Film = "draft",
     resume: Resume = False,
     as_json: AsJson = False,
@@ -63,7 +70,7 @@ def generate(
     from text2sim.agents.session import free_folder
 
     text = "" if resume else words_of(request, file)
-    options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards)
+    options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards, style)
     if resume and out is None and request:
         out = Path(request)
     case = out or free_folder(Path("cases"), text)
@@ -83,12 +90,13 @@ def repair(
     minutes: Minutes = None,
     sim_timeout: SimTimeout = 3600.0,
     no_cards: NoCards = False,
+    style: Style = False,
     film: Film = "draft",
     resume: Resume = False,
     as_json: AsJson = False,
 ) -> None:
     """Have agents mend a case: it is run first, and everything that it expects stays."""
-    options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards)
+    options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards, style)
     _work(
         _amendment("repair", case, "" if resume else words_of(wrong, file), model, options, resume, images),
         as_json,
@@ -108,23 +116,30 @@ def edit(
     minutes: Minutes = None,
     sim_timeout: SimTimeout = 3600.0,
     no_cards: NoCards = False,
+    style: Style = False,
     film: Film = "draft",
     resume: Resume = False,
     as_json: AsJson = False,
 ) -> None:
     """Have agents change a case as somebody wishes."""
-    options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards)
+    options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards, style)
     _work(
         _amendment("edit", case, "" if resume else words_of(wish, file), model, options, resume, images), as_json, film
     )
 
 
 def _options(
-    attempts: int, tokens: int | None, cost: float | None, minutes: float | None, sim_timeout: float, no_cards: bool
+    attempts: int,
+    tokens: int | None,
+    cost: float | None,
+    minutes: float | None,
+    sim_timeout: float,
+    no_cards: bool,
+    style: bool,
 ) -> dict[str, Any]:
     return {
         "attempts": attempts, "tokens": tokens, "cost": cost, "minutes": minutes, "sim_timeout": sim_timeout,
-        "cards": not no_cards,
+        "cards": not no_cards, "style": style,
     }  # fmt: skip
 
 

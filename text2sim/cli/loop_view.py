@@ -17,6 +17,7 @@ TITLES = {
     "reader": "Reader", "planner": "Planner", "scene": "Scene Writer", "bodies": "Body Writer",
     "actions": "Action Writer",
     "render": "Render Writer", "articulation": "Articulation agent", "mesh": "Mesh agent", "critic": "Critic",
+    "viewer": "Visual Judge",
     "distiller": "Distiller",
 }  # fmt: skip
 LONG = 160
@@ -117,6 +118,13 @@ def _lines(event: str, what: dict[str, Any]) -> list[str]:
         rows = [f"  Planner: {what['action']}: {_short(what['why'])}"]
         rows += [f"    takes patch {k}" for k in what["take"]]
         return rows + [f"    {TITLES[section]}: {_short(text)}" for section, text in what["routes"].items()]
+    if event == "viewed":
+        marks = ", ".join(f"{name} {mark:g}" for name, mark in what["marks"].items())
+        return [f"  film `{what['treatment']}`: {what['total']:g} of 100 ({marks})"]
+    if event == "styled":
+        return [f"  filmed as `{what['treatment']}`, {what['total']:g} of 100"]
+    if event in ("not_styled", "treatments_failed"):
+        return [f"  film: {_short(what['why'])}"]
     if event == "restated":
         return [f"  restated: {_short(what['what'])}"]
     if event == "cards":

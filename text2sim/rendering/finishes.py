@@ -19,7 +19,7 @@ COLOR, SHADE = "face_color", "face_shade"
 """Attributes of the meshes: linear colour, and what it is blended with. Not of their vertices: in thin triangles the
 renderer finds no weights to blend those with, and what it finds instead is black."""
 TEXELS = 512
-HAZE = 0.06
+HAZE = 0.045
 """Part of the light that clear glass scatters, by which one sees that it is there."""
 MILKY = 0.45
 """Part of the light that frosted glass scatters; the rest goes straight through, so that its content is seen."""

@@ -81,6 +81,11 @@ def suggest(recording: Recording, loaded: LoadedCase, tell: Callable[[str], None
     views = [present.view(*_camera_at(film, recording, t)) for t in times]
     before = jury.judge(views, np.subtract(views[0].look_at, views[0].pos))
     render: dict[str, Any] = {"cameras": {"main": _words(camera, jury)}}
+    if film["overlay"].get("pace"):  # a camera of the author's would have no pace of its own
+        render["shots"] = {
+            f"part_{k}": {key: shot[key] for key in ("camera", "from", "to", "speed", "hold")} | {"camera": "main"}
+            for k, shot in enumerate(film["shots"], 1)
+        }
     lights: dict[str, float] = {}
     if not loaded.case.render.lights:
         tell("trying lights")
@@ -180,6 +185,6 @@ def _operations(loaded: LoadedCase, render: dict[str, Any]) -> list[Operation]:
     if not isinstance(data.get("render"), dict):
         return [{"op": "add", "path": "/render", "value": render}]
     found: list[Operation] = [{"op": "add", "path": f"/render/{key}", "value": value} for key, value in render.items()]
-    if "shots" in data["render"]:
+    if "shots" in data["render"] and "shots" not in render:
         found.append({"op": "remove", "path": "/render/shots"})
     return found

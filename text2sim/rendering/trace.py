@@ -36,6 +36,9 @@ SEED = 0
 """The same for every picture: then what does not move does not flicker."""
 BRIGHTEST = 24.0
 """Radiance, in white sheets, above which a single pixel is noise: glass makes such."""
+SHEEN, GLARE = 0.25, 0.3
+"""What clear glass reflects, in white sheets, up to which it stays as it is, and the part of it that stays above: lamps
+in a tube of glass are bars as white as paper, before what is inside it."""
 RIM = 3
 """Pixels around what is there that the denoiser is told to be like it."""
 
@@ -109,7 +112,7 @@ def trace(moments: Sequence[tuple[Moment, Any]], quality: Quality, gain: float, 
             radiance = _denoised(radiance, np.clip(seen[..., :3], 0, 1), seen[..., 3:6], fast=fast)
         if glosses.count:
             gloss = _limited(healed(glosses.value[..., :3]), gain)
-            gloss = _denoised(gloss, fast=fast) if denoise else gloss
+            gloss = dimmed(_denoised(gloss, fast=fast) if denoise else gloss, gain)
             lit = radiance * alpha[..., None] + gloss
             alpha = np.maximum(alpha, np.clip(gloss.mean(axis=-1) * gain, 0, 1))
             radiance = undimmed(lit, alpha)
@@ -142,6 +145,13 @@ def _timed(seconds: dict[str, float], part: str) -> Iterator[None]:
 
 def _limited(radiance: Array, gain: float) -> Array:
     return np.minimum(radiance, BRIGHTEST / gain)
+
+
+def dimmed(gloss: Array, gain: float) -> Array:
+    """Return what glass reflects (h, w, 3), with lamps in it that do not outshine what is behind it."""
+    bright = gloss.max(axis=-1, keepdims=True) * gain
+    soft = SHEEN + GLARE * (bright - SHEEN)
+    return gloss * np.where(bright > SHEEN, soft / np.maximum(bright, 1e-9), 1.0)
 
 
 def undimmed(radiance: Array, alpha: Array) -> Array:

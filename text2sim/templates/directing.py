@@ -62,7 +62,7 @@ def directed(film: dict, states: Any) -> dict:
         made["shots"] = shots_of(times, tracks, size, name)
         made["overlay"] = film["overlay"] | {"pace": True}
     if auto["camera"]:
-        made["cameras"] = {name: _along(camera, made, states, moving, size)}
+        made["cameras"] = {name: _along(camera, made | {"auto": auto}, states)}
     return made
 
 
@@ -74,22 +74,25 @@ def _size(camera: dict, tracks: np.ndarray) -> float:
     return max(float(np.linalg.norm(np.ptp(tracks.reshape(-1, 3), axis=0))), 1e-6)
 
 
-def _along(camera: dict, film: dict, states: Any, moving: list[str], size: float) -> dict:
+def _along(camera: dict, film: dict, states: Any) -> dict:
     """Return the camera, or one that goes along where subjects are small compared with their way."""
     frame, still = camera["frame"], {key: value for key, value in camera.items() if key != "frame"}
     aspect, view = film["resolution"][0] / film["resolution"][1], view_of(camera)
     shots = film["shots"] or [{"from": film["start"], "to": film["end"], "speed": film["speed"]}]
     start, end, pace = shots[0]["from"], shots[-1]["to"], max(shot["speed"] for shot in shots)
     times = np.linspace(start, end, max(int((end - start) / (0.2 * pace)), 4))
-    clouds = [within(states.bounds(moving, float(t)), frame["within"]) for t in times]
+    clouds = [within(states.bounds(film["auto"]["moving"], float(t)), frame["within"]) for t in times]
     spans = [np.ptp(np.clip(project(view, cloud, aspect)[:, :2], -1, 1), axis=0).max() / 2 for cloud in clouds]
     if np.median(spans) >= SMALL:
         return still
     full = float(np.linalg.norm(view.pos - view.look_at))
+    standing = [states.bounds([name], float(times[0])) for name in film["auto"]["statics"]]
     way, kept = (view.pos - view.look_at) / full, []
     for t in times:
         near = [cloud for cloud, other in zip(clouds, times, strict=True) if abs(other - t) <= WINDOW * pace]
-        shown = framed(camera | {"frame": frame | {"margin": 0.2}}, np.concatenate(near), aspect)
+        cloud = np.concatenate(near)
+        around = [cloud, *(_beside(cloud, static) for static in standing)]
+        shown = framed(camera | {"frame": frame | {"margin": 0.14}}, np.concatenate(around), aspect)
         away = max(float(np.linalg.norm(np.subtract(shown["pos"], shown["look_at"]))), NEAREST * full)
         kept.append([*shown["look_at"], away])
     gaps = (times[:, None] - times[None]) / (CALM * pace / 2)
@@ -100,6 +103,14 @@ def _along(camera: dict, film: dict, states: Any, moving: list[str], size: float
     rest = {key: value for key, value in still.items() if key not in ("pos", "look_at", "kind")}
     times = [round(float(t), 4) for t in times]
     return rest | {"kind": "keyframed", "times": times, "positions": positions, "look_at": look_at}
+
+
+def _beside(cloud: np.ndarray, static: np.ndarray) -> np.ndarray:
+    """Points of what stands where things move, as far as it is near: without it their motion means nothing."""
+    low, high = cloud.min(axis=0), cloud.max(axis=0)
+    room = float((high - low).max())
+    apart = np.maximum(static.min(axis=0) - high, low - static.max(axis=0)).max() if len(static) else np.inf
+    return np.clip(static, low - room, high + room) if apart < room / 2 else np.zeros((0, 3))
 
 
 def _turned_lights(lights: dict, before: dict, after: dict) -> dict:

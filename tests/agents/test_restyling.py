@@ -1,0 +1,72 @@
+"""A case is shown in another way, and nothing else of it can be changed on that way."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from text2sim.agents.restyling import TouchesPhysics, physics, restyled
+
+PATH = Path("somewhere/case.yaml")
+CASE = """\
+text2sim: 2
+name: kegs
+params: {r: 0.1}
+scene:
+  duration: 1
+  dt: 0.01
+  statics: {floor: {shape: {kind: plane}}}
+bodies:
+  keg: {kind: rigid, shape: {kind: sphere, radius: "${r}"}, pose: {pos: [0, 0, 0.5]}}
+  toy:
+    kind: rigid
+    shape:
+      kind: compound
+      parts:
+        look: {shape: {kind: box, size: [0.1, 0.1, 0.1]}}
+        hat: {shape: {kind: sphere, radius: 0.04}, pose: {pos: [0, 0, 0.09]}}
+    pose: {pos: [1, 0, 0.5]}
+actions:
+  events: {touch: {kind: contact, between: [keg, floor]}}
+  expect: {lands: {event: touch, within: [0.1, 0.5]}}
+"""
+STYLE: list[list[dict[str, Any]]] = [
+    [{"op": "add", "path": "/render", "value": {"lighting": "golden_hour", "speed": 0.5, "during": [0, 0.8]}}],
+    [{"op": "add", "path": "/bodies/keg/look", "value": {"color": "teal", "finish": "polished_metal"}}],
+    [{"op": "add", "path": "/scene/statics/floor/look", "value": {"color": "#222222"}}],
+    [{"op": "add", "path": "/bodies/toy/look", "value": {"color": "red"}}],
+]
+PHYSICS: list[dict[str, Any]] = [
+    {"op": "replace", "path": "/scene/dt", "value": 0.02},
+    {"op": "replace", "path": "/params/r", "value": 0.2},
+    {"op": "add", "path": "/bodies/keg/material", "value": {"density": 100}},
+    {"op": "add", "path": "/bodies/look", "value": {"kind": "rigid", "shape": {"kind": "sphere", "radius": 0.1}}},
+    {"op": "remove", "path": "/actions/expect/lands"},
+    {"op": "add", "path": "/waive", "value": {"hidden": "I want it"}},
+    {"op": "add", "path": "/name", "value": "other"},
+    {"op": "add", "path": "", "value": {}},
+    {"op": "replace", "path": "/bodies/toy/shape/parts/look/shape/size", "value": [0.2, 0.1, 0.1]},
+    # The engine's file of a compound has the colours of its parts: it would be simulated again.
+    {"op": "add", "path": "/bodies/toy/shape/parts/hat/look", "value": {"color": "red"}},
+    {"op": "move", "from": "/bodies/keg", "path": "/render/keg"},
+    {"op": "copy", "from": "/bodies/keg/pose", "path": "/render/keg"},
+]
+
+
+@pytest.mark.parametrize("operations", STYLE, ids=lambda rows: rows[0]["path"])
+def test_looks_and_film_change_and_the_physics_is_the_same(operations: list[Any]) -> None:
+    made = restyled(CASE, operations, PATH)
+    assert made != CASE
+    assert physics(made, PATH) == physics(CASE, PATH)
+
+
+@pytest.mark.parametrize("operation", PHYSICS, ids=lambda row: f"{row['op']} {row['path']}")
+def test_whatever_touches_the_physics_is_refused(operation: Any) -> None:
+    with pytest.raises(TouchesPhysics):
+        restyled(CASE, [*STYLE[0], operation], PATH)
+
+
+def test_the_digest_is_what_tells_physics_apart() -> None:
+    heavier = CASE.replace('radius: "${r}"}, pose', 'radius: "${r}"}, material: {density: 500}, pose')
+    assert physics(heavier, PATH) != physics(CASE, PATH)
+    assert physics(CASE.replace("[0.1, 0.5]", "[0.1, 0.6]"), PATH) != physics(CASE, PATH)

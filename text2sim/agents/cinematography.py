@@ -1,0 +1,282 @@
+"""After the physics is accepted: a few ways to film it, judged by their pictures alone. Nothing is simulated here.
+
+A treatment is a patch on `render` and on looks (`restyling.py`). Its film is judged by path-traced stills at the start,
+at events and at the end, by somebody who sees the request and these, and nothing else. The best goes on, with what the
+judge said of it, until it is good enough or the rounds are over.
+"""
+
+import io
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from text2sim.agents import language
+from text2sim.agents.asking import Desk, RoleFailed, Wrong, typed
+from text2sim.agents.casework import said
+from text2sim.agents.journal import Emit
+from text2sim.agents.models.exchange import Image
+from text2sim.agents.replies import Answer, Line, Name
+from text2sim.agents.restyling import TouchesPhysics, restyled
+from text2sim.agents.revising import data_of
+from text2sim.agents.roles import ROLES, render, system_prompt
+from text2sim.agents.yaml_text import yaml_text
+from text2sim.spec_schema.changes.patch import PatchError
+from text2sim.spec_schema.errors import SpecError, Text2SimError
+from text2sim.spec_schema.load import LoadedCase, load_text
+
+ENOUGH = 80.0
+"""Of 100, at which a film is as good as it has to be."""
+ROUNDS = 3
+"""Times that treatments are proposed and judged."""
+PROPOSED = 2
+"""Treatments that a Render Writer proposes at first; later it is one."""
+WIDTH = 480
+"""Of a still [pixels]."""
+EVENTS, EVENLY = 4, 4
+"""Events that are shown at most, and stills spread over the film."""
+WEIGHTS = {"content": 0.30, "clarity": 0.30, "polish": 0.25, "appeal": 0.15}
+"""What the marks count."""
+Score = Annotated[float, Field(ge=0, le=100)]
+
+
+class Treatment(Answer):
+    """One way to show what was simulated."""
+
+    name: Name
+    why: Line = ""
+    operations: Annotated[list[dict[str, Any]], Field(min_length=1, max_length=100)]
+    """RFC 6902, on `render` and looks."""
+
+
+class Treatments(Answer):
+    """What a Render Writer proposes."""
+
+    treatments: Annotated[list[Treatment], Field(min_length=1, max_length=3)]
+
+
+class Marks(Answer):
+    """What a visual judge says of a film."""
+
+    seen: Line
+    content: Score
+    clarity: Score
+    polish: Score
+    appeal: Score
+    better: Line = ""
+    """What would raise the marks."""
+
+    @property
+    def total(self) -> float:
+        """The mark, 0 to 100."""
+        return round(sum(weight * getattr(self, name) for name, weight in WEIGHTS.items()), 1)
+
+
+@dataclass(frozen=True)
+class Take:
+    """A treatment that was filmed and judged."""
+
+    name: str
+    text: str
+    """Of the case."""
+    marks: Marks
+
+
+class Cinematography:
+    """The pass over one accepted case.
+
+    Args:
+        desk: Where roles are asked.
+        request: What was wanted, in words.
+        path: Where the case stands.
+        run: Folder of its run.
+        emit: Told what happens.
+    """
+
+    def __init__(self, desk: Desk, request: str, path: Path, run: Path, emit: Emit) -> None:
+        self._desk, self._request, self._path, self._run, self._emit = desk, request, path, run, emit
+
+    def best(self, text: str) -> Take | None:
+        """Return the best treatment of a case; None if nobody can judge pictures.
+
+        Args:
+            text: The accepted case. If its film is good enough as it is, nothing else is asked.
+
+        Raises:
+            RoleFailed, BudgetSpent, ModelError: As `Desk.ask`.
+            RunError, MachineError: If stills cannot be traced.
+        """
+        if not self._desk.vision("viewer"):
+            return None
+        best = self._judged("as_it_is", text)
+        for round_ in range(ROUNDS):
+            if best.marks.total >= ENOUGH:
+                break
+            for name, tried in self._proposed(best, first=round_ == 0).items():
+                take = self._judged(name, tried)
+                best = max(best, take, key=lambda one: one.marks.total)
+        return best
+
+    # --- proposals ------------------------------------------------------------------------------------------------
+
+    def _proposed(self, best: Take, *, first: bool) -> dict[str, str]:
+        """Return texts of the case by the name of the treatment."""
+        found: dict[str, str] = {}
+        if first and (text := self._suggested(best.text)) is not None:
+            found["suggested"] = text
+        try:
+            found |= self._written(best, PROPOSED if first else 1)
+        except RoleFailed as failed:  # what there is goes on without it
+            self._emit("treatments_failed", why=str(failed))
+        return found
+
+    def _suggested(self, text: str) -> str | None:
+        """The case with the camera and light that `render --suggest` proposes."""
+        from text2sim.rendering.suggest import suggest
+
+        loaded = load_text(text, self._path)
+        try:
+            proposal = suggest(_recording(self._run, loaded), loaded, lambda said: None)
+            return restyled(text, proposal.operations, self._path)
+        except (Text2SimError, PatchError) as error:
+            self._emit("treatments_failed", why=f"--suggest: {error}")
+            return None
+
+    def _written(self, best: Take, count: int) -> dict[str, str]:
+        texts: dict[str, str] = {}
+
+        def check(answer: Treatments) -> None:
+            texts.clear()
+            wrong: list[str] = []
+            for number, treatment in enumerate(answer.treatments[:count]):
+                try:
+                    texts[treatment.name] = restyled(best.text, treatment.operations, self._path)  # type: ignore[arg-type]
+                except SpecError as error:
+                    wrong += [f"/treatments/{number}: {said(problem)}" for problem in error.problems[:4]]
+                except (PatchError, TouchesPhysics) as error:
+                    wrong.append(f"/treatments/{number}: {error}")
+            if wrong and not texts:
+                raise Wrong(wrong)  # one that can be used is worth more than another letter
+
+        many = f"{count} treatments" if count > 1 else "one treatment"
+        system = system_prompt(
+            ROLES["render"], "treat", count=many, rules=language.rules(brief=True), pages=language.pages("render")
+        )
+        question = render(
+            "treat_ask",
+            request=self._request,
+            case=yaml_text(_shown(best.text)),
+            recorded=self._recorded(best.text),
+            marks=yaml_text(best.marks.model_dump()),
+            instruction=f"Propose {many} that would be marked higher.",
+        )
+        self._desk.ask("render", system, question, typed(Treatments, check))
+        return dict(texts)
+
+    def _recorded(self, text: str) -> str:
+        recording = _recording(self._run, load_text(text, self._path))
+        names = list(dict.fromkeys(body.split("[")[0] for body in recording.bodies))
+        return f"0 to {recording.last:.3g} s; {', '.join(names)}"
+
+    # --- judgement ------------------------------------------------------------------------------------------------
+
+    def _judged(self, name: str, text: str) -> Take:
+        sheet, count = stills(self._run, load_text(text, self._path))
+        question = render("view", request=self._request, count=count)
+        marks: Marks = self._desk.ask(
+            "viewer", system_prompt(ROLES["viewer"]), question, typed(Marks), (Image("film.png", "image/png", sheet),)
+        )
+        parts = {part: getattr(marks, part) for part in WEIGHTS}
+        self._emit("viewed", treatment=name, total=marks.total, marks=parts, better=marks.better)
+        return Take(name, text, marks)
+
+
+def styled(
+    cinematography: Cinematography, text: str, refilm: Callable[[LoadedCase], None], path: Path, emit: Emit
+) -> str:
+    """Return a case as it is best shown; as it is if nothing better came of it.
+
+    Args:
+        cinematography: The pass.
+        text: The accepted case.
+        refilm: Brings the run up to date with another film.
+        path: Where the case stands.
+        emit: Told what happens.
+    """
+    from text2sim.agents.asking import BudgetSpent
+    from text2sim.agents.models.exchange import ModelError
+
+    try:
+        best = cinematography.best(text)
+        if best is not None and best.text != text:
+            refilm(load_text(best.text, path))
+    except (Text2SimError, BudgetSpent, RoleFailed, ModelError) as error:
+        emit("not_styled", why=str(error))  # the physics is accepted, whoever could not film it
+        return text
+    if best is None:
+        emit("not_styled", why="whoever answers cannot see pictures")
+        return text
+    emit("styled", treatment=best.name, total=best.marks.total)
+    return best.text
+
+
+def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
+    """Return path-traced stills of a run's main film on one sheet, PNG, and how many they are.
+
+    Args:
+        run: Its folder.
+        loaded: The case, which says how it is filmed.
+    """
+    from PIL import Image as Pictures
+
+    from text2sim.harness.contact_sheet import contact_sheet
+    from text2sim.harness.run_files import read_events
+    from text2sim.legibility.film import nearest_frame, spread
+    from text2sim.rendering.film import Filming, Reel
+
+    recording = _recording(run, loaded)
+    wide, tall = recording.film["resolution"]
+    filming = Filming(recording, "draft", size=(WIDTH, max(2, round(WIDTH * tall / wide / 2) * 2)))
+    reel = filming.reels()[0]
+    first: dict[str, float] = {}
+    for row in read_events(run):
+        if row["name"]:
+            first.setdefault(row["name"], float(row["time"]))
+    events = [nearest_frame(reel.frames, t) for t in sorted(first.values())[:EVENTS]]
+    chosen = {reel.frames[k] for k in spread(len(reel.frames), EVENLY)} | {frame for frame in events if frame}
+    few = Reel(reel.name, sorted(chosen))
+    paths = filming.render(few, lambda progress: None)
+    thumbnails = [
+        ("film", f"{number}: {frame.k / filming.fps:.1f} s", Pictures.fromarray(picture))
+        for number, (frame, picture) in enumerate(zip(few.frames, filming.pictures(few, paths), strict=True), 1)
+    ]
+    sheet = io.BytesIO()
+    contact_sheet(thumbnails, width=WIDTH, columns=2).save(sheet, "png", optimize=True)
+    return sheet.getvalue(), len(thumbnails)
+
+
+def _recording(run: Path, loaded: LoadedCase) -> Any:
+    from text2sim.compiler.build import plan_case
+    from text2sim.rendering.recording import read_recording
+
+    return read_recording(run, plan_case(loaded))
+
+
+def _shown(text: str) -> dict[str, Any]:
+    """What of a case says how it is shown."""
+    data = data_of(text)
+    scene = data.get("scene") or {}
+    looks = {name: _looks(body) for name, body in (data.get("bodies") or {}).items()}
+    statics = {name: _looks(static) for name, static in (scene.get("statics") or {}).items()}
+    return {"render": data.get("render") or {}, "scene": {"statics": statics}, "bodies": looks}
+
+
+def _looks(value: Any) -> Any:
+    """A body without all but its looks, at their places."""
+    if not isinstance(value, Mapping):
+        return {}
+    inner = {key: _looks(row) for key, row in value.items() if isinstance(row, Mapping) and key != "look"}
+    kept = {key: row for key, row in inner.items() if row}
+    return kept | ({"look": value["look"]} if "look" in value else {})
