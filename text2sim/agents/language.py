@@ -245,6 +245,21 @@ def shape_kinds() -> tuple[str, ...]:
     return tuple(dict.fromkeys([*_kinds_of("Shapes"), *_kinds_of("Shapes of cloth")]))
 
 
+@cache
+def shapes_of(body: str) -> tuple[str, ...]:
+    """Kinds of shapes that a kind of body takes, or a static; none if it has no shape of its own."""
+    from text2sim.spec_schema.models.scene import Static
+    from text2sim.spec_schema.vocabulary.words import slot_of
+
+    (section,) = _sections(("`bodies`: the actors",))
+    model = Static if body == "static" else section_kinds(section.models).get(body)
+    field = None if model is None else model.model_fields.get("shape")
+    if field is None:
+        return ()
+    key = field.discriminator if isinstance(field.discriminator, str) else None
+    return tuple(slot_of(field.annotation, field.metadata, key).models)
+
+
 def mount_kinds() -> tuple[str, ...]:
     """Kinds of mounts."""
     return _kinds_of("Mounts")

@@ -20,6 +20,7 @@ from typing import Any, Literal
 from text2sim.agents.asking import Desk
 from text2sim.agents.attempts import copy_input
 from text2sim.agents.deck import Deck
+from text2sim.agents.inputs import described, probed, take
 from text2sim.agents.journal import Journal, Listener
 from text2sim.agents.loop import Limits, Loop, Outcome
 from text2sim.agents.models.calls import Account, Budget, CallLog
@@ -59,7 +60,7 @@ class Wish:
     images: list[str] = field(default_factory=list)
     """Names of files in `generation/inputs`."""
     inputs: list[str] = field(default_factory=list)
-    """Files in `assets`, in words."""
+    """Names of assets in the case's manifest."""
     base: str = ""
     """Text of the case that is to be changed."""
     style: bool = False
@@ -79,8 +80,15 @@ class Session:
         self.account = Account()
 
     @classmethod
-    def begin(cls, case: Path, wish: Wish, images: list[Path], assets: list[Path]) -> "Session":
-        """Begin with a new request.
+    def begin(cls, case: Path, wish: Wish, images: list[Path], assets: list[Path], licence: str = "") -> "Session":
+        """Begin with a new request; what comes with it is mended, checked and registered as assets of the case.
+
+        Args:
+            case: The folder.
+            wish: What is asked for.
+            images: Pictures that belong to it.
+            assets: Meshes and mechanisms.
+            licence: On what terms these may be used.
 
         Raises:
             RunError: If there is a loop in this folder already, or an input cannot be taken.
@@ -99,7 +107,7 @@ class Session:
                 raise RunError(f"{file}: there is no such file")
         case.mkdir(parents=True, exist_ok=True)
         wish.images = [copy_input(file, case / "generation" / "inputs").name for file in images]
-        wish.inputs = [_described(copy_input(file, case / "assets"), case) for file in assets]
+        wish.inputs = take(case, [*assets, *images], licence)
         (case / "generation").mkdir(exist_ok=True)
         text = json.dumps(asdict(wish), indent=1, ensure_ascii=False) + "\n"
         write_atomically(case / "generation" / "request.json", text)
@@ -142,7 +150,8 @@ class Session:
         desk = Desk(endpoints, CallLog(self.folder / "calls"), self.account, budget, journal, stop)
         deck = Deck(_library() if wish.cards else None, journal)
         images = tuple(_image(self.folder / "inputs" / name) for name in wish.images)
-        request = Request(wish.text, images, tuple(wish.inputs))
+        probed(self.case, wish.inputs, journal)
+        request = Request(wish.text, images, described(self.case, wish.inputs))
         loop = Loop(
             self.case, request, desk, deck, journal, Limits(wish.attempts, wish.sim_timeout, budget.minutes_left)
         )
@@ -242,17 +251,3 @@ def _check_image(file: Path) -> None:
 
 def _image(file: Path) -> Image:
     return Image(file.name, IMAGES[file.suffix.lower()], file.read_bytes())
-
-
-def _described(file: Path, case: Path) -> str:
-    """Say what a given file is."""
-    name = file.relative_to(case).as_posix()
-    if file.suffix.lower() in (".urdf", ".xml", ".mjcf"):
-        return f"`{name}`: an articulated model; use it as `kind: articulated` with `file: {name}`"
-    from text2sim.assets.meshes import check_mesh
-
-    found = check_mesh(file)
-    size = " x ".join(f"{side:.3g}" for side in found.extent)
-    closed = "watertight" if found.watertight else "not watertight"
-    words = f"a mesh of {found.triangles:,} triangles, {size} in its own units, {closed}"
-    return f"`{name}`: {words}; use it as `shape: {{kind: mesh, file: {name}}}`"

@@ -1,6 +1,5 @@
 """Asset agents: mechanisms and shapes that are worth an expert of their own, made before the bodies are written."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,15 +9,14 @@ from pydantic import Field, StringConstraints
 
 from text2sim.agents import language
 from text2sim.agents.asking import Desk, Wrong, typed
-from text2sim.agents.casework import examine, said, section_faults
+from text2sim.agents.inputs import told
 from text2sim.agents.planning import Request, plan_text
+from text2sim.agents.proving import Proof, tried
 from text2sim.agents.replies import Answer, Asset, Line, Lines, Plan
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
-from text2sim.spec_schema.text.canonical import format_text
 
-CLEAR = 2.0
-"""Height [m] at which a mechanism is looked at by itself."""
+MECHANISMS = ("articulated", "chain", "rope", "ragdoll", "net")
 
 
 class MechanismAnswer(Answer):
@@ -69,50 +67,50 @@ def supply(desk: Desk, asset: Asset, plan: Plan, request: Request, case: Path) -
 
 
 def _mechanism(desk: Desk, asset: Asset, plan: Plan, request: Request, case: Path) -> Supplies:
+    proofs: list[Proof] = []
+
     def check(answer: MechanismAnswer) -> None:
-        if answer.body.get("kind") not in ("articulated", "chain", "rope", "ragdoll"):
-            raise Wrong(["/body/kind: a mechanism is `articulated`"])
-        if wrong := mechanism_faults(asset.body, answer.body, plan, case):
-            raise Wrong(wrong)
+        if answer.body.get("kind") not in MECHANISMS:
+            raise Wrong([f"/body/kind: a mechanism is one of {', '.join(MECHANISMS)}"])
+        proof = tried(asset.body, answer.body, plan, case, asset.what)
+        if proof.faults:
+            raise Wrong(proof.faults)
+        proofs.append(proof)
 
     kinds = {"articulated", "hinge", "slider", "ball", "fixed", "free", "compound", "cylinder", "capsule", "tube"}
     system = system_prompt(ROLES["articulation"], rules=language.rules(), pages=language.pages("bodies", kinds))
-    answer = desk.ask("articulation", system, _question(asset, plan, request), typed(MechanismAnswer, check))
+    question, images = _question(asset, plan, request), request.images
+    answer = desk.ask("articulation", system, question, typed(MechanismAnswer, check), images)
     links = ", ".join(f"{asset.body}.{name}" for name in answer.body.get("links") or {})
     words = f"`{asset.body}`: a mechanism, complete. Links and joints: {links or 'see its kind'}."
-    return Supplies({asset.body: answer.body}, [" ".join([words, *answer.controls])])
-
-
-def mechanism_faults(name: str, body: dict[str, Any], plan: Plan, case: Path) -> list[str]:
-    """Say what is wrong with a mechanism that stands by itself: its form, its tree of links, what the lint finds."""
-    document = {
-        "text2sim": 2,
-        "name": "mechanism",
-        "params": plan.params,
-        "scene": {"duration": 0.3, "dt": 0.005, "statics": {"floor": {"shape": {"kind": "plane"}}}},
-        "bodies": {name: {key: row for key, row in body.items() if key != "place"}},
-    }
-    found = examine(format_text(json.dumps(document, ensure_ascii=False)), case / "case.yaml")
-    # Where it stands is not settled by itself: only what is wrong inside it counts.
-    return [said(problem) for problem in found.errors if problem.path.startswith(f"/bodies/{name}") or not problem.path]
+    joints = [told(f"{asset.body}.{name}", one) for name, one in (proofs[-1].control or {}).items()]
+    probed = [f"Tried in the engine: {'; '.join(joints)}."] if joints else []
+    return Supplies({asset.body: answer.body}, [" ".join([words, *answer.controls, *probed, *proofs[-1].notes])])
 
 
 def _shape(desk: Desk, asset: Asset, plan: Plan, request: Request, case: Path) -> Supplies:
+    kind = plan.bodies[asset.body].kind
+    takes = language.shapes_of(kind) or language.shapes_of("rigid")
+
     def check(answer: ShapeAnswer) -> None:
         if answer.shape is None and answer.generate is None:
             raise Wrong(["answer with `shape` or with `generate`"])
         if answer.generate is not None and not _text_to_3d():
             raise Wrong(["/generate: there is no text-to-3D service here; build the shape"])
-        if answer.shape is not None:
-            body = {"kind": "rigid", "shape": answer.shape}
-            wrong = section_faults("bodies", {asset.body: body}, plan, case / "case.yaml")
-            if wrong:
-                raise Wrong(wrong)
+        if answer.shape is None:
+            return
+        if answer.shape.get("kind") not in takes:
+            got = f"`{answer.shape.get('kind')}` is no shape of a {kind} body"
+            raise Wrong([f"/shape/kind: {got}, which takes {', '.join(takes)}"])
+        # A static is tried as a body that does not move; what deforms, as it is: its mesh has to be closed.
+        body = {"kind": "rigid" if kind not in language.body_kinds() else kind, "shape": answer.shape}
+        if wrong := tried(asset.body, body, plan, case, asset.what).faults:
+            raise Wrong(wrong)
 
-    shapes = set(language.known_kinds())
-    pages = language.pages("bodies", shapes & _SHAPES)
+    pages = language.pages("bodies", set(takes) & _SHAPES)
     system = system_prompt(ROLES["mesh"], rules=language.rules(), pages=pages, text_to_3d=_text_to_3d())
-    answer = desk.ask("mesh", system, _question(asset, plan, request), typed(ShapeAnswer, check))
+    question = _question(asset, plan, request, f"It is for a `{kind}` body, which takes the shapes {', '.join(takes)}.")
+    answer = desk.ask("mesh", system, question, typed(ShapeAnswer, check), request.images)
     shape = answer.shape
     if shape is None:
         assert answer.generate is not None
@@ -143,10 +141,16 @@ def _generated(name: str, wish: MeshWish, case: Path) -> dict[str, Any]:
     return {"kind": "mesh", "file": added.asset.file}
 
 
-def _question(asset: Asset, plan: Plan, request: Request) -> str:
+def _question(asset: Asset, plan: Plan, request: Request, receiver: str = "") -> str:
     return render(
-        "asset_ask", request=request.text, plan=plan_text(plan), body=asset.body, what=asset.what, inputs=request.inputs
-    )  # fmt: skip
+        "asset_ask",
+        request=request.text,
+        plan=plan_text(plan),
+        body=asset.body,
+        what=asset.what,
+        receiver=receiver,
+        inputs=request.inputs,
+    )
 
 
 def merged(parts: Sequence[Supplies]) -> Supplies:

@@ -19,7 +19,8 @@ MANY = 1000
 HEAD = "# What lies in this folder. Written by `text2sim asset`: comments do not stay."
 WIDTH = 110
 
-Kind = Literal["mesh", "mjcf", "urdf", "texture"]
+Kind = Literal["mesh", "mjcf", "urdf", "texture", "mechanism", "shape"]
+"""The last two are written in the language, as YAML."""
 Origin = Literal["procedural", "imported", "meshy", "user"]
 Text = Annotated[str, StringConstraints(max_length=2000)]
 Place = Annotated[str, StringConstraints(min_length=1, max_length=300)]

@@ -51,6 +51,7 @@ def generate(
     images: Images = None,
     meshes: Annotated[list[Path] | None, typer.Option("--mesh", help="A mesh that the case is to use.")] = None,
     urdfs: Annotated[list[Path] | None, typer.Option("--urdf", help="A URDF or MJCF model that it is to use.")] = None,
+    licence: Annotated[str, typer.Option("--licence", help="On what terms these files may be used.")] = "",
     attempts: Attempts = 30,
     tokens: Tokens = None,
     cost: Cost = None,
@@ -74,7 +75,9 @@ def generate(
     if resume and out is None and request:
         out = Path(request)
     case = out or free_folder(Path("cases"), text)
-    session = _session("generate", case, text, model, options, resume, images, [*(meshes or []), *(urdfs or [])])
+    session = _session(
+        "generate", case, text, model, options, resume, images, [*(meshes or []), *(urdfs or [])], licence
+    )
     _work(session, as_json, film)
 
 
@@ -169,6 +172,7 @@ def _session(
     resume: bool,
     images: list[Path] | None,
     assets: list[Path],
+    licence: str = "",
 ) -> "Session":
     from text2sim.agents.session import Session, Wish
 
@@ -186,7 +190,7 @@ def _session(
 
     for name in _needed(models).values():
         endpoint_of(name, case)  # a slip in a name should leave nothing behind
-    return Session.begin(case, Wish(kind, text, models, **options), images or [], assets)
+    return Session.begin(case, Wish(kind, text, models, **options), images or [], assets, licence)
 
 
 def _models(given: list[str] | None) -> dict[str, str]:

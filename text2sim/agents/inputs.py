@@ -1,0 +1,118 @@
+"""What comes with a request: mended, checked, registered in the case's manifest, and told to the agents in words."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from text2sim.agents.journal import Emit
+from text2sim.assets.keeping import FOLDER
+from text2sim.assets.manifest import Asset, Control, read_manifest, register
+from text2sim.assets.register import add
+from text2sim.spec_schema.errors import AssetError, MachineError, RunError, SpecError
+
+ACTUATED = ("hinge", "slider")
+
+
+def take(case: Path, files: Sequence[Path], licence: str) -> list[str]:
+    """Bring files into a case and return what they are called there.
+
+    Args:
+        case: The case's folder.
+        files: Meshes, mechanisms and pictures, wherever they lie; they stay as they are.
+        licence: On what terms they may be used.
+
+    Raises:
+        RunError: If one cannot be used, with the reason.
+    """
+    names: list[str] = []
+    for file in files:
+        name = _name(file, [*names, *_there(case)])
+        try:
+            add(case, file, name, licence=licence, source="user")
+        except (AssetError, SpecError) as error:
+            raise RunError(f"{file}: {' '.join(str(error).split())}") from None
+        names.append(name)
+    return names
+
+
+def probed(case: Path, names: Sequence[str], emit: Emit) -> None:
+    """Move each joint of the mechanisms a little in the engine, once, and write down what they do.
+
+    Args:
+        case: The case's folder.
+        names: Assets of its manifest.
+        emit: Told what is tried.
+    """
+    from text2sim.assets.trials.probe import probe
+
+    manifest = read_manifest(case)
+    for name in names:
+        asset = manifest.assets[name]
+        joints = [one for one in asset.control.values() if one.kind in ACTUATED]
+        if asset.kind not in ("mjcf", "urdf") or not joints or any(one.moved is not None for one in joints):
+            continue
+        emit("stage", live=True, name=f"probe {name}")
+        try:
+            found = probe(case / asset.file, case)
+        except (AssetError, MachineError) as error:
+            register(case, name, asset.model_copy(update={"notes": (*asset.notes, f"not probed: {error}")}))
+            continue
+        lent = tuple(f"`{joint}` has no motor; the actuator beside it is a proposal" for joint in found.given)
+        dull = tuple(f"`{joint}` did not answer the probe" for joint, one in found.joints.items() if not one.answers)
+        notes = (*asset.notes, *lent, *dull)
+        register(case, name, asset.model_copy(update={"control": dict(found.control), "notes": notes}))
+
+
+def described(case: Path, names: Sequence[str]) -> tuple[str, ...]:
+    """Say what the assets are, how they are used, and what can be commanded of them."""
+    assets = read_manifest(case).assets
+    return tuple(_words(assets[name]) for name in names)
+
+
+def _words(asset: Asset) -> str:
+    size = " x ".join(f"{side:.3g}" for side in asset.size) + " m" if asset.size else ""
+    notes = f" Notes: {'; '.join(asset.notes)}." if asset.notes else ""
+    licence = f" Licence: {asset.licence}." if asset.licence else ""
+    if asset.kind == "texture":
+        return f"`{asset.file}`: a picture, {'; '.join(asset.notes)}.{licence}"
+    if asset.kind == "mesh":
+        closed = (
+            "closed: it can be rigid, static or soft"
+            if asset.closed
+            else "not closed: it can be rigid or static, or cloth, but not soft"
+        )
+        use = f"`shape: {{kind: mesh, file: {asset.file}}}`, whose `scale` makes it larger or smaller"
+        return (
+            f"`{asset.file}`: a mesh, {size}, {asset.triangles:,} triangles, {closed}; use it as {use}.{licence}{notes}"
+        )
+    joints = "; ".join(told(name, one) for name, one in asset.control.items()) or "none that moves"
+    return (
+        f"`{asset.file}`: a mechanism, {size}; use it as `kind: articulated, file: {asset.file}`. Joints: "
+        f"{joints}.{licence}{notes}"
+    )
+
+
+def told(name: str, one: Control) -> str:
+    """Say what a joint is, and what it did when it was driven."""
+    span = "" if one.range is None else f" {one.range[0]:.3g} to {one.range[1]:.3g} {one.unit}"
+    motor = ""
+    if one.actuator is not None:
+        force = f", at most {one.actuator.max_force:g}" if one.actuator.max_force else ""
+        motor = f", stiffness {one.actuator.stiffness:g}, damping {one.actuator.damping:g}{force}"
+    moved = f", moved {one.moved:.3g} of {one.target:.3g} {one.unit}" if None not in (one.moved, one.target) else ""
+    return f"`{name}` ({one.kind}{span}{motor}{moved})"
+
+
+def _there(case: Path) -> list[str]:
+    """Names of what the case has already: that of its author is never replaced."""
+    folder = case / FOLDER
+    lying = [path.stem for path in folder.iterdir()] if folder.is_dir() else []
+    return [*read_manifest(case).assets, *lying]
+
+
+def _name(file: Path, taken: Sequence[str]) -> str:
+    """A name for an asset: the file's, as far as the manifest allows, numbered if it is taken."""
+    word = re.sub(r"\W+", "_", file.stem, flags=re.ASCII).strip("_") or "input"
+    word = (word if word[0].isalpha() else f"input_{word}")[:40]
+    names = [word, *(f"{word}_{k}" for k in range(2, len(taken) + 3))]
+    return next(name for name in names if name not in taken)

@@ -1,0 +1,117 @@
+"""What asset agents have written, tried before anybody uses it: worked out, drawn, moved, and registered."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from text2sim.agents.casework import examine, said
+from text2sim.agents.replies import Plan
+from text2sim.assets.keeping import FOLDER, digest, keep
+from text2sim.assets.manifest import Asset, Control, read_manifest, register
+from text2sim.spec_schema.errors import AssetError, MachineError
+from text2sim.spec_schema.text.canonical import format_text
+
+PREVIEWS = "generation/previews"
+PLACING = ("place", "pose", "repeat")
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What came of trying something."""
+
+    faults: tuple[str, ...] = ()
+    """What is wrong, for its author."""
+    control: dict[str, Control] | None = None
+    notes: tuple[str, ...] = ()
+
+
+def tried(name: str, body: dict[str, Any], plan: Plan, case: Path, prompt: str) -> Proof:
+    """Try a body by itself, and put it into the manifest if it is sound; what was tried before is not tried again.
+
+    Args:
+        name: Its name in the plan.
+        body: As a case has it; where it stands is not looked at.
+        plan: The plan, for the parameters.
+        case: The case's folder.
+        prompt: What was asked for.
+    """
+    alone = {key: row for key, row in body.items() if key not in PLACING}
+    alone |= {} if body.get("kind") is None else {"pose": {"pos": [0, 0, 2]}}
+    text = format_text(json.dumps(_document(name, alone, plan), ensure_ascii=False))
+    content = format_text(json.dumps({"params": plan.params, "body": body}, ensure_ascii=False)).encode()
+    assets = read_manifest(case).assets if case.is_dir() else {}
+    title = name if name not in assets or assets[name].source == "procedural" else f"{name[:40]}_written"
+    file, known = f"{FOLDER}/{title}.yaml", assets.get(title)
+    if known is not None and known.sha256 == digest(content):
+        return Proof(control=dict(known.control), notes=known.notes)
+    found = examine(text, case / "case.yaml")
+    wrong = [said(one) for one in found.errors if one.path.startswith(f"/bodies/{name}") or not one.path]
+    if wrong or found.loaded is None:
+        return Proof(tuple(wrong or [said(one) for one in found.errors]))
+    if (failed := _drawn(name, found.loaded, case)) is not None:
+        return Proof((f"/body: it cannot be drawn: {failed}",))
+    proof = _moved(found.loaded.data["bodies"][name], case)
+    if proof.faults:
+        return proof
+    case.mkdir(parents=True, exist_ok=True)
+    keep(case, file, content)
+    kind = "mechanism" if body.get("kind") == "articulated" else "shape"
+    asset = Asset(file=file, kind=kind, source="procedural", licence="written for this case", sha256=digest(content),
+                  bytes=len(content), prompt=prompt, notes=proof.notes, control=proof.control or {})  # fmt: skip
+    register(case, title, asset)
+    return proof
+
+
+def _document(name: str, body: dict[str, Any], plan: Plan) -> dict[str, Any]:
+    scene: dict[str, Any] = {"duration": 0.3, "dt": 0.005, "statics": {"floor": {"shape": {"kind": "plane"}}}}
+    return {"text2sim": 2, "name": "trial", "params": plan.params, "scene": scene, "bodies": {name: body}}
+
+
+def _drawn(name: str, loaded: Any, case: Path) -> str | None:
+    """Keep a picture of it; return why there can be none."""
+    from text2sim.compiler.build import resolve_case
+    from text2sim.drawing.portrait import portrait
+
+    try:
+        picture = portrait(resolve_case(loaded))
+    except AssetError as error:
+        return str(error)
+    folder = case / PREVIEWS
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"{name}.png").write_bytes(picture)
+    return None
+
+
+def _moved(body: dict[str, Any], case: Path) -> Proof:
+    """Move the joints that have motors; say which do not answer."""
+    from text2sim.assets.trials.mechanism_check import check_mechanism
+    from text2sim.assets.trials.probe import probe
+
+    if body.get("kind") != "articulated":
+        return Proof()
+    alone = {key: row for key, row in body.items() if key not in PLACING} | {"base": "fixed"}
+    try:
+        report = check_mechanism(alone, case)
+    except AssetError as error:
+        return Proof((f"/body: {error}",))
+    try:
+        own = [name for name, one in report.control.items() if one.actuator is not None and one.kind != "ball"]
+        if not own:
+            return Proof(control=dict(report.control), notes=report.notes)
+        found = probe(alone, case)
+    except AssetError as error:
+        return Proof((f"/body: {error}",))
+    except MachineError as error:
+        return Proof(control=dict(report.control), notes=(*report.notes, f"not probed: {error}"))
+    dull = [
+        f"/body/links/{name}/joint: asked to go {one.target:.3g}, without gravity, it came {one.moved:.3g}: its motor "
+        "is too weak or too soft, or something is in its way"
+        for name, one in found.joints.items()
+        if name in own and not one.answers
+    ]
+    if dull and not report.loops:
+        return Proof(tuple(dull))
+    if found.state != "finished":
+        return Proof((f"/body: alone in the engine it ends as {found.state}: {found.message}",))
+    return Proof(control=dict(found.control), notes=(*report.notes, *dull))
