@@ -5,6 +5,8 @@ from typing import Any
 Value = bool | int | float | str | list[Any]
 
 MAX_NUMBER = 1e15
+MIN_NUMBER = 1e-30
+"""Least magnitude of a number that is not 0: nothing in a scene is so small, and to divide by less overflows."""
 MAX_ITEMS = 10_000
 
 
@@ -25,10 +27,10 @@ def number(value: object) -> int | float:
 
 
 def bounded(value: int | float) -> int | float:
-    """The number, if it is finite and not too large."""
+    """The number, if it is finite and not too large; 0 for what rounding has left of it."""
     if not abs(value) <= MAX_NUMBER:
         raise ExpressionError(f"the result is larger than {MAX_NUMBER:g}")
-    return value
+    return value if abs(value) >= MIN_NUMBER else type(value)(0)
 
 
 def bounded_list(items: list[Any]) -> list[Any]:

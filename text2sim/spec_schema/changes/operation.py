@@ -4,7 +4,7 @@ import re
 from math import isfinite
 from typing import Any
 
-from text2sim.spec_schema.arithmetic.values import MAX_NUMBER
+from text2sim.spec_schema.arithmetic.values import MAX_NUMBER, MIN_NUMBER
 from text2sim.spec_schema.errors import SpecError, nearest
 from text2sim.spec_schema.text.document import MAX_DEPTH, MAX_SCALAR, pointer
 from text2sim.spec_schema.text.source import Source, check_source
@@ -112,6 +112,8 @@ def measure(value: Any, depth: int = 0) -> tuple[int, int]:
         raise Refusal(f"{value} is not a finite number", "value")
     elif value is not None and abs(value) > MAX_NUMBER:
         raise Refusal(f"a number is too large: they go up to {MAX_NUMBER:g}", "value")
+    elif value is not None and 0 < abs(value) < MIN_NUMBER:
+        raise Refusal("a number is too small: write 0", "value")
     return 1, 0
 
 

@@ -6,18 +6,21 @@ quaternions are (w, x, y, z); z points up.
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
+    GetCoreSchemaHandler,
     StrictBool,
     StrictInt,
     StringConstraints,
     model_validator,
 )
+
+from text2sim.spec_schema.arithmetic.values import MAX_NUMBER
 
 
 @dataclass(frozen=True)
@@ -36,10 +39,30 @@ class Model(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
 
 
+@dataclass(frozen=True)
+class Carried:
+    """Magnitudes that arithmetic and the engine can carry. What is odd among them is for the lint to say."""
+
+    low: float
+    high: float
+    unit: str = ""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:
+        schema: Any = handler(source)
+        # Not by `Field`: of two bounds of one field, pydantic keeps one.
+        return schema | {"ge": max(self.low, schema.get("ge", 0)), "le": min(self.high, schema.get("le", self.high))}
+
+
 Real = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 """A finite number; booleans are not numbers."""
-Positive = Annotated[Real, Field(gt=0)]
+Positive = Annotated[Real, Field(gt=0), Carried(1e-15, MAX_NUMBER)]
 NonNegative = Annotated[Real, Field(ge=0)]
+Length = Annotated[Real, Field(gt=0), Carried(1e-6, 1e6, "m")]
+"""A length [m]: the engine builds nothing smaller than a micrometre, and resolves nothing on more than 1000 km."""
+Mass = Annotated[Real, Field(gt=0), Carried(1e-12, 1e12, "kg")]
+"""[kg]"""
+Density = Annotated[Real, Field(gt=0), Carried(1e-6, 1e9, "kg/m3")]
+"""[kg/m3]"""
 Fraction = Annotated[Real, Field(ge=0, le=1)]
 Seconds = NonNegative
 Integer = StrictInt
@@ -66,8 +89,8 @@ Vec2 = tuple[Real, Real]
 Vec3 = tuple[Real, Real, Real]
 Direction = Annotated[Vec3, AfterValidator(_nonzero)]
 """A vector that points somewhere; normalised when it is resolved."""
-Size2 = tuple[Positive, Positive]
-Size3 = tuple[Positive, Positive, Positive]
+Size2 = tuple[Length, Length]
+Size3 = tuple[Length, Length, Length]
 Quat = Annotated[tuple[Real, Real, Real, Real], AfterValidator(_nonzero)]
 """Orientation (w, x, y, z); normalised when it is resolved."""
 Window = Annotated[tuple[Seconds, Seconds | Literal["end"]], AfterValidator(_ordered)]

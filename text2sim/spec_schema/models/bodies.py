@@ -9,12 +9,12 @@ from text2sim.spec_schema.models.base import (
     Bool,
     Fraction,
     Integer,
+    Length,
     Model,
     Multiple,
     Name,
     NonNegative,
     Pose,
-    Positive,
     Range,
     Real,
     Size2,
@@ -227,9 +227,9 @@ class Chain(Placed):
     kind: Literal["chain"]
     links: Annotated[Integer, Field(ge=1, le=200)]
     """How many links."""
-    link_length: Positive
+    link_length: Length
     """Distance [m] between neighbouring joints."""
-    radius: Positive
+    radius: Length
     """Radius [m] of the bars."""
     direction: Axis = (0.0, 0.0, -1.0)
     """Direction in which it is stretched at the start, from its upper end."""
@@ -260,7 +260,7 @@ class Net(Placed):
     """Lengths [m] along x and y."""
     sag: NonNegative = 0.0
     """How far [m] its middle hangs below its edges at the start; a net that is built flat stays flat."""
-    radius: Positive
+    radius: Length
     """Radius [m] of the strands."""
     joint: JointDynamics = JointDynamics()
     """Of every joint; damping and armature are derived if left out."""
@@ -279,7 +279,7 @@ class Ragdoll(Placed):
     """A doll of eleven capsules on ball joints. Its frame is at the pelvis, z along the spine, x forward."""
 
     kind: Literal["ragdoll"]
-    height: Positive
+    height: Length
     """From sole to crown [m]."""
     joint: JointDynamics = JointDynamics()
     """Of every joint; damping and armature are derived if left out."""

@@ -4,16 +4,27 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.models.base import Bool, Fraction, Integer, Model, NonNegative, Positive, Real
+from text2sim.spec_schema.models.base import (
+    Bool,
+    Density,
+    Fraction,
+    Integer,
+    Length,
+    Mass,
+    Model,
+    NonNegative,
+    Positive,
+    Real,
+)
 from text2sim.spec_schema.models.colors import Color, ColorName
 
 
 class Material(Model):
     """Contact and mass of a rigid body."""
 
-    density: Positive | None = None
+    density: Density | None = None
     """Density [kg/m3]; 1000 unless `mass` is given."""
-    mass: Positive | None = None
+    mass: Mass | None = None
     """Mass [kg] of one copy, instead of `density`."""
     friction: Real = Field(default=0.5, ge=0.01, le=5.0)
     """Coulomb coefficient. A pair of bodies slides with the larger of its two values."""
@@ -22,7 +33,7 @@ class Material(Model):
     coefficient; it is made from the damping of the contact, which needs a short time step."""
     touch_soft: Bool = True
     """Whether soft bodies, cloth, grains and liquids feel it; false for a hook or rod that only holds."""
-    soft_reach: Positive | None = None
+    soft_reach: Length | None = None
     """How far [m] outside its surface `mpm` bodies begin to feel it; 0.002, or an eighth of a cell if that is less.
     About a cell keeps what is pressed or squeezed from sinking into it; what lies on it then stays as far off."""
 

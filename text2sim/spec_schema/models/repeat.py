@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from text2sim.spec_schema.models.base import Bool, Count, Integer, Model, NonNegative, Positive, Real, Vec3
+from text2sim.spec_schema.models.base import Bool, Count, Integer, Length, Model, NonNegative, Real, Vec3
 from text2sim.spec_schema.models.space import Region
 
 
@@ -30,7 +30,7 @@ class Grid(Model):
     kind: Literal["grid"]
     counts: tuple[Count, Count, Count] | tuple[Count, Count]
     """Copies along x, y (and z)."""
-    spacing: tuple[Positive, Positive, Positive] | tuple[Positive, Positive] | Positive
+    spacing: tuple[Length, Length, Length] | tuple[Length, Length] | Length
     """Distance [m] between neighbours' centres."""
 
 
@@ -40,7 +40,7 @@ class Ring(Model):
     kind: Literal["ring"]
     count: Count
     """How many copies."""
-    radius: Positive
+    radius: Length
     """Radius [m]."""
     start_deg: Real = 0.0
     """Angle [deg] of the first copy from +x."""
@@ -56,11 +56,11 @@ class Spiral(Model):
     kind: Literal["spiral"]
     count: Count
     """How many copies."""
-    inner_radius: Positive
+    inner_radius: Length
     """Radius [m] at the first copy."""
-    spacing: Positive
+    spacing: Length
     """Distance [m] between neighbours along the curve."""
-    pitch: Positive
+    pitch: Length
     """Growth [m] of the radius in one turn."""
     outward: Bool = True
     """False puts the first copy at the outer end."""

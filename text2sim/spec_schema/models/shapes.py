@@ -4,7 +4,18 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.models.base import Integer, Model, Multiple, Name, Pose, Positive, Size2, Size3
+from text2sim.spec_schema.models.base import (
+    Density,
+    Integer,
+    Length,
+    Model,
+    Multiple,
+    Name,
+    Pose,
+    Positive,
+    Size2,
+    Size3,
+)
 from text2sim.spec_schema.models.materials import Look
 
 Segments = Annotated[Integer, Field(ge=6, le=64)]
@@ -14,7 +25,7 @@ class Plane(Model):
     """The horizontal ground z = 0 of its frame, without end. For statics only."""
 
     kind: Literal["plane"]
-    size: Positive = 40.0
+    size: Length = 40.0
     """Side [m] of the square around its origin that is drawn and that bodies touch: beside it they fall."""
 
 
@@ -30,7 +41,7 @@ class Sphere(Model):
     """A sphere."""
 
     kind: Literal["sphere"]
-    radius: Positive
+    radius: Length
     """Radius [m]."""
 
 
@@ -38,9 +49,9 @@ class Cylinder(Model):
     """A cylinder along z."""
 
     kind: Literal["cylinder"]
-    radius: Positive
+    radius: Length
     """Radius [m]."""
-    height: Positive
+    height: Length
     """Height [m]."""
 
 
@@ -48,9 +59,9 @@ class Capsule(Model):
     """A cylinder along z with half spheres on both ends."""
 
     kind: Literal["capsule"]
-    radius: Positive
+    radius: Length
     """Radius [m]."""
-    length: Positive
+    length: Length
     """Length [m] of the straight part: the whole is `length + 2 radius`."""
 
 
@@ -58,9 +69,9 @@ class Cone(Model):
     """A cone along z, its tip up; its frame is half way up."""
 
     kind: Literal["cone"]
-    radius: Positive
+    radius: Length
     """Radius [m] of the base."""
-    height: Positive
+    height: Length
     """Height [m]."""
 
 
@@ -76,9 +87,9 @@ class Torus(Model):
     """A ring about z, made of capsules."""
 
     kind: Literal["torus"]
-    radius: Positive
+    radius: Length
     """Radius [m] of the circle at the middle of the bar."""
-    bar_radius: Positive
+    bar_radius: Length
     """Radius [m] of the bar."""
     segments: Segments = 16
     """Capsules around the ring."""
@@ -95,11 +106,11 @@ class Tube(Model):
     """A hollow cylinder along z, open at both ends, made of convex staves."""
 
     kind: Literal["tube"]
-    outer_radius: Positive
+    outer_radius: Length
     """Outer radius [m]."""
-    inner_radius: Positive
+    inner_radius: Length
     """Inner radius [m]."""
-    height: Positive
+    height: Length
     """Height [m]."""
     segments: Segments = 24
     """Staves around the wall."""
@@ -116,11 +127,11 @@ class Cup(Model):
     """A tube with a floor, open at the top; made of convex pieces."""
 
     kind: Literal["cup"]
-    radius: Positive
+    radius: Length
     """Outer radius [m]."""
-    height: Positive
+    height: Length
     """Height [m] over all."""
-    thickness: Positive
+    thickness: Length
     """Thickness [m] of wall and floor."""
     segments: Segments = 24
     """Staves around the wall."""
@@ -136,13 +147,13 @@ class Funnel(Model):
     """A cone's wall along z, wide at the top, open at both ends; made of convex staves."""
 
     kind: Literal["funnel"]
-    top_radius: Positive
+    top_radius: Length
     """Inner radius [m] at the top."""
-    bottom_radius: Positive
+    bottom_radius: Length
     """Inner radius [m] at the bottom."""
-    height: Positive
+    height: Length
     """Height [m]."""
-    thickness: Positive
+    thickness: Length
     """Thickness [m] of the wall, measured along the radius."""
     segments: Segments = 24
     """Staves around the wall."""
@@ -173,7 +184,7 @@ class Part(Model):
     """What the piece is shaped like."""
     pose: Pose = Pose()
     """Where the piece sits in the body's frame."""
-    density: Positive | None = None
+    density: Density | None = None
     """Density [kg/m3], if it differs from the body's material."""
     look: Look | None = None
     """Look, if it differs from the body's."""
@@ -198,9 +209,9 @@ class Text(Model):
     kind: Literal["text"]
     text: str = Field(min_length=1, max_length=200)
     """What it says; after a line break a new line begins, 1.5 heights below, at the left."""
-    height: Positive
+    height: Length
     """Height [m] of a capital letter."""
-    depth: Positive
+    depth: Length
     """Thickness [m] along y."""
     font: str | None = Field(default=None, max_length=200)
     """A .ttf or .otf file inside the case's folder instead of the built-in font."""
@@ -217,9 +228,9 @@ class Sketch(Model):
     kind: Literal["sketch"]
     file: str = Field(max_length=200)
     """Path inside the case's folder: .png or .jpg."""
-    height: Positive
+    height: Length
     """Height [m] of the whole drawing."""
-    depth: Positive
+    depth: Length
     """Thickness [m] along y."""
     part: Annotated[Integer, Field(ge=0, le=1000)] | None = None
     """Only this connected piece, counted from 0 by rows from left to right; all if left out."""

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.models.base import Axis, Bool, Integer, NonNegative, Positive
+from text2sim.spec_schema.models.base import Axis, Bool, Integer, Length, NonNegative
 from text2sim.spec_schema.models.materials import Material
 from text2sim.spec_schema.models.placed import Placed
 from text2sim.spec_schema.models.shapes import ClothShape, SoftShape
@@ -32,7 +32,7 @@ class Soft(Placed):
     of tetrahedra: exact shapes, slow contact. If left out, what `scene.contact.model` goes with; else mpm."""
     shape: SoftShape
     """What it is shaped like before anything acts on it."""
-    cell: Positive | None = None
+    cell: Length | None = None
     """Wanted length [m] of an element: the grid's cell in mpm (one for the scene: the smallest that is given),
     the edge of a tetrahedron in fem. Derived if left out."""
     material: SoftMaterial = SoftMaterial()
@@ -56,7 +56,7 @@ class Cloth(Placed):
     needs a CUDA device. If left out, what `scene.contact.model` goes with; else pbd."""
     shape: ClothShape
     """What it is shaped like before anything acts on it."""
-    cell: Positive | None = None
+    cell: Length | None = None
     """Wanted length [m] of an element: the distance of particles in pbd (one for the scene: the smallest that is
     given), the edge of a triangle in ipc. Derived if left out."""
     material: ClothMaterial = ClothMaterial()
@@ -78,7 +78,7 @@ class Granular(Placed):
     kind: Literal["granular"]
     shape: SoftShape
     """The space that it fills at the start."""
-    cell: Positive | None = None
+    cell: Length | None = None
     """Cell [m] of the grid (one for the scene: the smallest that is given). Derived if left out."""
     material: GranularMaterial = GranularMaterial()
     """Mass and friction angle."""
@@ -90,7 +90,7 @@ class Liquid(Placed):
     kind: Literal["liquid"]
     shape: SoftShape
     """The space that it fills at the start."""
-    cell: Positive | None = None
+    cell: Length | None = None
     """Cell [m] of the grid (one for the scene: the smallest that is given). Derived if left out."""
     material: LiquidMaterial = LiquidMaterial()
     """Mass and stiffness."""
@@ -102,7 +102,7 @@ class Snow(Placed):
     kind: Literal["snow"]
     shape: SoftShape
     """The space that it fills at the start."""
-    cell: Positive | None = None
+    cell: Length | None = None
     """Cell [m] of the grid (one for the scene: the smallest that is given). Derived if left out."""
     material: SnowMaterial = SnowMaterial()
     """Mass, stiffness, and when it crumbles."""
@@ -119,9 +119,9 @@ class Rope(Placed):
     """
 
     kind: Literal["rope"]
-    length: Positive
+    length: Length
     """Length [m]."""
-    radius: Positive
+    radius: Length
     """Radius [m]."""
     segments: Annotated[Integer, Field(ge=2, le=200)] = LINKS
     """How many links; if left out, fewer for a short thick rope, so that each is at least as long as it is thick."""

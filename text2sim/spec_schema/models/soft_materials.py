@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from text2sim.spec_schema.models.base import Bool, Model, NonNegative, Positive, Real
+from text2sim.spec_schema.models.base import Bool, Density, Length, Model, NonNegative, Positive, Real
 
 
 class SoftMaterial(Model):
@@ -17,7 +17,7 @@ class SoftMaterial(Model):
     """Stiffness [Pa]: rubber foam 1e4 to 1e5, soft rubber 1e6."""
     poisson_ratio: Real = Field(default=0.3, ge=0.0, lt=0.5)
     """How much it bulges when it is pressed; 0.5 would keep its volume."""
-    density: Positive = 1000.0
+    density: Density = 1000.0
     """Density [kg/m3]."""
     friction: Real = Field(default=0.5, ge=0.0, le=5.0)
     """Coulomb coefficient against rigid bodies. An mpm body takes that of the rigid body instead."""
@@ -32,7 +32,7 @@ class ClothMaterial(Model):
 
     area_density: Positive = 0.3
     """Mass of an area [kg/m2]: shirt 0.15, curtain 0.3, canvas 0.5."""
-    thickness: Positive = 1e-3
+    thickness: Length = 1e-3
     """Thickness [m]. With solver pbd the distance of its particles takes this place in contact."""
     friction: Real = Field(default=0.3, ge=0.0, le=5.0)
     """Coulomb coefficient. With solver pbd it acts between cloths alone: against rigid bodies there is none."""
@@ -54,7 +54,7 @@ class ClothMaterial(Model):
 class GranularMaterial(Model):
     """Sand, grain, gravel."""
 
-    density: Positive = 1600.0
+    density: Density = 1600.0
     """Of the heap, air included [kg/m3]."""
     friction_angle_deg: Real = Field(default=35.0, gt=0.0, lt=80.0)
     """Inner friction angle [deg]: how steep a heap of it stands."""
@@ -67,7 +67,7 @@ class GranularMaterial(Model):
 class LiquidMaterial(Model):
     """Water, oil, honey."""
 
-    density: Positive = 1000.0
+    density: Density = 1000.0
     """Density [kg/m3]."""
     stiffness: Positive = 5e5
     """How strongly it resists compression [Pa]; softer than real water (2e9) so that steps may be long."""
@@ -78,7 +78,7 @@ class LiquidMaterial(Model):
 class SnowMaterial(Model):
     """Snow: crumbles when it is stretched, hardens when it is pressed."""
 
-    density: Positive = 300.0
+    density: Density = 300.0
     """Density [kg/m3]: fresh 100, packed 400."""
     youngs_modulus: Positive = 5e5
     """Stiffness [Pa] before it is pressed."""

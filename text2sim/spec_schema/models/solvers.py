@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from text2sim.spec_schema.models.base import Bool, Bounds, Integer, Model, NonNegative, Positive
+from text2sim.spec_schema.models.base import Bool, Bounds, Integer, Length, Model, NonNegative, Positive
 
 Iterations = Annotated[Integer, Field(ge=1, le=1000)]
 
@@ -16,7 +16,7 @@ class SolverBounds(Bounds):
 class Mpm(Model):
     """The material point method: soft bodies with solver mpm, grains, liquids, snow."""
 
-    cell: Positive | None = None
+    cell: Length | None = None
     """Cell [m] of the grid; the smallest `cell` of its bodies, or derived."""
     bounds: SolverBounds | None = None
     """Space of the grid; what comes within three cells of its walls stops there. Derived if left out."""
@@ -25,7 +25,7 @@ class Mpm(Model):
 class Pbd(Model):
     """Position based dynamics: cloth with solver pbd."""
 
-    particle_size: Positive | None = None
+    particle_size: Length | None = None
     """Distance [m] of particles, and thickness of the cloth in contact; the smallest `cell` of its bodies, or
     derived."""
     bounds: SolverBounds | None = None
@@ -48,7 +48,7 @@ class Fem(Model):
 class Ipc(Model):
     """Incremental potential contact: cloth and soft bodies that never pass through anything. Needs CUDA."""
 
-    contact_distance: Positive | None = None
+    contact_distance: Length | None = None
     """Distance [m] at which contact begins to push."""
     contact_resistance: Positive | None = None
     """Stiffness [Pa] of contact."""

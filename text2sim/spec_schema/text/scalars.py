@@ -2,7 +2,7 @@
 
 import re
 
-from text2sim.spec_schema.arithmetic.values import MAX_NUMBER
+from text2sim.spec_schema.arithmetic.values import MAX_NUMBER, MIN_NUMBER
 
 Scalar = None | bool | int | float | str
 
@@ -33,7 +33,7 @@ def resolve(text: str) -> Scalar:
     """Return what a plain scalar means.
 
     Raises:
-        ValueError: For a number that is not finite, too large, or has more digits than any quantity needs.
+        ValueError: For a number that is not finite, too large or too small, or has more digits than any quantity needs.
     """
     if text in _WORDS:
         return _WORDS[text]
@@ -60,6 +60,8 @@ def _integer(text: str, base: int) -> int:
 
 def _float(text: str) -> float:
     value = float(text)
+    if value == 0 and any(c in "123456789" for c in text.lower().partition("e")[0]):
+        raise ValueError(f"{text[:20]} is too small: write 0")
     _check_size(value, text)
     return value
 
@@ -67,3 +69,5 @@ def _float(text: str) -> float:
 def _check_size(value: float, text: str) -> None:
     if abs(value) > MAX_NUMBER:
         raise ValueError(f"{text[:20]} is too large: numbers go up to {MAX_NUMBER:g}")
+    if 0 < abs(value) < MIN_NUMBER:
+        raise ValueError(f"{text[:20]} is too small: write 0")

@@ -13,6 +13,7 @@ from text2sim.spec_schema.text.document import Document, Path, Step
 from text2sim.spec_schema.vocabulary.words import (
     Slot,
     bounds_of,
+    carried_by,
     describe,
     fields_of,
     fits,
@@ -120,7 +121,7 @@ def _has(data: Any, step: Step) -> bool:
     )
 
 
-_FUNCTION = re.compile(r"^function-\w+\[\w+\(\), ")
+_FUNCTION = re.compile(r"^function-\w+\[.*?\(\), ")
 _LABELS = (
     (("tagged-union", "dict", "model"), "mapping"),
     (("literal", "str", "constrained-str"), "text"),
@@ -183,11 +184,19 @@ def _say(place: _Place, details: ErrorDetails) -> _Finding:
         most = bounds_of(slot).get("max_length", "")
         return _Finding(place.path, f"the text is longer than {most} characters", "length")
     if kind in ("greater_than", "greater_than_equal", "less_than", "less_than_equal"):
-        return _Finding(place.path, f"must be{range_of(slot).removeprefix(' of')} (got {show(data)})", "range")
+        return _Finding(place.path, f"must be{_range(slot, data).removeprefix(' of')} (got {show(data)})", "range")
     if isinstance(data, bool) and slot.structure == "number":
         return _Finding(place.path, f"needs {describe(slot)}; {show(data)} is not a number", "type")
     message = f"needs {describe(slot)} (got {_given(data, slot)}){_meant(data, slot)}"
     return _Finding(place.path, message, "type", key=data is None)
+
+
+def _range(slot: Slot, data: Any) -> str:
+    """The bounds that a number breaks: those of the field, or those of what can be carried at all."""
+    carried = carried_by(slot)
+    if carried is None or data <= 0 or carried.low <= data <= carried.high:
+        return range_of(slot)
+    return f" from {carried.low:g} to {carried.high:g}{' ' if carried.unit else ''}{carried.unit}"
 
 
 def _unknown_key(place: _Place) -> _Finding:

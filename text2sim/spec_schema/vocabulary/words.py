@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from text2sim.spec_schema.models.base import Noun
+from text2sim.spec_schema.models.base import Carried, Noun
 
 
 @dataclass(frozen=True)
@@ -139,6 +139,11 @@ def bounds_of(slot: Slot) -> dict[str, Any]:
     return bounds
 
 
+def carried_by(slot: Slot) -> Carried | None:
+    """The range of magnitudes that is carried here; None where that is no question."""
+    return next((note for note in slot.metadata if isinstance(note, Carried)), None)
+
+
 def describe(slot: Slot) -> str:
     """Say what a slot takes: `a number greater than 0`, `3 numbers, or one of x, y, z`."""
     if slot.discriminator is not None:
@@ -218,4 +223,6 @@ def show(value: object) -> str:
         return "a mapping"
     if isinstance(value, list | tuple):
         return f"a list of {len(value)} items" if len(value) > 1 else "a list of 1 item" if value else "an empty list"
+    if isinstance(value, int) and abs(value) >= 10**21:
+        return "a whole number of many digits"
     return f"{value:.12g}" if isinstance(value, float) else str(value)
