@@ -61,7 +61,14 @@ def replay(name: str, keep: Path | None = None) -> str:
     from text2sim.agents.session import Session, Wish
 
     record = json.loads((RECORDED / name / "expected.json").read_text("utf-8"))
-    wish = Wish("generate", record["request"], {"": f"replay:{RECORDED / name}"}, attempts=record["attempts"])
+    base = RECORDED / name / "base.yaml"
+    wish = Wish(
+        record.get("kind", "generate"),
+        record["request"],
+        {"": f"replay:{RECORDED / name}"},
+        attempts=record["attempts"],
+        base=base.read_text("utf-8") if base.is_file() else "",
+    )
     with tempfile.TemporaryDirectory() as folder:
         case = (keep or Path(folder)) / name
         shutil.rmtree(case / "generation" / "calls", ignore_errors=True)

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from text2sim.agents.pictures import EVENTS, frame_sheet
+from text2sim.agents.moments import APART, chosen, moments
+from text2sim.agents.pictures import FRAMES, frame_sheet
+from text2sim.templates.cadence import MAIN, frames, read_film, reels
 from text2sim.templates.video import Video
 
 FILM = """
@@ -39,27 +41,56 @@ def tell(run: Path, **first: float | None) -> None:
     (run / "evidence.json").write_text(json.dumps({"events": events, "time": {"reached": 2.0}}))
 
 
-def brightness(sheet: Image.Image, count: int) -> list[int]:
-    """Of the middle of each picture in the first row."""
-    wide = sheet.width // min(count, 4)
-    row = np.asarray(sheet)[4 + SIZE[1] * 3 // 4]
-    return [int(row[4 + k * wide + SIZE[0] // 2, 0]) for k in range(min(count, 4))]
+def shown(run: Path) -> dict[float, list[str]]:
+    """What is said of each picture of the film that is chosen, by its time."""
+    evidence = json.loads((run / "evidence.json").read_text())
+    film = read_film((run / "program" / "render.py").read_text())
+    pictures = frames(film, reels(film)[MAIN], 2.0)
+    return {round(one.frame.t, 2): one.said for one in chosen(list(moments(evidence, ACTIONS)), pictures, FRAMES)}
 
 
-def test_an_event_has_its_picture_among_the_others_in_order(run: Path) -> None:
-    tell(run, hit=0.41, never=None)
+ACTIONS = {
+    "events": {"hit": {"between": ["ball[2]", "arm.hand"]}},
+    "measures": {"high": {"of": "ball"}, "idle": {"of": "ball"}},
+    "expect": {"up": {"measure": "high", "above": 1}},
+}
+
+
+def test_events_stand_with_what_is_just_before_and_after_and_neighbours_are_dropped(run: Path) -> None:
+    tell(run, hit=0.81, late=0.85, never=None)
+    found = shown(run)
+    assert found[0.8] == ["hit", "late"], "0.04 s later nothing else is to be seen"
+    assert "before hit" in found[0.64]
+    assert any("after hit" in said for said in found.values())
+    times = sorted(found)
+    assert len(times) == FRAMES
+    assert times[0] == 0
+    assert times[-1] >= 1.9
+    assert all(after - before >= APART - 1e-9 for before, after in zip(times, times[1:], strict=False))
+
+
+def test_extremes_are_shown_of_what_is_expected_and_the_deepest_overlap(run: Path) -> None:
+    row = {"max": 1.0, "max_at": 1.2, "min": 0.0, "min_at": 0.0, "problem": None}
+    evidence = {
+        "events": {}, "time": {"reached": 2.0}, "measures": {"high": row, "idle": row | {"max_at": 0.5}},
+        "penetration": {"value": 0.004, "time": 1.6, "between": ["ball[0]", "floor"]},
+    }  # fmt: skip
+    (run / "evidence.json").write_text(json.dumps(evidence))
+    found = shown(run)
+    assert found[1.2] == ["max of high"]
+    assert found[1.6] == ["deepest overlap"]
+    assert not any("idle" in word for said in found.values() for word in said)
+    told = list(moments(evidence, ACTIONS))
+    assert [one.bodies for one in told] == [("ball",), ("ball", "floor")]
+
+
+def test_pictures_come_from_the_film_at_those_times(run: Path) -> None:
+    tell(run, hit=0.41)
     sheet, count = frame_sheet(run)
-    assert count == 4
-    first, hit, second, third = brightness(sheet, count)
-    assert first == second == third == 255
-    assert abs(hit - (2 * 10 + 40)) <= 1, "nearest to 0.41 s is the picture of 0.40 s"
-
-
-def test_of_many_events_the_first_are_shown_and_two_at_once_share_a_picture(run: Path) -> None:
-    tell(run, **{f"e{k}": 0.1 + 0.1 * k for k in range(9)})
-    assert frame_sheet(run)[1] == 3 + EVENTS
-    tell(run, one=0.5, two=0.5)
-    assert frame_sheet(run)[1] == 4
+    assert count == FRAMES
+    assert sheet is not None
+    first = np.asarray(sheet)[4 + SIZE[1] * 3 // 4, 4 + SIZE[0] // 2, 0]
+    assert abs(int(first) - 40) <= 2, "the film's first picture, not one that was kept"
 
 
 def test_a_run_of_another_kind_shows_what_it_has(run: Path) -> None:

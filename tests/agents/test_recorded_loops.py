@@ -15,17 +15,27 @@ REPLAYED = [file for file in RECORDED if json.loads(file.read_text("utf-8"))["re
 """The others take too long for a test; `benchmarks/recorded_loops.py --replay NAME` plays any of them."""
 
 
+MOST = {"edit_colour": 6_000, "perpetual": 9_000}
+"""Tokens that a replay may take: letters that grow are noticed."""
+
+
 @pytest.mark.usefixtures("engine")
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("file", REPLAYED, ids=lambda file: file.parent.name)
 def test_a_recorded_loop_ends_as_it_did(file: Path, tmp_path: Path) -> None:
     expected = json.loads(file.read_text("utf-8"))
-    wish = Wish("generate", expected["request"], {"": f"replay:{file.parent}"}, attempts=expected["attempts"])
+    base = file.parent / "base.yaml"
+    wish = Wish(
+        expected.get("kind", "generate"), expected["request"], {"": f"replay:{file.parent}"},
+        attempts=expected["attempts"], base=base.read_text("utf-8") if base.is_file() else "",
+    )  # fmt: skip
     happened: list[str] = []
-    outcome = Session.begin(tmp_path / "case", wish, [], []).run(lambda event, what: happened.append(event))
+    session = Session.begin(tmp_path / "case", wish, [], [])
+    outcome = session.run(lambda event, what: happened.append(event))
     assert outcome.state == expected["state"], (outcome.why, outcome.unresolved)
     assert (outcome.best.number if outcome.best else None) == expected["best"]
     assert happened.count("running") == expected["runs"]
+    assert session.account.total().tokens < MOST.get(file.parent.name, 45_000)
     if outcome.state == "accepted":
         assert outcome.best is not None
         assert outcome.best.missed(list(outcome.best.expect)) == ()

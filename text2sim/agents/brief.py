@@ -61,6 +61,16 @@ def history_row(
     return row
 
 
+def to_decide_by(evidence: str) -> str:
+    """Return evidence without what only its judge looks at: values over time, and what cameras saw."""
+    parts = [part for part in evidence.split("\n\n## ") if not part.startswith("What the cameras saw")]
+    return "\n\n## ".join(row for row in (_without_series(part) for part in parts))
+
+
+def _without_series(part: str) -> str:
+    return "\n".join(row.partition("; over time ")[0] for row in part.split("\n"))
+
+
 def judgement(number: int, cause: str, critique: Mapping[str, Any] | None, fates: Sequence[str]) -> str:
     """Say what the Critic thought of an attempt, and what became of each of its patches."""
     if critique is None:

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 from text2sim.agents import language, revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.asking import Desk, Wrong, typed
+from text2sim.agents.brief import to_decide_by
 from text2sim.agents.casework import FROZEN_PARTS, PLANNERS, examine, owner_of, said
 from text2sim.agents.contract import weakened
 from text2sim.agents.planning import PLANNER, Request, card_faults, plan_text
 from text2sim.agents.rehearsal import TAKEN, plan_faults
 from text2sim.agents.replies import SECTIONS, Decision, Fragments, Opening, Plan
 from text2sim.agents.roles import render, system_prompt
+from text2sim.agents.shelf import Shelf
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.spec_schema.changes.patch import PatchError, same
 from text2sim.spec_schema.errors import SpecError
@@ -221,7 +223,7 @@ def _reported(report: Report) -> str:
     if report.referred:
         parts.append("Writers refer to you:\n\n" + _listed(report.referred))
     if report.evidence:
-        parts.append("# Evidence\n\n" + report.evidence)
+        parts.append("# Evidence\n\n" + to_decide_by(report.evidence))
     if report.critique is not None:
         critique = dict(report.critique)
         patches = critique.pop("patches", [])
@@ -266,10 +268,10 @@ def open_case(
         if wrong:
             raise Wrong(wrong)
 
-    rules, pages = language.rules(brief=True), language.to_plan_with()
-    system = system_prompt(PLANNER, "open", taken=", ".join(TAKEN), rules=rules, pages=pages)
+    rules, kinds = language.rules(brief=True), language.kinds_to_expect_with()
+    system = system_prompt(PLANNER, "open", taken=", ".join(TAKEN), rules=rules, kinds=kinds)
     question = render("open_ask", request=request.text, case=case, evidence=evidence)
-    return desk.ask("planner", system, question, typed(Opening, check), request.images)
+    return desk.ask("planner", system, question, typed(Opening, check), request.images, more=Shelf())
 
 
 def as_decision(opening: Opening) -> Decision:

@@ -97,6 +97,12 @@ def to_plan_with() -> str:
     return "\n\n".join(parts)
 
 
+@cache
+def kinds_to_expect_with() -> str:
+    """The names of kinds of measures and of events."""
+    return ", ".join(kind for title in ("Measures", "Events") for kind in _kinds_of(title))
+
+
 def _models(section: Section, wanted: Collection[str] | None) -> set[str]:
     """Names of the models of a page that are needed."""
     names = [model.__name__ for model in section.models]

@@ -8,11 +8,11 @@ from typing import Any, Literal
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.asking import BudgetSpent, Desk, RoleFailed
-from text2sim.agents.attempts import Attempt, Attempts, changed
-from text2sim.agents.brief import attempts_table, history_row, judgement
+from text2sim.agents.attempts import Attempt, Attempts
+from text2sim.agents.brief import history_row
 from text2sim.agents.casework import Examination, case_text, examine, owner_of, said
 from text2sim.agents.cinematography import Cinematography, styled
-from text2sim.agents.criticism import Exhibit, criticise
+from text2sim.agents.criticism import criticise
 from text2sim.agents.deciding import Report, decide
 from text2sim.agents.deck import Deck
 from text2sim.agents.journal import Emit
@@ -21,6 +21,7 @@ from text2sim.agents.planning import Request, Tried, make_plan
 from text2sim.agents.rehearsal import held_at_start
 from text2sim.agents.replies import Decision, Fragments, Plan, Route
 from text2sim.agents.requirements import Requirement, take_apart
+from text2sim.agents.showing import exhibit, kept, with_effects
 from text2sim.agents.workshop import Workshop
 from text2sim.spec_schema.errors import Problem
 
@@ -87,6 +88,8 @@ class Loop:
         """Whether the case is somebody's own, and only a version that was accepted may take its place."""
         self.style = False
         """Whether an accepted case is filmed in several ways, and the best is kept."""
+        self.base = ""
+        """Text of the case of which somebody wishes a change."""
         self._warned: set[tuple[str, str]] = set()
 
     # --- ways in ----------------------------------------------------------------------------------------------
@@ -213,11 +216,12 @@ class Loop:
             self.attempts.keep(attempt)
             problems = attempt.problems or [f"the run ended without evidence: {attempt.state}"]
             return Report(problems=problems, rules=rules)
-        report = Report(evidence=self._with_effects(attempt), rules=rules)
+        report = Report(evidence=with_effects(self.made, attempt), rules=rules)
         if attempt.state == "finished" or attempt.pictures:
-            exhibit = self._exhibit(attempt, report.evidence)
+            images = self.attempts.images(attempt)
+            shown = exhibit(self.made, attempt, report.evidence, images, self.base)
             critique = criticise(
-                self.desk, self.request, self.agreement.plan, exhibit, contract, self.agreement.restated, self.path
+                self.desk, self.request, self.agreement.plan, shown, contract, self.agreement.restated, self.path
             )  # fmt: skip
             attempt.critique = report.critique = critique.model_dump(mode="json")
             attempt.accepted = (
@@ -297,28 +301,6 @@ class Loop:
             owners.setdefault(owner_of(problem, self.agreement.pointers), []).append(said(problem))
         return owners
 
-    def _exhibit(self, attempt: Attempt, evidence: str) -> Exhibit:
-        images, missed = self.attempts.images(attempt), attempt.missed(list(attempt.expect))
-        before = self._judgements()
-        return Exhibit(attempt.number, attempt.text, evidence, frozenset(attempt.cites), images, missed, before)
-
-    def _judgements(self) -> str:
-        """What the Critic said of earlier attempts, what became of it, and how expectations went over all of them."""
-        earlier = [one for one in self.made[:-1] if one.number]
-        if not earlier:
-            return ""
-        rows = [judgement(one.number, one.cause, one.critique, one.fates) for one in earlier]
-        return "\n\n".join([*rows, attempts_table([(one.number, one.expect) for one in self.made if one.expect])])
-
-    def _with_effects(self, attempt: Attempt) -> str:
-        """The evidence, and what was changed since the attempt before and what that did."""
-        earlier = [other for other in self.made[:-1] if other.expect]
-        if not earlier or not attempt.changes:
-            return attempt.evidence
-        turned = changed(earlier[-1].expect, attempt.expect)
-        rows = [f"- changed: {line}" for line in attempt.changes[:15]] + [f"- {row}" for row in turned]
-        return f"{attempt.evidence}\n\n## Since attempt {earlier[-1].number}\n\n" + "\n".join(rows)
-
     def progress(self, progress: Any) -> None:
         """Tell how far a simulation is."""
         self.emit("progress", live=True, phase=progress.phase, t=progress.t, duration=progress.duration)
@@ -385,7 +367,7 @@ class Loop:
             routes += [Route(section=section, instruction=brief) for section, brief in briefs]
             text, told = self.workshop.fitted(text, decision.plan.assets)
             routes += told
-        return self.workshop.routed(text, routes), left_out
+        return self.workshop.routed(text, routes, kept(attempt)), left_out
 
     # --- ends -------------------------------------------------------------------------------------------------
 

@@ -22,7 +22,7 @@ def amend(loop: Loop, text: str, *, run_first: bool) -> Outcome:
     Raises:
         RunError: If the text is not a case at all.
     """
-    loop.only_if_accepted = True
+    loop.only_if_accepted, loop.base = True, text
     loop.agreement.plan = planned(text, loop.case.name)
     return loop.ending(lambda: _amended(loop, text, run_first))
 

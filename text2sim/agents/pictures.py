@@ -1,45 +1,53 @@
-"""The pictures of a run on one sheet, numbered, for the Critic: those of the preview, or traced where there is none."""
+"""The pictures of a run on one sheet, numbered, for the Critic: of the film, or traced where there is none."""
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.legibility.film import nearest_frame, spread
+from text2sim.agents.moments import Moment, Shown, chosen, moments
+from text2sim.legibility.film import spread
 
 if TYPE_CHECKING:
-    from text2sim.templates.cadence import Frame
+    from text2sim.legibility.recorded import Recorded
 
-SHEET_WIDTH = 400
-"""Of a picture on the sheet [pixels]."""
-FRAMES = 12
-"""Pictures on it at most, besides those of events."""
-EVENTS = 4
-"""Events that are shown at most, each when it happens first: between evenly spread pictures they would be missed."""
+SHEET_WIDTH = 500
+"""Of a picture on the sheet [pixels]; of a tall one, of which four stand in a row, 375."""
+FRAMES = 8
+"""Pictures on it at most,"""
+CLOSE = 4
+"""and how many of them have a close view beside them."""
+LITTLE = 0.2
+"""Part of the picture below which what it is about is shown from near as well."""
+SIGHT = 160
+"""Width [pixels] of the pictures in which bodies are looked for."""
 TRACED = 8
 """Pictures that are traced where OpenGL is missing: a second or two each."""
+
+Row = tuple[str, str, Any, Any]
+"""Camera, what is said of it, the picture, and a close view of it or None."""
 
 
 def frame_sheet(run: Path) -> tuple[Any, int]:
     """Return the pictures of a run as one, each with its number and time, and how many they are.
 
-    Of several cameras each has its share, spread over the whole film; the main film is also shown at its first events.
+    Shown are the ends of the main film, events with what is just before and after, extremes of measures and the
+    deepest overlap, and evenly what is left; what it is about is shown from near beside it, if it is small.
     (None, 0) if there are no pictures.
     """
     from text2sim.harness.contact_sheet import contact_sheet
 
-    rows = [*_kept(run), *_at_events(run)] or list(_traced(run))
-    order = list(dict.fromkeys(camera for camera, *_ in rows))
-    rows.sort(key=lambda row: (order.index(row[0]), row[1]))
-    thumbnails = []
-    for camera, time, said, picture in rows:
-        picture.thumbnail((SHEET_WIDTH, 2 * SHEET_WIDTH))
-        thumbnails.append((camera, f"frame {len(thumbnails) + 1}: {time:.2f} s{said}", picture))
-    return (contact_sheet(thumbnails, width=SHEET_WIDTH) if thumbnails else None), len(thumbnails)
-
-
-Row = tuple[str, float, str, Any]
-"""Camera, time [s], what else is to be said, and the picture."""
+    rows = list(_filmed(run)) or list(_kept(run)) or list(_traced(run))
+    tall = any(picture.width < 1.4 * picture.height for _, _, picture, _ in rows)
+    columns, width = (4, SHEET_WIDTH * 3 // 4) if tall else (3, SHEET_WIDTH)
+    thumbnails, close = [], 0
+    for number, (camera, said, picture, near) in enumerate(rows, 1):
+        picture.thumbnail((width, 2 * width))
+        thumbnails.append(("", f"frame {number}: {said} ({camera})", picture))
+        if near is not None and close < CLOSE:
+            close += 1
+            thumbnails.append(("", f"frame {number}, close", near.resize(picture.size)))
+    return (contact_sheet(thumbnails, width=width, columns=columns) if rows else None), len(rows)
 
 
 def _read(path: Path) -> Any:
@@ -53,21 +61,8 @@ def _read(path: Path) -> Any:
         return None
 
 
-def _kept(run: Path) -> Iterator[Row]:
-    """Pictures that the preview has left."""
-    from text2sim.harness.visibility import read_samples
-
-    samples = read_samples(run)
-    share = FRAMES // max(1, len(samples)) or 1
-    for camera, rows in samples.items():
-        for k in spread(len(rows), share):
-            picture = _read(run / "frames" / f"{camera}_{k}.png")
-            if picture is not None:
-                yield camera, rows[k][0], "", picture
-
-
-def _at_events(run: Path) -> Iterator[Row]:
-    """Pictures of the preview's main film at events."""
+def _filmed(run: Path) -> Iterator[Row]:
+    """Pictures of the main film."""
     import av.error
 
     from text2sim.templates.cadence import MAIN, frames, read_film, reels
@@ -79,37 +74,86 @@ def _at_events(run: Path) -> Iterator[Row]:
         film = directed(film, States(run)) if film.get("auto") else film
         evidence = json.loads((run / "evidence.json").read_text("utf-8"))
         pictures = frames(film, reels(film)[MAIN], float(evidence["time"]["reached"]))
-        wanted = _events(evidence, pictures)
-        last = max((frame.k for frame in wanted), default=-1)
+        shown = {one.frame.k: one for one in chosen(_wanted(run, evidence), pictures, FRAMES)}
+        eye = _eye(run)
         with av.open(str(run / f"{MAIN}.mp4")) as video:
-            for frame, picture in zip(pictures[: last + 1], video.decode(video=0), strict=False):
-                if frame in wanted:
-                    yield frame.camera, frame.t, wanted[frame], picture.to_image()
+            for k, picture in zip(range(max(shown) + 1), video.decode(video=0), strict=False):
+                if k in shown:
+                    whole = picture.to_image()
+                    yield shown[k].frame.camera, _said(shown[k]), whole, _close(eye, shown[k], whole)
     except (OSError, ValueError, TypeError, KeyError, AttributeError, av.error.FFmpegError):
         return  # a run without a film, or of another version: what the preview has left will do
 
 
-def _events(evidence: dict[str, Any], pictures: Sequence["Frame"]) -> "dict[Frame, str]":
-    """Return the pictures that show the first events, and the names of those.
+def _wanted(run: Path, evidence: dict[str, Any]) -> list[Moment]:
+    """What is worth looking at, in a run whose case can be read or not."""
+    from text2sim.spec_schema.text.document import parse_document
+    from text2sim.spec_schema.text.source import read_source
 
-    Raises:
-        TypeError, KeyError, AttributeError: if the evidence is not as this version writes it.
-    """
-    events = {name: row["first"] for name, row in evidence["events"].items() if row["first"] is not None}
-    found: dict[Frame, str] = {}
-    for name, first in sorted(events.items(), key=lambda row: row[1])[:EVENTS]:
-        frame = nearest_frame(pictures, first)
-        if frame is not None:
-            found[frame] = f"{found[frame]}, {name}" if frame in found else f" {name}"
-    return found
-
-
-def _told(run: Path, pictures: Sequence["Frame"]) -> "dict[Frame, str]":
-    """Return `_events`; nothing if the run was not judged."""
     try:
-        return _events(json.loads((run / "evidence.json").read_text("utf-8")), pictures)
-    except (OSError, ValueError, TypeError, KeyError, AttributeError):
-        return {}
+        actions = parse_document(read_source(run / "expanded.yaml")).data.get("actions") or {}
+    except Exception:  # noqa: BLE001 - names of bodies are only for close views
+        actions = {}
+    return list(moments(evidence, actions))
+
+
+def _said(one: Shown) -> str:
+    return ", ".join([f"{one.frame.t:.2f} s", *dict.fromkeys(one.said)])
+
+
+def _eye(run: Path) -> "tuple[Recorded, Any] | None":
+    """What finds bodies in pictures; None where that cannot be done."""
+    from text2sim.spec_schema.errors import Text2SimError
+
+    try:
+        from text2sim.legibility.recorded import Recorded
+        from text2sim.rendering.recording import read_recording
+        from text2sim.templates.cameras import Cameras
+
+        recording = read_recording(run)
+        return Recorded(recording), Cameras(recording.film, recording.states)
+    except (Text2SimError, ImportError, OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _close(eye: "tuple[Recorded, Any] | None", one: Shown, picture: Any) -> Any:
+    """Return a close view of what a moment is about; None if it is large, out of sight, or nobody knows."""
+    import numpy as np
+
+    if eye is None or not one.bodies:
+        return None
+    recorded, cameras = eye
+    wide, tall = picture.size
+    view = cameras.view(one.frame.camera, one.frame.t, one.frame.part)
+    sight = recorded.sight(one.frame.t, view, (SIGHT, max(2, round(SIGHT * tall / wide))))
+    about = [k for k, name in enumerate(recorded.names) if name in one.bodies and name not in recorded.statics]
+    if not about:
+        return None
+    rows, columns = np.nonzero(np.logical_or.reduce([sight.mask(k) for k in about]))
+    if not len(rows):
+        return None
+    scale = wide / SIGHT
+    # As wide as what it is about with a third around it, in the shape of the picture.
+    half = max((np.ptp(columns) + 1) * scale, (np.ptp(rows) + 1) * scale * wide / tall, wide / 4) * 0.65
+    if half > LITTLE**0.5 * wide / 2 * 1.3:
+        return None
+    x = float(np.clip((columns.min() + columns.max() + 1) / 2 * scale, half, wide - half))
+    high = half * tall / wide
+    y = float(np.clip((rows.min() + rows.max() + 1) / 2 * scale, high, tall - high))
+    return picture.crop((round(x - half), round(y - high), round(x + half), round(y + high)))
+
+
+def _kept(run: Path) -> Iterator[Row]:
+    """Pictures that the preview has left."""
+    from text2sim.harness.visibility import read_samples
+
+    samples = read_samples(run)
+    share = FRAMES // max(1, len(samples)) or 1
+    for camera, rows in samples.items():
+        for k in spread(len(rows), share):
+            picture = _read(run / "frames" / f"{camera}_{k}.png")
+            if picture is not None:
+                yield camera, f"{rows[k][0]:.2f} s", picture, None
 
 
 def _traced(run: Path) -> Iterator[Row]:
@@ -124,13 +168,21 @@ def _traced(run: Path) -> Iterator[Row]:
         width, height = recording.film["resolution"]
         filming = Filming(recording, "draft", size=(SHEET_WIDTH, max(2, round(SHEET_WIDTH * height / width))))
         reel = filming.reels()[0]
-        events = _told(run, reel.frames)
-        evenly = (reel.frames[k] for k in spread(len(reel.frames), TRACED))
-        chosen = list(dict.fromkeys([*evenly, *events]))
-        paths = filming.render(Reel(reel.name, chosen), lambda progress: None)
+        wanted = _told(run)
+        shown = chosen(wanted, reel.frames, TRACED)
+        paths = filming.render(Reel(reel.name, [one.frame for one in shown]), lambda progress: None)
     except (Text2SimError, ImportError, OSError):
         return
-    for frame, path in zip(chosen, paths, strict=True):
+    eye = _eye(run)
+    for one, path in zip(shown, paths, strict=True):
         picture = _read(path)
         if picture is not None:
-            yield frame.camera, frame.t, events.get(frame, ""), picture
+            yield one.frame.camera, _said(one), picture, _close(eye, one, picture)
+
+
+def _told(run: Path) -> list[Moment]:
+    """Moments of a run that was judged; none of another."""
+    try:
+        return _wanted(run, json.loads((run / "evidence.json").read_text("utf-8")))
+    except (OSError, ValueError, TypeError, KeyError, AttributeError):
+        return []

@@ -77,8 +77,14 @@ class Workshop:
         """Have owners mend what is wrong in their sections; return the text, and what they say others have to mend."""
         return self._asked(text, {name: (instruction, tuple(rows), "") for name, rows in owners.items()})
 
-    def routed(self, text: str, routes: Sequence[Route]) -> str:
-        """Have Writers change their sections; what they refer to others is asked of those, once."""
+    def routed(self, text: str, routes: Sequence[Route], keep: Sequence[str] = ()) -> str:
+        """Have Writers change their sections; what they refer to others is asked of those, once.
+
+        Args:
+            text: The case.
+            routes: Who does what.
+            keep: What holds already, and must not be touched.
+        """
         work: dict[str, tuple[str, Sequence[str], str]] = {}
         for section in SECTIONS:
             own = [route for route in routes if route.section == section]
@@ -86,7 +92,7 @@ class Workshop:
                 instruction = "\n".join(route.instruction for route in own)
                 cards = self.deck.deal(section, [card for route in own for card in route.cards], instruction[:80])
                 work[section] = (instruction, (), cards)
-        text, told = self._asked(text, work)
+        text, told = self._asked(text, work, keep)
         return self.passed_on(text, told)
 
     def passed_on(self, text: str, told: dict[str, list[str]]) -> str:
@@ -97,7 +103,9 @@ class Workshop:
             self.referred += [row for rows in again.values() for row in rows]
         return text
 
-    def _asked(self, text: str, work: Mapping[str, tuple[str, Sequence[str], str]]) -> tuple[str, dict[str, list[str]]]:
+    def _asked(
+        self, text: str, work: Mapping[str, tuple[str, Sequence[str], str]], keep: Sequence[str] = ()
+    ) -> tuple[str, dict[str, list[str]]]:
         """Have sections changed: by section an instruction, problems and cards."""
         case = revising.data_of(text)
 
@@ -113,6 +121,7 @@ class Workshop:
                 cards,
                 self.path,
                 self.request.text,
+                keep,
             )
 
         answers = _together({name: lambda name=name: done(name) for name in SECTIONS if name in work})

@@ -1,0 +1,119 @@
+"""Which moments of a film the Critic is shown: events, extremes of measures and diagnostics, and what lies between."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from text2sim.legibility.film import nearest_frame, spread
+
+if TYPE_CHECKING:
+    from text2sim.templates.cadence import Frame
+
+Data = Mapping[str, Any]
+
+APART = 0.1
+"""Simulated time [s] between pictures of one camera: nearer ones show the same."""
+BESIDE = 0.15
+"""How long [s] before and after an event a picture is taken."""
+EVENTS, EXTREMES = 5, 4
+DEEP = 0.002
+"""Penetration [m] from which its worst moment is shown."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """Something to look at."""
+
+    t: float
+    """Simulated time [s]."""
+    said: str = ""
+    bodies: tuple[str, ...] = ()
+    """Whom it is about."""
+
+
+@dataclass
+class Shown:
+    """A picture, and why it is shown."""
+
+    frame: "Frame"
+    said: list[str] = field(default_factory=list)
+    bodies: set[str] = field(default_factory=set)
+
+
+def moments(evidence: Data, actions: Data) -> Iterator[Moment]:
+    """Yield what is worth looking at, the most important first.
+
+    Args:
+        evidence: What stands in `evidence.json`.
+        actions: The section of the case that was run.
+    """
+    happened = sorted(
+        ((row["first"], name) for name, row in evidence["events"].items() if row.get("first") is not None),
+    )[:EVENTS]
+    events = [Moment(t, name, _bodies((actions.get("events") or {}).get(name))) for t, name in happened]
+    yield from events
+    used = {row.get("measure") for row in (actions.get("expect") or {}).values() if isinstance(row, dict)}
+    extremes = [
+        Moment(row[f"{end}_at"], f"{end} of {name}", _bodies((actions.get("measures") or {}).get(name)))
+        for name, row in (evidence.get("measures") or {}).items()
+        if name in used and not row.get("problem")
+        for end in ("max", "min")
+        if row.get(f"{end}_at") is not None
+    ]
+    last = float(evidence["time"]["reached"])
+    yield from [one for one in extremes if APART < one.t < last - APART][:EXTREMES]
+    depth = evidence.get("penetration") or {}
+    if (depth.get("value") or 0) >= DEEP:
+        yield Moment(depth["time"], "deepest overlap", tuple(map(_base, depth.get("between") or ())))
+    for row in events[:3]:
+        yield Moment(row.t - BESIDE, f"before {row.said}", row.bodies)
+        yield Moment(row.t + BESIDE, f"after {row.said}", row.bodies)
+
+
+def chosen(wanted: Sequence[Moment], pictures: Sequence["Frame"], count: int) -> list[Shown]:
+    """Return the pictures of a film that are shown, in its order: its ends, what is wanted, and evenly what is left.
+
+    Args:
+        wanted: Moments, the most important first.
+        pictures: All pictures of the film.
+        count: How many are shown at most.
+    """
+    found: list[Shown] = []
+    for frame in (pictures[0], pictures[-1]) if pictures else ():
+        if not _near(found, frame):
+            found.append(Shown(frame))
+    for moment in wanted:
+        frame = nearest_frame(pictures, moment.t)
+        if frame is None:
+            continue
+        same = _near(found, frame)
+        if same is None and len(found) < count:
+            found.append(same := Shown(frame))
+        if same is not None:
+            apart = abs(same.frame.t - moment.t) > APART / 2
+            same.said.append(f"{moment.said} at {moment.t:.2f} s" if apart else moment.said)
+            same.bodies |= set(moment.bodies)
+    for k in spread(len(pictures), 2 * count):
+        if len(found) < count and not _near(found, pictures[k], (pictures[-1].k - pictures[0].k) / count / 2):
+            found.append(Shown(pictures[k]))
+    return sorted(found, key=lambda one: one.frame.k)
+
+
+def _near(found: Sequence[Shown], frame: "Frame", film: float = 0) -> Shown | None:
+    """The picture that shows the same: of the same camera and time, or as near in the film [pictures]."""
+    for one in found:
+        if one.frame.camera == frame.camera and abs(one.frame.t - frame.t) < APART or abs(one.frame.k - frame.k) < film:
+            return one
+    return None
+
+
+def _bodies(row: Any) -> tuple[str, ...]:
+    """Bodies that a measure or an event names."""
+    if not isinstance(row, Mapping):
+        return ()
+    names = [row.get("of"), row.get("by"), row.get("to"), *(row.get("between") or ())]
+    return tuple(_base(name) for name in names if isinstance(name, str))
+
+
+def _base(name: str) -> str:
+    return name.split("[")[0].split(".")[0]

@@ -1,0 +1,88 @@
+"""What the Critic is shown of an attempt: all of it, or little where nothing but looks can have changed."""
+
+from collections.abc import Sequence
+from io import BytesIO
+from typing import Any
+
+from text2sim.agents import revising
+from text2sim.agents.attempts import Attempt, changed
+from text2sim.agents.brief import attempts_table, judgement
+from text2sim.agents.criticism import Exhibit
+from text2sim.agents.models.exchange import Image
+from text2sim.spec_schema.changes.diff import difference
+
+GLANCE = 800
+"""Width [pixels] of the pictures that tell whether a change of looks came out."""
+
+
+def exhibit(made: Sequence[Attempt], attempt: Attempt, evidence: str, images: tuple[Image, ...], base: str) -> Exhibit:
+    """Return what the Critic is shown.
+
+    Args:
+        made: All attempts.
+        attempt: The last one.
+        evidence: What is known of it.
+        images: Its pictures.
+        base: The case of which somebody wishes a change; empty if there was none.
+    """
+    missed = attempt.missed(list(attempt.expect))
+    cites = frozenset(attempt.cites)
+    if base and not missed and attempt.state == "finished" and only_looks(base, attempt.text):
+        rows = "\n".join(f"- {line}" for line in revising.change_lines(base, attempt.text))
+        told = (
+            f"Nothing but looks and film differ from the case as it was, so that the motion is the same: all "
+            f"{len(attempt.expect)} expectations are true.\n\n{rows}\n\nA change is judged by the pictures. If "
+            "something has to be mended, say what in `failures`; patches are not needed."
+        )
+        return Exhibit(attempt.number, "", told, cites, tuple(map(_smaller, images)), missed)
+    return Exhibit(attempt.number, attempt.text, evidence, cites, images, missed, judgements(made))
+
+
+def judgements(made: Sequence[Attempt]) -> str:
+    """What the Critic said of earlier attempts, what became of it, and how expectations went over all of them."""
+    earlier = [one for one in made[:-1] if one.number]
+    if not earlier:
+        return ""
+    rows = [judgement(one.number, one.cause, one.critique, one.fates) for one in earlier]
+    return "\n\n".join([*rows, attempts_table([(one.number, one.expect) for one in made if one.expect])])
+
+
+def with_effects(made: Sequence[Attempt], attempt: Attempt) -> str:
+    """The evidence of the last attempt, and what was changed since the one before and what that did."""
+    earlier = [other for other in made[:-1] if other.expect]
+    if not earlier or not attempt.changes:
+        return attempt.evidence
+    turned = changed(earlier[-1].expect, attempt.expect)
+    rows = [f"- changed: {line}" for line in attempt.changes[:15]] + [f"- {row}" for row in turned]
+    return f"{attempt.evidence}\n\n## Since attempt {earlier[-1].number}\n\n" + "\n".join(rows)
+
+
+def kept(attempt: Attempt) -> list[str]:
+    """What holds in an attempt, so that whoever changes it leaves that alone."""
+    marks = (attempt.critique or {}).get("requirements", {})
+    rows = [f"{name}: {row['why']}" for name, row in attempt.expect.items() if row.get("ok") is True]
+    rows += [f"requirement {name} is met" for name, row in marks.items() if row["mark"] == 1]
+    if rows:
+        rows.append("everything that the instruction does not name: no other value, name or place changes")
+    return rows
+
+
+def only_looks(before: str, after: str) -> bool:
+    """Whether two versions of a case differ in nothing that physics could feel."""
+    paths: list[tuple[Any, ...]] = [
+        tuple(change.path) for change in difference(revising.data_of(before), revising.data_of(after))
+    ]
+    # A body's own look only: one inside the arguments of a prefab may mean anything.
+    return all(path[:1] == ("render",) or "look" in path[:4] and "with" not in path for path in paths)
+
+
+def _smaller(image: Image) -> Image:
+    """The picture at a glance."""
+    from PIL import Image as Picture
+
+    with Picture.open(BytesIO(image.data)) as picture:
+        small = picture.convert("RGB")
+    small.thumbnail((GLANCE, GLANCE))
+    out = BytesIO()
+    small.save(out, "PNG", optimize=True)
+    return Image(image.name, "image/png", out.getvalue())
