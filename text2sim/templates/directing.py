@@ -30,6 +30,8 @@ SMALL = 0.4
 """Part of the picture's width or height, below which subjects are so small that the camera has to go along."""
 WINDOW, CALM = 0.7, 0.9
 """Time [s of film] about a moment whose motion is in the picture then, and over which a camera's way is smoothed."""
+STEP = 0.2
+"""Time [s of film] between two places of a camera that goes along."""
 NEAREST = 0.3
 """Smallest distance of a camera that goes along, as a part of that from which all would be seen."""
 
@@ -79,8 +81,7 @@ def _along(camera: dict, film: dict, states: Any) -> dict:
     frame, still = camera["frame"], {key: value for key, value in camera.items() if key != "frame"}
     aspect, view = film["resolution"][0] / film["resolution"][1], view_of(camera)
     shots = film["shots"] or [{"from": film["start"], "to": film["end"], "speed": film["speed"]}]
-    start, end, pace = shots[0]["from"], shots[-1]["to"], max(shot["speed"] for shot in shots)
-    times = np.linspace(start, end, max(int((end - start) / (0.2 * pace)), 4))
+    shown, times = _film_times(shots)
     clouds = [within(states.bounds(film["auto"]["moving"], float(t)), frame["within"]) for t in times]
     spans = [np.ptp(np.clip(project(view, cloud, aspect)[:, :2], -1, 1), axis=0).max() / 2 for cloud in clouds]
     if np.median(spans) >= SMALL:
@@ -88,21 +89,37 @@ def _along(camera: dict, film: dict, states: Any) -> dict:
     full = float(np.linalg.norm(view.pos - view.look_at))
     standing = [states.bounds([name], float(times[0])) for name in film["auto"]["statics"]]
     way, kept = (view.pos - view.look_at) / full, []
-    for t in times:
-        near = [cloud for cloud, other in zip(clouds, times, strict=True) if abs(other - t) <= WINDOW * pace]
+    for t in shown:
+        near = [cloud for cloud, other in zip(clouds, shown, strict=True) if abs(other - t) <= WINDOW]
         cloud = np.concatenate(near)
         around = [cloud, *(_beside(cloud, static) for static in standing)]
-        shown = framed(camera | {"frame": frame | {"margin": 0.14}}, np.concatenate(around), aspect)
-        away = max(float(np.linalg.norm(np.subtract(shown["pos"], shown["look_at"]))), NEAREST * full)
-        kept.append([*shown["look_at"], away])
-    gaps = (times[:, None] - times[None]) / (CALM * pace / 2)
+        near_by = framed(camera | {"frame": frame | {"margin": 0.1}}, np.concatenate(around), aspect)
+        away = max(float(np.linalg.norm(np.subtract(near_by["pos"], near_by["look_at"]))), NEAREST * full)
+        kept.append([*near_by["look_at"], away])
+    gaps = (shown[:, None] - shown[None]) / (CALM / 2)
     weights = np.exp(-(gaps**2) / 2)
     calm = weights @ np.array(kept) / weights.sum(axis=1, keepdims=True)
     look_at = [tuple(round(float(c), 4) for c in row[:3]) for row in calm]
     positions = [tuple(round(float(c), 4) for c in row[:3] + row[3] * way) for row in calm]
     rest = {key: value for key, value in still.items() if key not in ("pos", "look_at", "kind")}
-    times = [round(float(t), 4) for t in times]
-    return rest | {"kind": "keyframed", "times": times, "positions": positions, "look_at": look_at}
+    return rest | {
+        "kind": "keyframed",
+        "times": [round(float(t), 5) for t in times],
+        "positions": positions,
+        "look_at": look_at,
+    }
+
+
+def _film_times(shots: list[dict]) -> tuple[np.ndarray, np.ndarray]:
+    """Times of the film [s], STEP apart or less, and the simulated ones [s] that it shows then, shape (n,)."""
+    shown, times, begin = [0.0], [shots[0]["from"]], 0.0
+    for shot in shots:
+        long = (shot["to"] - shot["from"]) / shot["speed"]
+        parts = np.linspace(0, 1, max(math.ceil(long / STEP), 2) + 1)[1:]
+        shown += [begin + part * long for part in parts]
+        times += [shot["from"] + part * (shot["to"] - shot["from"]) for part in parts]
+        begin += long
+    return np.array(shown), np.array(times)
 
 
 def _beside(cloud: np.ndarray, static: np.ndarray) -> np.ndarray:
