@@ -181,3 +181,34 @@ def test_the_engine_takes_a_mended_mesh(tmp_path: Path):
     assert found.mass == pytest.approx(1000 * ball.volume, rel=0.01)
     (tmp_path / "bad.obj").write_text("v 0 0 0\n")
     assert not import_into_engine(tmp_path / "bad.obj").ok
+
+
+BEAM = """\
+<robot name="beam">
+  <link name="base">
+    <inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><geometry><mesh filename="../parts/box.obj"/></geometry></collision>
+  </link>
+</robot>
+"""
+
+
+def test_a_file_whose_meshes_lie_beside_its_folder_needs_the_root(tmp_path: Path) -> None:
+    for name in ("urdf", "parts", "case"):
+        (tmp_path / "beam" / name).mkdir(parents=True)
+    file, case = tmp_path / "beam/urdf/beam.urdf", tmp_path / "beam/case"
+    file.write_text(BEAM)
+    trimesh.creation.box((0.1, 0.1, 0.1)).export(tmp_path / "beam/parts/box.obj")
+    for command in (["check", str(file)], ["add", str(case), str(file)]):
+        answer = CliRunner().invoke(app, ["asset", *command])
+        assert "`--root DIR`" in str(answer.exception)
+        answer = CliRunner().invoke(app, ["asset", *command, "--root", str(tmp_path / "beam")])
+        assert answer.exit_code == 0, answer.output
+    assert (case / "assets/beam/beam.urdf").is_file()
+    assert (case / "assets/beam/box.obj").is_file()
+
+
+def test_a_file_of_the_engine_is_looked_at_as_the_case_names_it() -> None:
+    report = check_mechanism(Path("genesis:urdf/go2/urdf/go2.urdf"))
+    assert report.kind == "urdf"
+    assert sum(name.endswith("_hip_joint") for name in report.control) == 4

@@ -133,6 +133,14 @@ class TestModelFiles:
             None,
         )
 
+    def test_patterns_name_many_joints_and_names_overrule_them(self, make: Make) -> None:
+        joints = '"*": {damping: 0.5, friction: 0.1, actuator: {stiffness: 100}}, shoulder: {damping: 0.2}'
+        plan = make(body_with(f'joints: {{{joints}}}\n    initial: {{"sh*": 0.25}}'))
+        ((motor,), (change,)) = plan.motors, plan.changes
+        assert (motor.joint, motor.stiffness) == ("shoulder", 100)
+        assert (change.joint, change.damping, change.friction) == ("shoulder", 0.2, 0.1)
+        assert plan.initial == {"arm": {"shoulder": 0.25}}
+
     def test_the_case_can_lower_the_limit_of_a_motor(self, make: Make) -> None:
         (motor,) = make(body_with("joints: {shoulder: {actuator: {stiffness: 9, max_force: 4}}}")).motors
         assert motor.max_force == 4
@@ -180,6 +188,8 @@ class TestNames:
     @pytest.mark.parametrize(
         ("rest", "line", "rule", "hint", "words"),
         [
+            ("joints: {'leg_*': {damping: 1}}", 8, "unknown-joint", None, "no joint `leg_*`; there are shoulder"),
+            ("initial: {'s*': 9}", 8, "range", None, "starts outside its range"),
             ("joints: {shoulde: {damping: 1}}", 8, "unknown-joint", "shoulder", "no joint `shoulde`; there are shoulder"),
             ("initial: {sholder: 1}", 8, "unknown-joint", "shoulder", "there is no joint `sholder`"),
             ("initial: {shoulder: 3}", 8, "range", None, "171.89 deg is not from -57.2958 to 114.592"),

@@ -11,6 +11,7 @@ from text2sim.assets.mechanism import load_mechanism
 from text2sim.assets.mesh_repair import Wish
 from text2sim.assets.meshes import Mended, repair_mesh
 from text2sim.assets.meshy import Meshy, Order3D
+from text2sim.assets.shelf import PREFIX, rooted
 from text2sim.spec_schema.errors import AssetError
 
 MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
@@ -38,6 +39,7 @@ def add(
     wish: Wish | None = None,
     licence: str = "",
     source: Origin = "imported",
+    root: Path | None = None,
 ) -> Added:
     """Bring a file into a case: a mesh, a mechanism with all of its files, or a picture.
 
@@ -48,6 +50,7 @@ def add(
         wish: What a mesh shall become.
         licence: On what terms it may be used.
         source: Where it comes from.
+        root: The folder in which all files of a mechanism lie; that of the file if None.
 
     Raises:
         AssetError: if it cannot be used.
@@ -59,7 +62,7 @@ def add(
     if suffix in MESHES:
         return _kept_mesh(folder, name, repair_mesh(file, wish), source, licence)
     if suffix in MECHANISMS:
-        return _add_mechanism(folder, file, name, licence, source)
+        return _add_mechanism(folder, rooted(file, root), name, licence, source)
     if suffix in PICTURES:
         return _add_picture(folder, file, name, licence, source)
     known = ", ".join((*MESHES, *MECHANISMS, *PICTURES))
@@ -123,11 +126,13 @@ def _kept_mesh(folder: Path, name: str, mended: Mended, source: Origin, licence:
     return Added(name, asset, report.problems)
 
 
-def _add_mechanism(folder: Path, file: Path, name: str, licence: str, source: Origin) -> Added:
+def _add_mechanism(folder: Path, found: tuple[Path, str], name: str, licence: str, source: Origin) -> Added:
     from text2sim.assets.trials.mechanism_check import check_mechanism
 
-    read_file(file)
-    mechanism = load_mechanism(file.parent, file.name)
+    root, file = found
+    if not file.startswith(PREFIX):
+        read_file(root / file)
+    mechanism = load_mechanism(root, file)
     home = f"{FOLDER}/{name}"
     parts = {f"{home}/{part}": content for part, content in mechanism.files}
     document = mechanism.text.encode()

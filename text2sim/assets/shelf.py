@@ -68,6 +68,27 @@ def shelf_of(folder: Path, file: str) -> Shelf:
     return Shelf(root, path, own=False)
 
 
+def rooted(file: Path, root: Path | None) -> tuple[Path, str]:
+    """Return the folder of a file that a person named, and its path inside it as a case would say it.
+
+    Args:
+        file: The file, or `genesis:PATH`.
+        root: The folder in which all of its files lie; that of the file if None.
+
+    Raises:
+        AssetError: if it is a link, or lies elsewhere.
+    """
+    if file.as_posix().startswith(PREFIX):
+        return root or Path("."), file.as_posix()
+    if file.is_symlink():
+        raise AssetError(f"`{file}` is a symbolic link; name the file itself")
+    folder = root or file.parent
+    try:
+        return folder, file.resolve().relative_to(folder.resolve()).as_posix()
+    except ValueError:
+        raise AssetError(f"`{file}` does not lie in {folder}") from None
+
+
 @lru_cache(maxsize=1)
 def engine_assets() -> Path | None:
     """Return the folder of assets of the installed engine, links followed; None if it is not installed."""

@@ -2,6 +2,8 @@
 
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -37,7 +39,10 @@ class Middle(StrEnum):
     keep = "keep"
 
 
-_File = Annotated[Path, typer.Argument(metavar="FILE", help="A mesh, an MJCF or URDF file, or a picture.")]
+_File = Annotated[
+    Path,
+    typer.Argument(metavar="FILE", help="A mesh, an MJCF or URDF file (or genesis:PATH), or a picture."),
+]
 _Case = Annotated[Path, typer.Argument(metavar="CASE", help="A case folder or case.yaml file.")]
 _Name = Annotated[str, typer.Option("--name", metavar="NAME", help="What the asset is called; its file, too.")]
 _OwnName = Annotated[str, typer.Option("--name", metavar="NAME", help="What it is called; as FILE is, if left out.")]
@@ -50,6 +55,19 @@ _Lids = Annotated[bool, typer.Option("--close", help="Close wide openings as wel
 _Root = Annotated[Path | None, typer.Option("--root", help="Folder of all its files; that of FILE if left out.")]
 _AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 MODELS = (".xml", ".mjcf", ".urdf")
+
+
+@contextmanager
+def _pointing_to_root(root: Path | None) -> Iterator[None]:
+    """Say of a file whose own files were not found where they may be."""
+    from text2sim.spec_schema.errors import AssetError
+
+    try:
+        yield
+    except AssetError as error:
+        if root is not None or "refers to" not in str(error):
+            raise
+        raise AssetError(f"{error}; `--root DIR` says in which folder all of its files lie") from None
 
 
 @asset.command("check")
@@ -68,9 +86,10 @@ def check(
     if file.suffix.lower() in MODELS:
         from text2sim.assets.trials.mechanism_check import check_mechanism, preview
 
-        report = check_mechanism(file, root)
-        if png is not None:
-            png.write_bytes(preview(file, root))
+        with _pointing_to_root(root):
+            report = check_mechanism(file, root)
+            if png is not None:
+                png.write_bytes(preview(file, root))
         document = {"ok": True, "file": str(file), **report.as_dict()}
         lines = _mechanism_lines(document)
     else:
@@ -106,15 +125,16 @@ def add(
     triangles: _Triangles = 20_000,
     close: _Lids = False,
     wrap: _Wrap = False,
+    root: _Root = None,
     as_json: _AsJson = False,
 ) -> None:
     """Mend a mesh, or take a mechanism or a picture, and put it into a case's folder and manifest."""
     from text2sim.assets.register import add
 
-    _say_added(
-        add(case, file, name or file.stem, wish=_wish(size, up, origin, triangles, close, wrap), licence=licence),
-        as_json,
-    )
+    wish = _wish(size, up, origin, triangles, close, wrap)
+    with _pointing_to_root(root):
+        added = add(case, file, name or file.stem, wish=wish, licence=licence, root=root)
+    _say_added(added, as_json)
 
 
 @asset.command("generate")
@@ -160,7 +180,8 @@ def probe(file: _File, root: _Root = None, as_json: _AsJson = False) -> None:
     from text2sim.assets.trials.probe import probe
     from text2sim.cli.output import say, say_json
 
-    found = probe(file, root)
+    with _pointing_to_root(root):
+        found = probe(file, root)
     if as_json:
         say_json(
             {

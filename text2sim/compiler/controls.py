@@ -3,13 +3,13 @@
 Those of deformable bodies are lowered in `soft/controls.py`.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from text2sim.compiler.drives import Targets, add_drive, joint_drives, joints_named
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import DriveSegment, Field, Hold, JointDrive, Prescribed, Push, Velocity, Weld, Wrench
-from text2sim.compiler.schedules import constructor, oscillation, start_of, value_at, waypoint_functions
+from text2sim.compiler.plan import Field, Hold, JointDrive, LaterDrive, Prescribed, Push, Velocity, Weld, Wrench
+from text2sim.compiler.schedules import constructor, oscillation, waypoint_functions
 from text2sim.compiler.selection import select, split
 from text2sim.compiler.shapes.regions import RegionError
 from text2sim.compiler.soft.control_checks import check_solvers
@@ -36,13 +36,10 @@ from text2sim.spec_schema.models.controls import (
     Release,
     Torque,
 )
-from text2sim.spec_schema.models.motion import Oscillate, Ramp, Schedule, Spin
+from text2sim.spec_schema.models.motion import Oscillate, Spin
 from text2sim.spec_schema.models.scene import Static
 
 FOREVER = 1e9
-
-Target = tuple[float, str, Schedule, int, str]
-"""Of a drive: from when [s], what is controlled, the target, line and name of the control."""
 
 
 @dataclass
@@ -56,8 +53,10 @@ class Rows:
     holds: list[Hold] = field(default_factory=list)
     pushes: list[Push] = field(default_factory=list)
     fields: list[Field] = field(default_factory=list)
-    targets: dict[tuple[str, str], list[Target]] = field(default_factory=dict)
+    targets: Targets = field(default_factory=dict)
     """What `drives` are made of, by copy and joint, in the order of the case."""
+    later: dict[tuple[str, str], list[LaterDrive]] = field(default_factory=dict)
+    """What begins at events, likewise."""
     problems: list[Problem] = field(default_factory=list)
     """Regions in which there is nothing."""
 
@@ -109,8 +108,7 @@ def lower_controls(
         except RegionError as error:
             key = next((key for key in ("region", "point") if getattr(control, key, None) is not None), "body")
             rows.problems.append(loaded.problem((*pointer, key), f"`{chosen[0].body}`: {error}", rule="empty-region"))
-    for (entity, joint), segments in rows.targets.items():
-        rows.drives.append(JointDrive(entity, joint, _chain(segments, initial.get(entity, {}).get(joint, 0.0))))
+    rows.drives += joint_drives(rows.targets, rows.later, initial)
     rows.welds.sort(key=lambda weld: (weld.at, weld.on))
     return rows
 
@@ -158,31 +156,7 @@ def _lower(
             if a is copy:
                 rows.welds.append(_weld(a, b, control, control, line, name))
     elif isinstance(control, Drive):
-        mode, schedule = next(
-            (m, s) for m in ("position", "velocity", "force") if (s := getattr(control, m)) is not None
-        )
-        joint = part or copy.body
-        rows.targets.setdefault((copy.name, joint), []).append((start_of(schedule), mode, schedule, line, name))
-
-
-def _chain(segments: list[Target], first: float) -> tuple[DriveSegment, ...]:
-    """Order the drives of one joint; a ramp without `from` starts where the one before it is then.
-
-    Until the first begins, the joint is held where it starts, or at rest, or pushed by nothing.
-    """
-    segments = sorted(segments, key=lambda segment: segment[0])
-    rows: list[DriveSegment] = []
-    start, mode, schedule, line, name = segments[0]
-    if start > 0.0 and not isinstance(schedule, Ramp):  # a ramp holds its first value by itself
-        rows.append(DriveSegment(0.0, mode, constructor(first if mode == "position" else 0.0), line, name))
-    value: Callable[[float], float] = lambda t: first  # noqa: E731
-    mode_before = None
-    for index, (start, mode, schedule, line, name) in enumerate(segments):
-        before = value(start) if mode == mode_before or (index == 0 and mode == "position") else 0.0
-        rows.append(DriveSegment(start if rows else 0.0, mode, constructor(schedule, before), line, name))
-        value = lambda t, s=schedule, b=before: value_at(s, t, b)  # noqa: E731
-        mode_before = mode
-    return tuple(rows)
+        add_drive(control, copy, joints_named(copy, part, points.trees), line, name, rows.targets, rows.later)
 
 
 def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Copy]]:

@@ -26,6 +26,8 @@ def action_context(plan: Plan) -> dict[str, Any]:
         "velocities": [row for row in plan.velocities if row.entity not in plan.deformables],
         "soft_velocities": soft_velocities,
         "drives": plan.drives,
+        "splines": any("spline(" in made for made in _schedules(plan)),
+        "later_drives": any(row.later for row in plan.drives),
         "wrenches": plan.wrenches,
         "welds": plan.welds,
         "released_welds": any(row.event is not None for row in plan.welds),
@@ -42,6 +44,14 @@ def action_context(plan: Plan) -> dict[str, Any]:
         "pushing": Code(", ".join(pushing)),
         "watching": _names(WATCHING, ["Triggers", *watched]),
     }
+
+
+def _schedules(plan: Plan) -> Iterable[str]:
+    """Sources of all functions of time."""
+    for drive in plan.drives:
+        yield from (segment.target for segment in (*drive.segments, *drive.later))
+    yield from (row.scale for row in (*plan.wrenches, *plan.pushes) if row.scale is not None)
+    yield from (code for row in plan.prescribed for code in row.velocity)
 
 
 def copied_actions(plan: Plan) -> list[str]:

@@ -229,7 +229,7 @@ class Lowering:
         touching = (geom.piece for link in tree.links() for geom in link.geoms if geom.touches)
         self.thinnest = min([self.thinnest, *(piece_thickness(piece) for piece in touching)])
         self.motors += file_motors(mechanism, model, copy.name)
-        self.changes += file_changes(model, copy.name)
+        self.changes += file_changes(mechanism, model, copy.name)
         self.notes |= {f"{copy.body}: {note}": None for note in mechanism.notes}
         urdf = mechanism.kind == "urdf"
         options: dict[str, Any] = {"file": self.models.add_mechanism(copy.body, mechanism), "decompose": False}

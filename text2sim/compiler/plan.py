@@ -137,6 +137,20 @@ class JointDrive:
     entity: str
     joint: str
     segments: tuple[DriveSegment, ...]
+    later: tuple["LaterDrive", ...] = ()
+
+
+@dataclass(frozen=True)
+class LaterDrive:
+    """What a joint follows from an event on, or from a time on where events may come between."""
+
+    when: str | float
+    """Name of the event, or time [s]."""
+    mode: str
+    target: Code
+    """Function of the target before it, which returns a function of time, or of the time since the event."""
+    line: int
+    control: str
 
 
 @dataclass(frozen=True)

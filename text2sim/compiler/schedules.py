@@ -4,6 +4,7 @@ The program's own functions of the same names (`templates/actions/schedules.py.j
 """
 
 from bisect import bisect_right
+from itertools import pairwise
 from math import pi, radians, sin
 
 from text2sim.compiler.literal import Code, literal
@@ -48,8 +49,14 @@ def value_at(schedule: Schedule, t: float, before: float = 0.0) -> float:
         k = bisect_right(times, t)
         if k == 0 or k == len(times):
             return values[0] if k == 0 else values[-1]
-        u = (t - times[k - 1]) / (times[k] - times[k - 1])
-        return values[k - 1] + u * (values[k] - values[k - 1])
+        step = times[k] - times[k - 1]
+        u = (t - times[k - 1]) / step
+        first, last = values[k - 1], values[k]
+        if schedule.ease == "linear":
+            return first + u * (last - first)
+        a, b = (0.0, 0.0) if schedule.ease == "smooth" else slopes(times, values)[k - 1 : k + 1]
+        rest = first + u * u * (3 - 2 * u) * (last - first)
+        return rest + step * u * (1 - u) * (a * (1 - u) - b * u)
     return schedule.value if isinstance(schedule, Constant) else schedule
 
 
@@ -70,8 +77,22 @@ def displacement(motion: Waypoints | Oscillate | Spin, t: float) -> Vec:
     return (x, y, z)
 
 
-def constructor(schedule: Schedule, before: float = 0.0) -> Code:
-    """Source of the function of time for a schedule."""
+def slopes(times: list[float], values: list[float]) -> list[float]:
+    """Slopes of a cubic through values that goes beyond none of them (Fritsch and Butland 1984); 0 at both ends.
+
+    Between two lines of slopes p and q and lengths g and h it is their harmonic mean, weighted by 2 h + g and h + 2 g;
+    0 where p and q differ in sign.
+    """
+    steps = [b - a for a, b in pairwise(times)]
+    lines = [(b - a) / step for (a, b), step in zip(pairwise(values), steps, strict=True)]
+    found = [0.0]
+    for (p, q), (g, h) in zip(pairwise(lines), pairwise(steps), strict=True):
+        found.append(3 * (g + h) / ((2 * h + g) / p + (h + 2 * g) / q) if p * q > 0 else 0.0)
+    return [*found, 0.0][: len(times)]
+
+
+def constructor(schedule: Schedule, before: float | Code = 0.0) -> Code:
+    """Source of the function of time for a schedule; `before` stands in for a ramp's missing `from`."""
     if isinstance(schedule, Ramp):
         first = before if schedule.from_ is None else schedule.from_
         return _call(
@@ -88,8 +109,11 @@ def constructor(schedule: Schedule, before: float = 0.0) -> Code:
         )
     if isinstance(schedule, Steps):
         return _call("steps", times=schedule.times, values=schedule.values)
-    if isinstance(schedule, Piecewise):
+    if isinstance(schedule, Piecewise) and schedule.ease == "linear":
         return _call("piecewise", times=schedule.times, values=schedule.values)
+    if isinstance(schedule, Piecewise):
+        speeds = slopes(schedule.times, schedule.values) if schedule.ease == "spline" else [0.0] * len(schedule.times)
+        return _call("spline", times=schedule.times, values=schedule.values, slopes=speeds)
     return _call("constant", value=schedule.value if isinstance(schedule, Constant) else schedule)
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.manifest import Control, Motor
+from text2sim.assets.shelf import rooted
 from text2sim.assets.trials.tiny_case import BODY, first_of, tiny_case
 from text2sim.spec_schema.errors import AssetError, SpecError
 
@@ -66,13 +67,7 @@ class Subject:
             return cls(folder or Path("."), dict(what))
         if what.suffix.lower() not in MODELS:
             raise AssetError(f"`{what.name}` is no mechanism; it must end in one of {', '.join(MODELS)}")
-        if what.is_symlink():
-            raise AssetError(f"`{what}` is a symbolic link; name the file itself")
-        root = folder or what.parent
-        try:
-            file = what.resolve().relative_to(root.resolve()).as_posix()
-        except ValueError:
-            raise AssetError(f"`{what}` does not lie in {root}") from None
+        root, file = rooted(what, folder)
         return cls(root, {"kind": "articulated", "file": file, "base": "fixed"})
 
 

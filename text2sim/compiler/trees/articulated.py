@@ -8,6 +8,7 @@ from text2sim.compiler.trees.joints import joint_of
 from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink, TreeLoop, TreeVisual
 from text2sim.spec_schema.models.bodies import Articulated
 from text2sim.spec_schema.models.materials import Look, Material
+from text2sim.spec_schema.names.selectors import spread_over
 
 Shaped = Callable[[str, Any, Material, Look], tuple[tuple[TreeGeom, ...], tuple[TreeVisual, ...]]]
 """(link, shape, material, look) -> geoms and visuals."""
@@ -42,4 +43,7 @@ def articulated_tree(body: Articulated, shaped: Shaped) -> Tree:
         for loop in body.loops.values()
     )
     (root,) = children[None]
-    return Tree((build(root),), loops, self_collision=bool(body.self_collision), initial=dict(body.initial))
+    movable = [name for name, link in links.items() if getattr(link.joint, "kind", None) in ("hinge", "slider")]
+    return Tree(
+        (build(root),), loops, self_collision=bool(body.self_collision), initial=spread_over(movable, body.initial)
+    )

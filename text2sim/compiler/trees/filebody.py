@@ -2,14 +2,16 @@
 
 from collections.abc import Iterator
 from math import degrees
+from typing import Any
 
 from text2sim.assets.mechanism import Mechanism, MechanismGeom, MechanismJoint, MechanismLink
 from text2sim.compiler.plan import JointChange, Motor
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink
-from text2sim.spec_schema.models.bodies import Articulated, BallMount, HingeMount, SliderMount
+from text2sim.spec_schema.models.bodies import Articulated, BallMount, HingeMount, JointOverride, SliderMount
 from text2sim.spec_schema.models.materials import Actuator
 from text2sim.spec_schema.names.cast import Parts
+from text2sim.spec_schema.names.selectors import keys_for, spread_over
 
 
 def mechanism_tree(mechanism: Mechanism, body: Articulated) -> Tree:
@@ -22,6 +24,7 @@ def mechanism_tree(mechanism: Mechanism, body: Articulated) -> Tree:
     def shapes(link: MechanismLink) -> tuple[TreeGeom, ...]:
         return tuple(geom_of(geom) for geom in link.geoms if geom.touches or not touching)
 
+    initial = spread_over([j.name for j in mechanism.joints if j.kind in ("hinge", "slider")], body.initial)
     # Parents come before children, so that from behind every link finds its children made.
     children: dict[int, list[TreeLink]] = {}
     for index in range(len(mechanism.links) - 1, 0, -1):
@@ -33,7 +36,7 @@ def mechanism_tree(mechanism: Mechanism, body: Articulated) -> Tree:
         made = TreeLink(link.name, link.pos, link.quat, joints=joints, geoms=shapes(link), children=own)
         children.setdefault(link.parent, []).append(made)
     roots = tuple(reversed(children.get(0, ())))
-    return Tree(roots, fixtures=shapes(mechanism.links[0]), initial=dict(body.initial))
+    return Tree(roots, fixtures=shapes(mechanism.links[0]), initial=initial)
 
 
 def _joint(joint: MechanismJoint) -> TreeJoint:
@@ -64,6 +67,14 @@ def geom_of(geom: MechanismGeom) -> TreeGeom:
     return TreeGeom(piece, 0.0, 0.0, touches=geom.touches)
 
 
+def joint_change(body: Articulated, name: str) -> JointOverride | None:
+    """Return what the case changes of a joint: what its own name says goes before what patterns say."""
+    found: dict[str, Any] = {}
+    for key in keys_for(name, body.joints):
+        found |= {field: getattr(body.joints[key], field) for field in body.joints[key].model_fields_set}
+    return JointOverride.model_construct(**found) if found else None
+
+
 def mechanism_parts(mechanism: Mechanism, body: Articulated) -> Parts:
     """Return what selectors can name of a file's body."""
     return Parts(mechanism.link_names, dict(_joint_models(mechanism, body)))
@@ -73,7 +84,7 @@ def _joint_models(
     mechanism: Mechanism, body: Articulated
 ) -> Iterator[tuple[str, HingeMount | SliderMount | BallMount]]:
     for joint in mechanism.joints:
-        change = body.joints.get(joint.name)
+        change = joint_change(body, joint.name)
         actuator = change.actuator if change is not None else None
         if actuator is None and joint.motor is not None:
             # What a file says is not held to the limits of the language.
@@ -92,17 +103,19 @@ def file_motors(mechanism: Mechanism, body: Articulated, entity: str) -> list[Mo
     """Return the motors that the case puts on joints of a file's body; those of the file are in the file."""
     motors = []
     for joint in mechanism.joints:
-        actuator = body.joints[joint.name].actuator if joint.name in body.joints else None
+        change = joint_change(body, joint.name)
+        actuator = change.actuator if change is not None else None
         if actuator is not None:
             limit = actuator.max_force if actuator.max_force is not None else joint.limit
             motors.append(Motor(entity, joint.name, actuator.stiffness, actuator.damping, limit))
     return motors
 
 
-def file_changes(body: Articulated, entity: str) -> list[JointChange]:
+def file_changes(mechanism: Mechanism, body: Articulated, entity: str) -> list[JointChange]:
     """Return how the case changes the passive joints of a file's body."""
     rows = [
-        JointChange(entity, name, change.damping, change.friction, change.armature, change.spring)
-        for name, change in body.joints.items()
+        JointChange(entity, joint.name, change.damping, change.friction, change.armature, change.spring)
+        for joint in mechanism.joints
+        if (change := joint_change(body, joint.name)) is not None
     ]
     return [row for row in rows if (row.damping, row.friction, row.armature, row.spring) != (None,) * 4]

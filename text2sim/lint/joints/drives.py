@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from math import pi, radians
 
-from text2sim.compiler.controls import Target
+from text2sim.compiler.drives import Target
 from text2sim.compiler.schedules import value_at
 from text2sim.lint.facts import Facts
 from text2sim.spec_schema.models.motion import Constant, Piecewise, Ramp, Schedule, Sine, Steps

@@ -15,6 +15,7 @@ from text2sim.compiler.trees.tree import StandingLink, Tree, tree_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.lumps import NOTHING, Lump, lump_of, piece_lump, together
 from text2sim.lint.joints.swing import Swing, far_from, pull_of
+from text2sim.spec_schema.names.selectors import keys_for
 from text2sim.spec_schema.text.document import Path
 
 ONE_DOF = ("hinge", "slider")
@@ -64,7 +65,8 @@ class Mechanics:
         if getattr(model, "links", None) is not None and not isinstance(model.links, int):
             return ("bodies", body, "links", swing.name, "joint", *keys)
         if getattr(model, "file", None) is not None:
-            return ("bodies", body, "joints", swing.name, *keys) if swing.name in model.joints else ("bodies", body)
+            said = keys_for(swing.name, model.joints)
+            return ("bodies", body, "joints", said[-1], *keys) if said else ("bodies", body)
         return ("bodies", body)
 
     def label(self, swing: Swing) -> str:

@@ -56,6 +56,7 @@ class Causes:
 
     def __post_init__(self) -> None:
         found: list[Cause] = [(0.0, "", None)] if self._restless() else []
+        found += [(0.0, rows[0].control, None) for rows in self.facts.rows.later.values()]  # at any time
         found += [*self._starts(), *self._wrenches(), *self._others()]
         self.pushes = [push for _, _, push in found if push is not None]
         self.unknown = min((time for time, _, push in found if push is None), default=inf)

@@ -117,6 +117,13 @@ Name = Annotated[
 ]
 """A letter, then letters, digits or underscores: 48 characters at most."""
 
+Names = Annotated[
+    str,
+    StringConstraints(pattern=r"^[A-Za-z*][A-Za-z0-9_*]{0,47}$"),
+    Noun("a name or pattern", "names or patterns", "letters, digits or _, and * for any of them, at most 48 in all"),
+]
+"""A name, or a pattern of names with `*` for any letters."""
+
 Selector = Annotated[
     str,
     StringConstraints(

@@ -13,6 +13,7 @@ from text2sim.spec_schema.models.base import (
     Model,
     Multiple,
     Name,
+    Names,
     NonNegative,
     Pose,
     Range,
@@ -192,14 +193,14 @@ class Articulated(Placed):
     file: str | None = Field(default=None, max_length=200)
     """Path inside the case's folder: .xml (MJCF) or .urdf; its meshes must lie in the folder, too. `genesis:` before
     the path means the engine's own assets. Instead of `links`."""
-    joints: dict[Name, JointOverride] = Field(default_factory=dict)
-    """With `file`: changes to its joints, by their names."""
+    joints: dict[Names, JointOverride] = Field(default_factory=dict)
+    """With `file`: changes to its joints, by their names, or of many by a pattern (`"*_hip"`), which names overrule."""
     material: Material = Material()
     """Of every link that has none of its own."""
     loops: dict[Name, Loop] = Field(default_factory=dict)
     """Constraints that close loops."""
-    initial: dict[Name, Real] = Field(default_factory=dict)
-    """Start position of hinge [rad] and slider [m] joints by name."""
+    initial: dict[Names, Real] = Field(default_factory=dict)
+    """Start position of hinge [rad] and slider [m] joints by name or pattern."""
     self_collision: Bool | None = None
     """With `links`: let links that are not neighbours touch each other; false if left out."""
 

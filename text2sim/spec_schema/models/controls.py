@@ -96,7 +96,8 @@ class Drive(Model):
 
     kind: Literal["drive"]
     joint: Selector
-    """A mounted body (`drum`), its copies (`hook[*]`), or a joint of an articulated body (`arm.elbow`)."""
+    """A mounted body (`drum`), its copies (`hook[*]`), or a joint of an articulated body (`arm.elbow`), or several
+    (`dog.*_hip`)."""
     position: Schedule | None = None
     """Target [rad or m], counted from the pose that the case describes, in a body from a file from the file's
     zero; needs `stiffness`."""
@@ -104,6 +105,9 @@ class Drive(Model):
     """Target [rad/s or m/s]; needs `damping`."""
     force: Schedule | None = None
     """Force [N] or torque [N m]."""
+    on: Name | None = None
+    """Name of an event: it begins at its first time, and the times of the target count from there. A ramp without
+    `from` starts where the target before it is then. The program itself has to see the event come, as for `release`."""
 
     @model_validator(mode="after")
     def _one_target(self) -> "Drive":

@@ -63,9 +63,12 @@ class Steps(_Table):
 
 
 class Piecewise(_Table):
-    """Straight lines between the given values."""
+    """Through the given values."""
 
     kind: Literal["piecewise"]
+    ease: Literal["linear", "smooth", "spline"] = "linear"
+    """`linear`: straight lines. `smooth`: at rest at every value. `spline`: at rest only at both ends and where it
+    turns back, without a jump in speed and without going beyond the values."""
 
 
 class Sine(Model):

@@ -1,7 +1,7 @@
 """Who is in a case: what its selectors mean, and what is wrong with those that mean nothing."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from text2sim.spec_schema.errors import Problem, Severity, nearest
@@ -133,6 +133,14 @@ class Cast:
             if "*" in chosen.part:
                 count *= len(named_by(chosen.part, self._names(chosen.body, model, joint))) or 1
         return Member(selector, chosen.body, model, count, chosen.part)
+
+    def each(self, member: Member, *, joint: bool = False) -> list[Member]:
+        """Return a member for each link or joint that a pattern names; the member itself if it names one."""
+        if member.part is None or "*" not in member.part:
+            return [member]
+        head = member.text.partition(".")[0]
+        names = named_by(member.part, self._names(member.name, member.model, joint))
+        return [replace(member, text=f"{head}.{name}", part=name, count=1) for name in names]
 
     def _names(self, name: str, model: Any, joint: bool) -> list[str]:
         """Names of the links or joints of a body, as far as they are known."""

@@ -147,9 +147,19 @@ def _check_push(cast: Cast, where: Path, control: Impulse | Force | Torque) -> N
 
 
 def _check_drive(cast: Cast, where: Path, control: Drive) -> None:
-    member = cast.find(control.joint, (*where, "joint"), joint=True)
-    if member is None:
-        return
+    events = cast.loaded.case.actions.events
+    if control.on is not None and control.on not in events:
+        message = f"there is no event `{control.on}`"
+        cast.report((*where, "on"), message, "unknown-event", nearest(control.on, events))
+    member = cast.find(control.joint, (*where, "joint"), joint=True, many=True)
+    for one in cast.each(member, joint=True) if member is not None else ():
+        before = len(cast.problems)
+        _check_motor(cast, where, control, one)
+        if len(cast.problems) > before:  # of a group, one tells enough
+            return
+
+
+def _check_motor(cast: Cast, where: Path, control: Drive, member: Member) -> None:
     joint = check_joint(cast, (*where, "joint"), member, "drive")
     if joint is None:
         return

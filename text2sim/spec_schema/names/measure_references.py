@@ -77,7 +77,10 @@ def _check_subject(cast: Cast, where: Path, measure: measures.Measure, member: M
         _check_bend(cast, where, measure, member)
         return
     if isinstance(measure, JOINT_KINDS):
-        check_joint(cast, (*where, "of"), member, "measure")
+        found = [check_joint(cast, (*where, "of"), one, "measure") for one in cast.each(member, joint=True)]
+        if len({joint.kind for joint in found if joint is not None}) > 1:
+            message = f"`{member.text}` means hinges and sliders, whose positions have different units"
+            cast.report((*where, "of"), message, "measure-kind")
     elif member.static and measure.kind not in _OF_STATICS:
         cast.report((*where, "of"), f"`{member.name}` is a static, which never moves", "not-dynamic")
         return

@@ -1,7 +1,7 @@
 """Selectors taken apart: `brick`, `brick[*]`, `brick[3]`, `brick[2:5]`, `arm[1].hand`, `net.x5_*`."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 _FORM = re.compile(r"(?P<body>\w+)(?:\[(?P<index>[\d:*]+)\])?(?:\.(?P<part>[\w*]+))?\Z", re.ASCII)
@@ -37,6 +37,17 @@ def named_by(part: str, names: Iterable[str]) -> list[str]:
         return [name for name in names if name == part]
     form = re.compile(".*".join(map(re.escape, part.split("*"))))
     return [name for name in names if name != WORLD and form.fullmatch(name)]
+
+
+def keys_for(name: str, keys: Iterable[str]) -> list[str]:
+    """Return those keys of a mapping that mean something of this name, patterns first: names overrule them."""
+    return sorted((key for key in keys if named_by(key, [name])), key=lambda key: "*" not in key)
+
+
+def spread_over(names: Iterable[str], values: Mapping[str, float]) -> dict[str, float]:
+    """Return the values of a mapping by name, where its keys may be patterns."""
+    found = {name: keys_for(name, values) for name in names}
+    return {name: values[keys[-1]] for name, keys in found.items() if keys}
 
 
 def parse_selector(text: str) -> Selection:

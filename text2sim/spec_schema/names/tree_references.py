@@ -8,6 +8,7 @@ from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models.bodies import Articulated, HingeMount, Link, Rigid, SliderMount
 from text2sim.spec_schema.names.cast import Cast
 from text2sim.spec_schema.names.circles import find_circles
+from text2sim.spec_schema.names.selectors import named_by
 from text2sim.spec_schema.text.document import Path
 
 WORLD = "world"
@@ -30,7 +31,7 @@ def check_tree(cast: Cast, name: str, body: Articulated) -> None:
     _check_loops(cast, root, body, links)
     _check_initial(cast, root, body, {name: link.joint for name, link in links.items()})
     for link, model in links.items():
-        if isinstance(model.joint, HingeMount | SliderMount) and link not in body.initial:
+        if isinstance(model.joint, HingeMount | SliderMount) and not any(named_by(key, [link]) for key in body.initial):
             _check_range(cast, (*root, "links", link, "joint", _range_field(model.joint)), model.joint, 0.0)
 
 
@@ -43,12 +44,15 @@ def check_mount(cast: Cast, name: str, body: Rigid) -> None:
 def _check_file(cast: Cast, root: Path, body: Articulated, joints: Mapping[str, Any]) -> None:
     for name, change in body.joints.items():
         where = (*root, "joints", name)
-        if name not in joints:
+        meant = named_by(name, joints)
+        if not meant:
             known = f"; there are {', '.join(joints)}" if 0 < len(joints) <= 12 else ""
             message = f"`{body.file}` has no joint `{name}`{known}"
             cast.report(where, message, "unknown-joint", nearest(name, joints), key=True)
-        elif change.actuator is not None and not isinstance(joints[name], HingeMount | SliderMount):
-            message = f"`{name}` is a {joints[name].kind} joint; only a hinge or slider can have a motor"
+            continue
+        odd = [one for one in meant if not isinstance(joints[one], HingeMount | SliderMount)]
+        if change.actuator is not None and odd:
+            message = f"`{odd[0]}` is a {joints[odd[0]].kind} joint; only a hinge or slider can have a motor"
             cast.report((*where, "actuator"), message, "no-joint", key=True)
     _check_initial(cast, root, body, joints)
 
@@ -99,11 +103,16 @@ def _check_initial(cast: Cast, root: Path, body: Articulated, joints: Mapping[st
     for name, value in body.initial.items():
         where = (*root, "initial", name)
         movable = [link for link, joint in joints.items() if isinstance(joint, HingeMount | SliderMount)]
-        if name not in movable:
+        meant = named_by(name, movable)
+        if not meant:
             what = f"`{name}` has no hinge or slider" if name in joints else f"there is no joint `{name}`"
             cast.report(where, what, "unknown-joint", nearest(name, movable), key=True)
             continue
-        _check_range(cast, where, joints[name], value)
+        for one in meant:
+            before = len(cast.problems)
+            _check_range(cast, where, joints[one], value)
+            if len(cast.problems) > before:
+                break
 
 
 def _check_range(cast: Cast, where: Path, joint: HingeMount | SliderMount, value: float) -> None:

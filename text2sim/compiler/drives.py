@@ -1,0 +1,105 @@
+"""Drives of joints: those of a time take over from each other, those of an event when it happens."""
+
+from collections.abc import Callable, Iterable, Mapping
+
+from text2sim.compiler.literal import Code
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.plan import DriveSegment, JointDrive, LaterDrive
+from text2sim.compiler.schedules import constructor, start_of, value_at
+from text2sim.compiler.trees.tree import Tree
+from text2sim.spec_schema.models.controls import Drive
+from text2sim.spec_schema.models.motion import Constant, Ramp, Schedule
+from text2sim.spec_schema.names.selectors import named_by
+
+Target = tuple[float, str, Schedule, int, str]
+"""Of a drive: from when [s], what is controlled, the target, line and name of the control."""
+Targets = dict[tuple[str, str], list[Target]]
+"""By copy and joint."""
+
+
+def joints_named(copy: Copy, part: str | None, trees: Mapping[str, Tree]) -> list[str]:
+    """Return the names of the joints that a drive means: one, or all hinges and sliders that a pattern fits."""
+    if part is None or "*" not in part or copy.name not in trees:
+        return [part or copy.body]
+    moving = [
+        name
+        for link in trees[copy.name].links()
+        for name, joint in link.all_joints()
+        if joint.kind in ("hinge", "slider")
+    ]
+    return named_by(part, moving)
+
+
+def add_drive(
+    control: Drive,
+    copy: Copy,
+    joints: Iterable[str],
+    line: int,
+    name: str,
+    targets: Targets,
+    later: dict[tuple[str, str], list[LaterDrive]],
+) -> None:
+    """Add a drive of joints of one copy to those of a time or of events."""
+    mode, schedule = next((m, s) for m in ("position", "velocity", "force") if (s := getattr(control, m)) is not None)
+    for joint in joints:
+        if control.on is None:
+            targets.setdefault((copy.name, joint), []).append((start_of(schedule), mode, schedule, line, name))
+        else:
+            row = LaterDrive(control.on, mode, constructor_after(schedule), line, name)
+            later.setdefault((copy.name, joint), []).append(row)
+
+
+def constructor_after(schedule: Schedule) -> Code:
+    """Source of a function of the target before, which returns the function of time for a schedule."""
+    return Code(f"lambda before: {constructor(schedule, Code('before'))}")
+
+
+def joint_drives(
+    targets: Targets, later: Mapping[tuple[str, str], list[LaterDrive]], initial: Mapping[str, Mapping[str, float]]
+) -> list[JointDrive]:
+    """Return the drives of every joint. What only an event drives is held, or at rest, until then."""
+    for key, rows in later.items():
+        if key not in targets:
+            first = initial.get(key[0], {}).get(key[1], 0.0) if rows[0].mode == "position" else 0.0
+            hold = Constant(kind="constant", value=first)
+            targets[key] = [(0.0, rows[0].mode, hold, rows[0].line, rows[0].control)]
+    made = []
+    for (entity, joint), rows in targets.items():
+        first = initial.get(entity, {}).get(joint, 0.0)
+        if (entity, joint) not in later:
+            made.append(JointDrive(entity, joint, _chain(rows, first)))
+            continue
+        # What a later target of a time starts from depends on the event before it: it waits for its time likewise.
+        timed = [
+            LaterDrive(start, mode, constructor_after(schedule), line, name)
+            for start, mode, schedule, line, name in rows
+            if start > 0.0
+        ]
+        begun: list[Target] = [row for row in rows if row[0] <= 0.0]
+        if not begun:
+            _, mode, _, line, name = min(rows, key=lambda row: row[0])
+            hold = Constant(kind="constant", value=first if mode == "position" else 0.0)
+            begun = [(0.0, mode, hold, line, name)]
+        waiting = (*sorted(timed, key=lambda row: row.when), *later[entity, joint])
+        made.append(JointDrive(entity, joint, _chain(begun, first), waiting))
+    return made
+
+
+def _chain(segments: list[Target], first: float) -> tuple[DriveSegment, ...]:
+    """Order the drives of one joint; a ramp without `from` starts where the one before it is then.
+
+    Until the first begins, the joint is held where it starts, or at rest, or pushed by nothing.
+    """
+    segments = sorted(segments, key=lambda segment: segment[0])
+    rows: list[DriveSegment] = []
+    start, mode, schedule, line, name = segments[0]
+    if start > 0.0 and not isinstance(schedule, Ramp):  # a ramp holds its first value by itself
+        rows.append(DriveSegment(0.0, mode, constructor(first if mode == "position" else 0.0), line, name))
+    value: Callable[[float], float] = lambda t: first  # noqa: E731
+    mode_before = None
+    for index, (start, mode, schedule, line, name) in enumerate(segments):
+        before = value(start) if mode == mode_before or (index == 0 and mode == "position") else 0.0
+        rows.append(DriveSegment(start if rows else 0.0, mode, constructor(schedule, before), line, name))
+        value = lambda t, s=schedule, b=before: value_at(s, t, b)  # noqa: E731
+        mode_before = mode
+    return tuple(rows)
