@@ -161,3 +161,35 @@ def test_runs_are_compared(judged, make_case, tmp_path):
     found = compare(read_runs(folders))
     assert {"name": "jelly: worst volume", "values": [0.6, 0.9]} in found.diagnostics
     assert "jelly: worst volume" in write_comparison(found, tmp_path / "page.html").read_text()
+
+
+def test_what_gets_through_walls_and_floors_is_suspicious(new_run, make_case):
+    """Of 20 grains 4 go through a wall, 2 of them between two frames, 1 through the ground, 1 past its edge, 1 into a float."""
+    run = new_run(duration=1.0)
+    t = run.time
+    run.add_link("floor", fixed=True)
+    wall = run.add_link("wall", fixed=True, pos=(1, 0, 0.5))
+    run.add_box(wall, (0.1, 2, 0.5))
+    stone = run.add_link("stone", pos=(-1, 0, 0.5))
+    run.add_box(stone, (0.3, 0.3, 0.3))
+    way = np.zeros((len(t), 20, 3))
+    way[:, :, 1], way[:, :, 2] = np.linspace(-1, 1, 20), 0.5
+    way[:, :2, 0] = (2 * t)[:, None]
+    way[:, 2:4, 0] = np.where(t > 0.5, 2.0, 0.0)[:, None]
+    way[:, 4, 2] = 0.5 - t
+    way[:, 5, 1], way[:, 5, 2] = 9.0, 0.5 - t
+    way[:, 6] = [-1, 0, 0.5]
+    way[:, 7, 0] = 0.92  # it lies against the wall, as deep as soft contact lets it
+    run.add_soft("sand", way, kind="granular", spacing=0.02, mass=3.0)
+    shape = {"kind": "box", "size": [0.2, 4, 1]}
+    bodies = {
+        "sand": {"kind": "granular", "shape": {"kind": "box", "size": [1, 1, 1]}},
+        "stone": {"kind": "rigid", "shape": shape},
+    }
+    scene = {"statics": {"floor": {"shape": {"kind": "plane", "size": 10}}, "wall": {"shape": shape}}}
+    found = judge(run.write(), make_case(bodies=bodies, scene=scene))
+    leaked = found["deformables"]["sand"]["leaked"]
+    assert leaked["value"] == pytest.approx(5 / 20)
+    assert (leaked["in"], leaked["at"]) == ("wall", pytest.approx(0.55, abs=0.011))
+    (words,) = [row for row in found["suspicions"] if "behind" in row]
+    assert words.startswith("`sand` has 25 % of its mass in or behind walls and floors, most of it by `wall`")

@@ -9,6 +9,7 @@ from text2sim.harness import deformation, folds
 from text2sim.harness.deformables import Deformable
 from text2sim.harness.deformation import DeformationError
 from text2sim.harness.gaps import Cloud, nearest_solid
+from text2sim.harness.leaks import KINDS, leaks
 from text2sim.harness.recording import Recording, links_of
 from text2sim.harness.selection import base_name
 from text2sim.harness.states import Array
@@ -44,6 +45,9 @@ def soft_diagnostics(recording: Recording) -> dict[str, dict[str, Any]]:
         )  # fmt: skip
         depth, where = penetration(recording, thin)
         _worst(rows, "penetration", depth, _large, {"unit": "m", "copy": body.body}, time, where)
+        if body.kind in KINDS:
+            share, walls = leaks(recording, thin)
+            _worst(rows, "leaked", share, _large, {"unit": "", "copy": body.body}, time, walls)
     return found
 
 

@@ -21,6 +21,8 @@ DEEP_FEM = 0.5
 """The same of fem bodies, in edges."""
 TURNED = 0.02
 """Part of the tetrahedra that are turned inside out."""
+LEAKED = 0.01
+"""Part of grains or a liquid that got through what holds it."""
 AT_WALLS = 0.01
 """Part of the points of a body at the walls of its solver's space."""
 PULLED = 1.5
@@ -84,6 +86,12 @@ _SIGNS: tuple[tuple[str, _Bad, str], ...] = (
     ("inverted", lambda value, row, spacing: value > TURNED, "has {percent:.2g} % of its tetrahedra inside out"),
     ("stretch", _is_pulled, "is drawn out to {value:.3g} times its length in places"),
     ("penetration", _is_deep, "is {mm:.3g} mm deep in `{where}`"),
+    (
+        "leaked",
+        lambda value, row, spacing: value > LEAKED,
+        "has {percent:.2g} % of its mass in or behind walls and floors, most of it by `{where}` (its `soft_reach` of half "
+        "a cell holds better), reached",
+    ),
     (
         "against_bounds",
         lambda value, row, spacing: value > AT_WALLS,
