@@ -156,6 +156,24 @@ def test_remarks_say_what_is_not_seen(make_run: MakeRun) -> None:
     }  # fmt: skip
 
 
+def test_an_empty_picture_and_an_end_before_the_end_are_said(make_run: MakeRun) -> None:
+    box = {"box": {"half": 0.1, "pos": (0, 0, 0.4), "velocity": (1, 0, 0)}}
+
+    def remarks(**film: Any) -> str:
+        return "\n".join(summarise(Watcher(read_recording(make_run(box, **film))))["remarks"])
+
+    def shot(start: float, end: float) -> dict[str, Any]:
+        return {"name": "a", "camera": "main", "from": start, "to": end, "speed": 0.1, "hold": 0.0}
+
+    assert "all bodies together span" in remarks()
+    assert "ends" not in remarks()
+    assert "the film ends at 0.19 s of 0.40 s" in remarks(shots=[shot(0.0, 0.2)])
+    assert "the film ends with a replay, at 0.19 s" in remarks(shots=[shot(0.0, 0.4), shot(0.1, 0.2)])
+    box["box"] |= {"half": 0.8, "velocity": (0, 0, 0)}
+    assert "span" not in remarks()
+    assert "ends" not in remarks(shots=[shot(0.0, 0.2)]), "nothing happens after that"
+
+
 def test_motion_is_the_way_across_the_picture(make_run: MakeRun) -> None:
     camera = {"main": {"kind": "still", "up": (0, 0, 1), "fov": 40.0, "pos": (0, -5, 0), "look_at": (0, 0, 0)}}
     run = make_run({"runner": {"half": 0.01, "pos": (-0.1, 0, 0), "velocity": (1.0, 0, 0)}}, cameras=camera)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 Row = dict[str, Any]
-"""Of a picture: frame, camera, t, and bodies with their measures by name."""
+"""Of a picture: frame, camera, t, span of all bodies together, and bodies with their measures by name."""
 Painted = Callable[[Frame, tuple[int, int]], Array | None]
 """Returns a picture of a film in this size, colours 0 to 1, shape (h, w, 3); None if there is none."""
 
@@ -54,9 +54,9 @@ class Watcher:
         """Return what is seen in a picture."""
         return self.recorded.sight(frame.t, self.cameras.view(frame.camera, frame.t, frame.part), self.size)
 
-    def measures(self, frame: Frame) -> dict[str, Measures]:
+    def measures(self, frame: Frame, sight: Sight | None = None) -> dict[str, Measures]:
         """Return how well each thing is seen in a picture, by its name."""
-        sight = self.sight(frame)
+        sight = self.sight(frame) if sight is None else sight
         if self._painted is None:
             picture = self.recorded.flat_picture(sight, self.recording.film["background"])
         else:
@@ -70,14 +70,34 @@ class Watcher:
             frame: The picture.
             after: The next one, for motion.
         """
-        found, motion = self.measures(frame), self._motion(frame, after)
+        sight = self.sight(frame)
+        found, motion = self.measures(frame, sight), self._motion(frame, after)
         bodies = {
             name: {key: None if value is None else round(value, DIGITS) for key, value in measures._asdict().items()}
             | {"motion": None if motion is None else round(float(motion[k]), DIGITS)}
             for k, (name, measures) in enumerate(found.items())
             if measures.share or measures.inside
         }
-        return {"frame": frame.k, "camera": frame.camera, "t": round(frame.t, 6), "bodies": bodies}
+        span = round(self._span(sight), DIGITS)
+        return {"frame": frame.k, "camera": frame.camera, "t": round(frame.t, 6), "span": span, "bodies": bodies}
+
+    def moves_between(self, start: float, end: float) -> bool:
+        """Whether bodies are elsewhere at one time [s] than at another, by a twentieth of the room that they take."""
+        before, after = (self.recorded.things(t) for t in (start, end))
+        chosen = np.array([name not in self.recorded.statics for name in self.recorded.names], bool)
+        one, other = (things.triangles[chosen[things.owner], 0] for things in (before, after))
+        if not len(one) or len(one) != len(other):
+            return len(one) != len(other)
+        return bool(np.linalg.norm(other - one, axis=1).max() > np.ptp(one, axis=0).max() / 20)
+
+    def _span(self, sight: Sight) -> float:
+        """Part of the picture's width or height, whichever is more, from end to end of all bodies that are seen."""
+        moving = np.array([name not in self.recorded.statics for name in self.recorded.names], bool)
+        pixels = sight.pixels[sight.visible & moving[sight.things]]
+        if not len(pixels):
+            return 0.0
+        wide, tall = self.size
+        return float(max((np.ptp(pixels % wide) + 1) / wide, (np.ptp(pixels // wide) + 1) / tall))
 
     def rows(self, frames: Sequence[Frame], samples: int = SAMPLES) -> list[Row]:
         """Return the measures of pictures spread evenly over a film."""

@@ -29,6 +29,12 @@ QUICK = 0.25
 """Heights of the picture from one picture to the next, from which on a body is too quick to follow."""
 
 
+CUT_OFF = 0.25
+"""Part of the recorded time after the end of a film from which on that is said."""
+EMPTY = 0.3
+"""Part of the picture's width or height that all bodies together span in most pictures, below which it is empty."""
+
+
 @dataclass(frozen=True)
 class Moment:
     """An event that a film should show."""
@@ -51,6 +57,7 @@ def summarise(watcher: Watcher, moments: Sequence[Moment] = ()) -> dict[str, Any
     taken = {name: frames(film, shots, last) for name, shots in list(reels(film).items())[:FILMS]}
     rows = {name: watcher.rows(found, SAMPLES if name == MAIN else OTHERS) for name, found in taken.items()}
     remarks = [
+        *_about_film(watcher, taken[MAIN], rows[MAIN], last),
         *_about_bodies(watcher, taken[MAIN], rows[MAIN]),
         *_about_moments(watcher, taken[MAIN], moments[:EVENTS]),
     ]
@@ -80,6 +87,23 @@ def _body(rows: list[Row], name: str) -> dict[str, Any]:
         "motion": max(known("motion"), default=None),
         "seen": sum(share > 0 for share in shares),
     }
+
+
+def _about_film(watcher: Watcher, taken: list[Frame], rows: list[Row], last: float) -> list[str]:
+    """Say what is wrong with all of it: an empty picture, an end that comes before the end."""
+    found = []
+    span = median(row["span"] for row in rows)
+    if 0 < span < EMPTY:
+        found.append(
+            f"all bodies together span {_percent(span)} of the picture in most pictures: the camera can be "
+            f"{0.8 / span:.1f} times as near, or go along"
+        )
+    end, latest = taken[-1].t, max(frame.t for frame in taken)
+    if taken[-1].again and latest - end > taken[-1].speed:
+        found.append(f"the film ends with a replay, at {end:.2f} s: what came of it, at {latest:.2f} s, is not its end")
+    elif last - end > CUT_OFF * last and watcher.moves_between(end, last):
+        found.append(f"the film ends at {end:.2f} s of {last:.2f} s: is the final state in it?")
+    return found
 
 
 def _about_bodies(watcher: Watcher, taken: list[Frame], rows: list[Row]) -> list[str]:
