@@ -74,3 +74,16 @@ def test_a_restatement_keeps_a_bound() -> None:
     assert weakened(old, {"low": {"measure": "height", "at": "end", "below": 0.25}}) == []
     assert weakened(old, {"low": {"measure": "height", "at": "end"}})
     assert weakened(old, {"new": {"measure": "height", "at": "end", "below": 1}})
+
+
+def test_what_stands_for_several_goes_on_doing_so() -> None:
+    old = {"low": {"measure": "height_${k}", "at": "end", "below": 0.3, "repeat": 3}}
+    assert "stands for 3" in weakened(old, {"low": old["low"] | {"repeat": 2}})[0]
+    several = CASE.replace(
+        'low: {measure: height, at: end, below: "${bound}"}',
+        'low: {measure: height, at: end, below: "${bound + k}", repeat: 2}',
+    )
+    held = Contract.of(load_text(several), ("lands", "low"))
+    assert set(held.values["expect"]) == {"lands", "low_0", "low_1"}
+    assert held.breaches(load_text(several)) == []
+    assert held.breaches(load_text(CASE))

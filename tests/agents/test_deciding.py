@@ -85,7 +85,7 @@ def test_what_the_planner_may_do(answer: str) -> None:
 @pytest.mark.parametrize(
     ("answer", "about"),
     [
-        ("params: {layer: 3}", "choose another name"),
+        ("params: {layer: 3}", "choose another"),
         ("params: {height: 1.0}", "it is 1.0 already"),
         ('params: {height: "${hight}"}', "did you mean `height`"),
         ("patch: [{op: remove, path: /params/bound}]", "unknown name `bound`"),
@@ -240,3 +240,36 @@ def test_the_planner_is_told_what_is_left(tmp_path: Path, monkeypatch: pytest.Mo
         {"planner": [PLAN, "action: give_up\nwhy: x"], "bodies": [LOST, "patch: []"]},
     )
     assert "Left: 3 of 4 attempts are left." in model.questions("planner")[1]
+
+
+def test_a_writer_that_gives_no_usable_answer_does_not_end_the_loop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model, outcome, _ = loop(
+        tmp_path,
+        monkeypatch,
+        {
+            "planner": [PLAN, "action: give_up\nwhy: enough"],
+            "bodies": [LOST, "nonsense: 1", "nonsense: 2", "nonsense: 3"],
+        },
+    )
+    assert (outcome.state, outcome.why) == ("gave_up", "enough")
+    assert "the bodies gave no usable answer in 3 tries" in model.questions("planner")[1]
+
+
+def test_what_of_a_decision_can_be_done_is_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    half = "action: repair\nwhy: lower\nparams: {layer: 2, height: 0.5}\nroutes: [{section: scene, instruction: Add a table.}]"
+    model, outcome, seen = loop(
+        tmp_path,
+        monkeypatch,
+        {
+            "planner": [PLAN, half, half + " ", half + "  ", "action: give_up\nwhy: enough"],
+            "bodies": [LOST, "patch: []", "patch: []"],
+            "scene": [*REPLIES["scene"], "patch: []"],
+        },
+    )
+    assert (outcome.state, outcome.why) == ("gave_up", "enough")
+    decided = [what for event, what in seen if event == "decided"]
+    assert decided[0]["routes"] == {"scene": "Add a table."}
+    assert "without what could not be done: /params/layer" in decided[0]["why"]
+    assert "Add a table." in model.questions("scene")[1]

@@ -69,7 +69,7 @@ def test_a_sound_plan_passes() -> None:
     assert faults(PLAN) == []
 
 
-@pytest.mark.parametrize("name", ["layer", "i", "n", "row", "column", "u", "pi", "sin"])
+@pytest.mark.parametrize("name", ["layer", "i", "n", "row", "column", "u", "k", "pi", "sin"])
 def test_names_that_expressions_know(name: str) -> None:
     (row,) = faults(PLAN, **{f"params__{name}": 1})
     assert row.startswith(f"/params/{name}: ")

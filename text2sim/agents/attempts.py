@@ -9,6 +9,7 @@ from typing import Any
 
 from text2sim.agents.brief import citable, evidence_text
 from text2sim.agents.casework import Examination
+from text2sim.agents.contract import numbered
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.pictures import frame_sheet
 from text2sim.harness.record import RunRecord, write_atomically
@@ -52,7 +53,8 @@ class Attempt:
 
     def missed(self, names: Sequence[str]) -> tuple[str, ...]:
         """Expectations of these that did not come true."""
-        return tuple(name for name in names if self.expect.get(name, {}).get("ok") is not True)
+        known = {one: name for name in names for one in numbered(name, self.expect)}
+        return tuple(dict.fromkeys(known[one] for one in known if self.expect.get(one, {}).get("ok") is not True))
 
     def rank(self, names: Sequence[str]) -> tuple[Any, ...]:
         """How good it is; larger is better."""
@@ -155,7 +157,8 @@ class Attempts:
         }
         attempt.pictures, frames = self._pictures(attempt, result.folder)
         bodies = [*examined.loaded.case.bodies, *examined.loaded.case.scene.statics]
-        text = evidence_text(result.folder, result.evidence, vars(record) if record is not None else {}, given)
+        asked = [one for name in given for one in numbered(name, result.expectations)]
+        text = evidence_text(result.folder, result.evidence, vars(record) if record is not None else {}, asked)
         if examined.warnings:
             text += "\n\n## Warnings of the lint\n\n" + "\n".join(
                 f"- {p.path}: {p.message} [{p.rule}]" for p in examined.warnings[:10]

@@ -1,6 +1,7 @@
 """From sections to a case that is checked, and from what is wrong with it to whoever has to mend it."""
 
 import json
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -119,7 +120,8 @@ def owner_of(problem: Problem, frozen: Iterable[str]) -> str:
     section = steps[1] if len(steps) > 1 else ""
     if problem.path == "/actions/expect":  # of all expectations together
         return "plan"
-    if any(problem.path == pointer or problem.path.startswith(pointer + "/") for pointer in frozen):
+    # An entry with `repeat` is told of by its numbers.
+    if any(re.fullmatch(rf"{re.escape(pointer)}(_\d+)?(/.*)?", problem.path) for pointer in frozen):
         return "plan"
     return section if section in SECTIONS else "plan"
 

@@ -3,6 +3,7 @@
 Compared are values, not texts: a parameter that makes a bound easier is as much a change as another bound.
 """
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -42,6 +43,7 @@ class Contract:
             planned: Bodies that the plan calls dynamic, whatever the case has made of them.
         """
         actions = loaded.data.get("actions") or {}
+        names = [one for name in names for one in numbered(name, actions.get("expect") or {})]
         values: dict[str, Data] = {part: {} for part in PARTS}
         waiting = [("expect", name) for name in names]
         while waiting:
@@ -86,6 +88,19 @@ class Contract:
         return found
 
 
+def numbered(name: str, known: Iterable[str]) -> list[str]:
+    """Return what an entry is called in a case where entries with `repeat` stand for themselves: by its numbers.
+
+    Args:
+        name: As it is written.
+        known: The entries of the case.
+    """
+    known = list(known)
+    if name in known:
+        return [name]
+    return [one for one in known if re.fullmatch(rf"{re.escape(name)}_\d+", one)] or [name]
+
+
 def weakened(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
     """Say what a restatement of expectations must not do, as far as that can be told without judgement.
 
@@ -102,6 +117,9 @@ def weakened(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
         was, now = _bounds(before), _bounds(row)
         if was - now:
             found.append(f"{name}: a restated expectation keeps its {', '.join(sorted(was - now))}")
+        several, left = before.get("repeat"), row.get("repeat", 1)
+        if isinstance(several, int) and isinstance(left, int) and left < several:
+            found.append(f"{name}: it stands for {several}, and goes on standing for them: `repeat: {several}`")
         for side, sign in (("above", -1), ("below", 1)):
             old_bound, new_bound = before.get(side), row.get(side)
             if not (isinstance(old_bound, int | float) and isinstance(new_bound, int | float)):

@@ -1,13 +1,13 @@
 """What the Planner does about an attempt: asked, and tried on a copy before it is done."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.agents import language, revising
 from text2sim.agents.agreement import Agreement
-from text2sim.agents.asking import Desk, Wrong, typed
+from text2sim.agents.asking import Desk, RoleFailed, Wrong, typed
 from text2sim.agents.brief import to_decide_by
 from text2sim.agents.casework import FROZEN_PARTS, PLANNERS, examine, owner_of, said
 from text2sim.agents.contract import weakened
@@ -69,9 +69,14 @@ def decide(
         path: Where the case stands.
         anew: Whether it may plan anew.
     """
+    last: list[Decision] = []
+
+    def faults(decision: Decision) -> list[str]:
+        return decision_faults(decision, agreement, case, report, deck, path, anew=anew)
 
     def check(decision: Decision) -> None:
-        if wrong := decision_faults(decision, agreement, case, report, deck, path, anew=anew):
+        last.append(decision)
+        if wrong := faults(decision):
             raise Wrong(wrong)
 
     question = render(
@@ -84,7 +89,24 @@ def decide(
         cards=offer,
     )
     system = system_prompt(PLANNER, "decide", taken=", ".join(TAKEN))
-    return desk.ask("planner", system, question, typed(Decision, check))
+    try:
+        return desk.ask("planner", system, question, typed(Decision, check))
+    except RoleFailed as failed:
+        if not last or (sound := _sound_part(last[-1], faults)) is None:
+            raise
+        return sound.model_copy(update={"why": f"{sound.why} (without what could not be done: {failed.reasons[0]})"})
+
+
+def _sound_part(decision: Decision, faults: Callable[[Decision], list[str]]) -> Decision | None:
+    """What of a decision can be done; None if that is nothing."""
+    routes = [route.model_copy(update={"cards": []}) for route in decision.routes]
+    kept: Decision | None = None
+    for key in ("routes", "take", "params", "patch", "waive", "restate", "plan"):
+        value = routes if key == "routes" else getattr(decision, key)
+        base = kept or Decision(action="repair", why=decision.why)
+        if value and not faults(more := Decision.model_validate(base.model_dump(exclude_unset=True) | {key: value})):
+            kept = more
+    return kept
 
 
 def decision_faults(
@@ -113,6 +135,7 @@ def decision_faults(
         for name, value in decision.params.items()
         if name in present and same(present[name], value)
     ]
+    wrong += [f"/params/{n}: expressions know this name; choose another" for n in decision.params if n in TAKEN]
     wrong += foreign(decision.patch) + _check_faults(decision, agreement)
     if not (work and (set(work) - {"plan"} or _does(decision))):
         wrong.append(

@@ -1,9 +1,9 @@
 """The loop: plan, write, check, run, judge, decide, until a case is accepted or nothing more may be spent."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
@@ -17,6 +17,7 @@ from text2sim.agents.deciding import Report, decide
 from text2sim.agents.deck import Deck
 from text2sim.agents.journal import Emit
 from text2sim.agents.models.exchange import ModelError, StoppedError
+from text2sim.agents.outcome import Limits, Outcome, State
 from text2sim.agents.planning import Request, Tried, make_plan
 from text2sim.agents.rehearsal import held_at_start
 from text2sim.agents.replies import Decision, Fragments, Plan, Route
@@ -24,8 +25,6 @@ from text2sim.agents.requirements import Requirement, take_apart
 from text2sim.agents.showing import exhibit, kept, with_effects
 from text2sim.agents.workshop import Workshop
 from text2sim.spec_schema.errors import Problem
-
-State = Literal["accepted", "impossible", "gave_up", "spent", "failed"]
 
 MENDS = 3
 """Times that owners may mend what the check finds, before it is the Planner's turn."""
@@ -36,33 +35,6 @@ CONSIDER = (
 )
 STANDSTILL = 2
 """Attempts after the best one that may bring nothing, once everything expected has come true."""
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What a loop may use, besides tokens, money and time."""
-
-    attempts: int = 30
-    sim_timeout: float = 3600.0
-    """Wall time [s] of one simulation."""
-    minutes_left: Callable[[], float | None] = lambda: None
-    """Minutes by the clock that are left for everything."""
-
-    def timeout(self) -> float:
-        """Wall time [s] that the next simulation may take."""
-        left = self.minutes_left()
-        return self.sim_timeout if left is None else max(1.0, min(self.sim_timeout, 60 * left))
-
-
-@dataclass
-class Outcome:
-    """What came of it."""
-
-    state: State
-    why: str
-    best: Attempt | None = None
-    unresolved: list[str] = field(default_factory=list)
-    plan: Plan | None = None
 
 
 class Loop:

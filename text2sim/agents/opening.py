@@ -4,7 +4,8 @@ from text2sim.agents import revising
 from text2sim.agents.attempts import Attempt
 from text2sim.agents.casework import examine, said
 from text2sim.agents.deciding import as_decision, open_case
-from text2sim.agents.loop import Loop, Outcome
+from text2sim.agents.loop import Loop
+from text2sim.agents.outcome import Outcome
 from text2sim.agents.replies import Fragments, Opening, Plan, PlannedBody
 from text2sim.agents.requirements import of_wish, take_apart
 from text2sim.spec_schema.changes.patch import same

@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from text2sim.agents.contract import numbered
 from text2sim.agents.language import body_kinds, mount_kinds, shape_kinds
 from text2sim.agents.replies import Fragments, Plan, PlannedBody
 from text2sim.spec_schema.arithmetic.expressions import RESERVED
@@ -19,10 +20,11 @@ from text2sim.spec_schema.arithmetic.resolution import COPY_VARIABLES
 from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError, nearest
 from text2sim.spec_schema.load import LoadedCase, load_text
+from text2sim.spec_schema.reuse.multiples import NUMBER
 from text2sim.spec_schema.text.canonical import format_text
 
 Data = dict[str, Any]
-TAKEN = (*sorted(COPY_VARIABLES), *sorted(RESERVED))
+TAKEN = (*sorted({*COPY_VARIABLES, NUMBER}), *sorted(RESERVED))
 """Names that expressions know already, and no parameter can have."""
 MODES = ("rigid", "articulated", "soft", "cloth", "rope", "granular", "liquid", "snow", "driven", "film")
 OTHERS = frozenset({"unknown-attach", "never-released", "no-domain"})
@@ -95,7 +97,10 @@ def _word_faults(plan: Plan) -> Iterator[str]:
     words = [(f"/shared/{k}", line) for k, line in enumerate(plan.shared)]
     words += [(f"/bodies/{name}/what", body.what) for name, body in plan.bodies.items()]
     words += [(f"/briefs/{section}", line) for section, line in plan.briefs.items()]
-    known = {*plan.params, *COPY_VARIABLES}
+    known = {*plan.params, *COPY_VARIABLES, NUMBER}
+    if NUMBER in plan.params:  # it is wrong as soon as any Writer says `repeat: 3`
+        way = f"choose another name; taken are {', '.join(TAKEN)} [taken-name]"
+        yield f"/params/{NUMBER}: `{NUMBER}` is the number of an entry with repeat; {way}"
     for where, text in words:
         if "${" not in text:
             continue
@@ -258,8 +263,9 @@ def _at_rest(plan: Plan, loaded: LoadedCase) -> Iterator[str]:
     from text2sim.lint.script.outcomes import asked_of
 
     case = loaded.case
+    kept = {one for name in plan.keeps for one in numbered(name, case.actions.expect)}
     for name, expect in case.actions.expect.items():
-        if name in plan.keeps:
+        if name in kept:
             continue
         if expect.measure is not None:
             measure = case.actions.measures[expect.measure]
@@ -311,7 +317,7 @@ def held_at_start(loaded: LoadedCase, names: Iterable[str]) -> dict[str, str]:
     from text2sim.lint.script.outcomes import asked_of
 
     facts, found = Facts(resolve_case(loaded)), {}
-    for name in names:
+    for name in (one for written in names for one in numbered(written, loaded.case.actions.expect)):
         expect = loaded.case.actions.expect.get(name)
         if expect is None or expect.measure is None or asked_of(expect, loaded.case.scene.duration).first <= 0.0:
             continue

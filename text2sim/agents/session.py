@@ -22,12 +22,13 @@ from text2sim.agents.attempts import copy_input
 from text2sim.agents.deck import Deck
 from text2sim.agents.inputs import described, probed, take
 from text2sim.agents.journal import Journal, Listener
-from text2sim.agents.loop import Limits, Loop, Outcome
+from text2sim.agents.loop import Loop
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.endpoint import Endpoint
 from text2sim.agents.models.endpoint import endpoint_of as _endpoint_of
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.opening import amend
+from text2sim.agents.outcome import Limits, Outcome
 from text2sim.agents.planning import Request
 from text2sim.agents.roles import ROLES
 from text2sim.agents.yaml_text import yaml_text

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
-from text2sim.agents.asking import Desk
+from text2sim.agents.asking import Desk, RoleFailed
 from text2sim.agents.casework import whole_actions
 from text2sim.agents.deck import Deck
 from text2sim.agents.journal import Emit
@@ -111,18 +111,14 @@ class Workshop:
 
         def done(section: str) -> dict[str, Any] | Refer:
             instruction, problems, cards = work[section]
-            return change_section(
-                self.desk,
-                section,
-                self.agreement.plan,
-                case,
-                instruction,
-                problems,
-                cards,
-                self.path,
-                self.request.text,
-                keep,
-            )
+            plan, request = self.agreement.plan, self.request.text
+            try:
+                return change_section(
+                    self.desk, section, plan, case, instruction, problems, cards, self.path, request, keep
+                )
+            except RoleFailed as failed:
+                # The section stays as it is, and the Planner finds another way.
+                return Refer.model_construct(section="plan", why=str(failed))
 
         answers = _together({name: lambda name=name: done(name) for name in SECTIONS if name in work})
         told: dict[str, list[str]] = {}

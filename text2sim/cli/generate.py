@@ -10,7 +10,7 @@ from text2sim.cli.last_film import Film, Quality, last_film
 from text2sim.cli.wording import File, words_of
 
 if TYPE_CHECKING:
-    from text2sim.agents.loop import Outcome
+    from text2sim.agents.outcome import Outcome
     from text2sim.agents.session import Kind, Session
 
 MODEL = "TEXT2SIM_MODEL"

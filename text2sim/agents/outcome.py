@@ -1,0 +1,37 @@
+"""What a loop may use, and what came of it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal
+
+from text2sim.agents.attempts import Attempt
+from text2sim.agents.replies import Plan
+
+State = Literal["accepted", "impossible", "gave_up", "spent", "failed"]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a loop may use, besides tokens, money and time."""
+
+    attempts: int = 30
+    sim_timeout: float = 3600.0
+    """Wall time [s] of one simulation."""
+    minutes_left: Callable[[], float | None] = lambda: None
+    """Minutes by the clock that are left for everything."""
+
+    def timeout(self) -> float:
+        """Wall time [s] that the next simulation may take."""
+        left = self.minutes_left()
+        return self.sim_timeout if left is None else max(1.0, min(self.sim_timeout, 60 * left))
+
+
+@dataclass
+class Outcome:
+    """What came of it."""
+
+    state: State
+    why: str
+    best: Attempt | None = None
+    unresolved: list[str] = field(default_factory=list)
+    plan: Plan | None = None
