@@ -145,7 +145,7 @@ def test_what_is_wrong_with_a_mechanism_goes_back(tmp_path: Path) -> None:
         supplied(tmp_path, "mechanism", "arm", *[ARM.replace("parent: post", "parent: pots").replace("MOST", "50")] * 3)
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("engine")
 @pytest.mark.timeout(600)
 def test_a_mechanism_is_moved_in_the_engine_before_it_is_used(tmp_path: Path) -> None:
     weak, strong = ARM.replace("MOST", "0.0005"), ARM.replace("MOST", "50")
