@@ -148,6 +148,9 @@ def load_mechanism(folder: Path, file: str, *, base: str | None = None) -> Mecha
             return _load(folder, file, base)
         except (OSError, RuntimeError) as error:  # no permission, a name too long, links in a circle
             raise AssetError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
+        except (ValueError, LookupError, TypeError, ArithmeticError, AttributeError) as error:
+            # What a stranger's document can hold has no end; what it breaks is said of it.
+            raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
     except AssetError as error:
         message = str(error)
         raise AssetError(message if message.startswith(f"`{file}`") else f"`{file}` {_joined(message)}") from None

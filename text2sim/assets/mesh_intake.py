@@ -1,8 +1,6 @@
 """Mesh files of strangers: limited, read without a look at any file elsewhere, turned upright."""
 
-import json
 import logging
-import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from io import BytesIO
@@ -11,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from text2sim.assets.foreign import check_gltf
 from text2sim.assets.keeping import MAX_FILE, read_file
 from text2sim.assets.surface import Paint, Surface, welded
 from text2sim.spec_schema.errors import AssetError
@@ -20,8 +19,6 @@ BESIDE = (".mtl", ".png", ".jpg", ".jpeg", ".bmp", ".tga")
 """What may be read beside an .obj file."""
 MAX_BESIDE = 32
 MAX_TRIANGLES = 2_000_000
-MAX_COUNT = 20_000_000
-"""Numbers of one kind that a glTF file may announce."""
 MAX_COORDINATE = 1e9
 MAX_PICTURE = 2048
 """Pixels along a side of a picture; larger ones are made smaller."""
@@ -54,7 +51,7 @@ def read_surface(path: Path, up: Up | None = None) -> tuple[Surface, tuple[str, 
     try:
         _refuse_disguise(content)
         if suffix in (".glb", ".gltf"):
-            _check_gltf(content, suffix)
+            check_gltf(content, suffix, beside=False)
         neighbours = _Beside(path.parent)
         scene = _load(content, suffix, neighbours)
         surface = _surface(scene)
@@ -71,27 +68,6 @@ def _refuse_disguise(content: bytes) -> None:
         raise AssetError("is an archive; unpack it, and name the mesh in it")
     if not content.strip():
         raise AssetError("is empty")
-
-
-def _check_gltf(content: bytes, suffix: str) -> None:
-    """Refuse a glTF document that needs other files, or announces more than anybody needs."""
-    try:
-        if suffix == ".glb":
-            magic, _, _, length, _ = struct.unpack_from("<4sIIII", content)
-            content = content[20 : 20 + length] if magic == b"glTF" else b""
-        document = json.loads(content)
-        parts = [*document.get("buffers", ()), *document.get("images", ())]
-        uris = [part.get("uri", "data:") for part in parts]
-        counts = [accessor.get("count", 0) for accessor in document.get("accessors", ())]
-        needed = document.get("extensionsRequired", ())
-    except (struct.error, ValueError, AttributeError, TypeError, RecursionError):
-        raise AssetError(f"is not a {suffix} file") from None
-    if not all(isinstance(uri, str) and uri.startswith("data:") for uri in uris):
-        raise AssetError("needs other files; export it as .glb with everything embedded")
-    if not all(isinstance(count, int) and 0 <= count <= MAX_COUNT for count in counts) or sum(counts) > MAX_COUNT:
-        raise AssetError(f"announces more than {MAX_COUNT:,} numbers")
-    if any("draco" in str(name).lower() or "meshopt" in str(name).lower() for name in needed):
-        raise AssetError("is compressed (Draco or meshopt); export it without compression")
 
 
 def _load(content: bytes, suffix: str, neighbours: "_Beside") -> Any:

@@ -11,6 +11,8 @@ from text2sim.spec_schema.errors import AssetError
 MESHES = (".obj", ".stl")
 TEXTURES = (".png",)
 MAX_TEXTURE = 4096
+MAX_PIXELS = 120_000_000
+"""Of all textures that a document has made: MuJoCo keeps each whole, at three bytes a pixel."""
 MAX_LINKS = 500
 
 SECTIONS = frozenset("compiler default asset worldbody contact equality tendon actuator".split())
@@ -80,6 +82,7 @@ def read_mjcf(root: ET.Element, bundle: Bundle, base: str | None) -> Draft:
 
 
 def _check_elements(root: ET.Element) -> None:
+    pixels = 0
     for section in root:
         if section.tag not in SECTIONS | IGNORED:
             raise _refusal(section.tag)
@@ -100,15 +103,33 @@ def _check_elements(root: ET.Element) -> None:
                 raise AssetError(
                     f"has an actuator `{element.get('name', '')}` on something else than a joint; remove it"
                 )
+            pixels += _pixels(element) if element.tag == "texture" else 0
+            if pixels > MAX_PIXELS:
+                raise AssetError(f"has textures of more than {MAX_PIXELS:,} pixels in all; make them smaller")
             if element.tag == "texture" and _larger(
                 element.get("width"), element.get("height"), element.get("gridsize")
             ):
                 raise AssetError(f"has a texture of more than {MAX_TEXTURE} x {MAX_TEXTURE} pixels")
-            if float(element.get("ref") or 0.0) and section.tag == "worldbody":
+            if _number(element.get("ref")) and section.tag == "worldbody":
                 name = element.get("name", "")
                 raise AssetError(
                     f'counts the position of joint `{name}` from ref="{element.get("ref")}"; leave `ref` out'
                 )
+
+
+def _number(text: str | None) -> float:
+    try:
+        return float(text or 0.0)
+    except ValueError:
+        raise AssetError(f'has a number that is none: ref="{(text or "")[:40]}"') from None
+
+
+def _pixels(texture: ET.Element) -> int:
+    """Pixels of a texture that MuJoCo makes itself: six sides of a cube unless it is said to be flat."""
+    if texture.get("builtin", "none") == "none":
+        return 0
+    wide, tall = (int(size) if (size := texture.get(name, "0")).isdigit() else 0 for name in ("width", "height"))
+    return wide * tall if texture.get("type", "cube") == "2d" else 6 * wide * wide
 
 
 def _larger(*sizes: str | None) -> bool:

@@ -8,6 +8,7 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.assets.foreign import check_gltf, foreign
 from text2sim.assets.remembered import meets, packed, remembered, unpacked
 from text2sim.assets.shelf import shelf_of
 from text2sim.compiler.shapes.hulls import hull_of
@@ -122,21 +123,18 @@ def open_mesh(path: Path, root: Path, **options: Any) -> Any:
     Raises:
         AssetError: if it cannot be read.
     """
-    import numpy as np
     import trimesh
 
     if not trimesh.util.log.handlers:
         trimesh.util.log.addHandler(logging.NullHandler())  # what is wrong with a file is said by errors
-    try:
-        with path.open("rb") as stream, np.errstate(all="ignore"):
-            return trimesh.load(
-                stream, file_type=path.suffix[1:].lower(), process=False,
-                resolver=_Resolver(path.parent, root), **options,
-            )  # fmt: skip
-    except AssetError:
-        raise
-    except Exception as error:  # readers of foreign files fail in every way there is
-        raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
+    suffix = path.suffix.lower()
+    with foreign(), path.open("rb") as stream:
+        if suffix in (".glb", ".gltf"):
+            check_gltf(stream.read(), suffix, beside=True)
+            stream.seek(0)
+        return trimesh.load(
+            stream, file_type=suffix[1:], process=False, resolver=_Resolver(path.parent, root), **options
+        )
 
 
 def turn_upright(vectors: "np.ndarray", path: Path) -> "np.ndarray":
@@ -185,17 +183,19 @@ def _read(path: Path, root: Path, _mtime: int, size: int) -> MeshFile:
 
 
 def _made(path: Path, root: Path) -> MeshFile:
+    loaded = open_mesh(path, root, force="mesh", skip_materials=True)
+    with foreign():
+        return _judged(loaded, path)
+
+
+def _judged(loaded: Any, path: Path) -> MeshFile:
     import numpy as np
     import trimesh
 
-    loaded = open_mesh(path, root, force="mesh", skip_materials=True)
-    try:
-        vertices, faces = (
-            turn_upright(np.asarray(loaded.vertices, float), path),
-            np.asarray(loaded.faces, np.int64),
-        )
-    except Exception as error:  # a point cloud, a path or a scene has neither
-        raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
+    # A point cloud, a path or a scene has neither.
+    vertices, faces = turn_upright(np.asarray(loaded.vertices, float), path), np.asarray(loaded.faces, np.int64)
+    if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
+        raise AssetError("has triangles of vertices that it does not have")
     if len(faces) == 0 or not np.isfinite(vertices).all():
         raise AssetError("has no triangles" if len(faces) == 0 else "has vertices that are not finite")
     if len(faces) > MAX_FACES:

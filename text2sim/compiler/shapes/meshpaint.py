@@ -6,6 +6,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.assets.foreign import foreign
 from text2sim.compiler.shapes.meshfile import mesh_path, open_mesh, turn_upright
 from text2sim.spec_schema.errors import AssetError
 
@@ -55,18 +56,21 @@ def load_paint(file: str, folder: Path) -> list[MeshPaint]:
 
 @lru_cache(maxsize=64)
 def _read_paint(path: Path, root: Path, _mtime: int, _size: int) -> list[MeshPaint]:
-    import numpy as np
-    import trimesh
-
     try:
         scene = open_mesh(path, root, force="scene")
     except AssetError:
         # A material that is missing, or not in the case's folder, is no reason not to have the shape.
         scene = open_mesh(path, root, force="scene", skip_materials=True)
+    with foreign():
+        return _parts(scene, path)
+
+
+def _parts(scene: Any, path: Path) -> list[MeshPaint]:
+    import numpy as np
+    import trimesh
+
     parts = []
-    with np.errstate(all="ignore"):  # numbers that are too large are refused with the shape
-        meshes = scene.dump()
-    for mesh in meshes:
+    for mesh in scene.dump():
         if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
             continue
         uvs, picture, rgba = material_of(mesh)

@@ -6,6 +6,7 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.assets.foreign import foreign
 from text2sim.assets.remembered import meets, packed, remembered, unpacked
 from text2sim.compiler.shapes.meshfile import WHOLE, load_mesh, mesh_path, open_mesh, turn_upright
 from text2sim.spec_schema.errors import AssetError
@@ -261,8 +262,13 @@ def _found_places(path: Path, root: Path, vertices: "np.ndarray") -> "tuple[np.n
         mesh = open_mesh(path, root, force="mesh", skip_materials=True)
     except AssetError:
         return None, 0
-    uvs = getattr(mesh.visual, "uv", None)
-    if uvs is None or len(uvs) != len(mesh.vertices) or not np.isfinite(uvs).all():
+    try:
+        with foreign():
+            uvs = getattr(mesh.visual, "uv", None)
+            sound = uvs is not None and len(uvs) == len(mesh.vertices) and bool(np.isfinite(uvs).all())
+    except AssetError:
+        return None, 0
+    if not sound:
         return None, 0
     return _matched(turn_upright(np.asarray(mesh.vertices, float), path), np.asarray(uvs, float), vertices)
 

@@ -25,6 +25,8 @@ MOST_INK = 0.9
 SPECK = 1e-3
 """What is smaller than this part of the largest piece is dirt."""
 MAX_PIECES = 500
+SEEN = 4
+"""How many times as many may be traced, most of which are dirt."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +104,8 @@ def _pieces(gray: "np.ndarray") -> "list[Polygon]":
     # White all around, so that what touches the border of the picture is closed there.
     big = np.pad(big, 1, constant_values=255.0)
     filled: Any = contour_generator(z=255.0 - big, fill_type=FillType.OuterOffset).filled(254.5 - level, 1e6)
+    if len(filled[0]) > SEEN * MAX_PIECES:
+        raise AssetError(f"has {len(filled[0])} pieces; at most {MAX_PIECES} are possible")
     found = []
     for points, offsets in zip(*filled, strict=True):
         flat = np.column_stack([points[:, 0] - 0.5, big.shape[0] - points[:, 1] - 1.5]) / factor

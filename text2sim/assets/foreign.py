@@ -1,0 +1,83 @@
+"""Files of strangers: what they announce is judged before it is made, and what they break is said of them."""
+
+import json
+import struct
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from text2sim.spec_schema.errors import AssetError
+
+MAX_COUNT = 20_000_000
+"""Numbers of one kind that a glTF file may announce."""
+MAX_EMPTY = 100_000
+"""Those among them that stand nowhere in the file: a few bytes would become gigabytes."""
+MAX_NODES = 5_000
+SIZES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+
+
+@contextmanager
+def foreign() -> Iterator[None]:
+    """While this lasts, whatever goes wrong is the fault of the file that is read.
+
+    Raises:
+        AssetError: in place of every other exception.
+    """
+    import numpy as np
+
+    try:
+        with np.errstate(all="ignore"):
+            yield
+    except AssetError:
+        raise
+    except MemoryError:
+        raise AssetError("cannot be read: it needs more memory than there is") from None
+    except Exception as error:  # readers of foreign files fail in every way there is
+        raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
+
+
+def check_gltf(content: bytes, suffix: str, *, beside: bool) -> None:
+    """Refuse a glTF document that announces more than it holds, or more than anybody needs.
+
+    Args:
+        content: The file.
+        suffix: `.glb` or `.gltf`.
+        beside: Whether it may name other files, which whoever reads them has to judge.
+
+    Raises:
+        AssetError: if it is one of these, or none at all.
+    """
+    try:
+        if suffix == ".glb":
+            magic, _, _, length, _ = struct.unpack_from("<4sIIII", content)
+            content = content[20 : 20 + length] if magic == b"glTF" else b""
+        document = json.loads(content)
+        parts = [*document.get("buffers", ()), *document.get("images", ())]
+        uris = [part.get("uri", "data:") for part in parts]
+        accessors, views = list(document.get("accessors", ())), list(document.get("bufferViews", ()))
+        nodes, needed = len(document.get("nodes", ())), document.get("extensionsRequired", ())
+        counts = [accessor.get("count", 0) for accessor in accessors]
+    except (struct.error, ValueError, AttributeError, TypeError, RecursionError):
+        raise AssetError(f"is not a {suffix} file") from None
+    if not all(isinstance(uri, str) and (beside or uri.startswith("data:")) for uri in uris):
+        raise AssetError("needs other files; export it as .glb with everything embedded")
+    if not all(isinstance(count, int) and 0 <= count <= MAX_COUNT for count in counts) or sum(counts) > MAX_COUNT:
+        raise AssetError(f"announces more than {MAX_COUNT:,} numbers")
+    if nodes > MAX_NODES:
+        raise AssetError(f"has {nodes:,} nodes; at most {MAX_NODES:,} are possible: join them")
+    empty = sum(count for accessor, count in zip(accessors, counts, strict=True) if not _is_held(accessor, views))
+    if empty > MAX_EMPTY:
+        raise AssetError(f"announces {empty:,} numbers that it does not hold")
+    if any("draco" in str(name).lower() or "meshopt" in str(name).lower() for name in needed):
+        raise AssetError("is compressed (Draco or meshopt); export it without compression")
+
+
+def _is_held(accessor: dict[str, Any], views: list[Any]) -> bool:
+    """Whether the numbers of an accessor lie in the file."""
+    view = accessor.get("bufferView")
+    if not isinstance(view, int) or not 0 <= view < len(views) or not isinstance(views[view], dict):
+        return False
+    width = WIDTHS.get(str(accessor.get("type")), 1) * SIZES.get(accessor.get("componentType", 0), 1)
+    length = views[view].get("byteLength", 0)
+    return isinstance(length, int) and accessor.get("count", 0) * width <= max(length, 0)
