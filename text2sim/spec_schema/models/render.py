@@ -74,7 +74,7 @@ class Overlay(Model):
 
 
 class Render(Model):
-    """The cinematography. A case that says nothing gets a camera that shows all that happens, and studio light."""
+    """The cinematography. A case that says nothing gets a film made of what was recorded, and studio light."""
 
     resolution: Annotated[tuple[Pixels, Pixels], AfterValidator(_even)] = (1280, 720)
     """Width and height [pixels], both even."""
@@ -111,8 +111,8 @@ class Render(Model):
     """Curve from light to picture: `agx` is gentle to bright colours, `aces` has more contrast, `standard` has none
     and cuts off. Path traced only."""
     cameras: dict[Name, Camera] = Field(default_factory=dict, max_length=20)
-    """By name; the first makes `video.mp4` unless there are `shots`. One that shows all that happens is derived
-    if there is none."""
+    """By name; the first makes `video.mp4` unless there are `shots`. If there is none, place and pace follow from what
+    was recorded; the pace not if there is a `speed`, `during` or `shots`."""
     shots: dict[Name, Shot] = Field(default_factory=dict, max_length=100)
     """By name, in the order in which they follow each other in `video.mp4`. Cameras that no shot uses make films of
     their own."""
