@@ -10,8 +10,10 @@ from typing import Any
 from text2sim.agents.brief import citable, evidence_text
 from text2sim.agents.casework import Examination
 from text2sim.agents.contract import numbered
+from text2sim.agents.counterfactual import TITLE, compared
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.pictures import frame_sheet
+from text2sim.agents.replies import Plan
 from text2sim.harness.record import RunRecord, write_atomically
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.load import LoadedCase
@@ -182,6 +184,21 @@ class Attempts:
         if not (runs / f"{loaded.case.name}-{plan.sim_digest[:10]}" / "states").is_dir():
             raise RunError("with this film the case would have to be simulated again")
         run_case(loaded, runs=runs, film=False)
+
+    def compare(self, attempt: Attempt, plan: Plan, timeout: float, on_progress: Callable[[Any], None]) -> None:
+        """Run an attempt in which all came true without each of its causes, and add to its evidence what that did."""
+        from text2sim.harness.run import run_case
+
+        def simulate(loaded: Any) -> Mapping[str, Mapping[str, Any]]:
+            return run_case(
+                loaded, runs=self.case / "runs", timeout=timeout, on_progress=on_progress, film=False
+            ).expectations
+
+        if plan.causes and TITLE not in attempt.evidence:
+            found = compared(plan, attempt.text, self.case / "case.yaml", simulate)
+            attempt.evidence = f"{attempt.evidence}\n\n{found}"
+            attempt.cites = sorted({*attempt.cites, "diagnostic:causes"})
+            self.keep(attempt)
 
     def _pictures(self, attempt: Attempt, run: Path) -> tuple[list[str], int]:
         """Make the sheet of numbered pictures that the Critic sees; say how many are on it."""

@@ -113,7 +113,7 @@ def citable(evidence: Mapping[str, Any] | None, frames: int, bodies: Iterable[st
 
 
 DIAGNOSTICS = ("energy", "penetration", "speeds", "joint_limits", "deformables", "suspicions", "contacts", "visibility",
-               "legibility", "non_finite", "driven", "off_path")  # fmt: skip
+               "legibility", "non_finite", "driven", "off_path", "causes")  # fmt: skip
 
 
 def _outcome(record: Mapping[str, Any]) -> str:
@@ -180,7 +180,11 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
     rows = []
     energy = evidence.get("energy")
     if energy:
-        rows.append(f"- energy: {_small(energy)}")
+        rows.append(
+            f"- energy: {_g(energy['start'])} J first, at most {_g(energy['max'])} J at {_g(energy['max_at'])} s, "
+            f"{_g(energy['end'])} J at the end; motors gave {_g(energy.get('work_of_motors'))} J"
+            + "".join(f"; not counted: {row}" for row in energy.get("not_counted") or ())
+        )
     for name in ("penetration", "non_finite", "joint_limits", "driven", "off_path"):
         if evidence.get(name):
             rows.append(f"- {name}: {_small(evidence[name])}")
@@ -188,12 +192,25 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
         linear = (row or {}).get("linear") or {}
         rows.append(f"- speeds: `{body}` at most {_g(linear.get('max'))} m/s at {_g(linear.get('at'))} s")
     for body, row in list((evidence.get("deformables") or {}).items())[:ROWS]:
-        rows.append(f"- deformables: `{body}` {_small(row)}")
+        told = [
+            f"{name} {_worst(one)}"
+            for name, one in row.items()
+            if isinstance(one, dict) and one.get("value") and name != "against_bounds"
+        ]
+        if (row.get("against_bounds") or {}).get("value"):
+            told.append("it presses against the bounds of its solver")
+        rows.append(f"- deformables: `{body}`, worst values: {', '.join(told) or 'none'}")
     rows += [f"- suspicions: {text}" for text in (evidence.get("suspicions") or [])[:ROWS]]
     contacts = evidence.get("contacts") or {}
     if contacts:
         rows.append(f"- contacts: {contacts.get('episodes')} touches between bodies")
     return rows
+
+
+def _worst(row: Mapping[str, Any]) -> str:
+    """A worst value, with what it is about."""
+    where = f" in `{row['in']}`" if row.get("in") else ""
+    return f"{_g(row['value'])} {row.get('unit') or ''}".rstrip() + f"{where} at {_g(row.get('at'))} s"
 
 
 def _seen(evidence: Mapping[str, Any]) -> list[str]:

@@ -1,16 +1,19 @@
 """The cards that a loop can deal: none of them, where it is asked to do without."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from text2sim.agents.journal import Emit
+from text2sim.agents.replies import Fragments
 
 if TYPE_CHECKING:
     from text2sim.card_library.library import Library
 
 ATTACHED = 2
 """Cards that go with one question."""
+ALIKE = 0.5
+"""How well words have to fit, as a part of the best match, where nothing else tells."""
 OFFERED = 6
 """Cards that are put before the Planner after a failure."""
 
@@ -60,15 +63,69 @@ class Deck:
         reader: Any = role
         return "\n\n".join(self.library.entries[card].card.brief(reader) for card in chosen)
 
-    def offer(self, text: str, modes: Collection[str], signatures: Collection[str]) -> str:
-        """One line for each card that may fit a failure."""
+    def offer(self, text: str, modes: Collection[str], signatures: Collection[str], about: str) -> str:
+        """One line for each card that may fit a failure: by how it shows, or by words if it is about such things.
+
+        Args:
+            text: The failure, in words.
+            modes: Modes of the scene.
+            signatures: How it shows: what the lint, the run and the expectations said.
+            about: What the case is about: the plan.
+        """
         if self.library is None:
             return ""
-        from text2sim.card_library.retrieval import find_cards
+        from text2sim.card_library.retrieval import find_cards, words
 
         known: Any = [mode for mode in modes if mode in _MODES]
         matches = find_cards(self.library, text=text, modes=known, signatures=signatures, limit=OFFERED)
-        return "\n".join(f"- {match.entry.card.index_line()}" for match in matches)
+        told = set(words(about))
+        fitting = [
+            match
+            for match in matches
+            if match.signatures
+            or (match.modes and match.words >= ALIKE and told & set(words(" ".join(match.entry.card.applies.tags))))
+        ]
+        return "\n".join(f"- {match.entry.card.index_line()}" for match in fitting)
 
 
+def signs(checks: Fragments, expect: Mapping[str, Mapping[str, Any]], evidence: str) -> set[str]:
+    """Return how a failure shows, in the words by which cards are found.
+
+    Args:
+        checks: Measures, events and expectations of the plan.
+        expect: What became of expectations.
+        evidence: Of the run, in words.
+    """
+    found = {sign for words_, sign in _REMARKS.items() if words_ in evidence}
+    for name, row in expect.items():
+        wanted = checks.expect.get(name, {})
+        if row.get("ok") is True:
+            continue
+        if "event" in wanted:
+            if "never happened" in str(row.get("why")):
+                found.add("event never happens")
+            elif "within" in wanted:
+                found.add("event too early")
+            continue
+        measure = checks.measures.get(str(wanted.get("measure")), {})
+        kind = "count" if measure.get("stat") == "count" else str(measure.get("kind"))
+        short = "above" in wanted
+        found |= {"measure never crosses"} | _SHORT.get(kind, set()) if short else _LONG.get(kind, set())
+        if str(row.get("why", "")).startswith("0 "):
+            found.add("measure is zero")
+    return found
+
+
+_REMARKS = {"leaves the picture": "leaves-picture", "never sees": "not visible", "- suspicions": "suspicion"}
+"""How cards call what the evidence says."""
+_HEIGHT, _COUNT = ("extent", "position"), ("count", "count_in", "contact_count")
+_SHORT = {kind: {"height too small"} for kind in _HEIGHT} | {kind: {"count too small"} for kind in _COUNT} | {
+    "share_in": {"share too small"}, "joint_position": {"joint does not move"}, "displacement": {"falls short"},
+}  # fmt: skip
+"""How cards call a measure that stays too small, by its kind,"""
+_LONG = {kind: {"height too large", "jumps"} for kind in _HEIGHT} | {kind: {"count too large"} for kind in _COUNT} | {
+    "distance": {"distance too large"}, "penetration": {"penetration"}, "energy": {"energy grows"},
+    "displacement": {"creeps"},
+}  # fmt: skip
+"""and one that gets too large."""
 _MODES = frozenset({"rigid", "articulated", "soft", "cloth", "rope", "granular", "liquid", "snow", "driven", "film"})

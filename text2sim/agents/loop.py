@@ -14,11 +14,11 @@ from text2sim.agents.casework import Examination, case_text, examine, owner_of, 
 from text2sim.agents.cinematography import Cinematography, styled
 from text2sim.agents.criticism import criticise
 from text2sim.agents.deciding import Report, decide
-from text2sim.agents.deck import Deck
+from text2sim.agents.deck import Deck, signs
 from text2sim.agents.journal import Emit
 from text2sim.agents.models.exchange import ModelError, StoppedError
 from text2sim.agents.outcome import Limits, Outcome, State
-from text2sim.agents.planning import Request, Tried, make_plan
+from text2sim.agents.planning import Request, Tried, make_plan, plan_text
 from text2sim.agents.rehearsal import held_at_start
 from text2sim.agents.replies import Decision, Fragments, Plan, Route
 from text2sim.agents.requirements import Requirement, take_apart
@@ -188,6 +188,8 @@ class Loop:
             self.attempts.keep(attempt)
             problems = attempt.problems or [f"the run ended without evidence: {attempt.state}"]
             return Report(problems=problems, rules=rules)
+        if attempt.state == "finished" and not attempt.missed(list(attempt.expect)):
+            self.attempts.compare(attempt, self.agreement.plan, self.limits.timeout(), self.progress)
         report = Report(evidence=with_effects(self.made, attempt), rules=rules)
         if attempt.state == "finished" or attempt.pictures:
             images = self.attempts.images(attempt)
@@ -282,7 +284,9 @@ class Loop:
     def _decided(self, attempt: Attempt, report: Report, *, before_run: bool = False) -> Decision:
         failures = [failure["what"] for failure in (report.critique or {}).get("failures", ())]
         text = " ".join([*report.problems, *failures, (report.critique or {}).get("summary", ""), attempt.state])
-        offer = self.deck.offer(text, self.agreement.plan.mode, {*report.rules, attempt.state})
+        plan = self.agreement.plan
+        shows = {*report.rules, attempt.state, *signs(plan.checks, attempt.expect, attempt.evidence)}
+        offer = self.deck.offer(text, plan.mode, shows, plan_text(plan))
         report.referred, self.workshop.referred = self.workshop.referred, []
         report.left = self._left(attempt)
         decision = decide(

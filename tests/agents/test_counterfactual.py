@@ -1,0 +1,65 @@
+"""What is said to be brought about by something must not come about without it."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from text2sim.agents.counterfactual import TITLE, compared, without
+from text2sim.agents.replies import Plan
+from text2sim.agents.revising import data_of
+from text2sim.spec_schema.load import load_text
+
+TEXT = (Path(__file__).parent / "recorded" / "edit_colour" / "base.yaml").read_text("utf-8")
+FILE = Path("tin/case.yaml")
+
+
+def plan(**more: Any) -> Plan:
+    return Plan(name="tin", event="The ball knocks the tin over.", **more)
+
+
+def test_all_that_refers_to_a_cause_goes_with_it_and_the_rest_stays_a_case() -> None:
+    case = without(data_of(TEXT), ["ball"])
+    assert list(case["bodies"]) == ["tin"]
+    assert list(case["actions"]["measures"]) == ["lean"]
+    assert case["actions"]["events"] == {}
+    assert list(case["actions"]["expect"]) == ["falls"], "what is about the event is gone with it"
+    assert "render" not in case
+    assert "ball" in data_of(TEXT)["bodies"], "the case itself is as it was"
+
+
+def test_an_effect_that_comes_without_its_cause_is_said() -> None:
+    made = plan(meets={"knocked": ["strikes", "falls"]}, causes={"knocked": ["ball"]})
+    seen: list[Any] = []
+
+    def simulate(loaded: Any) -> dict[str, Any]:
+        seen.append(loaded.case)
+        return {"falls": {"ok": falls, "why": "71 deg at 1.8 s"}}
+
+    falls = False
+    told = compared(made, TEXT, FILE, simulate)
+    assert told.startswith(TITLE)
+    assert "without `ball` `falls` does not come true, as it must be (71 deg at 1.8 s)" in told
+    assert list(seen[0].bodies) == ["tin"]
+    falls = True
+    assert "`falls` COMES TRUE AS WELL: no cause" in compared(made, TEXT, FILE, simulate)
+
+
+@pytest.mark.parametrize(
+    ("causes", "bound", "said"),
+    [
+        (["ball"], ["strikes"], "nothing that is measured of it is left without `ball`"),
+        (["tin"], ["falls"], "nothing that is measured of it is left"),
+    ],
+)
+def test_what_cannot_be_compared_is_said(causes: list[str], bound: list[str], said: str) -> None:
+    made = plan(meets={"knocked": bound}, causes={"knocked": causes})
+    assert said in compared(made, TEXT, FILE, lambda loaded: {})
+
+
+def test_a_case_that_cannot_be_without_it_is_said() -> None:
+    placed = TEXT.replace("pose: {pos: [0.3, 0, 0.0801]}", "place: {on: floor, at: [0.3, 0]}")
+    load_text(placed, FILE)
+    made = plan(meets={"knocked": ["falls"]}, causes={"knocked": ["floor"]})
+    assert "cannot be run without `floor`" in compared(made, placed, FILE, lambda loaded: {})
+    assert compared(plan(), TEXT, FILE, lambda loaded: {}) == ""

@@ -1,0 +1,81 @@
+"""The same case without a cause: what it is said to bring about must not come about then."""
+
+import copy
+import json
+from collections.abc import Callable, Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+from text2sim.agents import revising
+from text2sim.agents.casework import examine, said
+from text2sim.agents.replies import Plan
+from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.text.canonical import format_text
+
+Data = dict[str, Any]
+MOST = 2
+"""Causes that are left out, one after the other: each costs a simulation."""
+TITLE = "## Without the cause"
+PARTS = ("controls", "measures", "events", "expect")
+
+
+def without(case: Data, names: Collection[str]) -> Data:
+    """Return a case without some bodies, statics and controls, without all that refers to them, and without a film."""
+    left = {key: row for key, row in copy.deepcopy(case).items() if key not in ("render", "variants", "sweeps")}
+    scene, actions = left.get("scene") or {}, left.get("actions") or {}
+    for rows in (left.get("bodies") or {}, scene.get("statics") or {}, actions.get("controls") or {}):
+        for name in names:
+            rows.pop(name, None)
+    gone = set(names)
+    while lost := [
+        (part, name) for part in PARTS for name, row in (actions.get(part) or {}).items() if _refers(row, gone)
+    ]:
+        for part, name in lost:
+            del actions[part][name]
+            gone.add(name)
+    return left
+
+
+def _refers(row: Any, names: Collection[str]) -> bool:
+    """Whether something, its kind apart, names one of these."""
+    if isinstance(row, str):
+        return row.split("[")[0].split(".")[0] in names
+    if isinstance(row, Mapping):
+        return any(_refers(value, names) for key, value in row.items() if key != "kind")
+    return isinstance(row, list) and any(_refers(value, names) for value in row)
+
+
+def compared(plan: Plan, text: str, path: Path, simulate: Callable[[Any], Mapping[str, Mapping[str, Any]]]) -> str:
+    """Run a case once more without each cause that the plan names, and say what that did.
+
+    Args:
+        plan: The plan; `causes` names bodies and controls by requirement, `meets` the expectations that tell of it.
+        text: The case, in which all that is expected comes true.
+        path: Where it stands.
+        simulate: Runs a loaded case; returns what became of its expectations, by name.
+
+    Returns:
+        A part of the evidence; empty if the plan names no cause.
+    """
+    rows = []
+    for requirement, causes in list(plan.causes.items())[:MOST]:
+        told = ", ".join(f"`{name}`" for name in causes)
+        case = without(revising.data_of(text), causes)
+        examined = examine(format_text(json.dumps(case, ensure_ascii=False)), path)
+        expected = (case.get("actions") or {}).get("expect") or {}
+        effects = [name for name in plan.meets.get(requirement, ()) if name in expected]
+        if not effects:
+            rows.append(f"- `{requirement}`: nothing that is measured of it is left without {told}")
+        elif examined.errors:
+            rows.append(f"- `{requirement}`: the case cannot be run without {told}: {said(examined.errors[0])}")
+        else:
+            try:
+                found = simulate(examined.loaded)
+            except RunError as error:
+                rows.append(f"- `{requirement}`: the run without {told} failed: {error}")
+                continue
+            for name in effects:
+                row = found.get(name, {})
+                came = "COMES TRUE AS WELL: no cause" if row.get("ok") is True else "does not come true, as it must be"
+                rows.append(f"- `{requirement}`: without {told} `{name}` {came} ({row.get('why')})")
+    return "\n".join([TITLE, "", *rows]) if rows else ""
