@@ -8,11 +8,13 @@ import pytest
 from tests.agents.scripted import Scripted
 from tests.agents.test_loop import HIGH, PLAN, REPLIES, begin, scripted
 from text2sim.agents import revising
+from text2sim.agents import session as sessions
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.casework import examine
 from text2sim.agents.deciding import Report, decision_faults
 from text2sim.agents.deck import Deck
 from text2sim.agents.replies import Decision, Plan
+from text2sim.agents.session import Session, Wish
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source
 
@@ -273,3 +275,30 @@ def test_what_of_a_decision_can_be_done_is_done(tmp_path: Path, monkeypatch: pyt
     assert decided[0]["routes"] == {"scene": "Add a table."}
     assert "without what could not be done: /params/layer" in decided[0]["why"]
     assert "Add a table." in model.questions("scene")[1]
+
+
+# --- a case that is there already ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("answer", "about"),
+    [
+        ("params: {layer: 3}", "/params/layer"),
+        ("{routes: [{section: scene, instruction: x}], says: {a: b}, checks: {expect: {a: {event: hitt, within: [0, 1]}}}}",
+         "there is no event `hitt`"),
+        ("{routes: [{section: scene, instruction: x}], says: {a: b}, checks: {expect: {a: {measure: z, at: 3, below: 1}}}}",
+         "the run is over by then"),
+        ("patch: [{op: remove, path: /bodies/ball}]", "is a Writer's: route it"),
+        ("patch: [{op: remove, path: /params/bound}]", "unknown name `bound`"),
+    ],
+)  # fmt: skip
+def test_a_wish_is_checked_when_it_comes_in(
+    answer: str, about: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = scripted({"planner": [answer] * 3})
+    monkeypatch.setattr(sessions, "endpoint_of", lambda spec, case: model)
+    (tmp_path / "drop").mkdir()
+    wish = Wish("edit", "Let it start higher.", {"": "x"}, cards=False, base=CASE)
+    outcome = Session.begin(tmp_path / "drop", wish, [], []).run(lambda event, what: None)
+    assert outcome.state == "failed"
+    assert about in outcome.why + model.questions("planner")[-1]

@@ -309,7 +309,12 @@ def _opening_faults(opening: Opening, agreement: Agreement, case: str, path: Pat
     except (PatchError, SpecError) as error:
         return [f"/patch: {str(error).splitlines()[0]}"]
     pointers = [f"/actions/{part}/{name}" for part in FROZEN_PARTS for name, _ in _part(opening.checks, part)]
-    pointers += [f"/params/{name}" for name in opening.params] + ["/waive", "/variants", "/sweeps", "/prefabs"]
+    pointers += [*agreement.pointers, *(f"/params/{name}" for name in opening.params)] + [
+        "/waive",
+        "/variants",
+        "/sweeps",
+        "/prefabs",
+    ]
     before = {(problem.path, problem.rule) for problem in examine(case, path).errors}
     fresh = [one for one in examine(text, path).errors if (one.path, one.rule) not in before]
     # A body that a Writer is asked to add is not there yet.

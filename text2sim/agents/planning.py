@@ -9,6 +9,7 @@ from text2sim.agents import language
 from text2sim.agents.asking import Desk, Wrong, typed
 from text2sim.agents.casework import FROZEN_PARTS
 from text2sim.agents.contract import weakened
+from text2sim.agents.deck import ATTACHED
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.rehearsal import TAKEN, plan_faults
 from text2sim.agents.replies import SECTIONS, Fragments, Plan
@@ -133,6 +134,8 @@ def card_faults(cards: Mapping[str, Sequence[str]], deck: "Deck") -> list[str]:
     """Say which cards nobody would get: of a role or an id that there is not."""
     wrong = [f"/cards/{role}: there is no Writer `{role}`" for role in cards if role not in SECTIONS]
     for role, ids in cards.items():
+        if len(ids) > ATTACHED:
+            wrong.append(f"/cards/{role}: {ATTACHED} cards at most go with one question")
         wrong += [f"/cards/{role}: there is no card `{card}`" for card in ids if deck.dealing and not deck.has(card)]
     return wrong
 

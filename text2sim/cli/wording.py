@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from text2sim.cli.output import say
 from text2sim.spec_schema.errors import RunError
 
 STDIN = "-"
@@ -29,12 +30,23 @@ def words_of(words: str, file: Path | None) -> str:
     """
     if file is not None and words:
         raise RunError(f"there are words and --file {file}: give one of them")
+    if words == STDIN:
+        return _text(sys.stdin.buffer.read(MOST + 1), "standard input")
     if file is None:
-        return _text(sys.stdin.buffer.read(MOST + 1), "standard input") if words == STDIN else words
+        if _is_file(words):
+            say(f"taken as words: {words} (--file {words} reads the file)", to=sys.stderr)
+        return words
     if not file.is_file():
         raise RunError(f"{file}: there is no such file")
     with file.open("rb") as stream:
         return _text(stream.read(MOST + 1), str(file))
+
+
+def _is_file(words: str) -> bool:
+    try:
+        return Path(words).is_file()
+    except (OSError, ValueError):  # words are no path, or too long for one
+        return False
 
 
 def _text(content: bytes, name: str) -> str:
