@@ -10,6 +10,7 @@ from tests.agents.test_loop import HIGH, PLAN, REPLIES, begin, scripted
 from text2sim.agents import revising
 from text2sim.agents import session as sessions
 from text2sim.agents.agreement import Agreement
+from text2sim.agents.attempts import Attempt, Attempts
 from text2sim.agents.casework import examine
 from text2sim.agents.deciding import Report, decision_faults
 from text2sim.agents.deck import Deck
@@ -275,6 +276,16 @@ def test_what_of_a_decision_can_be_done_is_done(tmp_path: Path, monkeypatch: pyt
     assert decided[0]["routes"] == {"scene": "Add a table."}
     assert "without what could not be done: /params/layer" in decided[0]["why"]
     assert "Add a table." in model.questions("scene")[1]
+
+
+def test_a_loop_that_goes_on_tells_the_minutes_that_it_told(tmp_path: Path) -> None:
+    first = Attempts(tmp_path)
+    attempt = Attempt(1, "text", "x")
+    assert [first.minutes_left(attempt, now) for now in (30.0, 20.0)] == [30.0, 20.0]
+    again, second = Attempt(1, "other text", "x"), Attempts(tmp_path)
+    second.keep(again)
+    assert [second.minutes_left(again, now) for now in (9.0, 8.0, 7.0)] == [30.0, 20.0, 7.0]
+    assert Attempts(tmp_path).minutes_left(Attempt(2, "text", "x"), None) is None
 
 
 # --- a case that is there already ------------------------------------------------------------------------------------

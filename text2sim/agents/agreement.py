@@ -144,6 +144,8 @@ class Agreement:
 
     def _take_anew(self, why: str) -> None:
         """What they ask for is taken down anew when the case is sound, and the Critic sees what was other."""
+        if self.contract is None and self._replaced is not None and why not in self._why:
+            why = f"{self._why}; {why}"  # there was no sound case in between
         self._replaced, self.contract, self._why = self.contract or self._replaced, None, why
 
     def _contract_of(self, loaded: LoadedCase) -> Contract:

@@ -46,8 +46,8 @@ class Attempt:
     """Files in its folder."""
     wall: float = 0.0
     """What the run took by the clock [s]; 0 if there was none."""
-    minutes_left: float | None = None
-    """Minutes that were left when the Planner was asked about it; None without a bound."""
+    minutes_left: list[float | None] = field(default_factory=list)
+    """Minutes that were left each time when the Planner was asked about it; None without a bound."""
     critique: dict[str, Any] | None = None
     fates: list[str] = field(default_factory=list)
     """What became of each of the Critic's patches."""
@@ -81,6 +81,8 @@ class Attempts:
 
     def __init__(self, case: Path) -> None:
         self.case, self.folder = case, case / "generation" / "attempts"
+        self._minutes: dict[int, list[float | None]] = {}
+        """What an earlier process wrote down, by attempt."""
 
     def of(self, number: int) -> Path:
         """The folder of an attempt."""
@@ -88,6 +90,7 @@ class Attempts:
 
     def keep(self, attempt: Attempt) -> None:
         """Write down what is known of an attempt."""
+        self._told_before(attempt.number)
         folder = self.of(attempt.number)
         folder.mkdir(parents=True, exist_ok=True)
         write_atomically(folder / "case.yaml", attempt.text)
@@ -95,6 +98,27 @@ class Attempts:
         write_atomically(
             folder / "attempt.json", json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
         )
+
+    def minutes_left(self, attempt: Attempt, now: float | None) -> float | None:
+        """Return the minutes that are left, and keep them: a loop that goes on tells what it told.
+
+        Args:
+            attempt: About which the Planner is asked.
+            now: The minutes that are left by the clock.
+        """
+        told, count = self._told_before(attempt.number), len(attempt.minutes_left)
+        attempt.minutes_left.append(told[count] if count < len(told) else now)
+        self.keep(attempt)
+        return attempt.minutes_left[-1]
+
+    def _told_before(self, number: int) -> list[float | None]:
+        if number not in self._minutes:
+            try:
+                kept = json.loads((self.of(number) / "attempt.json").read_text("utf-8"))["minutes_left"]
+                self._minutes[number] = [one if one is None else float(one) for one in kept]
+            except (OSError, ValueError, KeyError, TypeError):
+                self._minutes[number] = []
+        return self._minutes[number]
 
     def recall(self, attempt: Attempt) -> bool:
         """Take over what an earlier process found out by running the same text; return whether there was anything."""
@@ -104,7 +128,6 @@ class Attempts:
             text = (folder / "case.yaml").read_text("utf-8")
             if text != attempt.text:
                 return False
-            attempt.minutes_left = kept["minutes_left"]
             if kept["state"] in ("unsound", "interrupted", "running"):
                 return False
             for name in ("state", "run", "evidence", "expect", "cites", "pictures", "wall"):

@@ -307,12 +307,10 @@ class Loop:
 
     def _left(self, attempt: Attempt) -> str:
         """What may still be used, in words; the same again when a loop goes on after an interruption."""
-        if attempt.minutes_left is None:
-            attempt.minutes_left = self.limits.minutes_left()
-            self.attempts.keep(attempt)
+        minutes = self.attempts.minutes_left(attempt, self.limits.minutes_left())
         words = [f"{self.limits.attempts - attempt.number} of {self.limits.attempts} attempts are left"]
-        if attempt.minutes_left is not None:
-            words.append(f"{attempt.minutes_left:.0f} minutes are left for everything")
+        if minutes is not None:
+            words.append(f"{minutes:.0f} minutes are left for everything")
         ran = [one for one in self.made if one.wall]
         if ran:
             words.append(f"the run of attempt {ran[-1].number} took {ran[-1].wall:.0f} s by the clock")
