@@ -50,3 +50,15 @@ def test_is_answered_in_time(tmp_path, name):
         said = str(error)
     assert time.process_time() - start < SECONDS
     assert complaint in said
+
+
+def test_the_time_of_copies_goes_with_their_number(tmp_path):
+    took = []
+    for rows in (10, 10, 40):  # the first imports what is needed
+        body = "  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, place: {on: floor, at: [0, 0]}, "
+        body += f"repeat: {{kind: grid, counts: [{rows}, 200], spacing: 0.3}}}}\n"
+        (tmp_path / "case.yaml").write_text(HEAD + body)
+        start = time.process_time()
+        assert lint_case(resolve_case(load_case(tmp_path))).ok
+        took.append(time.process_time() - start)
+    assert took[2] < 10 * took[1], "four times as many would take sixteen times as long if it were quadratic"

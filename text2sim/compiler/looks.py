@@ -2,6 +2,7 @@
 
 import colorsys
 import random
+from collections import OrderedDict
 from collections.abc import Iterator
 from typing import Any
 
@@ -86,7 +87,7 @@ def rgba_of(look: Look, copy: Copy) -> Rgba:
 def worn_by(copy: Copy) -> dict[Rgba, str]:
     """Return the finish that goes with each colour of a copy: that of the body, of its parts and of its links."""
     worn: dict[Rgba, str] = {}
-    for look in _looks_in(copy.model):
+    for look in looks_of(copy.model):
         worn.setdefault(rgba_of(look, copy), look.finish)
     return worn
 
@@ -96,9 +97,22 @@ def has_glass(copy: Copy) -> bool:
     own = copy.model.look
     looks = [
         (own.opacity, finish_of_body(copy.model)),
-        *((look.opacity, look.finish) for look in _looks_in(copy.model)),
+        *((look.opacity, look.finish) for look in looks_of(copy.model)),
     ]
     return any(not hides(*look) for look in looks)
+
+
+_KNOWN: "OrderedDict[int, tuple[Any, tuple[Look, ...]]]" = OrderedDict()
+
+
+def looks_of(model: Any) -> tuple[Look, ...]:
+    """Return all looks within a body, its own first; copies share their model, and those of the last few are kept."""
+    found = _KNOWN.get(id(model))
+    if found is None or found[0] is not model:
+        found = _KNOWN[id(model)] = model, tuple(_looks_in(model))
+        if len(_KNOWN) > 64:
+            _KNOWN.popitem(last=False)
+    return found[1]
 
 
 def _looks_in(model: Any) -> Iterator[Look]:

@@ -9,7 +9,6 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from text2sim.assets.foreign import foreign
 from text2sim.assets.mechanism import Mechanism
 from text2sim.compiler.shapes.meshfile import turn_upright
 from text2sim.compiler.shapes.meshpaint import MAX_SMOOTHED, SMOOTH, material_of
@@ -17,7 +16,6 @@ from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec, quat_from_euler_deg
 from text2sim.compiler.shapes.surface import VisualMesh
 from text2sim.compiler.trees.tree import TreeGeom, TreeVisual
-from text2sim.spec_schema.errors import AssetError
 
 Rgba = tuple[float, float, float, float]
 Dress = tuple[tuple[TreeGeom, ...], tuple[TreeVisual, ...]]
@@ -70,14 +68,6 @@ def _parts(node: ET.Element, palette: dict[str, Rgba], files: dict[str, bytes]) 
 
 
 def _meshes(name: str, files: dict[str, bytes], scale: np.ndarray) -> list[VisualMesh]:
-    try:
-        with foreign():
-            return _read_meshes(name, files, scale)
-    except AssetError as error:
-        raise AssetError(f"mesh file `{name}` {error}") from None
-
-
-def _read_meshes(name: str, files: dict[str, bytes], scale: np.ndarray) -> list[VisualMesh]:
     import trimesh
 
     suffix = PurePosixPath(name).suffix.lower()
