@@ -236,6 +236,32 @@ def test_what_a_writer_refers_reaches_its_addressee(tmp_path: Path, monkeypatch:
     assert [event for event, _ in seen].count("referred") == 2
 
 
+def test_what_holds_at_the_start_is_put_before_the_planner_before_the_first_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unfinished(self: Any, attempt: Attempt, *rest: Any) -> None:
+        attempt.state, attempt.problems = "failed", ["stopped by the test"]
+
+    monkeypatch.setattr(Attempts, "run", unfinished)
+    vacuous = PLAN.replace("events: {touch", "measures: {z: {kind: position, of: ball, axis: z}}\n  events: {touch")
+    vacuous = vacuous.replace("expect: {lands", "expect: {low: {measure: z, at: end, below: 9}, lands")
+    vacuous = vacuous.replace("says: {", "says: {low: It has come down., ")
+    stricter = "action: repair\nwhy: it starts at 2 m\nrestate: {why: 9 m was a slip, checks: {expect: {low: {measure: z, at: end, below: 0.2}}}}"
+    model, outcome, seen = loop(
+        tmp_path,
+        monkeypatch,
+        {"planner": [vacuous, stricter, "action: give_up\nwhy: enough"], "render": ["render: {}"]},
+    )
+    asked = model.questions("planner")
+    assert "/actions/expect/low: it holds if nothing happens at all: `z` is so at the start already" in asked[1]
+    assert "/actions/expect/lands: it holds" not in asked[1], "it has to come about"
+    assert [what["doubts"][0][:20] for event, what in seen if event == "doubted"] == ["/actions/expect/low:"]
+    assert outcome.why == "enough"
+    assert outcome.best is not None
+    assert "below: 0.2" in outcome.best.text, "it was mended before the first run, in the same attempt"
+    assert outcome.best.number == 1
+
+
 def test_the_planner_is_told_what_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     model, _, _ = loop(
         tmp_path,
