@@ -202,3 +202,28 @@ def test_what_only_the_program_can_see_is_said_of_a_line(tmp_path):
     line = next(k for k, row in enumerate((tmp_path / "case.yaml").read_text().splitlines(), 1) if change in row)
     assert found is not None
     assert found[0] == line
+
+
+GUSTY = """
+scene: {duration: 0.2, dt: 0.004, gravity: [0, 0, 0], record: {rate: 125}, mpm: {cell: 0.025}}
+bodies:
+  drop: {kind: liquid, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [0, 0, 0.3]}}
+actions:
+  controls:
+    rises:
+      kind: wind
+      direction: y
+      acceleration: 6
+      scale: {kind: ramp, from: 0, to: 1, start: 0, end: 0.1, ease: linear}
+    gusts: {kind: turbulence, strength: 0.001, drift: [2, 0, 0], during: [0.1, end]}
+"""
+
+
+def test_a_wind_that_rises_gives_the_integral_of_its_scale(simulate, agree):
+    """V = a t^2 / (2 T) while it rises for T, and a (t - T / 2) after that; a step holds the factor of its start."""
+    trial = simulate(GUSTY)
+    _, v = rows(trial.states, "drop")
+    t, rise, a = trial.time, 0.1, 6.0
+    wanted = np.where(t < rise, a * t**2 / (2 * rise), a * (t - rise / 2))
+    agree("wind that rises [m/s]", v[:, 1], wanted, within=0.03)
+    assert abs(v[:, 0]).max() < 0.01

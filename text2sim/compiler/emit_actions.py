@@ -9,7 +9,7 @@ from text2sim.compiler.plan import Plan
 
 COPIED_ACTIONS = ("points.py", "holds.py", "pushes.py", "fields.py", "triggers.py")
 """Modules of the program that are copied where they are needed."""
-OWN_FIELDS = ("Attraction", "Fields", "Whirl")
+OWN_FIELDS = ("Attraction", "Changing", "Fields", "Whirl")
 """What `fields.py` has."""
 FINDERS = ("ball", "box", "everything", "nearest", "sides")
 """What `points.py` has for regions."""
@@ -36,6 +36,8 @@ def action_context(plan: Plan) -> dict[str, Any]:
         "pushes": plan.pushes,
         "scaled_pushes": any(row.scale is not None for row in plan.pushes),
         "fields": plan.fields,
+        "scaled_fields": any(row.scale is not None for row in plan.fields),
+        "changing_fields": [(number, row) for number, row in enumerate(plan.fields) if row.changes],
         "watches": plan.watches,
         "prescribed": plan.prescribed,
         "acting": Code(", ".join(acting)),
@@ -50,7 +52,7 @@ def _schedules(plan: Plan) -> Iterable[str]:
     """Sources of all functions of time."""
     for drive in plan.drives:
         yield from (segment.target for segment in (*drive.segments, *drive.later))
-    yield from (row.scale for row in (*plan.wrenches, *plan.pushes) if row.scale is not None)
+    yield from (row.scale for row in (*plan.wrenches, *plan.pushes, *plan.fields) if row.scale is not None)
     yield from (code for row in plan.prescribed for code in row.velocity)
 
 

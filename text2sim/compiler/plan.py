@@ -237,6 +237,15 @@ class Field:
     end: float
     line: int
     control: str
+    scale: Code | None = None
+    """Factor over time; None if it stays as it is."""
+    drift: tuple[float, float, float] | None = None
+    """Velocity [m/s] of the pattern; None if it stands still."""
+
+    @property
+    def changes(self) -> bool:
+        """Whether it changes with time, besides being there or not."""
+        return self.scale is not None or self.drift is not None
 
 
 @dataclass(frozen=True)

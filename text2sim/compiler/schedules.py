@@ -77,6 +77,15 @@ def displacement(motion: Waypoints | Oscillate | Spin, t: float) -> Vec:
     return (x, y, z)
 
 
+LOOKS = 200
+"""Moments at which a schedule is looked at for its largest value."""
+
+
+def largest(schedule: Schedule, duration: float) -> float:
+    """Return the largest size of a schedule's value within a run [s]."""
+    return max(abs(value_at(schedule, duration * k / LOOKS)) for k in range(LOOKS + 1))
+
+
 def slopes(times: list[float], values: list[float]) -> list[float]:
     """Slopes of a cubic through values that goes beyond none of them (Fritsch and Butland 1984); 0 at both ends.
 

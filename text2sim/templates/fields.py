@@ -43,11 +43,37 @@ class Whirl(gs.force_fields.ForceField):
         return (self._swirl * around - self._inward * arm) / distance * distance ** (-self._falloff)
 
 
-class Fields:
-    """Switches the fields on and off: (field, from [s], to [s])."""
+@qd.data_oriented
+class Changing(gs.force_fields.ForceField):
+    """Another field times a factor, its pattern moved by a shift [m], both of which change with time."""
 
-    def __init__(self, fields):
-        self.fields, self.active = fields, set()
+    def __init__(self, field):
+        super().__init__()
+        self._field = field
+        self._factor = qd.field(gs.qd_float, shape=())
+        self._shift = qd.Vector.field(3, gs.qd_float, shape=())
+        self._factor[None] = 1.0
+
+    def change(self, factor, shift):
+        """Let it be so strong, and so far along, from now on."""
+        self._factor[None] = factor
+        self._shift[None] = shift
+
+    @qd.func
+    def _get_acc(self, pos, vel, t, i):
+        return self._factor[None] * self._field._get_acc(pos - self._shift[None], vel, t, i)
+
+
+class Fields:
+    """Switches the fields on and off: (field, from [s], to [s]), and changes those of `changing` at every step.
+
+    Args:
+        fields: The fields.
+        changing: Number of a field, its factor as a function of time (None: 1), velocity [m/s] of its pattern.
+    """
+
+    def __init__(self, fields, changing=()):
+        self.fields, self.active, self.changing = fields, set(), changing
 
     def __call__(self, t):
         """Do so before the step that begins at t [s]."""
@@ -56,3 +82,7 @@ class Fields:
             if (start <= t < end) != (number in self.active):
                 field.deactivate() if number in self.active else field.activate()
                 self.active ^= {number}
+        for number, factor, drift in self.changing:
+            if number in self.active:
+                shift = np.array(drift) * t
+                self.fields[number][0].change(1.0 if factor is None else factor(t), shift)

@@ -117,7 +117,11 @@ def ends_of(loaded: LoadedCase, name: str) -> list[float | str]:
 def lower_field(control: ANY_FIELD, line: int, name: str) -> Field:
     """Return the row of a field."""
     start, end = span_of(control.during, FOREVER)
-    return Field(_make(control), start, end, line, name)
+    scale = None if control.scale == 1.0 else constructor(control.scale)
+    drift = control.drift if isinstance(control, Turbulence) and any(control.drift) else None
+    made = _make(control)
+    changing = made if scale is None and drift is None else Code(f"Changing({made})")
+    return Field(changing, start, end, line, name, scale, drift)
 
 
 def _make(control: ANY_FIELD) -> Code:

@@ -12,12 +12,12 @@ from typing import Any
 
 from text2sim.compiler.controls import Rows
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.schedules import value_at
+from text2sim.compiler.schedules import largest
 from text2sim.compiler.soft.room import extents_of, floor_height
 from text2sim.compiler.soft.setup import MAX_SPEED
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import Control
-from text2sim.spec_schema.models.fields import Attraction, Turbulence, Vortex, Wind
+from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
 from text2sim.spec_schema.models.motion import Oscillate, Spin, Waypoints
 from text2sim.spec_schema.models.scene import Scene
 
@@ -28,7 +28,6 @@ MOTORS = 20.0
 """Speed [m/s] that motors are thought to give whatever they are told: a stiff one jumps to its target."""
 PART = 4.0
 """How much more a force gives the part of a body on which it acts than it would give all of it."""
-LOOKS = 200
 
 
 def speed_limit(
@@ -61,7 +60,7 @@ def speed_limit(
         "motors": MOTORS if rows.targets else 0.0,
         "prescribed motion": max((_driven(c, time, folder) for g in placed.values() for c in g), default=0.0),
         "forces": sum(_push(push, masses, time) for push in rows.pushes),
-        "fields": sum(_field(control) for control in controls) * time,
+        "fields": sum(_field(control, time) for control in controls) * time,
     }
     most = TIMES * sum(given.values()) + ALWAYS
     if most >= MAX_SPEED:
@@ -100,12 +99,8 @@ def _driven(copy: Copy, duration: float, folder: Path) -> float:
     if isinstance(motion, Spin):
         low, high = extents_of(copy, folder)
         radius = max(hypot(*(x - c for x, c in zip(corner, copy.pos, strict=True))) for corner in (low, high))
-        return _largest(motion.speed, duration) * radius
+        return largest(motion.speed, duration) * radius
     return 0.0
-
-
-def _largest(schedule: Any, duration: float) -> float:
-    return max(abs(value_at(schedule, duration * k / LOOKS)) for k in range(LOOKS + 1))
 
 
 def _push(push: Any, masses: dict[str, float], duration: float) -> float:
@@ -120,10 +115,13 @@ def _push(push: Any, masses: dict[str, float], duration: float) -> float:
     return min(speed, force / push.drag) if push.drag else speed
 
 
-def _field(control: Control) -> float:
-    """Acceleration [m/s2] that a field gives."""
+def _field(control: Control, duration: float) -> float:
+    """Acceleration [m/s2] that a field gives at most."""
+    if not isinstance(control, Wind | Drag | Attraction | Vortex | Turbulence):
+        return 0.0
+    scale = largest(control.scale, duration)
     if isinstance(control, Wind):
-        return control.acceleration
+        return scale * control.acceleration
     if isinstance(control, Turbulence | Attraction):
-        return abs(control.strength)
-    return abs(control.swirl) + abs(control.inward) if isinstance(control, Vortex) else 0.0
+        return scale * abs(control.strength)
+    return scale * (abs(control.swirl) + abs(control.inward)) if isinstance(control, Vortex) else 0.0

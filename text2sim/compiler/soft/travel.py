@@ -7,7 +7,7 @@ from math import dist
 
 from text2sim.compiler.controls import Rows
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.schedules import value_at
+from text2sim.compiler.schedules import largest, value_at
 from text2sim.compiler.shapes.geometry import Bounds
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_unit
 from text2sim.spec_schema.models.base import span_of
@@ -104,7 +104,7 @@ def _blow(flights: dict[str, Vec], field: Control, copy: Copy, duration: float) 
     if not isinstance(field, Wind | Vortex | Attraction):
         return
     start, end = span_of(field.during, duration)
-    square = max(min(end, duration) - start, 0.0) ** 2 / 2
+    square = largest(field.scale, duration) * max(min(end, duration) - start, 0.0) ** 2 / 2
     if isinstance(field, Wind):
         _fly(flights, copy.name, vector_unit(field.direction), min(field.acceleration * square, FARTHEST / 2))
         return

@@ -5,15 +5,18 @@ from typing import Literal
 from pydantic import Field
 
 from text2sim.spec_schema.models.base import Axis, Integer, Model, NonNegative, Positive, Real, Vec3, Window
+from text2sim.spec_schema.models.motion import Schedule
 
 
 class _During(Model):
     during: Window | None = None
     """From and to [s]; the whole run if left out."""
+    scale: Schedule = 1.0
+    """Factor that may change with time: a wind that rises, a gust."""
 
 
 class Wind(_During):
-    """A steady push along a direction, in a round stream or everywhere."""
+    """A push along a direction, in a round stream or everywhere."""
 
     kind: Literal["wind"]
     direction: Axis
@@ -63,12 +66,15 @@ class Vortex(_During):
 
 
 class Turbulence(_During):
-    """Gusts: smooth noise in space."""
+    """Gusts: smooth noise in space, which may travel."""
 
     kind: Literal["turbulence"]
     strength: Positive
     """Largest acceleration [m/s2]."""
     frequency: Positive = 3.0
     """Gusts per metre [1/m]."""
+    drift: Vec3 = (0.0, 0.0, 0.0)
+    """Velocity [m/s] with which the whole pattern travels, as a wind carries its gusts along: at one place it changes
+    `frequency` times the speed as often in a second. Standing still if left out."""
     seed: Integer = Field(default=0, ge=0)
     """Same seed, same gusts."""
