@@ -3,7 +3,7 @@
 from text2sim.lint.contact import bounce, creep, nets, ploughing, sliding, tunnelling
 from text2sim.lint.film import cameras, empty, leaving, viewpoints
 from text2sim.lint.joints import angles, following, holding, idle, joints
-from text2sim.lint.numbers import densities, limits, magnitudes, masses, meshes, steps, stiffness
+from text2sim.lint.numbers import densities, limits, magnitudes, masses, meshes, steps, stiffness, twice
 from text2sim.lint.rule import EXAMPLE_BASE, Rule
 from text2sim.lint.script import at_rest, beginnings, contradictions, energy, names, outcomes, pushes, script, soon
 from text2sim.lint.soft import (
@@ -37,6 +37,7 @@ RULES: tuple[Rule, ...] = (
     *nets.RULES,
     *magnitudes.RULES,
     *densities.RULES,
+    *twice.RULES,
     *meshes.RULES,
     *stiffness.RULES,
     *bounce.RULES,

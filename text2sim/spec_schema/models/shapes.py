@@ -193,7 +193,7 @@ class Part(Model):
 
 
 class Compound(Model):
-    """Several pieces that move as one body."""
+    """Several pieces that move as one body. Each weighs by itself: where they overlap, what they share weighs twice."""
 
     kind: Literal["compound"]
     parts: dict[Name, Part] = Field(min_length=1, max_length=200)
