@@ -87,6 +87,13 @@ def test_the_planner_is_told_and_sees(files: Path, tmp_path: Path, monkeypatch: 
     asked = next(one for one in model.asked if one.role == "planner" and one.messages[-1].images)
     assert "shape: {kind: mesh, file: assets/whole_crate" in asked.messages[-1].text
     assert [image.name for image in asked.messages[-1].images] == ["sketch.png"]
+    assert "cannot see" not in asked.messages[-1].text
+    blind = Scripted(model.replies)
+    blind.vision = False
+    monkeypatch.setattr(sessions, "endpoint_of", lambda spec, case: blind)
+    wish = Wish("generate", "The crate tips over.", {"": "x"}, cards=False)
+    Session.begin(tmp_path / "other", wish, [files / "sketch.png"], []).run(lambda event, what: None)
+    assert any("You cannot see these pictures" in row for row in blind.questions("planner"))
 
 
 # --- asset agents ----------------------------------------------------------------------------------------------------

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from text2sim.agents.deck import Deck
 
 PLANNER = ROLES["planner"]
+BLIND = "You cannot see these pictures: go by the words, and say under `assumptions` what you took them to show."
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def make_plan(desk: Desk, request: Request, deck: "Deck", path: Path, tried: Tri
     question = render(
         "plan_ask",
         request=request.text,
-        inputs=request.inputs,
+        inputs=[*request.inputs, *([BLIND] if request.images and not desk.vision("planner") else [])],
         requirements=rows(request.requirements),
         tried=_tried(tried),
     )
