@@ -18,6 +18,7 @@ from text2sim.compiler.slopes import LINKED, has_slopes
 from text2sim.compiler.soft.controls import SoftControls
 from text2sim.compiler.soft.resolution import soft_lowering, soft_settings
 from text2sim.compiler.soft.setup import MAX_SPEED
+from text2sim.compiler.taut import taut_frequencies
 from text2sim.compiler.trees.anatomy import known_parts, named_parts, tree_extents, tree_standing
 from text2sim.compiler.trees.generators import rope_frequency
 from text2sim.compiler.watches import lower_watches
@@ -76,6 +77,8 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     bounce = {c.name: e for group in placed.values() for c in group if (e := _restitution(c)) is not None}
     soft = soft_settings(loaded, placed, lowering.soft, bodies, rows)
     traits = _traits(lowering, bodies, moving, rows, bounce)
+    taut = taut_frequencies(lowering, bodies, moving, rows, scene.gravity)
+    traits = replace(traits, tautest=max(taut.values(), default=0.0))
     traits = replace(traits, slopes=has_slopes((c for group in placed.values() for c in group), scene.gravity))
     settings = derive(scene, traits, soft)
     every = max(1, round(1.0 / (case.record_rate * scene.dt)))

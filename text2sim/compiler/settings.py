@@ -15,6 +15,8 @@ RIGID_SUBSTEPS = 50
 """Most substeps that rigid bodies get without being asked for."""
 SPRING_STEP = 0.8
 """Substep times angular frequency of a rope's springs, which the engine takes explicitly: at 2 they explode."""
+TAUT_STEP = 1.0
+"""Substep times angular frequency of a taut rope: 1.4 still holds, 1.5 does not."""
 BOUNCE_STEP = 0.0005
 """Longest substep [s] for contacts that bounce; at this one they last 6 ms."""
 
@@ -43,6 +45,8 @@ class Traits:
     """Whether any body is a tree of several links."""
     slopes: bool = False
     """Whether something may rest on a slope, or lean."""
+    tautest: float = 0.0
+    """Largest angular frequency [rad/s] of ropes and chains across, under what hangs on them."""
     swiftest: float = 0.0
     """Largest angular frequency [rad/s] of springs that keep ropes straight."""
 
@@ -201,6 +205,8 @@ def _substeps(scene: Scene, traits: Traits, soft: SoftSettings | None, why: dict
         need(0.0025, "at 5 ms and more the bodies of a dense pile sink into each other")
     if traits.chains or traits.loops:
         need(0.0025, "trees of ball joints and closed loops drift or explode at longer steps")
+    if traits.tautest > 0:
+        need(TAUT_STEP / traits.tautest, "ropes and chains shake themselves apart under their loads at longer steps")
     if traits.swiftest > 0:
         need(SPRING_STEP / traits.swiftest, "the springs that keep a rope straight shake at longer steps")
     if traits.fastest > 0:

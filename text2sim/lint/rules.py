@@ -2,7 +2,7 @@
 
 from text2sim.lint.contact import bounce, creep, nets, ploughing, sliding, tunnelling
 from text2sim.lint.film import cameras, empty, leaving, viewpoints
-from text2sim.lint.joints import angles, following, holding, idle, joints
+from text2sim.lint.joints import angles, following, holding, idle, joints, ropes
 from text2sim.lint.numbers import densities, limits, magnitudes, masses, meshes, steps, stiffness, twice
 from text2sim.lint.rule import EXAMPLE_BASE, Rule
 from text2sim.lint.script import at_rest, beginnings, contradictions, energy, names, outcomes, pushes, script, soon
@@ -47,6 +47,7 @@ RULES: tuple[Rule, ...] = (
     *idle.RULES,
     *following.RULES,
     *joints.RULES,
+    *ropes.RULES,
     *angles.RULES,
     *masses.RULES,
     *limits.RULES,

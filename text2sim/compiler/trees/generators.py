@@ -138,6 +138,16 @@ def _rope_link(rope: Rope) -> tuple[float, float]:
     return mass, rope.youngs_modulus * section * rope.radius**2 / 4 / length
 
 
+def link_of(body: Rope | Chain) -> tuple[float, float]:
+    """Return mass [kg] and length [m] of a link, with what its armature adds to it."""
+    if isinstance(body, Rope):
+        return _rope_link(body)[0], body.length / body.segments
+    length = body.link_length
+    volume = capsule_mass(body.radius, max(length - 2 * body.radius, 0.1 * length), 1.0)
+    mass = density_of(body.material, body.links * volume) * volume
+    return mass + (body.joint.armature or 0.0) / length**2, length
+
+
 def rope_frequency(rope: Rope) -> float:
     """Largest angular frequency [rad/s] at which a rope bends to and fro, from link to link: 4 sqrt(k / m) / l."""
     mass, spring = _rope_link(rope)

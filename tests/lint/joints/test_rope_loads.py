@@ -1,0 +1,41 @@
+"""Light ropes between heavy things: derived substeps, and what is said where they were chosen."""
+
+from pathlib import Path
+
+import pytest
+from lint_support import findings
+
+from text2sim.compiler.build import resolve_case
+from text2sim.spec_schema.load import load_case
+
+ROPE = """
+scene: {{duration: 1.0, dt: 0.005{scene}}}
+bodies:
+  rope: {{kind: rope, length: 1.0, radius: 0.004, segments: 20, material: {{mass: 0.05}}, pose: {{pos: [0, 0, 2]}}}}
+  load: {{kind: rigid, shape: {{kind: box, size: [0.1, 0.1, 0.1]}}, material: {{mass: {mass}}}, pose: {{pos: [0, 0, 0.94]}}}}
+actions:
+  controls: {{tie: {{kind: attach, body: rope.link_19, to: load}}}}
+"""
+
+
+@pytest.mark.parametrize(("mass", "substeps"), [(0.01, 2), (10, 13), (40, 26)])
+def test_substeps_follow_from_what_a_rope_carries(tmp_path: Path, mass: float, substeps: int) -> None:
+    """2 sqrt(2 M g / (m l)) times the substep is 1 at most; M has the 50 g of the rope in it, m l is 2.5 g x 50 mm."""
+    (tmp_path / "case.yaml").write_text("text2sim: 2\nname: probe\n" + ROPE.format(scene="", mass=mass))
+    assert resolve_case(load_case(tmp_path)).settings.substeps == substeps
+
+
+@pytest.mark.parametrize(
+    ("scene", "mass", "says"),
+    [
+        (", substeps: 1", 10, "scene.substeps of 13"),
+        (", substeps: 13", 10, ""),
+        ("", 10, ""),
+        ("", 400, "scene.substeps of 80"),  # more than are derived
+        (", substeps: 1, gravity: [0, 0, 0]", 10, ""),
+    ],
+)
+def test_a_rope_that_its_load_would_tear_apart(tmp_path: Path, scene: str, mass: float, says: str) -> None:
+    found = findings(tmp_path, "rope-load", ROPE.format(scene=scene, mass=mass))
+    assert bool(found) == bool(says), found
+    assert all(says in problem.message and problem.path == "/bodies/rope" for problem in found)
