@@ -3,6 +3,7 @@
     python benchmarks/recorded_loops.py                          # the table of docs/agents.md, from the records
     python benchmarks/recorded_loops.py --replay anchor sand     # played again with kept replies: what they take now
     python benchmarks/recorded_loops.py --replay sand --keep F   # runs stay in folder F, and are not simulated twice
+    python benchmarks/recorded_loops.py --replay sand --write    # what it takes now goes into its record, and the table
 
 Checker, engine and account of a replay are real; it says how large the letters were, by role.
 
@@ -26,9 +27,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--replay", metavar="NAME", nargs="+", help="play these again")
     parser.add_argument("--keep", metavar="FOLDER", type=Path, help="keep what is simulated here")
+    parser.add_argument("--write", action="store_true", help="put what it takes now into the record")
     given = parser.parse_args()
     for name in given.replay or ():
-        print(f"## {name}\n\n{replay(name, given.keep)}\n", flush=True)
+        print(f"## {name}\n\n{replay(name, given.keep, write=given.write)}\n", flush=True)
     if not given.replay:
         print(table())
 
@@ -36,27 +38,30 @@ def main() -> None:
 def table() -> str:
     """Return the table of all records, in Markdown."""
     rows = [
-        "| request | outcome | versions | Critic | calls | tokens | minutes | cards |",
-        "|---|---|---|---|---|---|---|---|",
+        "| request | outcome | versions | Critic | calls | tokens | now | from a cache | minutes | cards |",
+        "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for file in sorted(RECORDED.glob("*/expected.json")):
         record = json.loads(file.read_text("utf-8"))
         played: dict[str, Any] = record["played"]
+        now: dict[str, int] = record.get("now", {})
         cells = [
             record["request"],
             record["state"].replace("_", " "),
             played["attempts"],
             ", ".join(played["verdicts"]) or "–",
             played["calls"],
-            f"{played['tokens']:,}",
-            f"{played['minutes']:g}",
+            f"{played['tokens']:,}" if played["tokens"] else "–",
+            f"{now['tokens']:,}" if now else "–",
+            f"{now['again']:,}" if now else "–",
+            f"{played['minutes']:g}" if played["minutes"] else "–",
             ", ".join(played["cards"]) or "–",
         ]
         rows.append("| " + " | ".join(map(str, cells)) + " |")
     return "\n".join(rows)
 
 
-def replay(name: str, keep: Path | None = None) -> str:
+def replay(name: str, keep: Path | None = None, *, write: bool = False) -> str:
     """Play a record again; return how it ended, what it took, and how large the letters were."""
     from text2sim.agents.session import Session, Wish
 
@@ -76,6 +81,11 @@ def replay(name: str, keep: Path | None = None) -> str:
         session = Session.begin(case, wish, [], [])
         outcome = session.run(lambda event, what: None)
         sizes = letter_sizes(case)
+    if write and outcome.state == record["state"]:
+        total = session.account.total()
+        record["now"] = {"calls": total.calls, "tokens": total.tokens, "again": total.again}
+        text = json.dumps(record, indent=1, ensure_ascii=False) + "\n"
+        (RECORDED / name / "expected.json").write_text(text, "utf-8")
     rows = ["  ".join(f"{cell:>12}" for cell in row) for row in session.account.table()]
     return "\n".join([f"{outcome.state}: {outcome.why}", *rows, "", *sizes])
 

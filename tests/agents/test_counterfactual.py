@@ -15,41 +15,41 @@ FILE = Path("tin/case.yaml")
 
 
 def plan(**more: Any) -> Plan:
-    return Plan(name="tin", event="The ball knocks the tin over.", **more)
+    return Plan(name="tin", event="The ball pushes the tin away.", **more)
 
 
 def test_all_that_refers_to_a_cause_goes_with_it_and_the_rest_stays_a_case() -> None:
     case = without(data_of(TEXT), ["ball"])
     assert list(case["bodies"]) == ["tin"]
-    assert list(case["actions"]["measures"]) == ["lean"]
+    assert list(case["actions"]["measures"]) == ["away"]
     assert case["actions"]["events"] == {}
-    assert list(case["actions"]["expect"]) == ["falls"], "what is about the event is gone with it"
+    assert list(case["actions"]["expect"]) == ["pushed"], "what is about the event is gone with it"
     assert "render" not in case
     assert "ball" in data_of(TEXT)["bodies"], "the case itself is as it was"
 
 
 def test_an_effect_that_comes_without_its_cause_is_said() -> None:
-    made = plan(meets={"knocked": ["strikes", "falls"]}, causes={"knocked": ["ball"]})
+    made = plan(meets={"knocked": ["strikes", "pushed"]}, causes={"knocked": ["ball"]})
     seen: list[Any] = []
 
     def simulate(loaded: Any) -> dict[str, Any]:
         seen.append(loaded.case)
-        return {"falls": {"ok": falls, "why": "71 deg at 1.8 s"}}
+        return {"pushed": {"ok": pushed, "why": "0.4 m at 1.8 s"}}
 
-    falls = False
+    pushed = False
     told = compared(made, TEXT, FILE, simulate)
     assert told.startswith(TITLE)
-    assert "without `ball` `falls` does not come true, as it must be (71 deg at 1.8 s)" in told
+    assert "without `ball` `pushed` does not come true, as it must be (0.4 m at 1.8 s)" in told
     assert list(seen[0].bodies) == ["tin"]
-    falls = True
-    assert "`falls` COMES TRUE AS WELL: no cause" in compared(made, TEXT, FILE, simulate)
+    pushed = True
+    assert "`pushed` COMES TRUE AS WELL: no cause" in compared(made, TEXT, FILE, simulate)
 
 
 @pytest.mark.parametrize(
     ("causes", "bound", "said"),
     [
         (["ball"], ["strikes"], "nothing that is measured of it is left without `ball`"),
-        (["tin"], ["falls"], "nothing that is measured of it is left"),
+        (["tin"], ["pushed"], "nothing that is measured of it is left"),
     ],
 )
 def test_what_cannot_be_compared_is_said(causes: list[str], bound: list[str], said: str) -> None:
@@ -60,6 +60,6 @@ def test_what_cannot_be_compared_is_said(causes: list[str], bound: list[str], sa
 def test_a_case_that_cannot_be_without_it_is_said() -> None:
     placed = TEXT.replace("pose: {pos: [0.3, 0, 0.0801]}", "place: {on: floor, at: [0.3, 0]}")
     load_text(placed, FILE)
-    made = plan(meets={"knocked": ["falls"]}, causes={"knocked": ["floor"]})
+    made = plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["floor"]})
     assert "cannot be run without `floor`" in compared(made, placed, FILE, lambda loaded: {})
     assert compared(plan(), TEXT, FILE, lambda loaded: {}) == ""

@@ -84,7 +84,11 @@ class Ellipsoid(Model):
 
 
 class Torus(Model):
-    """A ring about z, made of capsules."""
+    """A ring about z, made of capsules.
+
+    Its hole is a polygon: clear to `radius cos(180 deg / segments) - bar_radius`. Rings that hang in each other have
+    their middles at most `2 (radius - bar_radius)` apart.
+    """
 
     kind: Literal["torus"]
     radius: Length
