@@ -21,7 +21,7 @@ from text2sim.lint.soft import (
     starts,
     walls,
 )
-from text2sim.lint.start import floor, nowhere, overlap, selfcontact
+from text2sim.lint.start import edges, floor, nowhere, overlap, selfcontact
 
 __all__ = ["EARLIER", "EXAMPLE_BASE", "RULES", "Rule", "find_rule"]
 
@@ -30,6 +30,7 @@ RULES: tuple[Rule, ...] = (
     *selfcontact.RULES,
     *floor.RULES,
     *nowhere.RULES,
+    *edges.RULES,
     *tunnelling.RULES,
     *ploughing.RULES,
     *sliding.RULES,

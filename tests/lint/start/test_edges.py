@@ -1,0 +1,44 @@
+"""Boxes on an edge: on a slope, on level ground, leaning on each other."""
+
+from math import radians
+
+import pytest
+from lint_support import findings
+
+from text2sim.compiler.shapes.rotation import quat_from_axis_angle, quat_multiply
+
+SLOPE = """\
+scene:
+  statics:
+    slope: {shape: {kind: box, size: [2, 1, 0.1]}, pose: {pos: [0, 0, 0.6], euler_deg: [0, 20, 0]}}
+bodies:
+  crate: {kind: rigid, shape: {kind: box, size: [0.2, 0.3, 0.1]}, place: {on: slope, at: [0, 0], quat: %s}}
+"""
+LEAN, YAW = quat_from_axis_angle((0, 1, 0), radians(20)), quat_from_axis_angle((0, 0, 1), radians(30))
+
+
+@pytest.mark.parametrize(
+    ("quat", "tilted"),
+    [
+        (quat_multiply(LEAN, YAW), False),  # about its own normal, then as the slope: flush
+        (quat_multiply(YAW, LEAN), True),  # the other way round: on a corner
+        (YAW, True),
+        (quat_multiply(LEAN, quat_from_axis_angle((1, 0, 0), radians(90))), False),  # on another face
+    ],
+)
+def test_a_box_that_is_flush_on_a_slope_is_turned_about_its_normal_first(tmp_path, quat, tilted):
+    found = findings(tmp_path, "on-edge", SLOPE % list(quat))
+    assert [problem.path for problem in found] == ["/bodies/crate"] * tilted
+
+
+LEVEL = """\
+bodies:
+  crate: {kind: rigid, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, %s], euler_deg: [%s, 0, 0]}}
+"""
+
+
+@pytest.mark.parametrize(("height", "turn", "tilted"), [(0.1, 0, False), (0.1414, 45, True), (0.5, 45, False)])
+def test_a_box_on_the_ground_and_one_in_the_air(tmp_path, height, turn, tilted):
+    found = findings(tmp_path, "on-edge", LEVEL % (height, turn))
+    assert len(found) == tilted
+    assert all("45 deg" in problem.message for problem in found)

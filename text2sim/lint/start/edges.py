@@ -1,0 +1,141 @@
+"""Boxes that start on an edge or a corner of theirs, on level ground or on a slope, and will tip."""
+
+from collections.abc import Iterator
+from itertools import product
+from math import acos, degrees
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.rotation import Vec, quat_multiply, quat_rotate
+from text2sim.lint.contact.flight import RESTING
+from text2sim.lint.facts import Facts
+from text2sim.lint.parts import Part
+from text2sim.lint.rule import Rule
+from text2sim.lint.soft.gaps import Gaps
+from text2sim.lint.words import more_copies
+from text2sim.spec_schema.errors import Problem
+
+TILT = 2.0
+"""Angle [deg] between two faces up to which a box counts as lying on its face."""
+STEEP = 0.5
+"""Least cosine between what carries a box and straight up."""
+_AXES: tuple[Vec, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+Face = tuple[Copy, Vec, float]
+"""What carries, its normal, and its height [m] along that."""
+
+
+def _edges(facts: Facts) -> Iterator[Problem]:
+    x, y, z = facts.case.scene.gravity
+    if x or y or z >= 0.0:
+        return
+    neighbours: dict[str, list[Copy]] = {}
+    for one, other in facts.near(RESTING):
+        neighbours.setdefault(one.name, []).append(other)
+        neighbours.setdefault(other.name, []).append(one)
+    gaps, held = (
+        facts.own(Gaps),
+        {c.body.split("[")[0] for c in facts.case.actions.controls.values() if c.kind == "attach"},
+    )
+    found: dict[str, list[tuple[Copy, Copy, float]]] = {}
+    for name in [name for name in facts.case.bodies if name not in held]:
+        for copy in facts.placed[name]:
+            box = _single_box(facts, copy) if facts.loose(copy) else None
+            if box is None:
+                continue
+            others = neighbours.get(copy.name, [])
+            touching = [one for one in others if gaps.between(copy, one, 2 * RESTING) < RESTING]
+            touching += [g.copy for g in facts.planes if abs(gaps.to_plane(copy, g, 1.0)) < RESTING]
+            if len({one.name for one in touching}) != 1:
+                continue  # in the air, or leaning on several
+            tilt = _tilt(facts, box, touching[0])
+            if tilt > TILT:
+                found.setdefault(name, []).append((copy, touching[0], tilt))
+    for name, rows in found.items():
+        copy, support, tilt = rows[0]
+        text = (
+            f"`{copy.name}` touches `{support.name}` with an edge or a corner alone{more_copies(len(rows))}: its "
+            f"nearest face is turned by {tilt:.3g} deg against what carries it, so that it tips at once; turn it so "
+            "that its face lies on that, or waive this if it is meant to fall"
+        )
+        yield facts.problem("on-edge", ("bodies", name), text, key=True)
+
+
+def _single_box(facts: Facts, copy: Copy) -> Part | None:
+    parts = facts.parts(copy)
+    return parts[0] if len(parts) == 1 and parts[0].piece.kind == "box" else None
+
+
+def _axes(part: Part) -> list[Vec]:
+    turn = quat_multiply(part.quat, part.piece.quat)
+    return [quat_rotate(turn, axis) for axis in _AXES]
+
+
+def _tilt(facts: Facts, box: Part, support: Copy) -> float:
+    """Angle [deg] between the nearest faces of a box and of what carries it; 0 where that is no face."""
+    axes = _axes(box)
+    for ground in facts.planes:
+        if ground.copy is support:
+            return _angle(axes, ground.up)
+    middle = _middle(box)
+    corners = [
+        tuple(
+            m + sum(s * h / 2 * a[k] for s, h, a in zip(signs, box.piece.size, axes, strict=True))
+            for k, m in enumerate(middle)
+        )
+        for signs in product((-1.0, 1.0), repeat=3)
+    ]
+    best: tuple[float, Vec] | None = None
+    for part in facts.parts(support):
+        if part.piece.kind != "box":
+            return 0.0
+        center = _middle(part)
+        for axis, size in zip(_axes(part), part.piece.size, strict=True):
+            for sign in (-1.0, 1.0):
+                normal = (sign * axis[0], sign * axis[1], sign * axis[2])
+                above = min(
+                    sum(n * (p - c) for n, p, c in zip(normal, corner, center, strict=True)) for corner in corners
+                )
+                if best is None or above - size / 2 > best[0]:
+                    best = (above - size / 2, normal)
+    if best is None or abs(best[0]) > RESTING or best[1][2] < STEEP:
+        return 0.0
+    return _angle(axes, best[1])
+
+
+def _middle(part: Part) -> Vec:
+    offset = quat_rotate(part.quat, part.piece.pos)
+    return part.pos[0] + offset[0], part.pos[1] + offset[1], part.pos[2] + offset[2]
+
+
+def _angle(axes: list[Vec], normal: Vec) -> float:
+    nearest = max(abs(sum(a * n for a, n in zip(axis, normal, strict=True))) for axis in axes)
+    return degrees(acos(min(nearest, 1.0)))
+
+
+_SLOPE = """\
+scene:
+  statics:
+    slope: {shape: {kind: box, size: [2, 1, 0.1]}, pose: {pos: [0, 0, 0.6], euler_deg: [0, 20, 0]}}
+bodies:
+  crate:
+    kind: rigid
+    shape: {kind: box, size: [0.2, 0.2, 0.2]}
+    place: {on: slope, at: [0, 0], euler_deg: [0, %s, 0]}
+"""
+
+RULES = (
+    Rule(
+        id="on-edge",
+        severity="warning",
+        title="A box starts on an edge or a corner.",
+        reason="""\
+A box that touches what carries it with an edge alone is not in balance: it tips before anything else happens. On a
+slope that is what `place: {on: slope}` comes to where the box stays upright, or is turned about the wrong axis.""",
+        way_out="""\
+Turn the box as its support is turned (the same `euler_deg`; a turn about the normal of the slope comes before that), or
+waive the rule if it is meant to tip.""",
+        example=_SLOPE % "0",
+        mended=_SLOPE % "20",
+        run=_edges,
+    ),
+)
