@@ -294,6 +294,18 @@ def test_a_driven_body_that_is_held_up_is_suspicious(new_run, make_case):
     assert judge(run.write(), make_case(bodies=bodies))["suspicions"] == []
 
 
+@pytest.mark.parametrize(("gain", "pushed", "said"), [(0.02, False, True), (0.005, False, False), (0.02, True, False)])
+def test_a_passive_scene_that_gains_energy_is_suspicious(new_run, make_case, gain, pushed, said):
+    """A ball flies at 2 m/s at one height, and its kinetic energy grows from 0.5 s on."""
+    run = new_run(duration=1.0)
+    speed = np.where(run.time >= 0.5, 2 * np.sqrt(1 + gain), 2.0)
+    run.add_link("ball", mass=1.0, vel=np.outer(speed, [1, 0, 0]))
+    push = {"push": {"kind": "force", "body": "ball", "force": [1, 0, 0]}}
+    start = {"start": {"kind": "initial_velocity", "body": "ball", "linear": [2, 0, 0]}}
+    found = judge(run.write(), make_case(controls=push if pushed else start))["suspicions"]
+    assert [row[:20] for row in found] == (["energy grows by 2 % "] if said else [])
+
+
 def test_visibility_adds_up_the_copies(drop, make_case):
     folder = drop.write()
     shares = [{"t": 0.0, "shares": {"ball": 0.1, "floor": 0.5}}, {"t": 0.5, "shares": {"ball": 0.3}}]

@@ -5,12 +5,17 @@ from typing import Any
 import numpy as np
 
 from text2sim.harness import soft_diagnostics
-from text2sim.harness.recording import Recording
+from text2sim.harness.recording import Recording, links_of
 from text2sim.harness.selection import base_name
 from text2sim.harness.states import Array
-from text2sim.spec_schema.models.controls import Force, Impulse, Torque
+from text2sim.spec_schema.models.bodies import Rigid
+from text2sim.spec_schema.models.controls import Force, Impulse, InitialVelocity, Torque
 from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
 
+MADE_UP = 0.01
+"""Growth of the energy of a passive scene, over that in play, that is worth a word."""
+LIFT = 1e-4
+"""The same as a height [m] by which all is lifted: bodies that start a little inside each other are pushed out."""
 FIELDS = (Wind, Drag, Attraction, Vortex, Turbulence)
 
 
@@ -58,6 +63,32 @@ def energy_account(recording: Recording) -> dict[str, Any]:
         "max": row["max"], "max_at": row["max_at"], "work_of_motors": work,
         "change": change, "not_counted": not_counted,
     }  # fmt: skip
+
+
+def energy_from_nowhere(recording: Recording) -> list[str]:
+    """Return what is wrong about the energy of a passive scene, if it grows: a sentence, or none.
+
+    Passive is what has nothing but free and fixed bodies, which at most start with a speed. Its energy can only fall;
+    the solver may make some up. Compared is with the larger of the kinetic energy and the change of the potential one.
+    """
+    case, states = recording.case, recording.states
+    bodies, controls = case.bodies.values(), case.actions.controls.values()
+    passive = all(isinstance(b, Rigid) and b.mount.kind in ("free", "fixed") for b in bodies)
+    if not passive or not all(isinstance(c, InitialVelocity) for c in controls) or states.frames < 2:
+        return []
+    kinetic, potential = recording.energies(recording.cast.loose)
+    total = kinetic + potential
+    if not np.isfinite(total).all():
+        return []
+    at = int(total.argmax())
+    gain, scale = total[at] - total[0], max(kinetic.max(), np.ptp(potential))
+    weight = recording.masses[links_of(recording.cast.loose)].sum() * np.linalg.norm(states.gravity)
+    if gain <= max(MADE_UP * scale, LIFT * weight):
+        return []
+    return [
+        f"energy grows by {100 * gain / scale:.2g} % in a scene that nothing drives, at {states.time[at]:.3g} s: the "
+        "solver made it up; more substeps make less"
+    ]
 
 
 def energy_series(recording: Recording) -> dict[str, Array]:

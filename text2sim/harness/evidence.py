@@ -91,7 +91,11 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
             "speeds": diagnostics.speed_extremes(recording),
             "joint_limits": diagnostics.limit_overshoots(recording)[:JOINTS],
             "deformables": deforming,
-            "suspicions": [*suspicions(recording, deforming), *held_up(driven)],
+            "suspicions": [
+                *suspicions(recording, deforming),
+                *held_up(driven),
+                *diagnostics.energy_from_nowhere(recording),
+            ],
             "driven": recording.cast.driven,
             "off_path": driven,
             "contacts": contacts,

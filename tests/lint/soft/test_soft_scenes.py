@@ -199,6 +199,35 @@ bodies:
     assert findings(tmp_path, "cloth-slides", post, "bodies: {sheet: {pose: {pos: [2, 0, 0.55]}}}") == []
 
 
+@pytest.mark.parametrize(
+    "moves",
+    [
+        "kind: driven, motion: {kind: spin, axis: z, speed: 1}",
+        "kind: rigid, mount: {kind: hinge, axis: z}",
+    ],
+)
+def test_a_cloth_slides_off_what_moves_as_well(tmp_path: Path, moves: str) -> None:
+    post = f"""\
+bodies:
+  post: {{{moves}, shape: {{kind: box, size: [0.3, 0.3, 0.5]}}, pose: {{pos: [0, 0, 0.26]}}}}
+  sheet: {{kind: cloth, cell: 0.02, shape: {{kind: sheet, size: [0.6, 0.6]}}, pose: {{pos: [0, 0, 0.55]}}}}
+"""
+    (found,) = findings(tmp_path, "cloth-slides", post)
+    assert "comes down on `post`" in found.message
+
+
+def test_a_wheel_on_a_hinge_does_not_lie_on_sand(tmp_path: Path) -> None:
+    wheel = """\
+bodies:
+  wheel: {kind: rigid, mount: {kind: hinge, axis: y}, shape: {kind: box, size: [0.4, 0.2, 0.02]}, pose: {pos: [0, 0, 0.3]}}
+  sand: {kind: granular, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.6]}}
+"""
+    (found,) = findings(tmp_path, "thin-wall", wheel)
+    assert "what comes down on it presses it" in found.message
+    free = findings(tmp_path, "thin-wall", wheel.replace("{kind: hinge, axis: y}", "{kind: free}"))
+    assert "it is free to lie on the body" in free[0].message
+
+
 DISHES = """\
 scene: {{statics: {{table: {{shape: {{kind: box, size: [1, 0.6, 0.7]}}, place: {{on: floor, clearance: {0}}}}}}}}}
 bodies:

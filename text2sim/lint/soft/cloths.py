@@ -92,9 +92,9 @@ def _slides(facts: Facts) -> Iterator[Problem]:
 
 
 def _draped(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> str:
-    """What is wrong with a loose cloth over something smaller than itself that stands still."""
+    """What is wrong with a loose cloth over something smaller than itself."""
     its = facts.box(copy)
-    if not facts.loose(body.copy) or its is None or facts.moves(copy) and not facts.free(copy):
+    if not facts.loose(body.copy) or its is None:
         return ""
     if not soft.comes_down_on(body.copy, copy) or body.box[0][2] < its[1][2] - CLOSE:
         return ""

@@ -56,7 +56,7 @@ def _wanted(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> tuple[
         return STILL, "walls of less let particles through"
     if mount == "tree":  # thin limbs and ropes: what they do to the body is seen at their scale
         return 0.0, ""
-    return ON_TOP, "it is free to lie on the body"
+    return ON_TOP, "it is free to lie on the body" if facts.free(copy) else "what comes down on it presses it"
 
 
 def _narrow(facts: Facts) -> Iterator[Problem]:
