@@ -261,3 +261,11 @@ def test_a_copy_takes_what_belongs_to_the_case(cli: Cli, case: Path, tmp_path: P
     ]
     assert cli("new", "third", "--from", case / "case.yaml").code == 0
     assert cli("new", "fourth", "--from", "nothing").code == 2
+
+
+def test_closed_streams_are_no_error(case: Path):
+    for closed in (">&-", "2>&-", ">&- 2>&-"):
+        answer = subprocess.run(
+            f'"{sys.executable}" -m text2sim check {case} {closed}', shell=True, capture_output=True
+        )
+        assert (answer.returncode, b"Traceback" in answer.stderr) == (0, False), closed

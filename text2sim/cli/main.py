@@ -1,6 +1,7 @@
 """The command line. Every command stands in a module of its own and imports what it needs when it runs."""
 
 import gc
+import os
 import sys
 from typing import Annotated
 
@@ -90,6 +91,8 @@ def run() -> None:
     """Run the command line and exit with one of `exits`."""
     # Nearly all that a short command makes lives to its end: looking for garbage in it takes a tenth of its time.
     gc.set_threshold(100_000, 20, 50)
+    # Whoever started us may have closed both.
+    sys.stdout, sys.stderr = (stream or open(os.devnull, "w") for stream in (sys.stdout, sys.stderr))  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         # A terminal that cannot show a character must not stop a run.
         stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]

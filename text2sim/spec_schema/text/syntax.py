@@ -1,6 +1,7 @@
 """Errors of the YAML parser in plain words."""
 
 import re
+from unicodedata import name
 
 import yaml
 
@@ -10,6 +11,7 @@ from text2sim.spec_schema.text.source import Source
 
 # What the parser says, and what it means to someone who writes a case.
 _SYNTAX = (
+    ("expected node content", "a value is missing here, or a bracket is closed that was not opened"),
     ("found character '\\t'", "tabs cannot indent; use spaces"),
     ("could not find expected ':'", "a key needs a colon and a space after it"),
     ("mapping values are not allowed", "a second `: ` in one line; quote the text, or start a new line"),
@@ -45,6 +47,19 @@ def _bare_line(source: Source, line: int) -> int | None:
     return above if re.fullmatch(r"[A-Za-z_]\w*(:|\s)\s*\S.*", text) and not _KEY.match(text) else None
 
 
+_LOOK_ALIKE = re.compile("[\u00a0\u2000-\u200a\u202f\u205f\u3000\uff1a\uff0c\uff3b\uff3d\uff5b\uff5d\u2018-\u201f]")
+"""Spaces that YAML does not know, wide punctuation, curly quotes: a word processor or a chat made them."""
+
+
+def _look_alike(source: Source, line: int) -> tuple[int, int, str] | None:
+    """Line, column and character of what looks like YAML and is not, on the line of an error or on that before it."""
+    for number in (line - 1, line):
+        found = _LOOK_ALIKE.search(source.lines[number - 1].partition(" #")[0]) if number > 0 else None
+        if found is not None:
+            return number, found.start() + 1, found[0]
+    return None
+
+
 def syntax_problem(source: Source, error: yaml.YAMLError) -> Problem:
     """Say what the parser stumbled over, at the place where an author would look for it."""
     mark = getattr(error, "problem_mark", None)
@@ -59,6 +74,12 @@ def syntax_problem(source: Source, error: yaml.YAMLError) -> Problem:
         mark = getattr(error, "context_mark", None) or mark
     line, column = (mark.line + 1, mark.column + 1) if mark is not None else (1, 1)
     line = min(line, len(source.lines))
+    if (alike := _look_alike(source, line)) is not None:
+        line, column, character = alike
+        message = (
+            f"`{character}` is {name(character, 'no ASCII')}, which YAML takes for text; type an ordinary one"
+        )
+        return Problem("", f"not valid YAML: {message}", line, column, source.file, rule="syntax")
     message = next((plain for words, plain in _SYNTAX if words in text), None)
     rest = source.lines[line - 1][column - 1 :]
     opened = getattr(error, "context_mark", None)

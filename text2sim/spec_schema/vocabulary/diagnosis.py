@@ -3,6 +3,7 @@
 import re
 from dataclasses import dataclass
 from typing import Any, get_args, get_origin
+from unicodedata import name
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -81,6 +82,8 @@ def _follow(slot: Slot, data: Any, loc: list[Step], kind: str) -> _Place | None:
             slot = slot_of(slot.models[str(loc.pop(0))])
         elif slot.discriminator is None and len(slot.members) > 1:
             fitting = [member for member in slot.members if fits(member, data)]
+            # Of several lists, the one that is as long was meant.
+            fitting = [member for member in fitting if _is_as_long(member, data)] or fitting
             if len(fitting) != 1:
                 return _Place(path, slot, data, [], alternatives=True)
             if not loc or not _is_label_of(str(loc.pop(0)), fitting[0]):
@@ -96,6 +99,10 @@ def _follow(slot: Slot, data: Any, loc: list[Step], kind: str) -> _Place | None:
             return _Place(path, slot, data, loc)
         step = loc.pop(0)
         slot, data, path = inner, data[step], (*path, step)
+
+
+def _is_as_long(slot: Slot, data: Any) -> bool:
+    return get_origin(slot.base) is tuple and isinstance(data, list) and len(get_args(slot.base)) == len(data)
 
 
 def _inside(slot: Slot, step: Step) -> Slot | None:
@@ -136,6 +143,8 @@ def _is_label_of(label: str, slot: Slot) -> bool:
     while found := _FUNCTION.match(label):
         label = label[found.end() :]
     origin = get_origin(slot.base)
+    if origin is tuple and "(" not in label and label.count(",") + 1 != len(get_args(slot.base)):
+        return False
     if origin in (tuple, list):
         return label.startswith(origin.__name__)
     return slot.structure == next((what for starts, what in _LABELS if label.startswith(starts)), "mapping")
@@ -183,6 +192,9 @@ def _say(place: _Place, details: ErrorDetails) -> _Finding:
     if kind == "string_too_long":
         most = bounds_of(slot).get("max_length", "")
         return _Finding(place.path, f"the text is longer than {most} characters", "length")
+    if kind == "string_too_short":
+        least = bounds_of(slot).get("min_length", "")
+        return _Finding(place.path, f"the text must have at least {least} characters (got {len(data)})", "length")
     if kind in ("greater_than", "greater_than_equal", "less_than", "less_than_equal"):
         return _Finding(place.path, f"must be{_range(slot, data).removeprefix(' of')} (got {show(data)})", "range")
     if isinstance(data, bool) and slot.structure == "number":
@@ -208,7 +220,32 @@ def _unknown_key(place: _Place) -> _Finding:
         message += "; decimals have a point, and numbers that belong together stand in brackets: [0, 0.5, 1]"
     elif ":" in key and key.split(":")[0] in known:
         message += "; a space is missing behind the colon"
+    elif key in _WITHIN and _WITHIN[key] in known:
+        message += f"; `{key}` stands in `{_WITHIN[key]}`"
+    elif OTHER_KEYS.get(key) in free:
+        return _Finding((*place.path, key), message, "unknown-key", OTHER_KEYS[key], key=True)
     return _Finding((*place.path, key), message, "unknown-key", nearest(key, free) or nearest(key, known), key=True)
+
+
+_WITHIN = {
+    **dict.fromkeys(("mass", "density", "friction", "restitution"), "material"),
+    **dict.fromkeys(("pos", "position", "quat", "euler_deg", "rotation", "orientation"), "pose"),
+    **dict.fromkeys(("color", "colour", "finish", "opacity"), "look"),
+    **dict.fromkeys(("radius", "size"), "shape"),
+}
+"""Keys of a body as they are often written one level too high."""
+OTHER_KEYS = {
+    **dict.fromkeys(("width", "widths", "dimensions", "dims", "extents", "scale"), "size"),
+    **dict.fromkeys(("position", "location", "translation", "xyz", "origin"), "pos"),
+    **dict.fromkeys(("rotation", "orientation", "rpy", "euler"), "euler_deg"),
+    **dict.fromkeys(("quaternion", "rot"), "quat"),
+    **dict.fromkeys(("colour", "rgb", "rgba"), "color"),
+    **dict.fromkeys(("type", "class"), "kind"),
+    **dict.fromkeys(("timestep", "time_step", "delta_t"), "dt"),
+    **dict.fromkeys(("weight",), "mass"),
+    **dict.fromkeys(("bounce", "elasticity"), "restitution"),
+}
+"""Keys as others call them."""
 
 
 def _missing_key(place: _Place) -> _Finding:
@@ -311,7 +348,11 @@ def _bad_text(place: _Place) -> _Finding:
 
 
 def _bad_name(place: _Place) -> _Finding:
-    message = f"{_quoted(str(place.path[-1]))} is not a name: {noun_of(slot_of(Name)).form}"
+    word = str(place.path[-1])
+    message = f"{_quoted(word)} is not a name: {noun_of(slot_of(Name)).form}"
+    strange = next((c for c in word if not c.isascii()), None)
+    if strange is not None:
+        message += f"; `{strange}` is {name(strange, 'no letter')}"
     return _Finding(place.path, message, "form", key=True)
 
 
