@@ -76,9 +76,7 @@ def syntax_problem(source: Source, error: yaml.YAMLError) -> Problem:
     line = min(line, len(source.lines))
     if (alike := _look_alike(source, line)) is not None:
         line, column, character = alike
-        message = (
-            f"`{character}` is {name(character, 'no ASCII')}, which YAML takes for text; type an ordinary one"
-        )
+        message = f"`{character}` is {name(character, 'no ASCII')}, which YAML takes for text; type an ordinary one"
         return Problem("", f"not valid YAML: {message}", line, column, source.file, rule="syntax")
     message = next((plain for words, plain in _SYNTAX if words in text), None)
     rest = source.lines[line - 1][column - 1 :]
