@@ -368,25 +368,11 @@ def _momentum(recording: Recording, measure: measures.Momentum) -> Array:
 
 
 def _angular_momentum(recording: Recording, measure: measures.AngularMomentum) -> Array:
-    """Sum of m (x - c) x (v - u) + R I R^T w along an axis: c is the common centre of mass, u its velocity.
-
-    About a point that is given, c is that point, and u is zero.
-    """
-    targets, states = _targets(recording, measure.of), recording.states
+    """A component of `Recording.angular_momentum`."""
+    targets = _targets(recording, measure.of)
     for target in targets:
         _needs_frame(target, "angular_momentum")
-    links = links_of(targets)
-    masses = recording.masses[links]
-    x, v = recording.centers(links), states.vel[:, links].astype(float)
-    if measure.about is not None:
-        x = x - np.array(measure.about)
-    elif masses.sum() > 0.0:
-        shares = masses / masses.sum()
-        x, v = x - (shares @ x)[:, None], v - (shares @ v)[:, None]
-    quat = states.quat[:, links].astype(float)
-    own = np.einsum("nij,fnj->fni", recording.inertias[links], rotate_back(quat, states.ang[:, links].astype(float)))
-    total = (masses[:, None] * np.cross(x, v) + rotate(quat, own)).sum(axis=1)
-    return total[:, _COLUMN[measure.axis]]
+    return recording.angular_momentum(targets, measure.about)[:, _COLUMN[measure.axis]]
 
 
 def _count_in(recording: Recording, measure: measures.CountIn) -> Array:

@@ -105,6 +105,24 @@ class Recording:
             potential = potential - body.mass * (body.center @ gravity)
         return kinetic, potential
 
+    def angular_momentum(self, targets: Sequence[Target], about: tuple[float, float, float] | None) -> Array:
+        """Sum of m (x - c) x (v - u) + R I R^T w [kg m2/s] over the links of targets, world, shape (F, 3).
+
+        c is the common centre of mass and u its velocity; about a point [m] that is given, c is that, and u is zero.
+        """
+        links = links_of(targets)
+        masses, x, v = self.masses[links], self.centers(links), self.states.vel[:, links].astype(float)
+        if about is not None:
+            x = x - np.array(about)
+        elif masses.sum() > 0.0:
+            shares = masses / masses.sum()
+            x, v = x - (shares @ x)[:, None], v - (shares @ v)[:, None]
+        quat = self.states.quat[:, links].astype(float)
+        own = np.einsum(
+            "nij,fnj->fni", self.inertias[links], rotate_back(quat, self.states.ang[:, links].astype(float))
+        )
+        return (masses[:, None] * np.cross(x, v) + rotate(quat, own)).sum(axis=1)
+
     def velocity(self, target: Target) -> Array:
         """Velocity of a target's centre of mass [m/s], world, shape (F, 3)."""
         if target.soft is not None:
