@@ -233,12 +233,13 @@ def test_what_fills_a_part_of_a_pixel_is_as_bright_as_if_it_filled_it() -> None:
 
 MOVES = """
 import numpy as np
-import drjit
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.scene import sensor
 from text2sim.templates.cameras import View
 
-mi = mitsuba()
+mi = mitsuba()  # chooses LLVM, before drjit takes another one
+import drjit
+
 print(mi.variant())
 if mi.variant().startswith("scalar"):
     raise SystemExit
