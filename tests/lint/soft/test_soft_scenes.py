@@ -248,3 +248,27 @@ def test_ipc_needs_room_between_all_bodies(tmp_path: Path) -> None:
     # The cloth is 2 mm thick, of which 1 mm is in the sheet that is placed.
     assert max(said) == pytest.approx(0.0006)
     assert findings(tmp_path, "ipc-clearance", DISHES.format(0.0007)) == []
+
+
+FLAG = """\
+scene: {duration: 4.0, pbd: {bounds: {min: [-1, -1.5, 0.9], max: [2, 1.5, 3.2]}}}
+bodies:
+  flag: {kind: cloth, cell: 0.025, shape: {kind: sheet, size: [0.9, 0.6]}, pose: {pos: [0.48, 0, 2.1], euler_deg: [90, 0, 0]}}
+actions:
+  controls:
+    up: {kind: attach, body: flag, region: {corner: [back, left]}, to: world}
+    low: {kind: attach, body: flag, region: {corner: [front, left]}, to: world}
+"""
+
+
+def test_a_cloth_that_is_held_does_not_fall_out_of_its_space(tmp_path: Path) -> None:
+    """Its lowest point is 0.9 m below its top at 2.4 m; let go, it falls to the floor."""
+    assert findings(tmp_path, "leaves-bounds", FLAG) == []
+    let_go = """\
+actions:
+  controls:
+    go: {kind: release, attach: up, at: 1}
+    gone: {kind: release, attach: low, at: 1}
+"""
+    (found,) = findings(tmp_path, "leaves-bounds", FLAG, let_go)
+    assert "beyond the -z side" in found.message

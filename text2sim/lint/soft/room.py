@@ -96,6 +96,8 @@ def _leaving(facts: Facts) -> Iterator[Problem]:
             if body.body in seen or _beyond(body.box, (space.low, space.high), pad):
                 continue
             there = way_of(body.copy, around, case.scene, ways, facts.folder)
+            if _hangs(facts, body):
+                there = _hung(body.box, there)
             out = [
                 row
                 for row in _beyond(there, (space.low, space.high), pad)
@@ -113,6 +115,20 @@ def _leaving(facts: Facts) -> Iterator[Problem]:
             )
             where = ("scene", solver, "bounds") if said else facts.where(body.body)
             yield facts.problem("leaves-bounds", where, text, key=True)
+
+
+def _hangs(facts: Facts, body: SoftBody) -> bool:
+    """Whether a cloth is held somewhere for the whole run."""
+    controls = facts.case.actions.controls
+    holds = {n for n, c in controls.items() if c.kind == "attach" and c.body.split("[")[0] == body.body and not c.at}
+    let_go = {c.attach for c in controls.values() if c.kind == "release"}
+    return body.copy.model.kind == "cloth" and bool(holds - let_go)
+
+
+def _hung(box: Bounds, there: Bounds) -> Bounds:
+    """Where a cloth gets that hangs: no farther down than its longest side below its top."""
+    low = max(there[0][2], box[1][2] - max(b - a for a, b in zip(*box, strict=True)))
+    return (there[0][0], there[0][1], min(low, box[0][2])), there[1]
 
 
 _WIDER = "give `scene.{solver}.bounds` as far as it matters, make `cell` larger, or end the run before"
