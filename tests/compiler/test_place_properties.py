@@ -16,6 +16,7 @@ from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
 
 MICROMETRE = 1e-6
+place = st.floats(-3, 3).map(lambda x: round(x, 9))
 size = st.floats(0.02, 1.0).map(lambda x: round(x, 3))
 angle = st.integers(-180, 180)
 gap = st.sampled_from([0.0, 0.0, 1e-3, 0.037, 0.4])
@@ -206,7 +207,7 @@ def test_a_tube_goes_around_a_rod_if_there_is_room(radius, room, turn, share):
 
 
 @quickly
-@given(shape, turn, st.floats(-3, 3), st.floats(-3, 3), st.sampled_from(["right_of", "beside", "on"]))
+@given(shape, turn, place, place, st.sampled_from(["right_of", "beside", "on"]))
 def test_facing_points_the_x_axis_at_a_point(thing, turn, x, y, relation):
     target = base({"kind": "box", "size": [2, 2, 1]}, [0, 0, 0])
     copies, problems = start(
@@ -236,7 +237,7 @@ words = st.fixed_dictionaries(
     {},
     optional={
         "at": st.one_of(vector.map(lambda v: v[:2]), body_region),
-        "inset": st.floats(0, 1),
+        "inset": st.floats(0, 1).map(lambda x: round(x, 3)),
         "direction": st.one_of(st.sampled_from("xyz"), vector),
         "align": st.sampled_from(["top", "bottom", {"x": "min"}, {"y": "center", "z": "max"}]),
         "clearance": st.sampled_from([0, 0.01, 1e6]),

@@ -82,6 +82,7 @@ class Studio:
         return [request.role for request in self.model.asked]
 
 
+@pytest.mark.usefixtures("tracer")
 def test_the_best_goes_on_and_the_physics_is_the_same_before_and_after(make_run: MakeRun, tmp_path: Path) -> None:
     low, better = marks(70, 40, 60, 50), marks(85, 84, 80, 80)
     studio = Studio(make_run, tmp_path, {"viewer": [low, low, better], "render": [HEAVY, GOLDEN]})
@@ -105,6 +106,7 @@ def test_the_best_goes_on_and_the_physics_is_the_same_before_and_after(make_run:
     assert "bodies:" not in question, "the judge sees the request and the pictures, and no case"
 
 
+@pytest.mark.usefixtures("tracer")
 def test_a_film_that_is_good_costs_one_question(make_run: MakeRun, tmp_path: Path) -> None:
     studio = Studio(make_run, tmp_path, {"viewer": [marks(90, 85, 80, 82)]})
     assert studio.shoot() == CASE
@@ -112,6 +114,7 @@ def test_a_film_that_is_good_costs_one_question(make_run: MakeRun, tmp_path: Pat
     assert not studio.refilmed
 
 
+@pytest.mark.usefixtures("tracer")
 def test_whoever_cannot_film_it_loses_nothing(make_run: MakeRun, tmp_path: Path) -> None:
     studio = Studio(make_run, tmp_path, {})  # the model is gone
     assert studio.shoot() == CASE

@@ -61,13 +61,18 @@ def _integer(text: str, base: int) -> int:
 def _float(text: str) -> float:
     value = float(text)
     if value == 0 and any(c in "123456789" for c in text.lower().partition("e")[0]):
-        raise ValueError(f"{text[:20]} is too small: write 0")
+        raise ValueError(f"{_short(text)} is too small: write 0")
     _check_size(value, text)
     return value
 
 
 def _check_size(value: float, text: str) -> None:
     if abs(value) > MAX_NUMBER:
-        raise ValueError(f"{text[:20]} is too large: numbers go up to {MAX_NUMBER:g}")
+        raise ValueError(f"{_short(text)} is too large: numbers go up to {MAX_NUMBER:g}")
     if 0 < abs(value) < MIN_NUMBER:
-        raise ValueError(f"{text[:20]} is too small: write 0")
+        raise ValueError(f"{_short(text)} is too small: write 0")
+
+
+def _short(text: str) -> str:
+    """A number that can be recognised: its exponent stays."""
+    return text if len(text) <= 30 else f"{text[:15]}…{text[-12:]}"
