@@ -13,6 +13,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from filelock import FileLock
+
 HERE = Path(__file__).resolve().parent
 CACHE = HERE.parents[1] / ".cache"
 INSTALL_LIMIT = 180.0
@@ -51,7 +53,12 @@ def server_command() -> list[str]:
 
     The lock file says which bytes every package must have.
     """
-    node = find_node()
+    CACHE.mkdir(exist_ok=True)
+    with FileLock(CACHE / "yaml-language-server.lock"):  # tests run in several processes
+        return _installed(find_node())
+
+
+def _installed(node: list[str]) -> list[str]:
     lock = (HERE / "package-lock.json").read_bytes()
     folder = CACHE / f"yaml-language-server-{sha256(lock).hexdigest()[:12]}"
     script = folder / "node_modules" / "yaml-language-server" / "bin" / "yaml-language-server"

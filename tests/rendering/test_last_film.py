@@ -3,7 +3,7 @@
 import pytest
 from filmed import MakeRun
 
-from text2sim.cli.last_film import last_film
+from text2sim.cli.last_film import DRAFT, _size, last_film
 
 
 @pytest.mark.usefixtures("tracer")
@@ -29,3 +29,11 @@ def test_none_makes_none_and_a_run_that_recorded_nothing_is_no_error(make_run: M
     film, why = last_film(run, "draft", quiet=True)
     assert film is None
     assert "nothing was recorded" in why
+
+
+def test_a_draft_is_no_larger_than_it_has_to_be() -> None:
+    assert _size((640, 360)) == (640, 360)
+    assert _size((1280, 720)) == (854, 480)
+    width, height = _size((1080, 1920))
+    assert width * height <= 1.01 * DRAFT
+    assert width % 2 == height % 2 == 0

@@ -10,8 +10,12 @@ import typer
 Quality = Literal["draft", "final", "none"]
 Film = Annotated[
     Quality,
-    typer.Option("--film", help="The path-traced film at the end: draft, 8 samples per pixel; final, 36; none."),
+    typer.Option("--film", help="The path-traced film at the end: draft, small, 8 samples per pixel; final, 36; none."),
 ]
+
+
+DRAFT = 854 * 480
+"""Pixels of a draft at most: twice as many take twice as long."""
 
 
 def last_film(run: Path, quality: Quality, *, quiet: bool) -> tuple[Path | None, str]:
@@ -40,7 +44,8 @@ def last_film(run: Path, quality: Quality, *, quiet: bool) -> tuple[Path | None,
         return None, "none was wanted"
     try:
         find_variant()
-        filming = Filming(read_recording(run), quality)
+        recording = read_recording(run)
+        filming = Filming(recording, quality, size=_size(recording.film["resolution"]) if quality == "draft" else None)
         reel = filming.reels()[0]
         first, middle = reel.frames[0], reel.frames[len(reel.frames) // 2]
         filming.render(Reel(reel.name, [first]), lambda progress: None)
@@ -60,3 +65,10 @@ def last_film(run: Path, quality: Quality, *, quiet: bool) -> tuple[Path | None,
     except KeyboardInterrupt:
         return None, "it was stopped"
     return film, ""
+
+
+def _size(resolution: tuple[int, int]) -> tuple[int, int]:
+    """Width and height of a draft [pixels], even numbers."""
+    width, height = resolution
+    scale = min(1.0, (DRAFT / (width * height)) ** 0.5)
+    return round(width * scale / 2) * 2, round(height * scale / 2) * 2
