@@ -127,7 +127,7 @@ Names = Annotated[
 Selector = Annotated[
     str,
     StringConstraints(
-        pattern=r"^[A-Za-z][A-Za-z0-9_]*(\[(\d{1,6}|\*|\d{1,6}:\d{1,6})\])?(\.([A-Za-z]|\*)[A-Za-z0-9_*]*)?$"
+        pattern=r"^[A-Za-z][A-Za-z0-9_]*(\[(\d{1,6}|\*|\d{1,6}:\d{1,6})\])?(\.([A-Za-z]|\*)[A-Za-z0-9_*]{0,47})?$"
     ),
     Noun("a selector", "selectors", "`brick`, `brick[*]`, `brick[3]`, `brick[2:5]`, `arm.hand` or `net.x5_*`"),
 ]

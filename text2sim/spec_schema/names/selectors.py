@@ -35,8 +35,24 @@ def named_by(part: str, names: Iterable[str]) -> list[str]:
     """Return those names that a link or joint of a selector means: itself, or all that a pattern with `*` fits."""
     if "*" not in part:
         return [name for name in names if name == part]
-    form = re.compile(".*".join(map(re.escape, part.split("*"))))
-    return [name for name in names if name != WORLD and form.fullmatch(name)]
+    return [name for name in names if name != WORLD and _fits(part.split("*"), name)]
+
+
+def _fits(pieces: list[str], name: str) -> bool:
+    """Whether a name consists of these pieces, with any letters between.
+
+    Each piece is taken where it comes first: a regular expression would try all places, in exponential time.
+    """
+    first, *inner, last = pieces
+    if not name.startswith(first) or not name.endswith(last):
+        return False
+    at, end = len(first), len(name) - len(last)
+    for piece in inner:
+        at = name.find(piece, at, end)
+        if at < 0:
+            return False
+        at += len(piece)
+    return at <= end
 
 
 def keys_for(name: str, keys: Iterable[str]) -> list[str]:
