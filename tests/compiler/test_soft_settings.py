@@ -202,3 +202,20 @@ def test_soft_scenes_are_recorded_less_often() -> None:
     assert resolve("  a: {kind: rigid, shape: {kind: sphere, radius: 0.1}}").plan.every == 1
     said: dict[str, Any] = {"scene": f"record: {{rate: 100}}, {FLOOR}"}
     assert resolve(f"  a: {CUBE}}}", **said).plan.every == 1
+
+
+def test_a_ram_that_waits_for_an_event_needs_the_room_of_its_drive() -> None:
+    ram = """  ram:
+    kind: rigid
+    shape: {kind: box, size: [0.1, 0.4, 0.4]}
+    pose: {pos: [-0.3, 0, 0.2]}
+    mount: {kind: slider, axis: x, actuator: {stiffness: 9000, damping: 900}}"""
+
+    def x_of(on: str) -> float:
+        drive = f"{{kind: drive, joint: ram, {on}position: {{kind: ramp, from: 0, to: 1.5, end: 0.8}}}}"
+        fell = (
+            "measures: {z: {kind: position, of: a, axis: z}}, events: {fell: {kind: threshold, measure: z, below: 0.1}}"
+        )
+        return mpm(resolve(f"  a: {CUBE}}}\n{ram}", FLOOR, f"actions: {{controls: {{go: {drive}}}, {fell}}}")).high[0]
+
+    assert x_of("on: fell, ") == x_of("") > 1.0

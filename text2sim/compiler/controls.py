@@ -57,6 +57,8 @@ class Rows:
     """What `drives` are made of, by copy and joint, in the order of the case."""
     later: dict[tuple[str, str], list[LaterDrive]] = field(default_factory=dict)
     """What begins at events, likewise."""
+    later_targets: Targets = field(default_factory=dict)
+    """Targets of `later`; their times count from the event, which may come at any time."""
     problems: list[Problem] = field(default_factory=list)
     """Regions in which there is nothing."""
 
@@ -156,7 +158,8 @@ def _lower(
             if a is copy:
                 rows.welds.append(_weld(a, b, control, control, line, name))
     elif isinstance(control, Drive):
-        add_drive(control, copy, joints_named(copy, part, points.trees), line, name, rows.targets, rows.later)
+        joints = joints_named(copy, part, points.trees)
+        add_drive(control, copy, joints, line, name, rows.targets, rows.later, rows.later_targets)
 
 
 def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Copy]]:

@@ -38,6 +38,7 @@ def add_drive(
     name: str,
     targets: Targets,
     later: dict[tuple[str, str], list[LaterDrive]],
+    later_targets: Targets,
 ) -> None:
     """Add a drive of joints of one copy to those of a time or of events."""
     mode, schedule = next((m, s) for m in ("position", "velocity", "force") if (s := getattr(control, m)) is not None)
@@ -47,6 +48,7 @@ def add_drive(
         else:
             row = LaterDrive(control.on, mode, constructor_after(schedule), line, name)
             later.setdefault((copy.name, joint), []).append(row)
+            later_targets.setdefault((copy.name, joint), []).append((0.0, mode, schedule, line, name))
 
 
 def constructor_after(schedule: Schedule) -> Code:

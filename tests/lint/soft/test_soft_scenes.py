@@ -272,3 +272,15 @@ actions:
 """
     (found,) = findings(tmp_path, "leaves-bounds", FLAG, let_go)
     assert "beyond the -z side" in found.message
+
+
+def test_a_weak_piston_that_waits_for_an_event_is_told_likewise(tmp_path: Path) -> None:
+    stiff = "bodies: {block: {material: {youngs_modulus: 3.0e+6}}}"
+    waits = """\
+actions:
+  controls: {press: {on: landed}}
+  measures: {height: {kind: position, of: block, axis: z}}
+  events: {landed: {kind: threshold, measure: height, below: 0.06}}
+"""
+    (found,) = findings(tmp_path, "weak-press", PRESS, stiff, waits)
+    assert found.path == "/actions/controls/press"

@@ -66,7 +66,8 @@ def travel(
         axis = _slider(copies[name], joint)
         if axis is None:
             continue
-        low, high = _reach([(mode, schedule) for _, mode, schedule, *_ in targets], duration)
+        asked = [*targets, *rows.later_targets.get((name, joint), [])]  # an event may come at the very start
+        low, high = _reach([(mode, schedule) for _, mode, schedule, *_ in asked], duration)
         ends = [(axis[0] * s, axis[1] * s, axis[2] * s) for s in (low, high)]
         motors[name] = _around([*motors.get(name, NOWHERE), *ends])
     holds: dict[str, Bounds] = {}

@@ -25,6 +25,8 @@ class Span:
     before: float
     """What a ramp without `from` starts at."""
     control: str
+    anytime: bool = False
+    """Whether it begins at an event: it is told as if that came at the start, and when it comes is not known."""
 
     @property
     def where(self) -> Path:
@@ -70,17 +72,20 @@ class Demand:
 
 
 def spans_of(facts: Facts) -> dict[tuple[str, str], list[Span]]:
-    """Return the drives of every driven joint, by copy and joint, in time."""
+    """Return the drives of every driven joint, by copy and joint: in time, then those that begin at events."""
     return facts.own(_spans)
 
 
 def _spans(facts: Facts) -> dict[tuple[str, str], list[Span]]:
     duration = facts.case.scene.duration
-    initial = facts.lowering.initial
-    return {
-        (entity, joint): list(_chain(targets, initial.get(entity, {}).get(joint, 0.0), duration))
-        for (entity, joint), targets in facts.rows.targets.items()
-    }
+    found = {}
+    for (entity, joint), targets in facts.rows.targets.items():
+        first = facts.lowering.initial.get(entity, {}).get(joint, 0.0)
+        found[entity, joint] = list(_chain(targets, first, duration))
+        for _, mode, schedule, _, name in facts.rows.later_targets.get((entity, joint), []):
+            before = first if mode == "position" else 0.0
+            found[entity, joint].append(Span(mode, schedule, 0.0, duration, before, name, anytime=True))
+    return found
 
 
 def _chain(targets: list[Target], first: float, duration: float) -> Iterator[Span]:

@@ -67,7 +67,7 @@ def _lifts(motor: Powered, joint: StandingLink, lump: Lump, weld: Weld, until: f
         pull = _turned(pull, _position(motor, weld.at) - swing.start)
     for span in motor.spans:
         start, end = max(span.start, weld.at), min(span.end, until)
-        if span.mode == "force" or end <= start or (swing.hinge and span.mode != "position"):
+        if span.mode == "force" or span.anytime or end <= start or (swing.hinge and span.mode != "position"):
             continue
         own = replace(swing, pull=pull)
         part = replace(span, start=start, end=end)
@@ -125,14 +125,15 @@ def _standing(facts: Facts, copy: Copy, t: float) -> list[StandingLink]:
     for (entity, joint), spans in spans_of(facts).items():
         if entity == copy.name:
             for span in spans:
-                if span.mode == "position" and span.start <= t:
+                if span.mode == "position" and span.start <= t and not span.anytime:
                     initial[joint] = span.value(t)
     return tree_links(replace(tree, initial=initial), copy.pos, copy.quat)
 
 
 def _position(motor: Powered, t: float) -> float:
     """Target [rad or m] of a joint at a time [s]; its start if it has none."""
-    values = [span.value(t) for span in motor.spans if span.mode == "position" and span.start <= t]
+    timed = [span for span in motor.spans if span.mode == "position" and not span.anytime]
+    values = [span.value(t) for span in timed if span.start <= t]
     return values[-1] if values else motor.swing.start
 
 
