@@ -202,6 +202,7 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
         None,
         {"/actions/controls/let_go": None, EVENT: {"kind": "released", "attach": "grip"}},
     ),
+    ("after-end", f"{MEASURE}/change_from", None, {MEASURE: {"kind": "speed", "of": "ball", "change_from": 3.5}}),
     # expectations
     ("unknown-event", f"{EXPECT}/event", "impact", {EXPECT: {"event": "impac"}}),
     ("unknown-event", f"{EXPECT}/before", "settled", {EXPECT: {"event": "impact", "before": "setled"}}),

@@ -18,6 +18,9 @@ def check_measures(cast: Cast) -> None:
     """Check every measure."""
     for name, measure in cast.loaded.case.actions.measures.items():
         where: Path = ("actions", "measures", name)
+        since, duration = measure.change_from, cast.loaded.case.scene.duration
+        if isinstance(since, float) and since > duration:
+            cast.report((*where, "change_from"), f"the run is over by then ({duration:g} s)", "after-end")
         if isinstance(measure, measures.Distance):
             _check_distance(cast, where, measure)
             continue
