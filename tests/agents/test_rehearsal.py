@@ -145,6 +145,26 @@ def test_events_that_say_nothing() -> None:
     )  # fmt: skip
 
 
+def test_a_change_is_nothing_while_nothing_happens() -> None:
+    stretched = {"kind": "stretch", "of": "jelly", "change_from": "start"}
+
+    def of(bound: float) -> list[str]:
+        changes = {
+            "checks__measures__mine": stretched,
+            "checks__expect__mine": {"measure": "mine", "at": "end", "above": bound},
+        }
+        return faults(PLAN, says__mine="f", **changes)
+
+    assert of(0.5) == []
+    assert "`mine` is 0 then" in of(-0.5)[0]
+
+
+def test_links_may_be_named_by_a_pattern() -> None:
+    for part in ("*_wrist", "fore*", "*"):
+        measure = {"kind": "joint_position", "of": f"arm.{part}", "stat": "max"}
+        assert faults(PLAN, checks__measures__mine=measure) == []
+
+
 def test_where_bodies_stand_is_not_known_yet() -> None:
     for measure, expect in (
         ({"kind": "position", "of": "bob", "axis": "z"}, {"at": "end", "above": -5}),

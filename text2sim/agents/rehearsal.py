@@ -20,6 +20,7 @@ from text2sim.spec_schema.arithmetic.resolution import COPY_VARIABLES
 from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError, nearest
 from text2sim.spec_schema.load import LoadedCase, load_text
+from text2sim.spec_schema.names.selectors import named_by
 from text2sim.spec_schema.reuse.multiples import NUMBER
 from text2sim.spec_schema.text.canonical import format_text
 
@@ -33,7 +34,7 @@ BY_DEFINITION = frozenset({"cannot-fail", "cannot-hold", "contradiction", "dead-
 MANY = 300
 """Bodies up to which the lint is asked: the plan has to be answered at once."""
 JOINTS = ("joint_position", "joint_velocity", "joint_force")
-_PART = re.compile(r"(\w+)(?:\[[\d:*]+\])?\.(\w+)")
+_PART = re.compile(r"(\w+)(?:\[[\d:*]+\])?\.([\w*]+)")
 _PLACES = (("/actions/", "/checks/"), ("/scene/duration", "/duration"), ("/params", "/params"))
 
 
@@ -200,7 +201,11 @@ def _parts_named(checks: Fragments, body: str) -> list[str]:
     """Links and joints of a body that the checks name: they are for its Writer to make."""
     words = [word for part in (checks.measures, checks.events) for word in _strings(part)]
     found = [match for word in words if (match := _PART.fullmatch(word)) is not None and match[1] == body]
-    return list(dict.fromkeys(match[2] for match in found))
+    parts = dict.fromkeys(match[2] for match in found if "*" not in match[2])
+    for match in found:
+        if not named_by(match[2], parts):  # a pattern that means none of them: one that it means
+            parts[match[2].replace("*", "a")] = None
+    return list(parts)
 
 
 def _strings(value: Any) -> Iterator[str]:
@@ -290,6 +295,8 @@ _REST = {"velocity": 0.0, "speed": 0.0, "angular_speed": 0.0, "displacement": 0.
 
 def rest_value(measure: Any) -> float | None:
     """Return what a measure is while nothing has happened, wherever its body is; None if that depends."""
+    if measure.change_from is not None:
+        return 0.0
     if measure.kind == "volume":
         return 1.0 if measure.relative else None
     if measure.kind == "energy":
