@@ -28,6 +28,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Set up the guard, in this process and for those that it begins."""
+    if config.getoption("numprocesses", None) and not hasattr(config, "workerinput"):
+        return  # the processes that run the tests have guards of their own
     folder = config.stash[GUARD] = Path(tempfile.mkdtemp(prefix="text2sim-guard-"))
     shutil.copy(ROOT / "guard.py", folder / "sitecustomize.py")
     (folder / "allowed").touch()
@@ -36,7 +38,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
-    shutil.rmtree(config.stash[GUARD], ignore_errors=True)
+    if GUARD in config.stash:
+        shutil.rmtree(config.stash[GUARD], ignore_errors=True)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -32,6 +32,10 @@ def test_with_its_fixture(tracer):
 @pytest.mark.usefixtures("engine")
 def test_marked():
     pass
+
+def test_browser_with_its_fixture(browser):
+    with pytest.raises(FileNotFoundError):
+        subprocess.run(["/nowhere/chromium", "--headless"])
 """
 
 
@@ -42,10 +46,11 @@ def test_what_is_expensive_needs_its_fixture(pytester: pytest.Pytester, monkeypa
     pytester.makepyfile(guard=GUARD, test_some=TESTS)
     pytester.makeini("[pytest]\nmarkers =\n engine\n tracer\n browser\n npm\n")
     result = pytester.runpytest_subprocess("-p", "no:cacheprovider", "-q")
-    result.assert_outcomes(passed=3, failed=3)
+    result.assert_outcomes(passed=4, failed=3)
     result.stdout.fnmatch_lines([
         "*the module mitsuba was started by a test without the fixture `tracer`*",
         "*the module genesis was started by a test without the fixture `engine`*",
         "*the program chromium was started by a test without the fixture `browser`*",
     ])  # fmt: skip
-    pytester.runpytest_subprocess("-q", "-m", "engine or tracer").assert_outcomes(passed=2, deselected=4)
+    pytester.runpytest_subprocess("-q", "-m", "engine or tracer").assert_outcomes(passed=2, deselected=5)
+    pytester.runpytest_subprocess("-q", "-n", "1").assert_outcomes(passed=4, failed=3)
