@@ -17,12 +17,14 @@ def keep_details(error: BaseException) -> str:
     Returns:
         The file, in the user's cache folder, one for each error; empty if it could not be written.
     """
-    home = str(Path.home())
     text = (
         f"text2sim {__version__}, Python {platform.python_version()}, {platform.system()} {platform.machine()}\n"
         f"arguments: {sys.argv[1:]}\n\n{''.join(traceback.format_exception(error))}"
-    ).replace(home, "~")
-    with suppress(OSError):
+    )
+    with suppress(OSError, RuntimeError):  # there may be no home at all
+        home = Path.home()
+        text = text.replace(str(home), "~") if len(home.parts) > 1 else text
+    with suppress(OSError, RuntimeError):
         folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "text2sim" / "bugs"
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         data = text.encode("utf-8", "backslashreplace")
