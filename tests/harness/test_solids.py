@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from soft_shapes import lattice, sphere
 
+from text2sim.harness.leaks import depth_on_the_way
 from text2sim.harness.recording import Recording
 from text2sim.harness.solids import Solid, solid_of_mesh
 
@@ -140,3 +141,15 @@ def test_without_a_file_of_solids_what_is_drawn_counts(scene):
     assert not shapes.exact
     (solid,) = shapes.of(0)
     assert (solid.kind, solid.pos[2]) == ("hull", 1.0)
+
+
+def test_a_mesh_whose_middle_is_outside_is_not_leaked_into_by_a_touch():
+    import trimesh
+
+    two = [trimesh.creation.box((0.2, 1, 1), trimesh.transformations.translation_matrix((x, 0, 0))) for x in (-1, 1)]
+    both = trimesh.util.concatenate(two)
+    solid = solid_of_mesh(np.asarray(both.vertices), np.asarray(both.faces))
+    assert solid is not None
+    assert solid.kind == "surface"
+    assert depth_on_the_way(solid, 0.02) == pytest.approx(0.02)
+    assert depth_on_the_way(Solid("box", ZERO, ONE, (0.02, 1, 1)), 0.02) == pytest.approx(0.8 * 0.01)

@@ -183,3 +183,17 @@ def test_one_shard_does_not_make_all_others_small():
 
     whole = {**still, "brick[7]": ((0.1, 0.1, 0.1), shard)}
     assert away(whole) < 2.5 * away(things), "12 m away it may leave the picture"
+
+
+def test_a_camera_that_goes_along_leaves_out_what_is_lost():
+    class Broken(Ways):
+        def bounds(self, names, t):
+            return np.concatenate([super().bounds(names, t), np.full((1, 3), np.nan)])
+
+        tracks = Ways.bounds
+
+    camera = directed(film(["ball"]), Broken({"ball": ((0.05, 0.05, 0.05), lambda t: np.array([2.0 * t, 0, 0.5]))}))
+    (made,) = camera["cameras"].values()
+    assert made["kind"] == "keyframed"
+    assert np.isfinite(made["positions"]).all()
+    assert np.isfinite(made["look_at"]).all()

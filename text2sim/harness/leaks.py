@@ -32,7 +32,7 @@ def leaks(recording: Recording, body: Deformable) -> tuple[Array, list[str]]:
     for number, (link, solid) in enumerate(walls):
         pos, turn = world_frames(recording.states, link, solid, body.step)
         size = _half_size(recording, link) if solid.kind == "plane" else np.inf
-        deep = min(DEEP * body.spacing, MIDDLE * _half_thickness(solid))
+        deep = depth_on_the_way(solid, body.spacing)
         before = None
         for frame in range(frames):
             own = (body.points[frame].astype(float) - pos[frame]) @ turn[frame]
@@ -64,6 +64,13 @@ def _half_size(recording: Recording, link: int) -> float:
     """Half the side [m] of a ground: what falls beside it does not go through it."""
     shape = recording.case.scene.statics[base_name(recording.states.links[link].body)].shape
     return shape.size / 2 if isinstance(shape, Plane) else np.inf
+
+
+def depth_on_the_way(solid: Solid, spacing: float) -> float:
+    """Return the depth [m] in a solid from which on a point is on its way through, for points so far [m] apart."""
+    # The middle of the box of a mesh that is not convex may lie outside, which says nothing of how thick it is.
+    least = spacing if solid.kind == "surface" else 0.0
+    return min(DEEP * spacing, max(MIDDLE * _half_thickness(solid), least))
 
 
 def _half_thickness(solid: Solid) -> float:

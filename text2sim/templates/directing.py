@@ -82,7 +82,10 @@ def _along(camera: dict, film: dict, states: Any) -> dict:
     aspect, view = film["resolution"][0] / film["resolution"][1], view_of(camera)
     shots = film["shots"] or [{"from": film["start"], "to": film["end"], "speed": film["speed"]}]
     shown, times = _film_times(shots)
-    clouds = [within(states.bounds(film["auto"]["moving"], float(t)), frame["within"]) for t in times]
+    clouds = [states.bounds(film["auto"]["moving"], float(t)) for t in times]
+    clouds = [within(cloud[np.isfinite(cloud).all(axis=1)], frame["within"]) for cloud in clouds]
+    if not all(map(len, clouds)):  # nothing is left to go along with
+        return still
     spans = [np.ptp(np.clip(project(view, cloud, aspect)[:, :2], -1, 1), axis=0).max() / 2 for cloud in clouds]
     if np.median(spans) >= SMALL:
         return still
