@@ -10,8 +10,12 @@ import pytest
 
 from text2sim.compiler.build import plan_case
 from text2sim.compiler.emit import TEMPLATES, emit
+from text2sim.compiler.soft.control_checks import MOVED_BY_FIELDS
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.models.controls import Control
+from text2sim.spec_schema.published.language_reference import section_kinds
+from text2sim.spec_schema.vocabulary.docstrings import model_doc
 
 HEAD = """\
 text2sim: 1
@@ -242,3 +246,10 @@ def test_every_holder_takes_its_own_nearest_points(points):
     taken = points.assign(anchors, row, 3)
     assert len(set(taken.ravel().tolist())) == 9
     assert sorted(taken[2].tolist()) == [8, 9, 10]
+
+
+@pytest.mark.parametrize("kind", ["wind", "drag", "attraction", "vortex", "turbulence"])
+def test_the_line_about_a_field_says_what_it_moves(kind: str) -> None:
+    """The only line that a reader of all kinds of controls sees."""
+    doc = model_doc(section_kinds(Control)[kind])
+    assert all(solver in doc for solver in MOVED_BY_FIELDS)

@@ -16,7 +16,7 @@ class _During(Model):
 
 
 class Wind(_During):
-    """A push along a direction, in a round stream or everywhere."""
+    """A push along a direction, in a round stream or everywhere; on mpm and pbd bodies alone."""
 
     kind: Literal["wind"]
     direction: Axis
@@ -30,7 +30,7 @@ class Wind(_During):
 
 
 class Drag(_During):
-    """Resistance against motion: an acceleration `-linear v - quadratic |v| v`."""
+    """Resistance against motion of mpm and pbd bodies alone: an acceleration `-linear v - quadratic |v| v`."""
 
     kind: Literal["drag"]
     linear: NonNegative = 0.0
@@ -40,7 +40,7 @@ class Drag(_During):
 
 
 class Attraction(_During):
-    """A pull towards a point (or away from it, with a negative strength)."""
+    """A pull towards a point (or away from it, with a negative strength); on mpm and pbd bodies alone."""
 
     kind: Literal["attraction"]
     center: Vec3
@@ -52,7 +52,7 @@ class Attraction(_During):
 
 
 class Vortex(_During):
-    """A whirl about a vertical axis."""
+    """A whirl about a vertical axis; on mpm and pbd bodies alone."""
 
     kind: Literal["vortex"]
     center: Vec3 = (0.0, 0.0, 0.0)
@@ -66,7 +66,7 @@ class Vortex(_During):
 
 
 class Turbulence(_During):
-    """Gusts: smooth noise in space, which may travel."""
+    """Gusts: smooth noise in space, which may travel; on mpm and pbd bodies alone."""
 
     kind: Literal["turbulence"]
     strength: Positive
