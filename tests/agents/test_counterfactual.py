@@ -1,13 +1,16 @@
 """What is said to be brought about by something must not come about without it."""
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from text2sim.agents.attempts import Attempt, Attempts
 from text2sim.agents.counterfactual import TITLE, compared, without
 from text2sim.agents.replies import Plan
 from text2sim.agents.revising import data_of
+from text2sim.harness import run
 from text2sim.spec_schema.load import load_text
 
 TEXT = (Path(__file__).parent / "recorded" / "edit_colour" / "base.yaml").read_text("utf-8")
@@ -32,9 +35,9 @@ def test_an_effect_that_comes_without_its_cause_is_said() -> None:
     made = plan(meets={"knocked": ["strikes", "pushed"]}, causes={"knocked": ["ball"]})
     seen: list[Any] = []
 
-    def simulate(loaded: Any) -> dict[str, Any]:
+    def simulate(loaded: Any) -> tuple[str, dict[str, Any]]:
         seen.append(loaded.case)
-        return {"pushed": {"ok": pushed, "why": "0.4 m at 1.8 s"}}
+        return "finished", {"pushed": {"ok": pushed, "why": "0.4 m at 1.8 s"}}
 
     pushed = False
     told = compared(made, TEXT, FILE, simulate)
@@ -54,12 +57,38 @@ def test_an_effect_that_comes_without_its_cause_is_said() -> None:
 )
 def test_what_cannot_be_compared_is_said(causes: list[str], bound: list[str], said: str) -> None:
     made = plan(meets={"knocked": bound}, causes={"knocked": causes})
-    assert said in compared(made, TEXT, FILE, lambda loaded: {})
+    assert said in compared(made, TEXT, FILE, lambda loaded: ("finished", {}))
+
+
+@pytest.mark.parametrize(("state", "ok"), [("finished", None), ("diverged", False), ("timeout", False)])
+def test_a_run_without_the_cause_that_shows_nothing_is_no_proof(state: str, ok: bool | None) -> None:
+    made = plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]})
+    told = compared(made, TEXT, FILE, lambda loaded: (state, {"pushed": {"ok": ok, "why": "not reached"}}))
+    assert f"`pushed` could not be told (the run ended as: {state})" in told
+
+
+def test_an_effect_with_repeat_is_looked_up_by_its_numbers() -> None:
+    text = TEXT.replace("    pushed: {", "    pushed: {repeat: 2, ")
+    assert text != TEXT
+    made = plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]})
+    found = {f"pushed_{k}": {"ok": k == 1, "why": "0.4 m"} for k in (0, 1)}
+    told = compared(made, text, FILE, lambda loaded: ("finished", found))
+    assert "`pushed_0` does not come true" in told
+    assert "`pushed_1` COMES TRUE AS WELL" in told
+
+
+def test_what_was_stopped_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stopped = SimpleNamespace(stopped=True, state="incomplete", expectations={})
+    monkeypatch.setattr(run, "run_case", lambda *given, **more: stopped)
+    attempt, made = Attempt(1, TEXT, "x"), plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]})
+    with pytest.raises(KeyboardInterrupt):
+        Attempts(tmp_path).compare(attempt, made, 1.0, lambda progress: None)
+    assert TITLE not in attempt.evidence
 
 
 def test_a_case_that_cannot_be_without_it_is_said() -> None:
     placed = TEXT.replace("pose: {pos: [0.3, 0, 0.0801]}", "place: {on: floor, at: [0.3, 0]}")
     load_text(placed, FILE)
     made = plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["floor"]})
-    assert "cannot be run without `floor`" in compared(made, placed, FILE, lambda loaded: {})
-    assert compared(plan(), TEXT, FILE, lambda loaded: {}) == ""
+    assert "cannot be run without `floor`" in compared(made, placed, FILE, lambda loaded: ("finished", {}))
+    assert compared(plan(), TEXT, FILE, lambda loaded: ("finished", {})) == ""

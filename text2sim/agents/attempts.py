@@ -10,7 +10,7 @@ from typing import Any
 from text2sim.agents.brief import citable, evidence_text
 from text2sim.agents.casework import Examination
 from text2sim.agents.contract import numbered
-from text2sim.agents.counterfactual import TITLE, compared
+from text2sim.agents.counterfactual import TITLE, Found, compared
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.pictures import frame_sheet
 from text2sim.agents.replies import Plan
@@ -209,13 +209,18 @@ class Attempts:
         run_case(loaded, runs=runs, film=False)
 
     def compare(self, attempt: Attempt, plan: Plan, timeout: float, on_progress: Callable[[Any], None]) -> None:
-        """Run an attempt in which all came true without each of its causes, and add to its evidence what that did."""
+        """Run an attempt in which all came true without each of its causes, and add to its evidence what that did.
+
+        Raises:
+            KeyboardInterrupt: If somebody stopped one of these runs.
+        """
         from text2sim.harness.run import run_case
 
-        def simulate(loaded: Any) -> Mapping[str, Mapping[str, Any]]:
-            return run_case(
-                loaded, runs=self.case / "runs", timeout=timeout, on_progress=on_progress, film=False
-            ).expectations
+        def simulate(loaded: Any) -> tuple[str, Found]:
+            result = run_case(loaded, runs=self.case / "runs", timeout=timeout, on_progress=on_progress, film=False)
+            if result.stopped:
+                raise KeyboardInterrupt  # before anything of it is kept
+            return result.state, result.expectations
 
         if plan.causes and TITLE not in attempt.evidence:
             found = compared(plan, attempt.text, self.case / "case.yaml", simulate)

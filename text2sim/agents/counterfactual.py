@@ -8,6 +8,7 @@ from typing import Any
 
 from text2sim.agents import revising
 from text2sim.agents.casework import examine, said
+from text2sim.agents.contract import numbered
 from text2sim.agents.replies import Plan
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.text.canonical import format_text
@@ -17,6 +18,9 @@ MOST = 2
 """Causes that are left out, one after the other: each costs a simulation."""
 TITLE = "## Without the cause"
 PARTS = ("controls", "measures", "events", "expect")
+CAME = {True: "COMES TRUE AS WELL: no cause", False: "does not come true, as it must be"}
+"""What an expectation says of the cause when it came true, or did not, in a run that came to its end."""
+Found = Mapping[str, Mapping[str, Any]]
 
 
 def without(case: Data, names: Collection[str]) -> Data:
@@ -45,14 +49,14 @@ def _refers(row: Any, names: Collection[str]) -> bool:
     return isinstance(row, list) and any(_refers(value, names) for value in row)
 
 
-def compared(plan: Plan, text: str, path: Path, simulate: Callable[[Any], Mapping[str, Mapping[str, Any]]]) -> str:
+def compared(plan: Plan, text: str, path: Path, simulate: Callable[[Any], tuple[str, Found]]) -> str:
     """Run a case once more without each cause that the plan names, and say what that did.
 
     Args:
         plan: The plan; `causes` names bodies and controls by requirement, `meets` the expectations that tell of it.
         text: The case, in which all that is expected comes true.
         path: Where it stands.
-        simulate: Runs a loaded case; returns what became of its expectations, by name.
+        simulate: Runs a loaded case; returns how that ended and what became of its expectations, by name.
 
     Returns:
         A part of the evidence; empty if the plan names no cause.
@@ -70,12 +74,13 @@ def compared(plan: Plan, text: str, path: Path, simulate: Callable[[Any], Mappin
             rows.append(f"- `{requirement}`: the case cannot be run without {told}: {said(examined.errors[0])}")
         else:
             try:
-                found = simulate(examined.loaded)
+                state, found = simulate(examined.loaded)
             except RunError as error:
                 rows.append(f"- `{requirement}`: the run without {told} failed: {error}")
                 continue
-            for name in effects:
+            for name in (one for written in effects for one in numbered(written, found)):
                 row = found.get(name, {})
-                came = "COMES TRUE AS WELL: no cause" if row.get("ok") is True else "does not come true, as it must be"
-                rows.append(f"- `{requirement}`: without {told} `{name}` {came} ({row.get('why')})")
+                came = CAME.get(row.get("ok")) if state == "finished" else None
+                why = row.get("why") if came else f"the run ended as: {state}"
+                rows.append(f"- `{requirement}`: without {told} `{name}` {came or 'could not be told'} ({why})")
     return "\n".join([TITLE, "", *rows]) if rows else ""
