@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -13,9 +14,15 @@ from PIL import Image
 from tests.agents.scripted import Scripted, fenced
 from text2sim.agents import cinematography
 from text2sim.agents.asking import Desk
+from text2sim.agents.attempts import Attempts
 from text2sim.agents.cinematography import Cinematography, Marks, styled
 from text2sim.agents.models.calls import Account, Budget, CallLog
+from text2sim.agents.models.exchange import StoppedError
 from text2sim.agents.restyling import physics
+from text2sim.compiler.build import plan_case
+from text2sim.harness import run as harness_run
+from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.load import LoadedCase, load_text
 
 CASE = """\
 text2sim: 2
@@ -122,6 +129,94 @@ def test_whoever_cannot_film_it_loses_nothing(make_run: MakeRun, tmp_path: Path)
     studio.model.vision = False
     assert studio.shoot() == CASE
     assert "cannot see" in studio.events[-1][1]["why"]
+
+
+@pytest.fixture
+def untraced(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Stills that nobody traced: which treatments were to be filmed, and a plain picture of each."""
+    shot: list[str] = []
+
+    def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
+        shot.append(loaded.source.text)
+        if "dark_stage" in loaded.source.text:
+            raise RunError("this treatment cannot be traced")
+        plain = BytesIO()
+        Image.new("RGB", (8, 8), (len(shot), 0, 0)).save(plain, "PNG")
+        return plain.getvalue(), 1
+
+    monkeypatch.setattr(cinematography, "stills", stills)
+    monkeypatch.setattr(Cinematography, "_suggested", lambda self, text: None)
+    return shot
+
+
+def light(name: str) -> str:
+    return treatment(f"{{op: add, path: /render/lighting, value: {name}}}", name=name)
+
+
+@pytest.mark.usefixtures("untraced")
+def test_the_best_so_far_is_kept_when_the_judge_fails(make_run: MakeRun, tmp_path: Path) -> None:
+    low, good, less = marks(40, 40, 40, 40), marks(75, 75, 75, 75), marks(60, 60, 60, 60)
+    replies = {"viewer": [low, good, less], "render": [light("golden_hour"), light("overcast"), light("studio")]}
+    studio = Studio(make_run, tmp_path, replies)  # the third round's judge is gone
+    text = studio.shoot()
+    assert "lighting: golden_hour" in text
+    assert studio.refilmed == [text]
+    assert [event for event, _ in studio.events][-2:] == ["treatments_failed", "styled"]
+
+
+def test_a_treatment_that_cannot_be_traced_costs_no_other(
+    make_run: MakeRun, tmp_path: Path, untraced: list[str]
+) -> None:
+    low, good = marks(40, 40, 40, 40), marks(85, 85, 85, 85)
+    replies = {"viewer": [low, good], "render": [light("dark_stage"), light("overcast")]}
+    studio = Studio(make_run, tmp_path, replies)
+    assert "lighting: overcast" in studio.shoot()
+    assert len(untraced) == 3
+
+
+@pytest.mark.usefixtures("untraced")
+def test_whoever_stops_it_is_heard(make_run: MakeRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    studio = Studio(make_run, tmp_path, {"viewer": [marks(40, 40, 40, 40)]})
+    complete = studio.model.complete
+
+    def stopped(request: Any, stop: Any) -> Any:
+        if request.role == "render":
+            raise StoppedError("Ctrl-C")
+        return complete(request, stop)
+
+    monkeypatch.setattr(studio.model, "complete", stopped)
+    with pytest.raises(StoppedError):
+        studio.shoot()
+
+
+@pytest.mark.usefixtures("untraced")
+def test_who_films_it_knows_where_and_when_and_what_was_tried(make_run: MakeRun, tmp_path: Path) -> None:
+    low, less = marks(40, 40, 40, 40, "A wider lens."), marks(30, 30, 30, 30, "Not so dark.")
+    replies = {"viewer": [low, less, marks(90, 90, 90, 90)], "render": [light("overcast"), light("golden_hour")]}
+    studio = Studio(make_run, tmp_path, replies)
+    (studio.run / "events.jsonl").write_text('{"name": "slid", "time": 0.21}\n{"name": "slid", "time": 0.3}\n')
+    studio.shoot()
+    first, second = studio.model.questions("render")
+    assert "- event `slid`: first at 0.21 s" in first
+    assert "- `box`: [-0.3, -0.3, 0] to [0.3, 0.3, 0.6]; at the end [0.5, -0.3, 0] to [1.1, 0.3, 0.6]" in first
+    assert "A wider lens." in second
+    assert "Not so dark." in second, "what did not raise the marks is not tried again"
+    asked = [request for request in studio.model.asked if request.role == "render"]
+    assert [len(request.messages[-1].images) for request in asked] == [1, 1]
+
+
+def test_the_preview_is_of_the_film_that_was_chosen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    given: dict[str, Any] = {}
+
+    def run_case(loaded: LoadedCase, **more: Any) -> Any:
+        given.update(more)
+        return SimpleNamespace(stopped=False)
+
+    loaded = load_text(CASE, tmp_path / "case.yaml")
+    (tmp_path / "runs" / f"slides-{plan_case(loaded).sim_digest[:10]}" / "states").mkdir(parents=True)
+    monkeypatch.setattr(harness_run, "run_case", run_case)
+    Attempts(tmp_path).refilm(loaded)
+    assert given.get("film", True)
 
 
 def test_the_weights_of_the_marks() -> None:

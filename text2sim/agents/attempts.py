@@ -199,6 +199,7 @@ class Attempts:
 
         Raises:
             RunError: If it would have to be simulated again.
+            KeyboardInterrupt: If somebody stopped it.
         """
         from text2sim.compiler.build import plan_case
         from text2sim.harness.run import run_case
@@ -206,7 +207,8 @@ class Attempts:
         runs, plan = self.case / "runs", plan_case(loaded)
         if not (runs / f"{loaded.case.name}-{plan.sim_digest[:10]}" / "states").is_dir():
             raise RunError("with this film the case would have to be simulated again")
-        run_case(loaded, runs=runs, film=False)
+        if run_case(loaded, runs=runs).stopped:  # the preview that lay there is of another camera
+            raise KeyboardInterrupt
 
     def compare(self, attempt: Attempt, plan: Plan, timeout: float, on_progress: Callable[[Any], None]) -> None:
         """Run an attempt in which all came true without each of its causes, and add to its evidence what that did.

@@ -2,7 +2,7 @@
 
 A treatment is a patch on `render` and on looks (`restyling.py`). Its film is judged by path-traced stills at the start,
 at events and at the end, by somebody who sees the request and these, and nothing else. The best goes on, with what the
-judge said of it, until it is good enough or the rounds are over.
+judge said of all of them, until it is good enough or the rounds are over.
 """
 
 import io
@@ -17,12 +17,13 @@ from text2sim.agents import language
 from text2sim.agents.asking import Desk, RoleFailed, Wrong, typed
 from text2sim.agents.casework import said
 from text2sim.agents.journal import Emit
-from text2sim.agents.models.exchange import Image
+from text2sim.agents.models.exchange import Image, StoppedError
 from text2sim.agents.replies import Answer, Line, Name
 from text2sim.agents.restyling import TouchesPhysics, restyled
 from text2sim.agents.revising import data_of
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
+from text2sim.harness.run_files import read_events
 from text2sim.spec_schema.changes.patch import PatchError
 from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.load import LoadedCase, load_text
@@ -35,6 +36,8 @@ PROPOSED = 2
 """Treatments that a Render Writer proposes at first; later it is one."""
 WIDTH = 480
 """Of a still [pixels]."""
+LISTED = 30
+"""Events, and bodies, that a Render Writer is told of at most."""
 EVENTS, EVENLY = 4, 4
 """Events that are shown at most, and stills spread over the film."""
 WEIGHTS = {"content": 0.30, "clarity": 0.30, "polish": 0.25, "appeal": 0.15}
@@ -82,6 +85,8 @@ class Take:
     text: str
     """Of the case."""
     marks: Marks
+    sheet: Image
+    """The stills that were judged."""
 
 
 class Cinematography:
@@ -97,6 +102,7 @@ class Cinematography:
 
     def __init__(self, desk: Desk, request: str, path: Path, run: Path, emit: Emit) -> None:
         self._desk, self._request, self._path, self._run, self._emit = desk, request, path, run, emit
+        self._tried: list[Take] = []
 
     def best(self, text: str) -> Take | None:
         """Return the best treatment of a case; None if nobody can judge pictures.
@@ -105,19 +111,28 @@ class Cinematography:
             text: The accepted case. If its film is good enough as it is, nothing else is asked.
 
         Raises:
-            RoleFailed, BudgetSpent, ModelError: As `Desk.ask`.
-            RunError, MachineError: If stills cannot be traced.
+            RoleFailed, BudgetSpent, ModelError: As `Desk.ask`, before anything was judged.
+            RunError, MachineError: If stills of the case as it is cannot be traced.
+            StoppedError: If somebody stopped it.
         """
         if not self._desk.vision("viewer"):
             return None
-        best = self._judged("as_it_is", text)
-        for round_ in range(ROUNDS):
-            if best.marks.total >= ENOUGH:
-                break
-            for name, tried in self._proposed(best, first=round_ == 0).items():
-                take = self._judged(name, tried)
-                best = max(best, take, key=lambda one: one.marks.total)
-        return best
+        self._tried = [self._judged("as_it_is", text, self._sheet(text))]
+        try:
+            for round_ in range(ROUNDS):
+                if self._best().marks.total >= ENOUGH:
+                    break
+                for name, tried in self._proposed(self._best(), first=round_ == 0).items():
+                    if (sheet := self._sheet_or_none(name, tried)) is not None:
+                        self._tried.append(self._judged(name, tried, sheet))
+        except StoppedError:
+            raise
+        except Text2SimError as error:  # what was judged before counts
+            self._emit("treatments_failed", why=str(error))
+        return self._best()
+
+    def _best(self) -> Take:
+        return max(self._tried, key=lambda one: one.marks.total)
 
     # --- proposals ------------------------------------------------------------------------------------------------
 
@@ -168,29 +183,40 @@ class Cinematography:
             "treat_ask",
             request=self._request,
             case=yaml_text(_shown(best.text)),
-            recorded=self._recorded(best.text),
-            marks=yaml_text(best.marks.model_dump()),
+            recorded=recorded_text(_recording(self._run, load_text(best.text, self._path))),
+            best=best.name,
+            marks=yaml_text(
+                {take.name: {"total": take.marks.total, **take.marks.model_dump()} for take in self._tried}
+            ),
+            sheet=self._desk.vision("render"),
             instruction=f"Propose {many} that would be marked higher.",
         )
-        self._desk.ask("render", system, question, typed(Treatments, check))
+        images = (best.sheet,) if self._desk.vision("render") else ()
+        self._desk.ask("render", system, question, typed(Treatments, check), images)
         return dict(texts)
-
-    def _recorded(self, text: str) -> str:
-        recording = _recording(self._run, load_text(text, self._path))
-        names = list(dict.fromkeys(body.split("[")[0] for body in recording.bodies))
-        return f"0 to {recording.last:.3g} s; {', '.join(names)}"
 
     # --- judgement ------------------------------------------------------------------------------------------------
 
-    def _judged(self, name: str, text: str) -> Take:
-        sheet, count = stills(self._run, load_text(text, self._path))
+    def _sheet(self, text: str) -> tuple[bytes, int]:
+        return stills(self._run, load_text(text, self._path))
+
+    def _sheet_or_none(self, name: str, text: str) -> tuple[bytes, int] | None:
+        """Stills of a treatment; None if they cannot be traced: the others can."""
+        try:
+            return self._sheet(text)
+        except Text2SimError as error:
+            self._emit("treatments_failed", why=f"{name}: {error}")
+            return None
+
+    def _judged(self, name: str, text: str, sheet: tuple[bytes, int]) -> Take:
+        picture, count = Image("film.png", "image/png", sheet[0]), sheet[1]
         question = render("view", request=self._request, count=count)
-        marks: Marks = self._desk.ask(
-            "viewer", system_prompt(ROLES["viewer"]), question, typed(Marks), (Image("film.png", "image/png", sheet),)
-        )
+        marks: Marks = self._desk.ask("viewer", system_prompt(ROLES["viewer"]), question, typed(Marks), (picture,))
         parts = {part: getattr(marks, part) for part in WEIGHTS}
+        if any(take.name == name for take in self._tried):
+            name = f"{name}_{len(self._tried)}"
         self._emit("viewed", treatment=name, total=marks.total, marks=parts, better=marks.better)
-        return Take(name, text, marks)
+        return Take(name, text, marks, picture)
 
 
 def styled(
@@ -204,15 +230,17 @@ def styled(
         refilm: Brings the run up to date with another film.
         path: Where the case stands.
         emit: Told what happens.
-    """
-    from text2sim.agents.asking import BudgetSpent
-    from text2sim.agents.models.exchange import ModelError
 
+    Raises:
+        StoppedError: If somebody stopped it.
+    """
     try:
         best = cinematography.best(text)
         if best is not None and best.text != text:
             refilm(load_text(best.text, path))
-    except (Text2SimError, BudgetSpent, RoleFailed, ModelError) as error:
+    except StoppedError:
+        raise
+    except Text2SimError as error:
         emit("not_styled", why=str(error))  # the physics is accepted, whoever could not film it
         return text
     if best is None:
@@ -232,7 +260,6 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
     from PIL import Image as Pictures
 
     from text2sim.harness.contact_sheet import contact_sheet
-    from text2sim.harness.run_files import read_events
     from text2sim.legibility.film import nearest_frame, spread
     from text2sim.rendering.film import Filming, Reel
 
@@ -255,6 +282,31 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
     sheet = io.BytesIO()
     contact_sheet(thumbnails, width=WIDTH, columns=2).save(sheet, "png", optimize=True)
     return sheet.getvalue(), len(thumbnails)
+
+
+def recorded_text(recording: Any) -> str:
+    """Say what was recorded: when events came, and where bodies are, as boxes, at the start and at the end."""
+    first: dict[str, float] = {}
+    for row in read_events(recording.folder):
+        if row["name"]:
+            first.setdefault(row["name"], float(row["time"]))
+    rows = [f"0 to {recording.last:.3g} s."]
+    rows += [f"- event `{name}`: first at {t:.3g} s" for name, t in list(first.items())[:LISTED]]
+    for name in list(dict.fromkeys(body.split("[")[0] for body in recording.bodies))[:LISTED]:
+        start, end = (_box(recording.states.bounds([name], t)) for t in (0.0, recording.last))
+        rows.append(f"- `{name}`: {start}" + ("" if start == end else f"; at the end {end}"))
+    return "\n".join(rows)
+
+
+def _box(points: Any) -> str:
+    """From corner to corner, x, y, z [m]."""
+    import numpy as np
+
+    known = points[np.isfinite(points).all(axis=1)]
+    if not len(known):
+        return "nowhere"
+    corners = (known.min(axis=0), known.max(axis=0))
+    return " to ".join("[" + ", ".join(f"{round(float(x), 2) + 0.0:g}" for x in corner) + "]" for corner in corners)
 
 
 def _recording(run: Path, loaded: LoadedCase) -> Any:
