@@ -5,12 +5,14 @@ from pathlib import Path
 
 import jsonschema
 import pytest
+from small_case import problems_of, small
 
 from text2sim import spec_schema
 from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.models.shapes import Box, Sphere
 from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.published.json_schema import build_schema, schema_text
-from text2sim.spec_schema.published.language_reference import language_reference, load_examples
+from text2sim.spec_schema.published.language_reference import field_rows, language_reference, load_examples
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source
 
@@ -127,3 +129,11 @@ def test_what_the_schema_says_of_expressions_holds(validator):
     body = "{kind: ragdoll, height: ${r + 1}, pose: {pos: [${r}, 0, 0]}}"
     text = f"text2sim: 1\nname: a\nparams: {{r: 1}}\nscene: {{duration: ${{r}}}}\nbodies: {{b: {body}}}\n"
     validator.validate(load_text(text).raw)
+
+
+@pytest.mark.parametrize(("size", "sound"), [("1e-6", True), ("9e-7", False), ("1e+6", True), ("2e+6", False)])
+def test_the_reference_says_which_lengths_the_checker_takes(size, sound):
+    rows = {key: takes for key, takes, *_ in field_rows(Sphere)}
+    assert rows["radius"] == "a number from 1e-06 to 1e+06 m"
+    assert {key: takes for key, takes, *_ in field_rows(Box)}["size"] == "3 numbers from 1e-06 to 1e+06 m"
+    assert (problems_of(small(radius=size)) == []) is sound

@@ -14,6 +14,8 @@ from text2sim.spec_schema.vocabulary.docstrings import model_doc
 
 _LINK = re.compile(r"\[([^\]\n]+)\]\(#[^)\n]*\)")
 _RULE = re.compile(r"^\|(?:-+\|)+\n", re.MULTILINE)
+_MAGNITUDES = re.compile(r"from 1e-\S+ to 1e\+\S+ [a-z]+[0-9/a-z]*")
+"""Of quantities with a unit: a case that breaks them is told so."""
 _SHORTER = (
     ("a number greater than ", "> "), ("a number of at least ", ">= "), ("a number from ", "number "),
     ("a whole number", "int"), ("whole numbers", "ints"), (", and at most ", ", <= "), ("true or false", "bool"),
@@ -106,6 +108,7 @@ def _fields(
     for key, takes, default, doc in field_rows(model, list(without)):
         if only is not None and key not in only:
             continue
+        takes = _MAGNITUDES.sub("greater than 0", takes)
         for long, short in _SHORTER:
             takes = takes.replace(long, short)
         star = "*" if default == "required" else ""

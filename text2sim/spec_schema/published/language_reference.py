@@ -26,8 +26,9 @@ from text2sim.spec_schema.text.source import read_source
 from text2sim.spec_schema.text.writing import scalar
 from text2sim.spec_schema.vocabulary.docstrings import field_docs, model_doc
 from text2sim.spec_schema.vocabulary.slots import meant
-from text2sim.spec_schema.vocabulary.words import Slot, describe, fields_of, is_model, slot_of
+from text2sim.spec_schema.vocabulary.words import Slot, carried_by, describe, fields_of, is_model, magnitudes, slot_of
 
+GREATER = " greater than 0"
 _HEADER = """\
 <!-- Made by `python -m text2sim.spec_schema.published.language_reference`: change the models or the examples, not this
 page. -->
@@ -146,7 +147,16 @@ def _type(slot: Slot) -> str:
         return f"[{slot.base.__name__}](#{_TITLES[slot.base.__name__]})"
     if get_origin(slot.base) is dict:
         return f"{_type(slot_of(get_args(slot.base)[1]))}, by name"
-    return describe(slot)
+    return _with_magnitudes(slot, describe(slot))
+
+
+def _with_magnitudes(slot: Slot, said: str) -> str:
+    """Say which magnitudes a quantity with a unit, or every number of several, may have."""
+    inner = [slot_of(item) for item in get_args(slot.base)] if get_origin(slot.base) in (tuple, list) else []
+    found = next((carried for one in (slot, *inner) if (carried := carried_by(one)) is not None), None)
+    if found is None or not found.unit or not said.endswith(GREATER):
+        return said
+    return f"{said.removesuffix(GREATER)} {magnitudes(found)}"
 
 
 def _link(slot: Slot) -> str:

@@ -20,6 +20,7 @@ from text2sim.spec_schema.vocabulary.words import (
     fits,
     is_model,
     kinds_of,
+    magnitudes,
     noun_of,
     range_of,
     show,
@@ -208,7 +209,7 @@ def _range(slot: Slot, data: Any) -> str:
     carried = carried_by(slot)
     if carried is None or data <= 0 or carried.low <= data <= carried.high:
         return range_of(slot)
-    return f" from {carried.low:g} to {carried.high:g}{' ' if carried.unit else ''}{carried.unit}"
+    return f" {magnitudes(carried)}"
 
 
 def _unknown_key(place: _Place) -> _Finding:

@@ -144,6 +144,11 @@ def carried_by(slot: Slot) -> Carried | None:
     return next((note for note in slot.metadata if isinstance(note, Carried)), None)
 
 
+def magnitudes(carried: Carried) -> str:
+    """The range of magnitudes in words: `from 1e-06 to 1e+06 m`."""
+    return f"from {carried.low:g} to {carried.high:g} {carried.unit}".rstrip()
+
+
 def describe(slot: Slot) -> str:
     """Say what a slot takes: `a number greater than 0`, `3 numbers, or one of x, y, z`."""
     if slot.discriminator is not None:
