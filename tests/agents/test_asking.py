@@ -1,6 +1,8 @@
 """Questions, answers, and what is done with answers that cannot be used."""
 
+import os
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import pytest
@@ -11,7 +13,7 @@ from text2sim.agents.asking import BudgetSpent, Desk, RoleFailed, Wrong, typed
 from text2sim.agents.journal import Journal
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.exchange import Message, Reply, Request
-from text2sim.agents.models.tokens import Beginnings
+from text2sim.agents.models.tokens import Beginnings, alike
 from text2sim.agents.replies import Critique, Plan
 from text2sim.agents.shelf import Shelf
 
@@ -123,6 +125,15 @@ def test_what_a_prompt_cache_can_serve_is_counted_apart() -> None:
     account.add("critic", 1, Reply("", 5_000, 10, None, 0.0, "m"), again)
     assert account.as_dict()["total"]["again"] == again
     assert account.total().tokens == 5_010, "they are counted among the others, too"
+
+
+def test_beginnings_are_compared_in_blocks() -> None:
+    """Letter by letter, Python needs some 0.1 s for two texts of 100,000 characters."""
+    for one, other in (("", "a"), ("abc", "abc"), ("abc", "abd"), ("abcd", "ab"), ("xbc", "abc")):
+        assert alike(one, other) == len(os.path.commonprefix([one, other]))
+    one, started = "a" * 3_000_000, perf_counter()
+    assert alike(one + "b", one + "c") == len(one)
+    assert perf_counter() - started < 0.1
 
 
 def test_a_journal_keeps_each_thing_once(tmp_path: Path) -> None:

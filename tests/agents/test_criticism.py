@@ -60,6 +60,7 @@ def test_what_is_left_out_is_asked_for_alone(tmp_path: Path) -> None:
     assert "the evidence" not in again[-1].text
     still, _ = judged(tmp_path / "still", first, "Nothing.")
     assert still.verdict == "repair", "a requirement without a mark is not met"
+    assert [failure.what for failure in still.failures] == ["not marked: the lid opens by itself"]
 
 
 def test_citations_of_nothing_do_not_cost_a_letter(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from tests.agents.scripted import Scripted
+from tests.agents.test_asking import desk
 from tests.agents.test_loop import HIGH, PLAN, REPLIES, begin, scripted
 from text2sim.agents import revising
 from text2sim.agents import session as sessions
@@ -14,6 +15,9 @@ from text2sim.agents.attempts import Attempt, Attempts
 from text2sim.agents.casework import examine
 from text2sim.agents.deciding import Report, decision_faults
 from text2sim.agents.deck import Deck
+from text2sim.agents.loop import Loop
+from text2sim.agents.outcome import Limits
+from text2sim.agents.planning import Request
 from text2sim.agents.replies import Decision, Plan
 from text2sim.agents.session import Session, Wish
 from text2sim.spec_schema.text.document import parse_document
@@ -177,6 +181,31 @@ def test_later_letters_show_the_present_numbers() -> None:
     agreement.see(CASE.replace("duration: 1,", "duration: 2.5,").replace("bound: 0.3", "bound: 0.25"))
     assert agreement.plan.duration == 2.5
     assert agreement.plan.params["bound"] == 0.25
+
+
+@pytest.mark.parametrize("needed", [False, True])
+def test_before_a_run_what_is_promised_and_the_case_stay_together(
+    needed: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`needed`: the new expectation is about a body that only the Writer, whose text is wrong, would have added."""
+    body, model = "post" if needed else "ball", Scripted({})
+    answer = f"{{plan: {{says: {{fast: s}}, checks: {{measures: {{v: {{kind: speed, of: {body}}}}}, expect: {{fast: {{measure: v, during: [0, 1], stat: max, above: 1}}}}}}}}}}"
+    decision = Decision.model_validate({"action": "repair", "why": "too little is asked"} | data(answer))
+    quiet, path = lambda event, /, *, live=False, **what: None, tmp_path / "case.yaml"
+    made = Loop(tmp_path, Request("A ball falls."), desk(tmp_path, model), Deck(None, quiet), quiet, Limits())
+    made.path, made.agreement = path, agreed()[0]
+    monkeypatch.setattr(made, "_decided", lambda *given, **more: decision)
+    monkeypatch.setattr(
+        made.workshop, "routed", lambda text, routes, keep=(): text.replace("radius: 0.1", "radius: -1")
+    )
+    attempt = Attempt(1, CASE, "first version")
+    examined = made._doubted(attempt, examine(CASE, path), ["it asks for little"])
+    assert not examined.errors
+    assert made.agreement.names == (("low",) if needed else ("low", "fast"))
+    assert ("fast:" in attempt.text) is not needed
+    assert made.agreement.breaches(examined) == []
+    assert made.agreement.breaches(examine(attempt.text, path)) == []
+    assert bool(made.workshop.referred) is needed, "the Planner hears of it"
 
 
 # --- in the loop ---------------------------------------------------------------------------------------------------

@@ -98,6 +98,11 @@ def assets(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def test_a_duration_that_is_worked_out_is_no_error() -> None:
+    assert planned("scene: {duration: '${T}'}", "example").duration == 4.0
+    assert planned("scene: {duration: 2}", "example").duration == 2.0
+
+
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.id)
 def test_what_a_rule_finds_can_be_mended_by_who_is_asked(rule: Rule, assets: Path) -> None:
     before, path = data_of(rule.example), assets / "case.yaml"

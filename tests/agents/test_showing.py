@@ -6,8 +6,10 @@ import pytest
 
 from text2sim.agents.attempts import Attempt
 from text2sim.agents.showing import exhibit, kept, only_looks
+from text2sim.spec_schema.load import load_text
 
 TEXT = (Path(__file__).parent / "recorded" / "edit_colour" / "base.yaml").read_text("utf-8")
+FILE = Path("tin/case.yaml")
 
 
 @pytest.mark.parametrize(
@@ -24,19 +26,25 @@ TEXT = (Path(__file__).parent / "recorded" / "edit_colour" / "base.yaml").read_t
 )
 def test_what_physics_could_feel_is_no_change_of_looks(old: str, new: str, looks: bool) -> None:
     assert old in TEXT
-    assert only_looks(TEXT, TEXT.replace(old, new)) is looks
+    assert only_looks(TEXT, TEXT.replace(old, new), FILE) is looks
+
+
+def test_a_body_called_look_is_a_body() -> None:
+    named = TEXT.replace("tin:", "look:").replace("of: tin", "of: look").replace("tin]", "look]")
+    assert load_text(named, FILE).case.bodies["look"]
+    assert not only_looks(named, named.replace("mass: 0.15", "mass: 0.25"), FILE)
 
 
 def test_a_change_of_looks_is_shown_without_the_case() -> None:
     attempt = Attempt(1, TEXT.replace("color: gold", "color: green"), "as was wished", state="finished")
     attempt.expect = {"pushed": {"ok": True, "wanted": "w", "why": "0.3 m at 1.8 s"}}
-    shown = exhibit([attempt], attempt, "all the evidence", (), TEXT)
+    shown = exhibit([attempt], attempt, "all the evidence", (), TEXT, FILE)
     assert shown.case == ""
     assert "green" in shown.evidence
     assert "all the evidence" not in shown.evidence
-    assert exhibit([attempt], attempt, "all the evidence", (), "").case == attempt.text
+    assert exhibit([attempt], attempt, "all the evidence", (), "", FILE).case == attempt.text
     attempt.expect["pushed"]["ok"] = False
-    assert exhibit([attempt], attempt, "all the evidence", (), TEXT).case == attempt.text, "something went wrong"
+    assert exhibit([attempt], attempt, "all the evidence", (), TEXT, FILE).case == attempt.text, "something went wrong"
 
 
 def test_owners_are_told_what_holds() -> None:

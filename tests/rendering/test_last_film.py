@@ -1,5 +1,7 @@
 """The film in which the work of agents ends."""
 
+from pathlib import Path
+
 import pytest
 from filmed import MakeRun
 
@@ -29,6 +31,23 @@ def test_none_makes_none_and_a_run_that_recorded_nothing_is_no_error(make_run: M
     film, why = last_film(run, "draft", quiet=True)
     assert film is None
     assert "nothing was recorded" in why
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [(OSError(28, "No space left on device"), "No space left on device"), (MemoryError(), "MemoryError")],
+)
+def test_whatever_becomes_of_the_film_is_said(
+    error: Exception, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails() -> None:
+        raise error
+
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr("text2sim.rendering.renderer.find_variant", fails)
+    film, why = last_film(tmp_path, "draft", quiet=True)
+    assert film is None
+    assert said in why
 
 
 def test_a_draft_is_no_larger_than_it_has_to_be() -> None:

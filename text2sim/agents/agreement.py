@@ -136,6 +136,10 @@ class Agreement:
             self._take_anew(decision.restate.why if decision.restate is not None else "a parameter has changed")
         return text
 
+    def take_back(self, earlier: "Agreement") -> None:
+        """Be again what it was when it was copied."""
+        vars(self).update(vars(earlier))
+
     def expect_anew(self, plan: Plan) -> None:
         """Take up a plan in the place of the first; what was expected stays, and more may be."""
         self.first = self.first.model_copy(update={"expect": plan.checks.expect | self.first.expect})

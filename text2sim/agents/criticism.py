@@ -172,6 +172,10 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
             half = "only half met" if row.mark else "not met"
             what = f"{half}: {request.requirements[name].what}{f' ({row.why})' if row.why else ''}"
             failures.append(Failure(what=what, cites=_known(row.cites, exhibit) or ["run"], section=section))
+    for name in request.requirements:
+        if name not in critique.requirements:
+            what = f"not marked: {request.requirements[name].what}"
+            failures.append(Failure(what=what, cites=["run"], section=section))
     marks = {name: row.mark for name, row in critique.requirements.items()}
     whole = all(marks.get(name) == 1 for name in request.requirements)
     passed = critique.verdict == "pass" and not exhibit.missed and whole

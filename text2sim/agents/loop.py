@@ -1,6 +1,7 @@
 """The loop: plan, write, check, run, judge, decide, until a case is accepted or nothing more may be spent."""
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -193,7 +194,7 @@ class Loop:
         report = Report(evidence=with_effects(self.made, attempt), rules=rules)
         if attempt.state == "finished" or attempt.pictures:
             images = self.attempts.images(attempt)
-            shown = exhibit(self.made, attempt, report.evidence, images, self.base)
+            shown = exhibit(self.made, attempt, report.evidence, images, self.base, self.path)
             critique = criticise(
                 self.desk, self.request, self.agreement.plan, shown, contract, self.agreement.restated, self.path
             )  # fmt: skip
@@ -258,8 +259,14 @@ class Loop:
         decision = self._decided(attempt, Report(doubts=doubts, rules=rules), before_run=True)
         if decision.action == "give_up":
             return examined  # it is run all the same: the doubts may be wrong, and the best version is what counts
+        agreed, (alone, _) = copy(self.agreement), self.agreement.changed(attempt.text, decision)
         text, _ = self._revised(attempt, decision)
-        return self._taken(attempt, text, examined)
+        for version in (text, alone):  # promise and case change together
+            if (taken := self._taken(attempt, version, examined)) is not examined:
+                return taken
+        self.agreement.take_back(agreed)
+        self.workshop.referred.append(f"Not done before the run, because it left the case wrong: {decision.why}")
+        return examined
 
     def _taken(self, attempt: Attempt, text: str, before: Examination) -> Examination:
         """Take over what was mended, unless that made things worse."""
@@ -364,5 +371,6 @@ class Loop:
                     if name in marks and marks[name]["mark"] < 1
                 ]
                 unresolved += [failure["what"] for failure in (best.critique or {}).get("failures", ())]
+                unresolved = list(dict.fromkeys(unresolved))
         self.emit("ended", state=state, why=why, best=best.number if best else None)
         return Outcome(state, why, best, unresolved, self.agreement.plan)

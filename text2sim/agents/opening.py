@@ -47,7 +47,7 @@ def planned(text: str, fallback: str) -> Plan:
     """Return the plan that a case that is there already stands for."""
     try:
         data = revising.data_of(text)
-        actions = data.get("actions") or {}
+        actions, duration = data.get("actions") or {}, (data.get("scene") or {}).get("duration")
         bodies = {
             str(name): PlannedBody(
                 kind=str(row.get("kind") or row.get("use")),
@@ -65,7 +65,7 @@ def planned(text: str, fallback: str) -> Plan:
         return Plan(
             name=str(data.get("name") or fallback),
             event=" ".join(str(data.get("prompt") or "").split())[:2000],
-            duration=float((data.get("scene") or {}).get("duration") or 4.0),
+            duration=float(duration) if isinstance(duration, int | float) and duration else 4.0,  # it may be `${…}`
             params=data.get("params") or {},
             bodies=bodies,
             checks=checks,

@@ -2,20 +2,23 @@
 
 from collections.abc import Sequence
 from io import BytesIO
-from typing import Any
+from pathlib import Path
 
 from text2sim.agents import revising
 from text2sim.agents.attempts import Attempt, changed
 from text2sim.agents.brief import attempts_table, judgement
 from text2sim.agents.criticism import Exhibit
 from text2sim.agents.models.exchange import Image
-from text2sim.spec_schema.changes.diff import difference
+from text2sim.agents.restyling import physics
+from text2sim.spec_schema.errors import Text2SimError
 
 GLANCE = 800
 """Width [pixels] of the pictures that tell whether a change of looks came out."""
 
 
-def exhibit(made: Sequence[Attempt], attempt: Attempt, evidence: str, images: tuple[Image, ...], base: str) -> Exhibit:
+def exhibit(
+    made: Sequence[Attempt], attempt: Attempt, evidence: str, images: tuple[Image, ...], base: str, path: Path
+) -> Exhibit:
     """Return what the Critic is shown.
 
     Args:
@@ -24,10 +27,11 @@ def exhibit(made: Sequence[Attempt], attempt: Attempt, evidence: str, images: tu
         evidence: What is known of it.
         images: Its pictures.
         base: The case of which somebody wishes a change; empty if there was none.
+        path: Where the case stands.
     """
     missed = attempt.missed(list(attempt.expect))
     cites = frozenset(attempt.cites)
-    if base and not missed and attempt.state == "finished" and only_looks(base, attempt.text):
+    if base and not missed and attempt.state == "finished" and only_looks(base, attempt.text, path):
         rows = "\n".join(f"- {line}" for line in revising.change_lines(base, attempt.text))
         told = (
             f"Nothing but looks and film differ from the case as it was, so that the motion is the same: all "
@@ -67,13 +71,12 @@ def kept(attempt: Attempt) -> list[str]:
     return rows
 
 
-def only_looks(before: str, after: str) -> bool:
-    """Whether two versions of a case differ in nothing that physics could feel."""
-    paths: list[tuple[Any, ...]] = [
-        tuple(change.path) for change in difference(revising.data_of(before), revising.data_of(after))
-    ]
-    # A body's own look only: one inside the arguments of a prefab may mean anything.
-    return all(path[:1] == ("render",) or "look" in path[:4] and "with" not in path for path in paths)
+def only_looks(before: str, after: str, path: Path) -> bool:
+    """Whether two versions of a case differ in nothing that physics could feel, and that is measured or expected."""
+    try:
+        return physics(before, path) == physics(after, path)
+    except Text2SimError:
+        return False  # of a case that cannot be worked out nothing is known
 
 
 def _smaller(image: Image) -> Image:

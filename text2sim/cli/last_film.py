@@ -34,6 +34,7 @@ def last_film(run: Path, quality: Quality, *, quiet: bool) -> tuple[Path | None,
     """
     from text2sim.cli.output import say, seconds
     from text2sim.cli.render import Teller
+    from text2sim.harness.trouble import told
     from text2sim.rendering.film import Filming, Reel
     from text2sim.rendering.legibility import write_legibility
     from text2sim.rendering.recording import read_recording
@@ -64,6 +65,10 @@ def last_film(run: Path, quality: Quality, *, quiet: bool) -> tuple[Path | None,
         return None, str(error)
     except KeyboardInterrupt:
         return None, "it was stopped"
+    except OSError as error:
+        return None, f"{error.strerror or error}{f': {error.filename}' if error.filename else ''}"
+    except Exception as error:  # the work is done and is told of, whatever becomes of its film
+        return None, told(error)
     return film, ""
 
 
