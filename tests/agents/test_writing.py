@@ -9,8 +9,8 @@ from tests.agents.test_asking import desk
 from text2sim.agents import language
 from text2sim.agents.asking import RoleFailed
 from text2sim.agents.casework import case_text, examine, owner_of
-from text2sim.agents.replies import Plan, Refer
-from text2sim.agents.writing import change_section, reading, write_section
+from text2sim.agents.replies import Plan, PlannedBody, Refer
+from text2sim.agents.writing import _kinds_for, change_section, reading, write_section
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.colors import NAMED
 
@@ -54,6 +54,15 @@ def test_errors_of_form_go_back_to_the_writer(tmp_path: Path) -> None:
 def test_a_section_may_come_without_its_key(tmp_path: Path) -> None:
     found, _ = written(tmp_path, "ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}}")
     assert "ball" in found
+
+
+def test_verbs_name_kinds_in_any_form_and_names_of_bodies_name_none() -> None:
+    bodies = {"rope": PlannedBody(kind="rigid", shape="box"), "spin": PlannedBody(kind="rigid", shape="box")}
+    plan = Plan(name="p", event="e", bodies=bodies)
+    found = _kinds_for("actions", plan, "The arm drives the spin, which is released at 1 s.")
+    assert {"drive", "release"} <= found
+    assert "spin" not in found
+    assert "- `release`" in language.named("actions", "Let it be released later.")
 
 
 def test_another_section_is_not_taken(tmp_path: Path) -> None:

@@ -126,7 +126,7 @@ def named(reader: str, text: str) -> str:
         if isinstance(section.models, tuple):
             rows = fields_named(section, {word for word in words if len(word) >= SHORTEST})
         else:
-            kinds = words & set(section_kinds(section.models)) - EVERYDAY
+            kinds = kinds_in(words) & set(section_kinds(section.models)) - EVERYDAY
             rows = kinds_brief(section, kinds) if kinds else []
         if rows:
             parts.append("\n".join([f"## {section.title}", *rows]))
@@ -239,6 +239,24 @@ def known_kinds() -> frozenset[str]:
         if not isinstance(section.models, tuple):
             found |= set(section_kinds(section.models))
     return frozenset(found)
+
+
+def kinds_in(words: Iterable[str]) -> set[str]:
+    """Return the kinds that words name, as verbs in their forms, too: `released` means `release`."""
+    forms = _forms()
+    return {kind for word in words for kind in forms.get(word, ())}
+
+
+@cache
+def _forms() -> dict[str, set[str]]:
+    forms: dict[str, set[str]] = {}
+    for kind in known_kinds():
+        found = {kind, *(kind + end for end in ("s", "ed", "ing"))}
+        if kind.endswith("e"):
+            found |= {kind + "d", kind + "n", kind[:-1] + "ing"}
+        for form in found:
+            forms.setdefault(form, set()).add(kind)
+    return forms
 
 
 def body_kinds() -> tuple[str, ...]:

@@ -150,7 +150,7 @@ def _kinds_for(section: str, plan: Plan, words: str) -> set[str]:
     """Kinds that a Writer will need: of its own bodies, and what its brief names."""
     if section not in ("scene", "bodies"):
         said = set(re.findall(r"[a-z][a-z_]+", words.lower()))
-        return needed_kinds(plan) | (said & language.known_kinds()) - {"ball"}
+        return needed_kinds(plan) | language.kinds_in(said - set(plan.bodies)) - {"ball"}  # a name is no kind
     statics = section == "scene"
     own = {name: body for name, body in plan.bodies.items() if (body.kind == "static") == statics}
     found = needed_kinds(plan.model_copy(update={"bodies": own, "checks": type(plan.checks)()}))
