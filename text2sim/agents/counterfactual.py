@@ -18,7 +18,7 @@ MOST = 2
 """Causes that are left out, one after the other: each costs a simulation."""
 TITLE = "## Without the cause"
 PARTS = ("controls", "measures", "events", "expect")
-CAME = {True: "COMES TRUE AS WELL: no cause", False: "does not come true, as it must be"}
+CAME: dict[bool | None, str] = {True: "COMES TRUE AS WELL: no cause", False: "does not come true, as it must be"}
 """What an expectation says of the cause when it came true, or did not, in a run that came to its end."""
 Found = Mapping[str, Mapping[str, Any]]
 
