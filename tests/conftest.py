@@ -2,7 +2,7 @@
 
 A test that starts the engine, the path tracer, a browser or npm asks for the fixture of that name, by itself or through
 another fixture. That marks it: `make test` leaves it out unless it is marked `smoke`, `make test-all` runs it. Without
-the fixture it may not start any of them (`guard/sitecustomize.py`).
+the fixture it may not start any of them (`guard.py`).
 """
 
 import os

@@ -55,8 +55,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         name = item.path.relative_to(ROOT).as_posix()
         its_turn = (zlib.crc32(name.encode()) + turn) % share == 0
-        folder = item.path.parent.relative_to(ROOT / "tests").as_posix()
-        mine = its_turn or item.path in files or (folder if folder != "." else "") in folders
+        inside = item.path.parent.relative_to(ROOT / "tests")
+        around = {"" if folder == Path() else folder.as_posix() for folder in (inside, *inside.parents[:-1])}
+        mine = its_turn or item.path in files or bool(around & folders)
         (kept if mine else left).append(item)
     config.hook.pytest_deselected(items=left)
     items[:] = kept
