@@ -10,7 +10,8 @@ from text2sim.harness import ability, machine
 from text2sim.harness.ability import check_ability, needs_cuda
 from text2sim.harness.run import run_case
 from text2sim.spec_schema.errors import MachineError
-from text2sim.spec_schema.load import LoadedCase, load_text
+from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.reuse.overlay import Overlay
 
 TOWEL = {

@@ -5,8 +5,8 @@ import pytest
 from scipy.optimize import brentq
 
 from text2sim.harness.events import find_events
-from text2sim.harness.geometry import rotate
 from text2sim.harness.measures import evaluate
+from text2sim.harness.vectors import rotate
 
 G = 9.81
 

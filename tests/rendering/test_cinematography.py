@@ -22,7 +22,8 @@ from text2sim.agents.restyling import physics
 from text2sim.compiler.build import plan_case
 from text2sim.harness import run as harness_run
 from text2sim.spec_schema.errors import RunError
-from text2sim.spec_schema.load import LoadedCase, load_text
+from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.loaded import LoadedCase
 
 CASE = """\
 text2sim: 2

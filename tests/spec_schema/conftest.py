@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from text2sim.spec_schema.load import LoadedCase, load_text
+from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.text.canonical import dump_case
 from text2sim.spec_schema.text.document import parse_document, parse_pointer
 from text2sim.spec_schema.text.source import read_source

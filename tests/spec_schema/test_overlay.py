@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from text2sim.spec_schema.errors import Problem, SpecError
-from text2sim.spec_schema.load import LoadedCase, load_text
+from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.reuse.expanded import expanded_text
 from text2sim.spec_schema.reuse.overlay import Overlay
 from text2sim.spec_schema.reuse.trees import Tree, merge

@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from text2sim.spec_schema.errors import Problem, SpecError
-from text2sim.spec_schema.load import LoadedCase, load_text
+from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.reuse.expanded import expanded_text
 from text2sim.spec_schema.reuse.library import VARIABLE

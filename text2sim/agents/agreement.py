@@ -10,7 +10,7 @@ from text2sim.agents.journal import Emit
 from text2sim.agents.replies import Decision, Fragments, Plan, PlanPatch
 from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 
 UNMOVED = ("static", "driven")
 

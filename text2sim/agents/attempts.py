@@ -16,7 +16,7 @@ from text2sim.agents.pictures import frame_sheet
 from text2sim.agents.replies import Plan
 from text2sim.harness.record import RunRecord, write_atomically
 from text2sim.spec_schema.errors import RunError
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 
 LARGEST_INPUT = 100_000_000
 """Bytes of a file that comes with a request."""

@@ -9,7 +9,8 @@ from typing import Any
 
 from text2sim.agents.replies import SECTIONS, Plan
 from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError
-from text2sim.spec_schema.load import LoadedCase, load_text
+from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.text.canonical import format_text
 from text2sim.spec_schema.text.source import plain_text
 

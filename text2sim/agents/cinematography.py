@@ -26,7 +26,8 @@ from text2sim.agents.yaml_text import yaml_text
 from text2sim.harness.run_files import read_events
 from text2sim.spec_schema.changes.patch import PatchError
 from text2sim.spec_schema.errors import SpecError, Text2SimError
-from text2sim.spec_schema.load import LoadedCase, load_text
+from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.loaded import LoadedCase
 
 ENOUGH = 80.0
 """Of 100, at which a film is as good as it has to be."""

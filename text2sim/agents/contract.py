@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from text2sim.spec_schema.changes.patch import same
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 
 Data = dict[str, Any]
 PARTS = ("expect", "measures", "events")

@@ -19,7 +19,8 @@ from text2sim.spec_schema.arithmetic.interpolation import parse_interpolation
 from text2sim.spec_schema.arithmetic.resolution import COPY_VARIABLES
 from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError, nearest
-from text2sim.spec_schema.load import LoadedCase, load_text
+from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.names.selectors import named_by
 from text2sim.spec_schema.reuse.multiples import NUMBER
 from text2sim.spec_schema.text.canonical import format_text

@@ -14,7 +14,8 @@ from pydantic import BaseModel, ValidationError
 
 from text2sim.card_library.model import Card
 from text2sim.spec_schema.errors import Problem, SpecError, nearest
-from text2sim.spec_schema.load import LoadedCase, load_text
+from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.text.document import Document, parse_document
 from text2sim.spec_schema.text.source import Source, check_source, read_source
 from text2sim.spec_schema.vocabulary.diagnosis import diagnose

@@ -12,7 +12,7 @@ from text2sim.spec_schema.errors import RunError, SpecError, Text2SimError
 if TYPE_CHECKING:
     from text2sim.harness.result import RunResult
     from text2sim.harness.stop import Stop
-    from text2sim.spec_schema.load import LoadedCase
+    from text2sim.spec_schema.loaded import LoadedCase
 
 TIMEOUT = 300.0
 """Wall time [s] that one case of a card may take."""

@@ -15,7 +15,7 @@ from text2sim.spec_schema.reuse.overlay import NOTHING, Overlay
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
     from text2sim.lint import Waived
-    from text2sim.spec_schema.load import LoadedCase
+    from text2sim.spec_schema.loaded import LoadedCase
 
 CASE_FILE = "case.yaml"
 SKIPPED = frozenset({"runs", "program", "assets", "__pycache__", "node_modules"})

@@ -8,7 +8,7 @@ from text2sim.spec_schema.errors import RunError
 
 if TYPE_CHECKING:
     from text2sim.rendering.recording import Recording
-    from text2sim.spec_schema.load import LoadedCase
+    from text2sim.spec_schema.loaded import LoadedCase
 
 
 @dataclass(frozen=True)

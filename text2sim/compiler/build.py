@@ -23,7 +23,7 @@ from text2sim.compiler.trees.anatomy import known_parts, named_parts, tree_exten
 from text2sim.compiler.trees.generators import rope_frequency
 from text2sim.compiler.watches import lower_watches
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.names.references import check_references
 
 

@@ -23,7 +23,7 @@ from text2sim.compiler.soft.controls import (
 )
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import (

@@ -12,7 +12,7 @@ from text2sim.compiler.selection import select, split
 from text2sim.compiler.shapes.regions import RegionError
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.cameras import Camera, Dolly, Follow, Keyframed, Orbit, Still
 from text2sim.spec_schema.models.regions import BodyPoint
 

@@ -14,7 +14,7 @@ from text2sim.compiler.shapes.rotation import vector_unit
 from text2sim.compiler.soft.controls import SoftControls
 from text2sim.compiler.soft.solvers import contact_model, is_soft
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models import events, measures
 from text2sim.spec_schema.models.controls import Drive, Release
 from text2sim.spec_schema.models.scene import Domain

@@ -7,7 +7,7 @@ from text2sim.spec_schema.errors import MachineError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import Overlay
 
 if TYPE_CHECKING:
-    from text2sim.spec_schema.load import LoadedCase
+    from text2sim.spec_schema.loaded import LoadedCase
 
 
 def needs_cuda(loaded: "LoadedCase") -> bool:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.harness.chunks import DAMAGED, Array, Chunks, read_arrays
+from text2sim.harness.vectors import rotate_back
 
 ARRAYS = ("rest", "masses", "tets", "edges", "point_faces", "faces", "uvs")
 """What `geometry/soft_<index>.npz` may hold."""
@@ -77,8 +78,6 @@ class Deformable:
 
         Recordings that do not say where the body was placed are taken for upright, with the frame in the middle.
         """
-        from text2sim.harness.geometry import rotate_back
-
         if self.pose is None:
             return self.rest - (self.rest.min(axis=0) + self.rest.max(axis=0)) / 2
         return rotate_back(np.array(self.pose[3:]), self.rest - np.array(self.pose[:3]))

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.harness.states import Array, RunStates
+from text2sim.harness.vectors import rotate, rotate_back
 from text2sim.spec_schema.models.base import AXES, Axis
 from text2sim.spec_schema.models.scene import Domain
 from text2sim.spec_schema.models.space import BoxRegion, Region, SphereRegion
@@ -18,18 +19,6 @@ from text2sim.spec_schema.models.space import BoxRegion, Region, SphereRegion
 MESH_FILE = re.compile(r"\w{1,128}\.npz\Z")
 MANY = 64
 """Meshes with more corners than this are reduced to their convex hulls, which reach just as far."""
-
-
-def rotate(quat: Array, vectors: Array) -> Array:
-    """Turn vectors (..., 3) by quaternions (..., 4), (w, x, y, z)."""
-    w, u = quat[..., :1], quat[..., 1:]
-    twice = 2.0 * np.cross(u, vectors)
-    return vectors + w * twice + np.cross(u, twice)
-
-
-def rotate_back(quat: Array, vectors: Array) -> Array:
-    """Turn vectors (..., 3) by the inverses of quaternions (..., 4): from the world into the frame."""
-    return rotate(quat * np.array([1.0, -1.0, -1.0, -1.0]), vectors)
 
 
 class Geometry:

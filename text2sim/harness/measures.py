@@ -15,10 +15,11 @@ import numpy as np
 
 from text2sim.harness import soft_measures
 from text2sim.harness.deformation import DeformationError
-from text2sim.harness.geometry import depth_inside, reach, rotate, rotate_back
+from text2sim.harness.geometry import depth_inside, reach
 from text2sim.harness.recording import Recording, links_of, soft_of
 from text2sim.harness.selection import SelectionError, Target
 from text2sim.harness.states import Array, JointRecord
+from text2sim.harness.vectors import rotate, rotate_back
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.models.base import AXES
 

@@ -6,10 +6,10 @@ import numpy as np
 
 from text2sim.compiler.schedules import displacement, value_at
 from text2sim.compiler.shapes.rotation import vector_unit
-from text2sim.harness.geometry import rotate
 from text2sim.harness.recording import Recording
 from text2sim.harness.selection import Target, base_name
 from text2sim.harness.states import Array
+from text2sim.harness.vectors import rotate
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.motion import Spin
 

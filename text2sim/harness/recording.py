@@ -10,10 +10,11 @@ import numpy as np
 from text2sim.harness.contacts import ContactLog
 from text2sim.harness.deformables import Deformable
 from text2sim.harness.gaps import Cloud
-from text2sim.harness.geometry import Geometry, rotate, rotate_back
+from text2sim.harness.geometry import Geometry
 from text2sim.harness.rigid_shapes import RigidShapes
 from text2sim.harness.selection import Cast, Target, base_name
 from text2sim.harness.states import Array, RunStates
+from text2sim.harness.vectors import rotate, rotate_back
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.soft_bodies import Cloth
 

@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 
 from text2sim.harness.chunks import DAMAGED, read_arrays
-from text2sim.harness.geometry import MESH_FILE, rotate
+from text2sim.harness.geometry import MESH_FILE
 from text2sim.harness.selection import base_name
 from text2sim.harness.solids import Solid, solid_of_mesh
 from text2sim.harness.states import Array, RunStates
+from text2sim.harness.vectors import rotate
 from text2sim.spec_schema.models.case import Case
 
 _SIZES = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2, "plane": 0}

@@ -39,7 +39,7 @@ from text2sim.spec_schema.reuse.overlay import needs_layers
 
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
-    from text2sim.spec_schema.load import LoadedCase
+    from text2sim.spec_schema.loaded import LoadedCase
 
 __all__ = ["Compile", "Device", "run_case"]
 

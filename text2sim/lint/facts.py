@@ -19,8 +19,9 @@ from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_rotate
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.compiler.trees.tree import Tree, tree_links
 from text2sim.lint.parts import Ground, Part, near, union
+from text2sim.lint.rule import SEVERITIES
 from text2sim.spec_schema.errors import Problem, Severity
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.text.document import Path
 
@@ -77,12 +78,7 @@ class Facts:
             severity: If it differs from the rule's.
             hint: The nearest right word.
         """
-        from text2sim.lint.rules import find_rule
-
-        if severity is None:
-            row = find_rule(rule)
-            assert row is not None, rule
-            severity = row.severity
+        severity = severity or SEVERITIES[rule]
         return self.loaded.problem(where, message, key=key, rule=rule, hint=hint, severity=severity)
 
     def where(self, name: str, *keys: str) -> Path:

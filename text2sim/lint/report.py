@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from text2sim.spec_schema.errors import Problem, nearest, sort_problems
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 
 
 @dataclass(frozen=True)

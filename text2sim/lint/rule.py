@@ -9,6 +9,9 @@ from text2sim.spec_schema.errors import Problem, Severity
 if TYPE_CHECKING:
     from text2sim.lint.facts import Facts
 
+SEVERITIES: dict[str, Severity] = {}
+"""What the findings of each rule are, by its id: rules enter themselves."""
+
 
 @dataclass(frozen=True)
 class Rule:
@@ -33,6 +36,9 @@ class Rule:
     own_contact: bool = False
     """Whether it is about the engine's own contacts between rigid bodies: it is not asked where contact models sap and
     ipc take their place."""
+
+    def __post_init__(self) -> None:
+        SEVERITIES[self.id] = self.severity
 
 
 EXAMPLE_BASE = """\

@@ -17,7 +17,7 @@ from text2sim.rendering.candidates import Candidate, Jury, best
 from text2sim.rendering.film import Filming
 from text2sim.rendering.recording import Recording
 from text2sim.spec_schema.changes.operation import Operation
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.render import Render
 from text2sim.templates.cadence import MAIN, frames, reels
 from text2sim.templates.cameras import Cameras

@@ -9,7 +9,7 @@ from text2sim.spec_schema.changes.diff import Change, difference, operations
 from text2sim.spec_schema.changes.effects import Effect, effects
 from text2sim.spec_schema.changes.operation import Operation
 from text2sim.spec_schema.errors import Text2SimError
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 
 STATISTICS = {"last": "end", "min": "min", "max": "max"}
 ALIKE = 1e-6

@@ -10,7 +10,8 @@ from typing import Any
 
 from text2sim.revision.repository import extract, find_commit
 from text2sim.spec_schema.errors import Problem, RunError, SpecError
-from text2sim.spec_schema.load import CASE_FILE, LoadedCase, load_text
+from text2sim.spec_schema.load import CASE_FILE, load_text
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.reuse.layers import overlaid
 from text2sim.spec_schema.reuse.migration import migrate
 from text2sim.spec_schema.reuse.overlay import NOTHING, Overlay

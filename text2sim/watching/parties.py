@@ -6,7 +6,7 @@ from text2sim.spec_schema.errors import Problem
 
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
-    from text2sim.spec_schema.load import LoadedCase
+    from text2sim.spec_schema.loaded import LoadedCase
     from text2sim.watching.take import Take
 
 

@@ -16,7 +16,7 @@ from text2sim.spec_schema.errors import Problem
 
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
-    from text2sim.spec_schema.load import LoadedCase
+    from text2sim.spec_schema.loaded import LoadedCase
 
 ENDED_WELL = ("finished", "diverged")
 """States that the same text would reach again."""

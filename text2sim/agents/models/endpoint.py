@@ -2,12 +2,11 @@
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 from urllib.parse import urlsplit
 
-from text2sim.agents.models.exchange import ModelError, Reply, Request
+from text2sim.agents.models.exchange import ModelError, ModelName, Reply, Request
 
 FORMS = (
     "PROVIDER/MODEL, openai/MODEL@http://HOST:PORT/v1, mailbox:FOLDER or replay:FOLDER; "
@@ -50,20 +49,6 @@ class Endpoint(Protocol):
             ModelError: If there is no reply.
         """
         ...
-
-
-@dataclass(frozen=True)
-class ModelName:
-    """A model as it is named on a command line."""
-
-    model: str
-    """`provider/model`, or what the server at `url` calls it."""
-    url: str | None = None
-    """Root of an OpenAI-compatible API; None for the provider's own."""
-    vision: bool | None = None
-    """Whether it sees pictures; None: as is known of it."""
-    schema: bool | None = None
-    """Whether it can be held to a JSON Schema; None: as is known of it."""
 
 
 def never() -> bool:

@@ -152,3 +152,17 @@ class Reply:
     """Whether the tokens were counted by us and not by the provider."""
     truncated: bool = False
     """Whether it ended because `max_tokens` was reached."""
+
+
+@dataclass(frozen=True)
+class ModelName:
+    """A model as it is named on a command line."""
+
+    model: str
+    """`provider/model`, or what the server at `url` calls it."""
+    url: str | None = None
+    """Root of an OpenAI-compatible API; None for the provider's own."""
+    vision: bool | None = None
+    """Whether it sees pictures; None: as is known of it."""
+    schema: bool | None = None
+    """Whether it can be held to a JSON Schema; None: as is known of it."""

@@ -16,8 +16,7 @@ from queue import Empty, SimpleQueue
 from threading import Lock, Thread
 from typing import Any
 
-from text2sim.agents.models.endpoint import ModelName
-from text2sim.agents.models.exchange import Image, Message, ModelError, Reply, Request, StoppedError
+from text2sim.agents.models.exchange import Image, Message, ModelError, ModelName, Reply, Request, StoppedError
 from text2sim.agents.models.provider_errors import model_error, status_of, wait_asked
 from text2sim.spec_schema.errors import MachineError
 

@@ -10,7 +10,7 @@ from text2sim.spec_schema.errors import AssetError, SpecError
 
 if TYPE_CHECKING:
     from text2sim.harness.result import RunResult
-    from text2sim.spec_schema.load import LoadedCase
+    from text2sim.spec_schema.loaded import LoadedCase
 
 BODY = "it"
 TIMEOUT = 900.0

@@ -8,7 +8,7 @@ from text2sim.compiler.placing.place_error import PatternError
 from text2sim.compiler.shapes.rotation import IDENTITY, quat_rotate
 from text2sim.compiler.shapes.sizes import Spot
 from text2sim.spec_schema.errors import AssetError, Problem
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.repeat import Glyphs
 from text2sim.spec_schema.models.shapes import Sketch, Text
 

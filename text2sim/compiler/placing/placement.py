@@ -21,7 +21,7 @@ from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
 from text2sim.compiler.shapes.sizes import MAX_PIECES, SizeError, Sizes, Spot, TreePieces
 from text2sim.compiler.shapes.sweep import ORIGIN
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError, nearest
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.placement import RELATIONS
 from text2sim.spec_schema.models.repeat import Glyphs
 from text2sim.spec_schema.names.selectors import parse_selector

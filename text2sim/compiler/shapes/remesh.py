@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from text2sim.assets.foreign import foreign
 from text2sim.assets.remembered import meets, packed, remembered, unpacked
 from text2sim.compiler.shapes.meshfile import WHOLE, load_mesh, mesh_path, open_mesh, turn_upright
+from text2sim.compiler.shapes.triangle_count import refuse_many
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.shapes import Mesh
 
@@ -52,8 +53,6 @@ def file_surface(
         AssetError: if the file cannot be used, or there would be too many triangles.
     """
     import numpy as np
-
-    from text2sim.compiler.shapes.softmesh import refuse_many
 
     mesh = load_mesh(shape.file, folder)
     vertices, faces = mesh.vertices * shape.scale, mesh.faces

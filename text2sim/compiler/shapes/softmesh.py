@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.compiler.shapes.rings import ROW, Arc, profile, profile_of, turned
+from text2sim.compiler.shapes.rings import Arc, profile, profile_of, turned
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_to_rows
+from text2sim.compiler.shapes.triangle_count import MAX_TRIANGLES, refuse_many
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.shapes import Box, Ellipsoid, Mesh, Sheet
 
@@ -18,8 +19,6 @@ from text2sim.spec_schema.models.shapes import Box, Ellipsoid, Mesh, Sheet
 if TYPE_CHECKING:
     import numpy as np
 
-MAX_TRIANGLES = 400_000
-"""Triangles of a surface. No solver here gets through the particles or tetrahedra that go with more."""
 DIGITS = 8
 """Digits [m] behind the point of every coordinate."""
 _MEMORY = 64
@@ -89,22 +88,6 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
     parts, closed = profile(shape)
     vertices, faces = turned(profile_of(parts, edge), edge, closed=closed)
     return _made(np.asarray(vertices), faces)
-
-
-def refuse_many(area: float, edge: float) -> None:
-    """Stop at an area [m2] that would take too many triangles.
-
-    Raises:
-        AssetError: if so; it says which edge is possible.
-    """
-    expected = area / (ROW / 2 * edge**2)
-    if expected > MAX_TRIANGLES:
-        least = math.sqrt(area / (ROW / 2 * MAX_TRIANGLES))
-        digits = 10.0 ** (math.floor(math.log10(least)) - 1)
-        raise AssetError(
-            f"with elements of {edge:g} m its surface would have about {expected:,.0f} triangles; at most "
-            f"{MAX_TRIANGLES:,} are possible: take a `cell` of {math.ceil(least / digits) * digits:.2g} m or more"
-        )
 
 
 def _made(vertices: "np.ndarray", faces: "np.ndarray", uvs: "np.ndarray | None" = None, seams: int = 0) -> SoftMesh:

@@ -4,7 +4,7 @@ from text2sim.compiler.selection import split
 from text2sim.compiler.soft.controls import ANY_FIELD
 from text2sim.compiler.soft.solvers import is_soft, solver_of, solvers_of
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.controls import Attach, Force, Impulse, InitialVelocity
 
 MOVED_BY_FIELDS = ("mpm", "pbd")

@@ -12,7 +12,7 @@ from text2sim.compiler.shapes.rotation import vector_unit
 from text2sim.compiler.soft.regions import region_finder
 from text2sim.compiler.soft.scales import Scales
 from text2sim.compiler.soft.solvers import solver_of
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.controls import Attach, Force, Impulse, Release
 from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind

@@ -17,7 +17,7 @@ from text2sim.compiler.soft.solvers import contact_model, is_soft
 from text2sim.compiler.soft.speeds import speed_limit
 from text2sim.compiler.soft.travel import travel
 from text2sim.spec_schema.errors import AssetError, SpecError
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 
 
 def soft_lowering(loaded: LoadedCase, placed: dict[str, list[Copy]], files: Files) -> SoftLowering | None:

@@ -14,7 +14,7 @@ from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
 from text2sim.compiler.trees.filebody import mechanism_parts
 from text2sim.compiler.trees.tree import Tree, tree_bounds, tree_pieces
 from text2sim.spec_schema.errors import AssetError, Problem
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Net, Ragdoll, Rope
 from text2sim.spec_schema.names.cast import Parts
 

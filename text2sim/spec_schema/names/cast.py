@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from text2sim.spec_schema.errors import Problem, Severity, nearest
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import DEFORMABLE, Articulated, Driven, Rigid
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.names.copies import count_copies

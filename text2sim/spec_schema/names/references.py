@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from text2sim.spec_schema.errors import Problem, sort_problems
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import Articulated, Rigid
 from text2sim.spec_schema.models.place_rules import contradictions
 from text2sim.spec_schema.models.placement import Place

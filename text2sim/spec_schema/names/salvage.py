@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.names.event_references import NEVER
 from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.text.document import Path, parse_pointer, pointer

@@ -2,7 +2,7 @@
 
 from text2sim.spec_schema.arithmetic.interpolation import parse_interpolation
 from text2sim.spec_schema.arithmetic.values import ExpressionError
-from text2sim.spec_schema.load import LoadedCase
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.reuse.substitution import bind, fill
 from text2sim.spec_schema.reuse.trees import Tree, put
 from text2sim.spec_schema.text.canonical import dump_case

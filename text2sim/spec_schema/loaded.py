@@ -1,0 +1,142 @@
+"""A case in memory: its models, its plain data, and the document that says where each value stands."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ValidationError
+
+from text2sim.spec_schema.arithmetic.resolution import COPY_VARIABLES, Resolver
+from text2sim.spec_schema.arithmetic.values import Value
+from text2sim.spec_schema.errors import Problem, SpecError
+from text2sim.spec_schema.models.bodies import Body
+from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.models.controls import Control
+from text2sim.spec_schema.models.scene import Static
+from text2sim.spec_schema.reuse.overlay import NOTHING, Overlay
+from text2sim.spec_schema.text.document import Document, Path, parse_pointer
+from text2sim.spec_schema.text.source import Source
+from text2sim.spec_schema.vocabulary.diagnosis import diagnose
+
+if TYPE_CHECKING:
+    from text2sim.spec_schema.reuse.arguments import Argument
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedCase:
+    """A case that passed the check of its form, with the document that it came from."""
+
+    path: FilePath
+    """The YAML file."""
+    case: Case
+    """The models; expressions that vary from copy to copy have their value for copy 0."""
+    data: dict[str, Any]
+    """Plain data with every expression evaluated."""
+    document: Document
+    """The case as it is checked: of the latest version, with overlays laid over it and prefabs expanded."""
+    written: Document
+    """The case as it stands in the file."""
+    resolver: Resolver = field(repr=False)
+    _varying: frozenset[Path] = field(repr=False)
+    overlay: Overlay = NOTHING
+    """What was laid over it."""
+    _arguments: "tuple[Argument, ...]" = field(default=(), repr=False)
+    """Arguments of prefabs that may differ from copy to copy."""
+
+    @property
+    def folder(self) -> FilePath:
+        """The case's folder, in which its assets are."""
+        return self.path.parent
+
+    @property
+    def raw(self) -> dict[str, Any]:
+        """Plain data of `document`, with `${…}` left in."""
+        return self.document.data
+
+    @property
+    def source(self) -> Source:
+        """The text."""
+        return self.document.source
+
+    def line(self, where: str | Path) -> int:
+        """Line of a value, from 1, or of what there is of the way to it; of its key, if it has one."""
+        return self.document.place(_path(where), key=True)[0]
+
+    def problem(
+        self,
+        where: str | Path,
+        message: str,
+        *,
+        key: bool = False,
+        rule: str = "invalid",
+        hint: str | None = None,
+        severity: Any = "error",
+    ) -> Problem:
+        """A problem at a place of the case.
+
+        Args:
+            where: JSON Pointer or path.
+            message: What is wrong.
+            key: Point at the key instead of the value.
+            rule: Stable id of the rule.
+            hint: The nearest right word.
+            severity: `error` or `warning`.
+        """
+        return self.document.problem(_path(where), message, key=key, rule=rule, hint=hint, severity=severity)
+
+    def varies(self, where: str | Path) -> bool:
+        """Whether the value, or something inside it, differs from copy to copy."""
+        return _path(where) in self._varying
+
+    def body_copy(self, name: str, variables: Mapping[str, Value]) -> Body:
+        """The body as one of its copies has it.
+
+        Args:
+            name: Name of the body.
+            variables: `i`, `n`, `u`, `row`, `column`, `layer` of the copy.
+
+        Raises:
+            SpecError: If an expression has no value, or one that is not allowed, for this copy.
+        """
+        return self._copy(("bodies", name), self.case.bodies[name], variables)
+
+    def static_copy(self, name: str, variables: Mapping[str, Value]) -> Static:
+        """The static as one of its copies has it; see `body_copy`."""
+        return self._copy(("scene", "statics", name), self.case.scene.statics[name], variables)
+
+    def control_copy(self, name: str, variables: Mapping[str, Value]) -> Control:
+        """The control as it acts on one copy; see `body_copy`."""
+        return self._copy(("actions", "controls", name), self.case.actions.controls[name], variables)
+
+    def _copy(self, root: Path, model: Any, variables: Mapping[str, Value]) -> Any:
+        if root not in self._varying:
+            return model
+        value: Any = self.data
+        for step in root:
+            value = value[step]
+        known = {**COPY_VARIABLES, **variables}
+        data, problems = self.resolver.copy(root, value, known)
+        problems = self._judge_arguments(root, known) or problems
+        if not problems:
+            try:
+                return type(model).model_validate(data, by_alias=True, by_name=False)
+            except ValidationError as error:
+                problems = diagnose(self.document, error, type(model), data, root)
+        copy = f"copy {known['i']}: "
+        raise SpecError(
+            Problem(p.path, copy + p.message, p.line, p.column, p.file, p.hint, p.rule, p.severity) for p in problems
+        )
+
+    def _judge_arguments(self, root: Path, known: Mapping[str, Value]) -> list[Problem]:
+        arguments = [argument for argument in self._arguments if root in argument.roots]
+        if not arguments:
+            return []
+        from text2sim.spec_schema.reuse.arguments import judge
+
+        found = [judge(self.document, self.resolver, argument, known) for argument in arguments]
+        return [problem for problem in found if problem is not None]
+
+
+def _path(where: str | Path) -> Path:
+    return parse_pointer(where) if isinstance(where, str) else tuple(where)
