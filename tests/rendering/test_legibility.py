@@ -11,7 +11,7 @@ from text2sim.compiler.build import resolve_case
 from text2sim.drawing.view import perspective
 from text2sim.harness.events import EventLog
 from text2sim.harness.visibility import summarise_legibility
-from text2sim.legibility.film import Watcher
+from text2sim.legibility.film import Watcher, _middles
 from text2sim.legibility.layout import at_start
 from text2sim.legibility.recorded import coarse
 from text2sim.legibility.sight import SPECK, Sight, Things, contrast, look
@@ -179,6 +179,19 @@ def test_motion_is_the_way_across_the_picture(make_run: MakeRun) -> None:
     run = make_run({"runner": {"half": 0.01, "pos": (-0.1, 0, 0), "velocity": (1.0, 0, 0)}}, cameras=camera)
     row = Watcher(read_recording(run)).rows(read_frames(run))[0]
     assert row["bodies"]["runner"]["motion"] == pytest.approx(0.1 / (2 * 5 * np.tan(np.radians(20))), rel=0.02)
+
+
+def test_what_spins_in_place_crosses_nothing() -> None:
+    """A bar of 2 m that turns by 60 degrees about its middle: its ends move by a metre."""
+    bar = np.concatenate([sheet((-1, 1), y, (-0.1, 0.1)) for y in (-0.1, 0.1)])
+    cosine, sine = np.cos(np.pi / 3), np.sin(np.pi / 3)
+    turned = bar @ np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
+    one, other = (
+        _middles(Things(part, np.zeros(len(part), int), np.ones(len(part), bool), 2)) for part in (bar, turned)
+    )
+    assert np.abs(turned - bar).max() > 0.8
+    assert one[0] == pytest.approx(other[0], abs=1e-12)
+    assert np.isnan(one[1]).all(), "nothing is drawn of it"
 
 
 def read_frames(run: Path) -> Any:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from text2sim.legibility.recorded import Recorded
-from text2sim.legibility.sight import Measures, Sight
+from text2sim.legibility.sight import Measures, Sight, Things
 from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras, project
 
@@ -74,7 +74,7 @@ class Watcher:
         found, motion = self.measures(frame, sight), self._motion(frame, after)
         bodies = {
             name: {key: None if value is None else round(value, DIGITS) for key, value in measures._asdict().items()}
-            | {"motion": None if motion is None else round(float(motion[k]), DIGITS)}
+            | {"motion": None if motion is None or np.isnan(motion[k]) else round(float(motion[k]), DIGITS)}
             for k, (name, measures) in enumerate(found.items())
             if measures.share or measures.inside
         }
@@ -106,20 +106,30 @@ class Watcher:
         ]
 
     def _motion(self, frame: Frame, after: Frame | None) -> Array | None:
-        """Mean way of each thing's points from a picture to the next [heights of it]; None across a cut."""
+        """Way of each thing's middle from a picture to the next [heights of it]; None across a cut.
+
+        What spins in place goes nowhere. It is nan where the middle is behind the camera.
+        """
         if after is None or after.camera != frame.camera:
             return None
-        aspect, places, things = self.size[0] / self.size[1], [], []
+        aspect, places = self.size[0] / self.size[1], []
         for one in (frame, after):
-            things.append(self.recorded.things(one.t))
             view = self.cameras.view(one.camera, one.t, one.part)
-            places.append(project(view, things[-1].triangles[:, 0], aspect))
-        if len(places[0]) != len(places[1]):
-            return None
-        owner, count = things[0].owner, things[0].number
-        ahead = (places[0][:, 2] > 0) & (np.abs(places[0][:, :2]) < 1).all(axis=1) & (places[1][:, 2] > 0)
-        way = np.hypot(*((places[1] - places[0])[ahead, :2] * (aspect / 2, 0.5)).T)
-        return np.bincount(owner[ahead], way, count) / np.maximum(np.bincount(owner[ahead], minlength=count), 1)
+            place = project(view, _middles(self.recorded.things(one.t)), aspect)
+            places.append(np.where(place[:, 2:] > 0, place[:, :2], np.nan))
+        return np.hypot(*((places[1] - places[0]) * (aspect / 2, 0.5)).T)
+
+
+def _middles(things: Things) -> Array:
+    """Middles of the surfaces of all things [m], shape (m, 3); nan for what has none."""
+    corners = things.triangles
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    rows = (
+        np.bincount(things.owner, weights, things.number)
+        for weights in (area, *(corners.mean(axis=1) * area[:, None]).T)
+    )
+    area, *sums = rows
+    return np.stack(sums, axis=1) / np.where(area > 0, area, np.nan)[:, None]
 
 
 def spread(count: int, samples: int) -> list[int]:
