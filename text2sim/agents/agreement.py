@@ -7,7 +7,7 @@ from text2sim.agents import revising
 from text2sim.agents.casework import FROZEN_PARTS, Examination
 from text2sim.agents.contract import Contract
 from text2sim.agents.journal import Emit
-from text2sim.agents.replies import Decision, Fragments, Plan, PlanPatch
+from text2sim.agents.replies import Claim, Decision, Fragments, Plan, PlanPatch
 from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
@@ -113,6 +113,7 @@ class Agreement:
             "bodies": bodies | amendment.bodies,
             "says": plan.says | amendment.says,
             "keeps": keep,
+            "facts": plan.facts | amendment.facts,
             "assets": [*plan.assets, *amendment.assets],
         }
         for name in ("event", "shared", "assumptions"):
@@ -123,8 +124,11 @@ class Agreement:
 
     def apply(self, text: str, decision: Decision) -> str:
         """Do what the Planner may do by itself. Returns the case."""
+        before = self.plan.facts
         text, self.plan = self.changed(text, decision)
         amendment = decision.plan or PlanPatch()
+        for name in [name for name, rows in amendment.facts.items() if before.get(name, rows) != rows]:
+            self.say_restated(f"fact `{name}` was {_told(before[name])}, is {_told(amendment.facts[name])}")
         if amendment.rename:
             self.first = Fragments.model_validate(revising.words_renamed(self.first.model_dump(), amendment.rename))
         fresh = [name for name in amendment.checks.expect if name not in self.names]
@@ -155,3 +159,7 @@ class Agreement:
     def _contract_of(self, loaded: LoadedCase) -> Contract:
         planned = [name for name, body in self.plan.bodies.items() if body.kind not in UNMOVED]
         return Contract.of(loaded, self.names, planned)
+
+
+def _told(claims: Iterable[Claim]) -> str:
+    return str([claim.model_dump(exclude_defaults=True) for claim in claims])

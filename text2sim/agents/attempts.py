@@ -10,7 +10,8 @@ from typing import Any
 from text2sim.agents.brief import citable, evidence_text
 from text2sim.agents.casework import Examination
 from text2sim.agents.contract import numbered
-from text2sim.agents.counterfactual import TITLE, Found, compared
+from text2sim.agents.counterfactual import TITLE, Found, compared, part_of
+from text2sim.agents.facts import found, kept
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.pictures import frame_sheet
 from text2sim.agents.replies import Plan
@@ -52,6 +53,8 @@ class Attempt:
     fates: list[str] = field(default_factory=list)
     """What became of each of the Critic's patches."""
     accepted: bool = False
+    facts: list[dict[str, Any]] = field(default_factory=list)
+    """What the program found out about requirements."""
 
     def missed(self, names: Sequence[str]) -> tuple[str, ...]:
         """Expectations of these that did not come true."""
@@ -114,8 +117,8 @@ class Attempts:
     def _told_before(self, number: int) -> list[float | None]:
         if number not in self._minutes:
             try:
-                kept = json.loads((self.of(number) / "attempt.json").read_text("utf-8"))["minutes_left"]
-                self._minutes[number] = [one if one is None else float(one) for one in kept]
+                told = json.loads((self.of(number) / "attempt.json").read_text("utf-8"))["minutes_left"]
+                self._minutes[number] = [one if one is None else float(one) for one in told]
             except (OSError, ValueError, KeyError, TypeError):
                 self._minutes[number] = []
         return self._minutes[number]
@@ -124,14 +127,14 @@ class Attempts:
         """Take over what an earlier process found out by running the same text; return whether there was anything."""
         folder = self.of(attempt.number)
         try:
-            kept = json.loads((folder / "attempt.json").read_text("utf-8"))
+            data = json.loads((folder / "attempt.json").read_text("utf-8"))
             text = (folder / "case.yaml").read_text("utf-8")
             if text != attempt.text:
                 return False
-            if kept["state"] in ("unsound", "interrupted", "running"):
+            if data["state"] in ("unsound", "interrupted", "running"):
                 return False
-            for name in ("state", "run", "evidence", "expect", "cites", "pictures", "wall"):
-                setattr(attempt, name, kept[name])
+            for name in ("state", "run", "evidence", "expect", "cites", "pictures", "wall", "facts"):
+                setattr(attempt, name, data[name])
         except (OSError, ValueError, KeyError, TypeError):
             return False
         return all((folder / name).is_file() for name in attempt.pictures)
@@ -210,6 +213,12 @@ class Attempts:
         if run_case(loaded, runs=runs).stopped:  # the preview that lay there is of another camera
             raise KeyboardInterrupt
 
+    def look_up(self, attempt: Attempt, plan: Plan, loaded: LoadedCase) -> None:
+        """Compute the facts that a plan binds to requirements; those about causes come from `compare`."""
+        about_causes = [row for row in attempt.facts if row["told"].startswith("without ")]
+        attempt.facts = [*kept(found(plan.facts, loaded, self.case / attempt.run)), *about_causes]
+        self.keep(attempt)
+
     def compare(self, attempt: Attempt, plan: Plan, timeout: float, on_progress: Callable[[Any], None]) -> None:
         """Run an attempt in which all came true without each of its causes, and add to its evidence what that did.
 
@@ -225,8 +234,9 @@ class Attempts:
             return result.state, result.expectations
 
         if plan.causes and TITLE not in attempt.evidence:
-            found = compared(plan, attempt.text, self.case / "case.yaml", simulate)
-            attempt.evidence = f"{attempt.evidence}\n\n{found}"
+            facts = compared(plan, attempt.text, self.case / "case.yaml", simulate)
+            attempt.evidence = f"{attempt.evidence}\n\n{part_of(facts)}"
+            attempt.facts += kept(facts)
             attempt.cites = sorted({*attempt.cites, "diagnostic:causes"})
             self.keep(attempt)
 

@@ -2,13 +2,14 @@
 
 import copy
 import json
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from text2sim.agents import revising
 from text2sim.agents.casework import examine, said
 from text2sim.agents.contract import numbered
+from text2sim.agents.facts import Fact
 from text2sim.agents.replies import Plan
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.text.canonical import format_text
@@ -49,7 +50,7 @@ def _refers(row: Any, names: Collection[str]) -> bool:
     return isinstance(row, list) and any(_refers(value, names) for value in row)
 
 
-def compared(plan: Plan, text: str, path: Path, simulate: Callable[[Any], tuple[str, Found]]) -> str:
+def compared(plan: Plan, text: str, path: Path, simulate: Callable[[Any], tuple[str, Found]]) -> list[Fact]:
     """Run a case once more without each cause that the plan names, and say what that did.
 
     Args:
@@ -59,28 +60,35 @@ def compared(plan: Plan, text: str, path: Path, simulate: Callable[[Any], tuple[
         simulate: Runs a loaded case; returns how that ended and what became of its expectations, by name.
 
     Returns:
-        A part of the evidence; empty if the plan names no cause.
+        A fact for each effect; none if the plan names no cause.
     """
-    rows = []
+    facts = []
     for requirement, causes in list(plan.causes.items())[:MOST]:
-        told = ", ".join(f"`{name}`" for name in causes)
+        told = f"without {', '.join(f'`{name}`' for name in causes)}"
         case = without(revising.data_of(text), causes)
         examined = examine(format_text(json.dumps(case, ensure_ascii=False)), path)
         expected = (case.get("actions") or {}).get("expect") or {}
         effects = [name for name in plan.meets.get(requirement, ()) if name in expected]
         if not effects:
-            rows.append(f"- `{requirement}`: nothing that is measured of it is left without {told}")
+            facts.append(Fact(requirement, None, f"{told} nothing that is measured of it is left"))
         elif examined.errors:
-            rows.append(f"- `{requirement}`: the case cannot be run without {told}: {said(examined.errors[0])}")
+            facts.append(Fact(requirement, None, f"{told} the case cannot be run: {said(examined.errors[0])}"))
         else:
             try:
                 state, found = simulate(examined.loaded)
             except RunError as error:
-                rows.append(f"- `{requirement}`: the run without {told} failed: {error}")
+                facts.append(Fact(requirement, None, f"{told} the run failed: {error}"))
                 continue
             for name in (one for written in effects for one in numbered(written, found)):
                 row = found.get(name, {})
-                came = CAME.get(row.get("ok")) if state == "finished" else None
-                why = row.get("why") if came else f"the run ended as: {state}"
-                rows.append(f"- `{requirement}`: without {told} `{name}` {came or 'could not be told'} ({why})")
+                came = row.get("ok") if state == "finished" else None
+                why = row.get("why") if came in CAME else f"the run ended as: {state}"
+                ok = None if came is None else not came
+                facts.append(Fact(requirement, ok, f"{told} `{name}` {CAME.get(came, 'could not be told')} ({why})"))
+    return facts
+
+
+def part_of(facts: Iterable[Fact]) -> str:
+    """The part of the evidence that says it."""
+    rows = [f"- `{fact.requirement}`: {fact.told}" for fact in facts]
     return "\n".join([TITLE, "", *rows]) if rows else ""

@@ -7,6 +7,7 @@ from pathlib import Path
 from text2sim.agents.asking import Desk, RoleFailed, typed
 from text2sim.agents.casework import said
 from text2sim.agents.contract import Contract
+from text2sim.agents.facts import Fact, false
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import Amendment, Critique, Failure, Patch, Plan
@@ -35,6 +36,8 @@ class Exhibit:
     images: tuple[Image, ...]
     missed: tuple[str, ...]
     """Expectations that did not come true."""
+    facts: tuple[Fact, ...] = ()
+    """What the program found out about requirements."""
     before: str = ""
     """Attempts so far, with what it said of them."""
 
@@ -68,7 +71,7 @@ def criticise(
     question = render(
         "judge",
         request=request.text,
-        requirements=_bound(request, plan),
+        requirements=_bound(request, plan, exhibit.facts),
         event=plan.event,
         assumptions="; ".join(plan.assumptions),
         case=exhibit.case.strip(),
@@ -81,15 +84,16 @@ def criticise(
     critique: Critique = desk.ask("critic", system, question, typed(Critique), images)
     if wrong := _faults(critique, request, exhibit, contract, path):
         critique = _amended(desk, system, critique, wrong, exhibit)
-    return _settled(critique, request, exhibit, contract, path)
+    return _settled(_by_the_facts(critique, exhibit.facts), request, exhibit, contract, path)
 
 
-def _bound(request: Request, plan: Plan) -> str:
-    """The requirements, each with the expectations that would fail without it."""
+def _bound(request: Request, plan: Plan, facts: Sequence[Fact]) -> str:
+    """The requirements, each with the expectations that would fail without it and the facts that are known of it."""
     lines = []
     for line, name in zip(rows(request.requirements).splitlines(), request.requirements, strict=True):
         names = plan.meets.get(name)
         lines.append(line + (f" [{', '.join(f'expect:{one}' for one in names)}]" if names else ""))
+        lines += [f"  - fact, {fact}" for fact in facts if fact.requirement == name]
     return "\n".join(lines)
 
 
@@ -145,6 +149,16 @@ def _stated(critique: Critique) -> dict[str, object]:
 def _short_of(critique: Critique, request: Request) -> list[str]:
     """Requirements that are not met, as far as they are marked."""
     return [name for name, row in critique.requirements.items() if name in request.requirements and row.mark < 1]
+
+
+def _by_the_facts(critique: Critique, facts: Sequence[Fact]) -> Critique:
+    """A judgement in which no requirement is met that a fact speaks against."""
+    against = false(facts)
+    marks = {
+        name: row.model_copy(update={"mark": 0.5, "why": against[name]}) if name in against and row.mark == 1 else row
+        for name, row in critique.requirements.items()
+    }
+    return critique.model_copy(update={"requirements": marks})
 
 
 def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: Contract, path: Path) -> Critique:

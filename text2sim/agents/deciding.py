@@ -11,6 +11,7 @@ from text2sim.agents.asking import Desk, RoleFailed, Wrong, typed
 from text2sim.agents.brief import to_decide_by
 from text2sim.agents.casework import FROZEN_PARTS, PLANNERS, examine, owner_of, said
 from text2sim.agents.contract import weakened
+from text2sim.agents.facts import claim_faults
 from text2sim.agents.planning import PLANNER, Request, card_faults, plan_text
 from text2sim.agents.rehearsal import TAKEN, plan_faults
 from text2sim.agents.replies import SECTIONS, Decision, Fragments, Opening, Plan
@@ -72,7 +73,11 @@ def decide(
     last: list[Decision] = []
 
     def faults(decision: Decision) -> list[str]:
-        return decision_faults(decision, agreement, case, report, deck, path, anew=anew)
+        wrong = decision_faults(decision, agreement, case, report, deck, path, anew=anew)
+        if decision.plan is not None:
+            bodies = {*agreement.plan.bodies, *decision.plan.bodies}
+            wrong += [f"/plan{row}" for row in claim_faults(decision.plan.facts, request.requirements, bodies)]
+        return wrong
 
     def check(decision: Decision) -> None:
         last.append(decision)
@@ -147,7 +152,9 @@ def decision_faults(
 def _does(decision: Decision) -> bool:
     """Whether a change of the plan changes the case, too, or is work for somebody."""
     plan = decision.plan
-    return plan is not None and bool(plan.rename or plan.briefs or plan.assets or plan.checks.expect or plan.keeps)
+    return plan is not None and bool(
+        plan.rename or plan.briefs or plan.assets or plan.checks.expect or plan.keeps or plan.facts
+    )
 
 
 def foreign(operations: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -286,6 +293,7 @@ def open_case(
             if name not in opening.says
         ]
         wrong += foreign(opening.patch)
+        wrong += claim_faults(opening.facts, request.requirements, agreement.plan.bodies)
         if not wrong and opening.possible != "no":
             wrong = _opening_faults(opening, agreement, case, path)
         if wrong:

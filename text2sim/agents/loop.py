@@ -189,6 +189,7 @@ class Loop:
             self.attempts.keep(attempt)
             problems = attempt.problems or [f"the run ended without evidence: {attempt.state}"]
             return Report(problems=problems, rules=rules)
+        self.attempts.look_up(attempt, self.agreement.plan, examined.loaded)
         if attempt.state == "finished" and not attempt.missed(list(attempt.expect)):
             self.attempts.compare(attempt, self.agreement.plan, self.limits.timeout(), self.progress)
         report = Report(evidence=with_effects(self.made, attempt), rules=rules)

@@ -111,6 +111,7 @@ def _opened(loop: Loop, text: str, opening: Opening) -> str:
         update={
             "checks": merged,
             "says": says,
+            "facts": opening.facts,
             "event": opening.event or loop.agreement.plan.event,
             # What stood in the case before is as its author wants it.
             "keeps": [*(name for name in checks.expect if name in expect), *opening.keeps],

@@ -10,6 +10,7 @@ from text2sim.agents.asking import Desk, Wrong, typed
 from text2sim.agents.casework import FROZEN_PARTS
 from text2sim.agents.contract import weakened
 from text2sim.agents.deck import ATTACHED
+from text2sim.agents.facts import claim_faults
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.rehearsal import TAKEN, plan_faults
 from text2sim.agents.replies import SECTIONS, Fragments, Plan
@@ -125,6 +126,7 @@ def _check_plan(plan: Plan, deck: "Deck", path: Path, requirements: Requirements
         ]
         same_names = {name: row for name, row in plan.checks.expect.items() if name in tried.first.expect}
         wrong += weakened(tried.first.expect, same_names)
+    wrong += claim_faults(plan.facts, requirements, plan.bodies)
     wrong += card_faults(plan.cards, deck)
     wrong += plan_faults(plan, path)
     if wrong:

@@ -8,6 +8,8 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, model_validator
 
+from text2sim.spec_schema.models.colors import ColorError, rgb
+
 SECTIONS = ("scene", "bodies", "actions", "render")
 Owner = Literal["scene", "bodies", "actions", "render"]
 Where = Literal["scene", "bodies", "actions", "render", "plan"]
@@ -85,6 +87,49 @@ class Fragments(Form):
     expect: dict[Name, dict[str, Any]] = {}
 
 
+Selector = Annotated[str, StringConstraints(max_length=80)]
+_SORTS = ("count", "color", "seen", "moved")
+_WITH = {"count": "equals", "color": "like", "moved": "by"}
+"""What a fact is compared with, by what it is about."""
+
+
+class Claim(Form):
+    """Something that the program can tell of a run, as the plan wants it."""
+
+    count: Selector = ""
+    """How many bodies of a selector there are: `equals`."""
+    equals: Annotated[int, Field(ge=0, le=100_000)] | None = None
+    color: Selector = ""
+    """Colour of a body, of a copy, a part or a link: `like` a name or #rrggbb."""
+    like: Annotated[str, StringConstraints(max_length=40)] = ""
+    seen: Selector = ""
+    """A body that the film shows."""
+    moved: Selector = ""
+    """A body that is set in motion by the touch of another: `by`."""
+    by: Selector = ""
+
+    @model_validator(mode="after")
+    def _one(self) -> "Claim":
+        said = [sort for sort in _SORTS if getattr(self, sort)]
+        if len(said) != 1:
+            raise ValueError("a fact is one of count (equals), color (like), seen, moved (by)")
+        for sort, key in _WITH.items():
+            if (getattr(self, key) in ("", None)) == (sort in said):
+                raise ValueError(f"`{key}` goes with `{sort}`, and `{sort}` with `{key}`")
+        if self.like:
+            try:
+                rgb(self.like)
+            except ColorError as error:
+                raise ValueError(str(error)) from None
+        return self
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies that it is about."""
+        words = [word for word in (self.count, self.color, self.seen, self.moved, self.by) if word]
+        return tuple(word.partition("[")[0].partition(".")[0] for word in words)
+
+
 class Plan(Form):
     """What is to be shown, by what, and how it will be known."""
 
@@ -113,6 +158,8 @@ class Plan(Form):
     """Expectations about something that has to stay as it is: they hold from the start."""
     meets: dict[Name, list[Name]] = {}
     """For each requirement, the expectations that fail if it is not met; the others are judged by eye."""
+    facts: dict[Name, list[Claim]] = {}
+    """For each requirement, what the program itself can tell of it."""
     causes: dict[Name, list[Name]] = {}
     """For requirements of the form "X makes Y": bodies or controls without which Y must not happen."""
     briefs: dict[Owner, Line] = {}
@@ -259,6 +306,8 @@ class PlanPatch(Form):
     """Further expectations, with their measures and events."""
     keeps: list[Name] = []
     """Expectations that are meant to hold from the start."""
+    facts: dict[Name, list[Claim]] = {}
+    """By requirement, in the place of those that were there."""
 
 
 class Decision(Form):
@@ -300,5 +349,7 @@ class Opening(Form):
     checks: Fragments = Fragments()
     keeps: list[Name] = []
     """New expectations that are meant to hold from the start."""
+    facts: dict[Name, list[Claim]] = {}
+    """By requirement, what the program itself can tell of it."""
     drop: list[Name] = []
     """Expectations that the wish itself makes wrong."""

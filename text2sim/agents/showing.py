@@ -8,6 +8,7 @@ from text2sim.agents import revising
 from text2sim.agents.attempts import Attempt, changed
 from text2sim.agents.brief import attempts_table, judgement
 from text2sim.agents.criticism import Exhibit
+from text2sim.agents.facts import Fact
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.restyling import physics
 from text2sim.spec_schema.errors import Text2SimError
@@ -30,7 +31,7 @@ def exhibit(
         path: Where the case stands.
     """
     missed = attempt.missed(list(attempt.expect))
-    cites = frozenset(attempt.cites)
+    cites, facts = frozenset(attempt.cites), tuple(Fact(**row) for row in attempt.facts)
     if base and not missed and attempt.state == "finished" and only_looks(base, attempt.text, path):
         rows = "\n".join(f"- {line}" for line in revising.change_lines(base, attempt.text))
         told = (
@@ -38,8 +39,8 @@ def exhibit(
             f"{len(attempt.expect)} expectations are true.\n\n{rows}\n\nA change is judged by the pictures. If "
             "something has to be mended, say what in `failures`; patches are not needed."
         )
-        return Exhibit(attempt.number, "", told, cites, tuple(map(_smaller, images)), missed)
-    return Exhibit(attempt.number, attempt.text, evidence, cites, images, missed, judgements(made))
+        return Exhibit(attempt.number, "", told, cites, tuple(map(_smaller, images)), missed, facts)
+    return Exhibit(attempt.number, attempt.text, evidence, cites, images, missed, facts, judgements(made))
 
 
 def judgements(made: Sequence[Attempt]) -> str:

@@ -1,0 +1,243 @@
+"""Facts that the program computes of a run, bound to requirements: counts, colours, what is seen, what moved what.
+
+A fact that is false cannot be argued away: its requirement is not met. One that cannot be told leaves it to the Critic.
+"""
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
+from math import dist
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from text2sim.agents.replies import Claim, Name
+from text2sim.spec_schema.errors import RunError, SpecError, Text2SimError
+from text2sim.spec_schema.models.colors import rgb
+from text2sim.spec_schema.names.selectors import parse_selector
+
+if TYPE_CHECKING:
+    from text2sim.compiler.build import Resolution
+    from text2sim.harness.recording import Recording
+    from text2sim.harness.selection import Target
+    from text2sim.spec_schema.load import LoadedCase
+
+SEEN = 0.002
+"""Part of the picture that is seen: 43 x 43 pixels of 1280 x 720."""
+WAY, TURN = 0.01, 5.0
+"""What counts as a motion [m], [deg]."""
+MORE = 2.0
+"""Times that a body moves after the touch what it had moved before, if the touch is the cause."""
+ALIKE, NEARLY = 0.12, 0.06
+"""Distances of colours in Oklab: below the one they are called alike, and by the other a name may be beaten."""
+TERMS: Mapping[str, str] = {
+    "red": "red crimson firebrick darkred #d62728 #c0392b tomato", "orange": "orange darkorange #e69f00 #d55e00 coral",
+    "yellow": "yellow gold khaki mustard #f0e442", "pink": "pink hotpink deeppink #cc79a7",
+    "green": "green lime limegreen forestgreen darkgreen seagreen olivedrab lightgreen emerald #009e73 turquoise",
+    "blue": "blue navy royalblue dodgerblue steelblue skyblue lightblue #0072b2 #2a6fdb turquoise",
+    "purple": "purple indigo rebeccapurple mediumpurple darkviolet orchid violet",
+    "brown": "saddlebrown sienna chocolate walnut oak rust brown wood terracotta",
+    "black": "black #1c1c1e #2b2b2d charcoal", "white": "white whitesmoke snow ivory marble",
+    "grey": "grey silver dimgrey lightgrey steel", "gray": "grey silver dimgrey lightgrey steel",
+}  # fmt: skip
+"""Colours that go by a word of every day."""
+
+
+Claims = Mapping[Name, list[Claim]]
+
+
+@dataclass(frozen=True)
+class Fact:
+    """What the program found out about a requirement."""
+
+    requirement: str
+    ok: bool | None
+    """None if it cannot be told."""
+    told: str
+
+    def __str__(self) -> str:
+        return f"{ {True: 'true', False: 'FALSE', None: 'open'}[self.ok] }: {self.told}"
+
+
+def kept(facts: Iterable[Fact]) -> list[dict[str, Any]]:
+    """Facts as data."""
+    return [asdict(fact) for fact in facts]
+
+
+def false(facts: Iterable[Fact]) -> dict[str, str]:
+    """What speaks against requirements, by their names."""
+    return {fact.requirement: fact.told for fact in facts if fact.ok is False}
+
+
+def claim_faults(claims: Claims, requirements: Iterable[str], bodies: Iterable[str]) -> list[str]:
+    """Say what is wrong with facts that a plan asks for: names that nothing has."""
+    bodies, requirements = list(bodies), list(requirements)
+    wrong = [f"/facts/{name}: there is no requirement `{name}`" for name in claims if name not in requirements]
+    for name, rows in claims.items():
+        for body in dict.fromkeys(body for row in rows for body in row.bodies):
+            if body not in bodies and not any(body.startswith(f"{one}_") for one in bodies):  # a part of a prefab
+                wrong.append(f"/facts/{name}: `{body}` is not in `bodies`")
+    return wrong
+
+
+def found(claims: Claims, loaded: "LoadedCase", run: Path) -> list[Fact]:
+    """Compute facts of a run.
+
+    Args:
+        claims: What is asked for, by requirement.
+        loaded: The case.
+        run: The run folder.
+    """
+    if not claims:
+        return []
+    from text2sim.compiler.build import resolve_case
+    from text2sim.harness.recording import Recording
+
+    try:
+        recording = Recording.load(run, loaded.case)
+        resolution = resolve_case(loaded)
+        evidence = json.loads((run / "evidence.json").read_text("utf-8"))
+    except (Text2SimError, OSError, ValueError) as error:
+        return [Fact(name, None, str(error).splitlines()[0]) for name in claims]
+    return [Fact(name, *_told(row, recording, resolution, evidence)) for name, rows in claims.items() for row in rows]
+
+
+def _told(
+    claim: Claim, recording: "Recording", resolution: "Resolution", evidence: Mapping[str, Any]
+) -> tuple[bool | None, str]:
+    from text2sim.harness.selection import SelectionError
+
+    try:
+        if claim.count:
+            number = len(recording.cast.select(claim.count))
+            return number == claim.equals, f"there are {number} `{claim.count}`, wanted {claim.equals}"
+        if claim.color:
+            return _color(claim, resolution)
+        if claim.seen:
+            return _seen(claim.bodies[0], evidence)
+        return _moved(claim, recording)
+    except (SelectionError, RunError, SpecError, KeyError, ValueError) as error:
+        return None, f"cannot be told: {str(error).splitlines()[0]}"
+
+
+# --- colours -------------------------------------------------------------------------------------------------------
+
+
+def _color(claim: Claim, resolution: "Resolution") -> tuple[bool | None, str]:
+    """Whether a body, part or link is drawn in a colour; of several copies, each must have it somewhere."""
+    wanted = parse_selector(claim.color)
+    copies = resolution.placed.get(wanted.body, [])[wanted.first : wanted.last]
+    if not copies:
+        raise ValueError(f"there is no `{claim.color}`")
+    drawn = [_worn(copy, wanted.part) for copy in copies]
+    if not all(drawn):
+        return None, f"the colours of `{claim.color}` come from its file"
+    told = sorted({called(color) for colors in drawn for color in colors})
+    ok = all(any(alike(color, claim.like) for color in colors) for colors in drawn)
+    return ok, f"`{claim.color}` is {', '.join(told[:4])}, wanted {claim.like}"
+
+
+def _worn(copy: Any, part: str | None) -> list[tuple[float, ...]]:
+    """Colours in which a copy is drawn, or one of its parts or links; none if they are not the case's to say."""
+    from text2sim.compiler.looks import looks_of, rgba_of
+
+    model = copy.model
+    looks = list(looks_of(model))
+    if part is not None:
+        named = {
+            **(getattr(getattr(model, "shape", None), "parts", None) or {}),
+            **(getattr(model, "links", None) or {}),
+        }
+        if part not in named:
+            raise ValueError(f"`{copy.body}` has no part `{part}` with a look of its own")
+        looks = list(looks_of(named[part])) or looks[:1]
+    elif len(looks) > 1 and looks[0].color is None:
+        looks = looks[1:]  # nothing was said of its own
+    kinds = {getattr(model, "kind", ""), getattr(getattr(model, "shape", None), "kind", "")}
+    if looks[0].color is None and ("mesh" in kinds or getattr(model, "file", None) is not None):
+        return []
+    return [rgba_of(look, copy)[:3] for look in looks]
+
+
+def alike(color: tuple[float, ...], word: str) -> bool:
+    """Whether a colour (sRGB, 0 to 1) may go by a name: near it, or of the everyday word that it is nearest to."""
+    from text2sim.compiler.looks import oklab
+
+    here = oklab(color)
+    if dist(here, oklab(rgb(word))) < ALIKE:
+        return True
+    near = _nearest(color)
+    mine = near.get(word.lower())
+    return mine is not None and mine <= min(near.values()) + NEARLY
+
+
+def called(color: tuple[float, ...]) -> str:
+    """A colour as people call it, and as a number."""
+    near = _nearest(color)
+    digits = "".join(f"{round(255 * part):02x}" for part in color[:3])
+    return f"{min(near, key=lambda term: near[term])} (#{digits})"
+
+
+def _nearest(color: tuple[float, ...]) -> dict[str, float]:
+    """Distance of a colour to each everyday word."""
+    from text2sim.compiler.looks import oklab
+
+    here = oklab(color)
+    return {term: min(dist(here, oklab(rgb(one))) for one in words.split()) for term, words in TERMS.items()}
+
+
+# --- what is seen, and what moved what -----------------------------------------------------------------------------
+
+
+def _seen(body: str, evidence: Mapping[str, Any]) -> tuple[bool | None, str]:
+    """Whether the main film shows a body."""
+    films = (evidence.get("legibility") or {}).get("films") or {}
+    row = (next(iter(films.values()))["bodies"] if films else {}).get(body)
+    if row is None:
+        return None, f"what the film shows of `{body}` was not measured"
+    most = row["share"]["max"]
+    return most >= SEEN, f"`{body}` fills at most {100 * most:.2g} % of the film's picture"
+
+
+def _moved(claim: Claim, recording: "Recording") -> tuple[bool | None, str]:
+    """Whether a body moves after another has touched it, and hardly before."""
+    from text2sim.harness.events import find_events
+    from text2sim.spec_schema.models.events import ContactEvent
+
+    touch = ContactEvent.model_validate({"kind": "contact", "between": [claim.moved, claim.by]})
+    actions = recording.case.actions.model_copy(update={"events": {"touch": touch}})
+    case = recording.case.model_copy(update={"actions": actions})
+    log = find_events(replace(recording, case=case), {})
+    if log.problems:
+        return None, f"cannot be told: {log.problems['touch']}"
+    names = {target.label: target for target in recording.cast.select(claim.moved)}
+    rows = log.occurrences["touch"]
+    if not rows:
+        return False, f"`{claim.by}` never touches `{claim.moved}`"
+    touched = rows[0]["between"][0 if rows[0]["between"][0] in names else 1]
+    at = float(rows[0]["time"])
+    (way, turn), (more, further) = _motion(recording, names[touched], at)
+    ok = (more > WAY and more > MORE * way) or (further > TURN and further > MORE * turn)
+    before, after = f"{way:.2g} m and {turn:.2g} deg", f"{more:.2g} m and {further:.2g} deg"
+    return ok, f"`{claim.by}` first touches `{touched}` at {at:.3g} s, which moved {before} before, {after} after"
+
+
+def _motion(recording: "Recording", target: "Target", at: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """How far [m] and by what angle [deg] something gets, at most, before a time [s] and after it."""
+    states = recording.states
+    places = recording.origin(target)
+    if len(target.links) > 1 and (masses := recording.masses[list(target.links)]).sum() > 0:
+        centers = recording.centers(np.array(target.links))
+        places = np.einsum("fni,n->fi", centers, masses / masses.sum())
+    turns = states.quat[:, target.root].astype(float) if target.soft is None else None
+    split = min(int(np.searchsorted(states.time, at, "right")) - 1, states.frames - 1) if states.frames else 0
+    spans = []
+    for rows in (slice(0, max(split, 0) + 1), slice(max(split, 0), None)):
+        way = float(np.linalg.norm(places[rows] - places[rows][0], axis=1).max())
+        turn = 0.0
+        if turns is not None:
+            cosine = np.abs(turns[rows] @ turns[rows][0]).min()
+            turn = float(np.degrees(2 * np.arccos(min(cosine, 1.0))))
+        spans.append((way, turn))
+    return spans[0], spans[1]
