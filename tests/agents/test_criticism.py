@@ -11,6 +11,7 @@ from text2sim.agents.asking import typed
 from text2sim.agents.brief import attempts_table, judgement
 from text2sim.agents.contract import Contract
 from text2sim.agents.criticism import Exhibit, criticise
+from text2sim.agents.facts import Fact
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import Critique, Mark, Plan
 from text2sim.agents.requirements import Requirement, of_wish, score, take_apart
@@ -23,9 +24,11 @@ REQUEST = Request("A red lid opens by itself.", requirements=REQUIRED)
 PLAN = Plan(name="lid", event="The lid opens.", meets={"opens": ["open"]})
 
 
-def judged(tmp_path: Path, *replies: str, missed: tuple[str, ...] = ()) -> tuple[Critique, Scripted]:
+def judged(
+    tmp_path: Path, *replies: str, missed: tuple[str, ...] = (), facts: tuple[Fact, ...] = ()
+) -> tuple[Critique, Scripted]:
     model = Scripted({"critic": [fenced(reply) for reply in replies]})
-    exhibit = Exhibit(1, "", "the evidence", frozenset({"run", "frame:1", "expect:open"}), (), missed)
+    exhibit = Exhibit(1, "", "the evidence", frozenset({"run", "frame:1", "expect:open"}), (), missed, facts)
     contract = Contract((), {"expect": {}, "measures": {}, "events": {}}, frozenset())
     return criticise(desk(tmp_path, model), REQUEST, PLAN, exhibit, contract, [], Path("c/case.yaml")), model
 

@@ -29,6 +29,8 @@ WAY, TURN = 0.01, 5.0
 """What counts as a motion [m], [deg]."""
 MORE = 2.0
 """Times that a body moves after the touch what it had moved before, if the touch is the cause."""
+FROM_THE_START = 2.5
+"""Time steps within which a touch is there from the start."""
 ALIKE, NEARLY = 0.12, 0.06
 """Distances of colours in Oklab: below the one they are called alike, and by the other a name may be beaten."""
 TERMS: Mapping[str, str] = {
@@ -220,6 +222,8 @@ def _moved(claim: Claim, recording: "Recording") -> tuple[bool | None, str]:
     (way, turn), (more, further) = _motion(recording, names[touched], at)
     ok = (more > WAY and more > MORE * way) or (further > TURN and further > MORE * turn)
     before, after = f"{way:.2g} m and {turn:.2g} deg", f"{more:.2g} m and {further:.2g} deg"
+    if ok and at <= FROM_THE_START * recording.states.dt:
+        return None, f"`{claim.by}` touches `{touched}` from the start: its touch tells nothing"
     return ok, f"`{claim.by}` first touches `{touched}` at {at:.3g} s, which moved {before} before, {after} after"
 
 

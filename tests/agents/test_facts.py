@@ -1,0 +1,129 @@
+"""Facts that the program computes of runs, and what they do to a judgement."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.agents.test_criticism import judged
+from tests.harness.conftest import WrittenRun
+from text2sim.agents.asking import Wrong, typed
+from text2sim.agents.facts import Fact, alike, called, claim_faults, found
+from text2sim.agents.replies import Claim
+from text2sim.spec_schema.load import load_text
+
+CASE = """\
+text2sim: 2
+name: shove
+prompt: A red ball shoves a tin.
+scene:
+  duration: 1.0
+  statics: {floor: {shape: {kind: plane}}}
+bodies:
+  ball:
+    kind: rigid
+    shape: {kind: sphere, radius: 0.1}
+    pose: {pos: [0, 0, 1]}
+    look: {color: firebrick}
+  tin:
+    kind: rigid
+    shape:
+      kind: compound
+      parts:
+        can: {shape: {kind: cylinder, radius: 0.1, height: 0.2}}
+        lid: {shape: {kind: box, size: [0.1, 0.1, 0.01]}, pose: {pos: [0, 0, 0.105]}, look: {color: gold}}
+    pose: {pos: [1, 0, 1]}
+    look: {color: [navy, black]}
+    repeat: {kind: line, count: 2, step: [1, 0, 0]}
+"""
+
+
+@pytest.fixture
+def told(tmp_path: Path) -> Any:
+    """Return a function that tells one fact of a run in which `ball` touches a tin at 0.5 s, which then moves 1 m/s."""
+    (tmp_path / "run").mkdir()
+    run = WrittenRun(tmp_path / "run")
+    along = np.maximum(run.time - 0.5, 0.0)
+    moved = np.stack([1 + along, 0 * along, 1 + 0 * along], axis=1)
+    early = np.stack([3 * run.time, 0 * along, 1 + 0 * along], axis=1)
+    run.add_link("floor", fixed=True)
+    ball, tin, other = run.add_link("ball"), run.add_link("tin[0]", pos=moved), run.add_link("tin[1]", pos=early)
+    run.touch(ball, tin, range(50, 54), (50.0, 0, 0))
+    run.touch(ball, other, range(90, 94), (50.0, 0, 0))
+    run.write()
+    seen = {
+        "legibility": {
+            "films": {"main": {"bodies": {"ball": {"share": {"max": 0.001}}, "tin": {"share": {"max": 0.02}}}}}
+        }
+    }
+    (run.folder / "evidence.json").write_text(json.dumps(seen))
+
+    def tell(**claim: Any) -> Fact:
+        (fact,) = found({"it": [Claim(**claim)]}, load_text(CASE, tmp_path / "case.yaml"), run.folder)
+        return fact
+
+    return tell
+
+
+@pytest.mark.parametrize(
+    ("claim", "ok", "said"),
+    [
+        ({"count": "tin", "equals": 2}, True, "there are 2"),
+        ({"count": "tin", "equals": 3}, False, "there are 2 `tin`, wanted 3"),
+        ({"color": "ball", "like": "red"}, True, "red (#b22222)"),
+        ({"color": "ball", "like": "blue"}, False, "wanted blue"),
+        ({"color": "tin.lid", "like": "yellow"}, True, "(#ffd700)"),
+        ({"color": "tin.can", "like": "yellow"}, False, "wanted yellow"),
+        ({"color": "tin[1]", "like": "black"}, True, "black"),
+        ({"color": "tin", "like": "blue"}, False, "wanted blue"),
+        ({"color": "tin.foot", "like": "blue"}, None, "no part `foot`"),
+        ({"seen": "tin"}, True, "2 %"),
+        ({"seen": "ball"}, False, "0.1 %"),
+        ({"seen": "lamp"}, None, "not measured"),
+        ({"moved": "tin", "by": "ball"}, True, "first touches `tin[0]` at 0.5 s"),
+        ({"moved": "tin[1]", "by": "ball"}, False, "which moved 2.7 m"),
+        ({"moved": "tin", "by": "floor"}, False, "never touches"),
+        ({"moved": "tin", "by": "lamp"}, None, "`lamp` was not recorded"),
+    ],
+)  # fmt: skip
+def test_a_fact_is_true_false_or_open(told: Any, claim: dict[str, Any], ok: bool | None, said: str) -> None:
+    fact = told(**claim)
+    assert fact.ok is ok, fact.told
+    assert said in fact.told
+
+
+def test_colours_go_by_everyday_words() -> None:
+    assert alike((0.70, 0.13, 0.13), "red")
+    assert alike((0.0, 0.45, 0.70), "blue")
+    assert not alike((0.0, 0.45, 0.70), "green")
+    assert not alike((0.5, 0.5, 0.5), "white")
+    assert alike((0.56, 0.59, 0.62), "steel")
+    assert called((0.0, 0.0, 0.0)) == "black (#000000)"
+
+
+@pytest.mark.parametrize("claim", [{}, {"count": "tin"}, {"color": "tin", "like": "blurple"}, {"seen": "a", "by": "b"},
+                                   {"count": "tin", "equals": 1, "seen": "tin"}])  # fmt: skip
+def test_what_is_no_fact_goes_back(claim: dict[str, Any]) -> None:
+    with pytest.raises(Wrong):
+        typed(Claim)(claim)
+
+
+def test_names_of_facts_are_those_of_the_plan() -> None:
+    rows = {"many": [Claim(count="tins", equals=2)], "blue": [Claim(seen="net_rim")]}
+    assert claim_faults(rows, ["many"], ["tin", "net"]) == [
+        "/facts/blue: there is no requirement `blue`",
+        "/facts/many: `tins` is not in `bodies`",
+    ]
+
+
+def test_a_false_fact_cannot_be_marked_away(tmp_path: Path) -> None:
+    reply = "seen: It opens.\nverdict: pass\nrequirements: {red: 1, opens: 1}"
+    passed, model = judged(tmp_path / "a", reply, facts=(Fact("red", True, "`lid` is red"),))
+    assert passed.verdict == "pass"
+    assert "  - fact, true: `lid` is red" in model.questions("critic")[0]
+    failed, model = judged(tmp_path / "b", reply, facts=(Fact("red", False, "`lid` is blue, wanted red"),))
+    assert (failed.verdict, failed.score) == ("repair", 87.5)
+    assert failed.failures[0].what == "only half met: the lid is red (`lid` is blue, wanted red)"
+    assert len(model.asked) == 1
