@@ -16,6 +16,7 @@ from text2sim.harness import diagnostics
 from text2sim.harness.contacts import choose
 from text2sim.harness.events import EventLog, Occurrence, episode_rows, find_events
 from text2sim.harness.expectations import Ending, Finding, judge_expectations
+from text2sim.harness.gone_through import gone_through
 from text2sim.harness.measures import Series, evaluate
 from text2sim.harness.off_path import held_up, off_path
 from text2sim.harness.outcome import read_status
@@ -93,6 +94,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
             "deformables": deforming,
             "suspicions": [
                 *suspicions(recording, deforming),
+                *gone_through(recording),
                 *held_up(driven),
                 *diagnostics.energy_from_nowhere(recording),
             ],

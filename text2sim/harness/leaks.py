@@ -31,7 +31,7 @@ def leaks(recording: Recording, body: Deformable) -> tuple[Array, list[str]]:
     walls = [*_walls(recording)]
     for number, (link, solid) in enumerate(walls):
         pos, turn = world_frames(recording.states, link, solid, body.step)
-        size = _half_size(recording, link) if solid.kind == "plane" else np.inf
+        size = half_size(recording, link) if solid.kind == "plane" else np.inf
         deep = depth_on_the_way(solid, body.spacing)
         before = None
         for frame in range(frames):
@@ -60,7 +60,7 @@ def _walls(recording: Recording) -> list[tuple[int, Solid]]:
     return found
 
 
-def _half_size(recording: Recording, link: int) -> float:
+def half_size(recording: Recording, link: int) -> float:
     """Half the side [m] of a ground: what falls beside it does not go through it."""
     shape = recording.case.scene.statics[base_name(recording.states.links[link].body)].shape
     return shape.size / 2 if isinstance(shape, Plane) else np.inf
