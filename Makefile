@@ -52,6 +52,7 @@ test-changed: $(STAMP)
 lint: $(STAMP)
 	$(BIN)/ruff format --check $(SOURCES)
 	$(BIN)/ruff check $(SOURCES)
+	$(BIN)/lint-imports
 	$(BIN)/pyright
 
 check: lint test

@@ -22,8 +22,8 @@ def main() -> None:
     from PIL import Image
 
     from text2sim.exchange.usd import write_usd
+    from text2sim.recording.film_record import read_recording
     from text2sim.rendering.film import Filming
-    from text2sim.rendering.recording import read_recording
     from text2sim.rendering.trace import QUALITIES
 
     parser = argparse.ArgumentParser(description=__doc__)

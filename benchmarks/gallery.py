@@ -17,8 +17,8 @@ from PIL import Image
 
 from text2sim.compiler.build import plan_case
 from text2sim.compiler.plan import Plan
+from text2sim.recording.film_record import read_recording
 from text2sim.rendering.film import Filming
-from text2sim.rendering.recording import read_recording
 from text2sim.spec_schema.load import load_case
 
 CASES = Path(__file__).parents[1] / "cases"

@@ -21,9 +21,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from text2sim.recording.film_record import read_recording
 from text2sim.rendering.film import Filming
 from text2sim.rendering.frames import save
-from text2sim.rendering.recording import read_recording
 from text2sim.rendering.renderer import find_variant, mitsuba
 from text2sim.rendering.scene import sensor
 from text2sim.rendering.trace import QUALITIES, ROULETTE, Quality, trace

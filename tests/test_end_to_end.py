@@ -13,7 +13,7 @@ import av
 import numpy as np
 import pytest
 
-from text2sim.harness.states import RunStates
+from text2sim.recording.states import RunStates
 
 CASE = """\
 text2sim: 1

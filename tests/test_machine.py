@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from text2sim.harness import machine
-from text2sim.harness.machine import ask_child, device_kind, inspect_machine, missing_libraries, versions
+from text2sim.runtime import machine
+from text2sim.runtime.machine import ask_child, device_kind, inspect_machine, missing_libraries, versions
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -56,7 +56,7 @@ def test_versions_are_of_this_process() -> None:
 
 def test_no_engine_is_imported_to_answer_cheap_questions() -> None:
     code = (
-        "import sys; from text2sim.harness.machine import device_kind, missing_libraries, versions\n"
+        "import sys; from text2sim.runtime.machine import device_kind, missing_libraries, versions\n"
         "device_kind(), missing_libraries(), versions()\n"
         "sys.exit(bool({'genesis', 'torch', 'numpy', 'quadrants'} & set(sys.modules)))"
     )

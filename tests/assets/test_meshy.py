@@ -7,10 +7,10 @@ import pytest
 import trimesh
 
 from tests.assets.meshy_server import KEY, PATH, MeshyServer, meshy_server
+from text2sim.asset_intake.register import generate
 from text2sim.assets.manifest import read_manifest, verify_manifest
 from text2sim.assets.meshy import Meshy, Order3D
 from text2sim.assets.meshy_ledger import FILE, Ledger
-from text2sim.assets.register import generate
 from text2sim.spec_schema.errors import AssetError, MachineError, RunError, Text2SimError
 
 WISH = Order3D("a ceramic teapot")

@@ -6,7 +6,7 @@ import pytest
 
 from text2sim.card_library.library import BUILT_IN, Entry, load_library
 from text2sim.card_library.verify import verify_card, verify_cards
-from text2sim.harness.stop import Stop
+from text2sim.runtime.stop import Stop
 
 LIBRARY = load_library([BUILT_IN])
 CHEAP = ("threshold-on-the-wrong-side", "friction-is-the-larger-of-two")

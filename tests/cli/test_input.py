@@ -131,7 +131,7 @@ def test_an_error_of_ours_says_so_and_where_the_details_are(
 
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setenv("SOME_API_KEY", "open sesame")
-    monkeypatch.setattr("text2sim.cli.cases.examine", broken)
+    monkeypatch.setattr("text2sim.service.examined.examine", broken)
     answer = cli("check", case)
     assert answer.code == 70
     assert "our bug" in answer.err

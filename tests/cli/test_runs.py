@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 from handmade import CASE, Cli, prepare_run, write_case
 
-from text2sim.cli.cases import Examined
 from text2sim.harness.folder import Work
-from text2sim.harness.lock import RunLock
 from text2sim.harness.result import RunResult
+from text2sim.runtime.lock import RunLock
+from text2sim.service.examined import Examined
 
 
 def test_run_ends_with_film_and_report(cli: Cli, case: Path, folder: Path):

@@ -9,8 +9,8 @@ import pytest
 from text2sim.comparison.compare import compare
 from text2sim.comparison.page import write_comparison
 from text2sim.comparison.runs import read_runs
-from text2sim.harness.evidence import judge
-from text2sim.harness.record import RunRecord
+from text2sim.evidence.evidence import judge
+from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError
 
 ACTIONS = {

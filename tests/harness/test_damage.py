@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from text2sim.harness.evidence import judge
-from text2sim.harness.inventory import RECORDED, fault, take
-from text2sim.harness.record import RunRecord
+from text2sim.evidence.evidence import judge
 from text2sim.harness.rescue import rescue
+from text2sim.recording.inventory import RECORDED, fault, take
+from text2sim.recording.record import RunRecord
 
 EXPECT = {
     "always": {"measure": "height", "during": "all", "above": -1.0},

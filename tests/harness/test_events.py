@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from text2sim.harness.events import EventLog, find_events
-from text2sim.harness.measures import evaluate
-from text2sim.harness.recording import Recording
+from text2sim.evidence.events import EventLog, find_events
+from text2sim.evidence.measures import evaluate
+from text2sim.evidence.recorded_case import Recording
 
 
 @pytest.fixture

@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from text2sim.harness import evidence as module
-from text2sim.harness.evidence import judge
-from text2sim.harness.record import RunRecord
+from text2sim.evidence import evidence as module
+from text2sim.evidence.evidence import judge
+from text2sim.recording.record import RunRecord
 
 G = 9.81
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from text2sim.harness.events import EventLog
-from text2sim.harness.expectations import Ending, Finding, judge_expectations
-from text2sim.harness.measures import Series
+from text2sim.evidence.events import EventLog
+from text2sim.evidence.expectations import Ending, Finding, judge_expectations
+from text2sim.evidence.measures import Series
 from text2sim.spec_schema.models.expectations import Expect
 
 TIME = np.linspace(0, 1, 101)

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from text2sim.harness.gone_through import gone_through
-from text2sim.harness.recording import Recording
+from text2sim.evidence.gone_through import gone_through
+from text2sim.evidence.recorded_case import Recording
 
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from text2sim.harness.measures import Series, evaluate
-from text2sim.harness.recording import Recording
+from text2sim.evidence.measures import Series, evaluate
+from text2sim.evidence.recorded_case import Recording
 
 G = 9.81
 

@@ -12,11 +12,11 @@ from pathlib import Path
 import psutil
 import pytest
 
-from text2sim.harness.child import Limits
-from text2sim.harness.outcome import outcome_of
-from text2sim.harness.program import Finished, run_program
-from text2sim.harness.progress import Clock, Progress, ignore
-from text2sim.harness.stop import Stop
+from text2sim.runtime.child import Limits
+from text2sim.runtime.outcome import outcome_of
+from text2sim.runtime.program import Finished, run_program
+from text2sim.runtime.progress import Clock, Progress, ignore
+from text2sim.runtime.stop import Stop
 
 LIMITS = Limits(timeout=20.0, grace=5.0)
 
@@ -147,7 +147,7 @@ time.sleep(60)
 def test_a_program_dies_with_a_parent_that_is_killed(make_run):
     folder = make_run('(OUT / "pid").write_text(str(os.getpid()))\ntime.sleep(60)')
     watch = (
-        "from pathlib import Path; from text2sim.harness.child import *; from text2sim.harness.stop import Stop; "
+        "from pathlib import Path; from text2sim.runtime.child import *; from text2sim.runtime.stop import Stop; "
         f"run_child((sys.executable, 'main.py', '--out', {str(folder)!r}), folder=Path({str(folder / 'program')!r}), "
         f"log=Path({str(folder / 'log.txt')!r}), limits=Limits(), stop=Stop(), on_poll=lambda: None)"
     )

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from text2sim.harness import run_files as module
-from text2sim.harness.evidence import judge
-from text2sim.harness.record import RunRecord
-from text2sim.harness.report import write_report
+from text2sim.evidence import page as module
+from text2sim.evidence.evidence import judge
+from text2sim.evidence.report import write_report
+from text2sim.recording.record import RunRecord
 
 VOID = {"meta", "img", "br", "link", "input", "source"}
 

@@ -20,10 +20,10 @@ import numpy as np
 import pytest
 
 from text2sim.harness.folder import Work
-from text2sim.harness.lock import RunLock
-from text2sim.harness.progress import PHASES, Progress
 from text2sim.harness.result import RunResult
 from text2sim.harness.run import run_case
+from text2sim.runtime.lock import RunLock
+from text2sim.runtime.progress import PHASES, Progress
 from text2sim.spec_schema.errors import MachineError, RunError
 from text2sim.spec_schema.load import load_case
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from soft_shapes import lattice, sheet
 
-from text2sim.harness.events import EventLog, find_events
-from text2sim.harness.measures import evaluate
-from text2sim.harness.recording import Recording
+from text2sim.evidence.events import EventLog, find_events
+from text2sim.evidence.measures import evaluate
+from text2sim.evidence.recorded_case import Recording
 
 SOFT = {"kind": "soft", "shape": {"kind": "box", "size": [0.2, 0.2, 0.2]}}
 CLOTH = {"kind": "cloth", "shape": {"kind": "sheet", "size": [1.0, 1.0]}}

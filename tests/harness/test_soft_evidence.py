@@ -9,9 +9,9 @@ from soft_shapes import lattice, sheet, sphere, tets
 from text2sim.comparison.compare import compare
 from text2sim.comparison.page import write_comparison
 from text2sim.comparison.runs import read_runs
-from text2sim.harness.evidence import judge
-from text2sim.harness.record import RunRecord
-from text2sim.harness.report import write_report
+from text2sim.evidence.evidence import judge
+from text2sim.evidence.report import write_report
+from text2sim.recording.record import RunRecord
 
 BODIES = {
     "jelly": {
@@ -118,7 +118,7 @@ def test_the_first_point_that_is_no_number_is_found(run, make_case):
 
 def test_long_runs_are_looked_at_every_few_frames_and_that_is_said(judged, make_case, monkeypatch):
     folder, whole = judged
-    monkeypatch.setattr("text2sim.harness.soft_diagnostics.LOOKED_AT", 64 * 30)
+    monkeypatch.setattr("text2sim.evidence.soft_diagnostics.LOOKED_AT", 64 * 30)
     thin = judge(folder, make_case(bodies=BODIES, **ACTIONS))["deformables"]["jelly"]
     assert thin["every"] == 4
     assert thin["penetration"] == whole["deformables"]["jelly"]["penetration"]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from soft_shapes import deformed, lattice, sheet, sphere, tets, turns
 
-from text2sim.harness.measures import Series, evaluate
-from text2sim.harness.recording import Recording
+from text2sim.evidence.measures import Series, evaluate
+from text2sim.evidence.recorded_case import Recording
 
 G = 9.81
 SOFT = {"kind": "soft", "shape": {"kind": "box", "size": [0.4, 0.4, 0.4]}}

@@ -6,7 +6,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from text2sim.harness.states import RunStates
+from text2sim.recording.states import RunStates
 from text2sim.spec_schema.errors import RunError
 
 CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])

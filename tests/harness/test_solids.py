@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from soft_shapes import lattice, sphere
 
-from text2sim.harness.leaks import depth_on_the_way
-from text2sim.harness.recording import Recording
-from text2sim.harness.solids import Solid, solid_of_mesh
+from text2sim.evidence.leaks import depth_on_the_way
+from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.solids import Solid, solid_of_mesh
 
 ZERO, ONE = np.zeros(3), np.eye(3)
 BOX = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-2.0, 2.0) for z in (-3.0, 3.0)])
@@ -92,8 +92,8 @@ ROWS = [
 def test_the_nearest_of_moving_solids_is_that_of_brute_force(scene, number):
     recording = scene(ROWS if number == len(ROWS) else [ROWS[number]])
     states, body = recording.states, recording.states.deformables[0]
-    from text2sim.harness.gaps import nearest_solid
-    from text2sim.harness.rigid_shapes import world_frames
+    from text2sim.evidence.gaps import nearest_solid
+    from text2sim.evidence.rigid_shapes import world_frames
 
     solids = recording.shapes.of_links([0])
     expected = np.full(states.frames, np.inf)
@@ -135,7 +135,7 @@ def test_without_a_file_of_solids_what_is_drawn_counts(scene):
         json.dumps({"0": [{"mesh": "hull.npz", "pos": [0, 0, 1], "quat": [1, 0, 0, 0]}]})
     )
     states, case = recording.states, recording.case
-    from text2sim.harness.rigid_shapes import RigidShapes
+    from text2sim.evidence.rigid_shapes import RigidShapes
 
     shapes = RigidShapes(folder.parent, states, case)
     assert not shapes.exact

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from text2sim.harness.states import RunStates
+from text2sim.recording.states import RunStates
 from text2sim.spec_schema.errors import RunError
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from text2sim.harness.suspicions import suspicions
+from text2sim.evidence.suspicions import suspicions
 
 
 def recording(path: list[float], solver: str = "mpm") -> Any:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from text2sim.harness.trouble import keep_details, told
+from text2sim.runtime.trouble import keep_details, told
 
 
 def test_paths_of_a_home_that_is_the_root_stay(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -13,11 +13,11 @@ import pytest
 from warm_engine import WarmEngine
 
 from text2sim.compiler.build import compile_case
-from text2sim.harness.measures import evaluate
-from text2sim.harness.recording import Recording
-from text2sim.harness.selection import Target
-from text2sim.harness.states import Array, LinkRecord, RunStates
-from text2sim.harness.vectors import rotate
+from text2sim.evidence.measures import evaluate
+from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.selection import Target
+from text2sim.recording.states import Array, LinkRecord, RunStates
+from text2sim.recording.vectors import rotate
 from text2sim.spec_schema.load import load_case
 from text2sim.spec_schema.models.case import Case
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from text2sim.harness.states import CONTACT_FIELDS, FRAME_FIELDS, RunStates
+from text2sim.recording.states import CONTACT_FIELDS, FRAME_FIELDS, RunStates
 
 LIVELY = """
 scene: {duration: 1.0, dt: 0.01, statics: {floor: {shape: {kind: plane}}}}

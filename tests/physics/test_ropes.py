@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from text2sim.harness.events import find_events
-from text2sim.harness.measures import evaluate
-from text2sim.harness.vectors import rotate
+from text2sim.evidence.events import find_events
+from text2sim.evidence.measures import evaluate
+from text2sim.recording.vectors import rotate
 
 G = 9.81
 

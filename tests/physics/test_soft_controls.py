@@ -8,7 +8,7 @@ import pytest
 
 from text2sim.compiler.build import compile_case
 from text2sim.compiler.provenance import provenance
-from text2sim.harness.vectors import rotate
+from text2sim.recording.vectors import rotate
 from text2sim.spec_schema.load import load_case
 
 FLOATING = """

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from text2sim.compiler.shapes import geometry
-from text2sim.harness.events import find_events
-from text2sim.harness.rigid_shapes import world_frames
+from text2sim.evidence.events import find_events
+from text2sim.evidence.rigid_shapes import world_frames
 
 BODIES = """
 scene: {duration: 0.24, dt: 0.004, record: {rate: 125}, mpm: {cell: 0.02}, statics: {floor: {shape: {kind: plane}}}}

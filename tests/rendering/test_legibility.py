@@ -9,14 +9,14 @@ from filmed import MakeRun
 
 from text2sim.compiler.build import resolve_case
 from text2sim.drawing.view import perspective
-from text2sim.harness.events import EventLog
-from text2sim.harness.visibility import summarise_legibility
+from text2sim.evidence.events import EventLog
+from text2sim.evidence.visibility import summarise_legibility
 from text2sim.legibility.film import Watcher, _middles
 from text2sim.legibility.layout import at_start
 from text2sim.legibility.recorded import coarse
 from text2sim.legibility.sight import SPECK, Sight, Things, contrast, look
 from text2sim.legibility.summary import Moment, summarise
-from text2sim.rendering.recording import read_recording
+from text2sim.recording.film_record import read_recording
 from text2sim.spec_schema.load import load_text
 
 FRONT = perspective((0, -4, 0), (0, 0, 0), (0, 0, 1), 40.0, (160, 90))

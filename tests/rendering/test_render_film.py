@@ -15,9 +15,9 @@ from typer.testing import CliRunner
 from text2sim.cli.main import app
 from text2sim.cli.render import _part
 from text2sim.legibility.film import Watcher
+from text2sim.recording.film_record import read_recording
 from text2sim.rendering.film import Filming, Progress
 from text2sim.rendering.legibility import write_legibility
-from text2sim.rendering.recording import read_recording
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.scene import Stage, sensor
 from text2sim.rendering.trace import RIM, undimmed

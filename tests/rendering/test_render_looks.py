@@ -7,9 +7,9 @@ import numpy as np
 
 from text2sim.compiler.build import plan_case
 from text2sim.compiler.emit import emit
+from text2sim.recording.film_record import _dressed
 from text2sim.rendering.backdrop import backdrop_mesh, clearness
 from text2sim.rendering.finishes import FINISHES, worn
-from text2sim.rendering.recording import _dressed
 from text2sim.spec_schema.load import load_case
 
 CASE = """

@@ -12,9 +12,9 @@ import pytest
 from filmed import MakeRun
 from PIL import Image
 
+from text2sim.recording.film_record import read_recording
 from text2sim.rendering.film import Filming, Progress
 from text2sim.rendering.frames import ABANDONED
-from text2sim.rendering.recording import read_recording
 from text2sim.spec_schema.errors import RunError
 
 pytestmark = pytest.mark.usefixtures("tracer")

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from text2sim.rendering.recording import Look, SoftPart
+from text2sim.recording.film_record import Look, SoftPart
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.soft import Grains, Liquid, Surface, liquid_surface
 

@@ -11,9 +11,9 @@ from typer.testing import CliRunner
 
 from text2sim.cli.main import app
 from text2sim.compiler.build import plan_case
+from text2sim.recording.film_record import read_recording
 from text2sim.rendering import suggest as module
 from text2sim.rendering.candidates import HEIGHTS, Candidate, Jury, best, directions
-from text2sim.rendering.recording import read_recording
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.load import load_case, load_text
 

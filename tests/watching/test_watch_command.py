@@ -14,7 +14,7 @@ import numpy as np
 import psutil
 import pytest
 
-from text2sim.harness.states import CONTACT_FIELDS, FRAME_FIELDS, RunStates
+from text2sim.recording.states import CONTACT_FIELDS, FRAME_FIELDS, RunStates
 
 CASE = """\
 text2sim: 2

@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from text2sim.cli.cases import examine
+from text2sim.service.examined import examine
 from text2sim.spec_schema.errors import Problem
 from text2sim.watching.board import Board
 from text2sim.watching.parties import Checked

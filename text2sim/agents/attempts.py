@@ -15,7 +15,7 @@ from text2sim.agents.facts import found, kept
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.pictures import frame_sheet
 from text2sim.agents.replies import Plan
-from text2sim.harness.record import RunRecord, write_atomically
+from text2sim.recording.record import RunRecord, write_atomically
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.loaded import LoadedCase
 

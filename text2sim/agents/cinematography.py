@@ -23,7 +23,7 @@ from text2sim.agents.restyling import TouchesPhysics, restyled
 from text2sim.agents.revising import data_of
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
-from text2sim.harness.run_files import read_events
+from text2sim.recording.run_files import read_events
 from text2sim.spec_schema.changes.patch import PatchError
 from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.load import load_text
@@ -260,7 +260,7 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
     """
     from PIL import Image as Pictures
 
-    from text2sim.harness.contact_sheet import contact_sheet
+    from text2sim.evidence.contact_sheet import contact_sheet
     from text2sim.legibility.film import nearest_frame, spread
     from text2sim.rendering.film import Filming, Reel
 
@@ -312,7 +312,7 @@ def _box(points: Any) -> str:
 
 def _recording(run: Path, loaded: LoadedCase) -> Any:
     from text2sim.compiler.build import plan_case
-    from text2sim.rendering.recording import read_recording
+    from text2sim.recording.film_record import read_recording
 
     return read_recording(run, plan_case(loaded))
 

@@ -19,9 +19,9 @@ from text2sim.spec_schema.names.selectors import parse_selector
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
-    from text2sim.harness.recording import Recording
-    from text2sim.harness.selection import Target
-    from text2sim.spec_schema.load import LoadedCase
+    from text2sim.evidence.recorded_case import Recording
+    from text2sim.evidence.selection import Target
+    from text2sim.spec_schema.loaded import LoadedCase
 
 SEEN = 0.002
 """Part of the picture that is seen: 43 x 43 pixels of 1280 x 720."""
@@ -94,7 +94,7 @@ def found(claims: Claims, loaded: "LoadedCase", run: Path) -> list[Fact]:
     if not claims:
         return []
     from text2sim.compiler.build import resolve_case
-    from text2sim.harness.recording import Recording
+    from text2sim.evidence.recorded_case import Recording
 
     try:
         recording = Recording.load(run, loaded.case)
@@ -108,7 +108,7 @@ def found(claims: Claims, loaded: "LoadedCase", run: Path) -> list[Fact]:
 def _told(
     claim: Claim, recording: "Recording", resolution: "Resolution", evidence: Mapping[str, Any]
 ) -> tuple[bool | None, str]:
-    from text2sim.harness.selection import SelectionError
+    from text2sim.evidence.selection import SelectionError
 
     try:
         if claim.count:
@@ -204,7 +204,7 @@ def _seen(body: str, evidence: Mapping[str, Any]) -> tuple[bool | None, str]:
 
 def _moved(claim: Claim, recording: "Recording") -> tuple[bool | None, str]:
     """Whether a body moves after another has touched it, and hardly before."""
-    from text2sim.harness.events import find_events
+    from text2sim.evidence.events import find_events
     from text2sim.spec_schema.models.events import ContactEvent
 
     touch = ContactEvent.model_validate({"kind": "contact", "between": [claim.moved, claim.by]})

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from text2sim.agents.journal import Emit
+from text2sim.asset_intake.register import add
 from text2sim.assets.keeping import FOLDER
 from text2sim.assets.manifest import Asset, Control, read_manifest, register
-from text2sim.assets.register import add
 from text2sim.spec_schema.errors import AssetError, MachineError, RunError, SpecError
 
 ACTUATED = ("hinge", "slider")
@@ -43,7 +43,7 @@ def probed(case: Path, names: Sequence[str], emit: Emit) -> None:
         names: Assets of its manifest.
         emit: Told what is tried.
     """
-    from text2sim.assets.trials.probe import probe
+    from text2sim.asset_intake.probe import probe
 
     manifest = read_manifest(case)
     for name in names:

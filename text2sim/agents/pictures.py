@@ -35,7 +35,7 @@ def frame_sheet(run: Path) -> tuple[Any, int]:
     deepest overlap, and evenly what is left; what it is about is shown from near beside it, if it is small.
     (None, 0) if there are no pictures.
     """
-    from text2sim.harness.contact_sheet import contact_sheet
+    from text2sim.evidence.contact_sheet import contact_sheet
 
     rows = list(_filmed(run)) or list(_kept(run)) or list(_traced(run))
     tall = any(picture.width < 1.4 * picture.height for _, _, picture, _ in rows)
@@ -107,7 +107,7 @@ def _eye(run: Path) -> "tuple[Recorded, Any] | None":
 
     try:
         from text2sim.legibility.recorded import Recorded
-        from text2sim.rendering.recording import read_recording
+        from text2sim.recording.film_record import read_recording
         from text2sim.templates.cameras import Cameras
 
         recording = read_recording(run)
@@ -145,7 +145,7 @@ def _close(eye: "tuple[Recorded, Any] | None", one: Shown, picture: Any) -> Any:
 
 def _kept(run: Path) -> Iterator[Row]:
     """Pictures that the preview has left."""
-    from text2sim.harness.visibility import read_samples
+    from text2sim.evidence.visibility import read_samples
 
     samples = read_samples(run)
     share = FRAMES // max(1, len(samples)) or 1
@@ -161,8 +161,8 @@ def _traced(run: Path) -> Iterator[Row]:
     from text2sim.spec_schema.errors import Text2SimError
 
     try:
+        from text2sim.recording.film_record import read_recording
         from text2sim.rendering.film import Filming, Reel
-        from text2sim.rendering.recording import read_recording
 
         recording = read_recording(run)
         width, height = recording.film["resolution"]

@@ -85,8 +85,8 @@ def _drawn(name: str, loaded: Any, case: Path) -> str | None:
 
 def _moved(body: dict[str, Any], case: Path) -> Proof:
     """Move the joints that have motors; say which do not answer."""
-    from text2sim.assets.trials.mechanism_check import check_mechanism
-    from text2sim.assets.trials.probe import probe
+    from text2sim.asset_intake.mechanism_check import check_mechanism
+    from text2sim.asset_intake.probe import probe
 
     if body.get("kind") != "articulated":
         return Proof()

@@ -32,7 +32,7 @@ from text2sim.agents.outcome import Limits, Outcome
 from text2sim.agents.planning import Request
 from text2sim.agents.roles import ROLES
 from text2sim.agents.yaml_text import yaml_text
-from text2sim.harness.record import write_atomically
+from text2sim.recording.record import write_atomically
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.text.source import plain_text
 

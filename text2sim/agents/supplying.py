@@ -132,9 +132,9 @@ def _generated(name: str, wish: MeshWish, case: Path) -> dict[str, Any]:
     """Have Meshy make a mesh, mend it, and register it in the case's manifest."""
     import os
 
+    from text2sim.asset_intake.register import generate
     from text2sim.assets.mesh_repair import Wish
     from text2sim.assets.meshy import BASE, Meshy, Order3D
-    from text2sim.assets.register import generate
 
     meshy = Meshy(case, base=os.environ.get("TEXT2SIM_MESHY_URL", BASE))
     added = generate(case, name, Order3D(wish.prompt), meshy, wish=Wish(wish.size))

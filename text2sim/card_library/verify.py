@@ -11,7 +11,7 @@ from text2sim.spec_schema.errors import RunError, SpecError, Text2SimError
 
 if TYPE_CHECKING:
     from text2sim.harness.result import RunResult
-    from text2sim.harness.stop import Stop
+    from text2sim.runtime.stop import Stop
     from text2sim.spec_schema.loaded import LoadedCase
 
 TIMEOUT = 300.0
@@ -69,7 +69,7 @@ def verify_cards(
     """
     from concurrent.futures import ThreadPoolExecutor
 
-    from text2sim.harness.stop import Stop
+    from text2sim.runtime.stop import Stop
 
     options: dict[str, Any] = {"runs": runs, "timeout": timeout, "simulate": simulate, "force": force}
     with Stop() as stop, ThreadPoolExecutor(max_workers=max(jobs, 1)) as pool:

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from text2sim.cli import exits
+from text2sim.service import exits
 
 if TYPE_CHECKING:
+    from text2sim.asset_intake.register import Added
     from text2sim.assets.mesh_repair import Wish
-    from text2sim.assets.register import Added
 
 asset = typer.Typer(
     help="Meshes, mechanisms and pictures of a case: checked, mended, made, tried.",
@@ -84,7 +84,7 @@ def check(
 
     document: dict[str, Any]
     if file.suffix.lower() in MODELS:
-        from text2sim.assets.trials.mechanism_check import check_mechanism, preview
+        from text2sim.asset_intake.mechanism_check import check_mechanism, preview
 
         with _pointing_to_root(root):
             report = check_mechanism(file, root)
@@ -101,7 +101,7 @@ def check(
         if engine:
             from dataclasses import asdict
 
-            from text2sim.assets.trials.mesh_import import import_into_engine
+            from text2sim.asset_intake.mesh_import import import_into_engine
 
             tried = import_into_engine(file)
             document |= {"engine": asdict(tried), "ok": document["ok"] and tried.ok}
@@ -129,7 +129,7 @@ def add(
     as_json: _AsJson = False,
 ) -> None:
     """Mend a mesh, or take a mechanism or a picture, and put it into a case's folder and manifest."""
-    from text2sim.assets.register import add
+    from text2sim.asset_intake.register import add
 
     wish = _wish(size, up, origin, triangles, close, wrap)
     with _pointing_to_root(root):
@@ -157,9 +157,9 @@ def generate(
 
     A call that was interrupted is repeated as it was: it goes on with the same task, and nothing is paid for twice.
     """
+    from text2sim.asset_intake.register import check_name, generate
     from text2sim.assets.keeping import case_folder
     from text2sim.assets.meshy import BASE, Meshy, Order3D
-    from text2sim.assets.register import check_name, generate
     from text2sim.cli.output import say
 
     check_name(name)
@@ -177,7 +177,7 @@ def probe(file: _File, root: _Root = None, as_json: _AsJson = False) -> None:
     """Move each joint of a mechanism a little in the engine, and say which of them answer."""
     from dataclasses import asdict
 
-    from text2sim.assets.trials.probe import probe
+    from text2sim.asset_intake.probe import probe
     from text2sim.cli.output import say, say_json
 
     with _pointing_to_root(root):

@@ -3,10 +3,10 @@
 from dataclasses import replace
 from typing import Any
 
-from text2sim.cli.cases import Examined
 from text2sim.cli.live import watch
 from text2sim.harness.result import RunResult
 from text2sim.harness.run import run_case
+from text2sim.service.examined import Examined
 from text2sim.spec_schema.errors import Text2SimError
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import typer
 
-from text2sim.cli import exits
+from text2sim.service import exits
 
 if TYPE_CHECKING:
     from text2sim.card_library.library import Library
@@ -43,7 +43,8 @@ def show_card(
 ) -> None:
     """Say all that a card says, and where its two cases lie."""
     from text2sim.card_library.model import count_tokens
-    from text2sim.cli.output import say, say_json, shown
+    from text2sim.cli.output import say, say_json
+    from text2sim.service.wording import shown
 
     entry = _library().find(name)
     if as_json:
@@ -172,7 +173,8 @@ def _say_problems(library: "Library") -> None:
 
 
 def _say_verdict(verdict: "Verdict", wide: int) -> None:
-    from text2sim.cli.output import say, seconds
+    from text2sim.cli.output import say
+    from text2sim.service.wording import seconds
 
     word = "ok" if verdict.ok else "FAIL"
     outcomes = f"{verdict.failing} -> {verdict.repaired}"

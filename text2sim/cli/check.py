@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from text2sim.cli import exits
 from text2sim.cli.options import Sets, Variants, overlay_of
+from text2sim.service import exits
 
 if TYPE_CHECKING:
-    from text2sim.cli.cases import Examined
+    from text2sim.service.examined import Examined
 
 
 def check(
@@ -28,8 +28,9 @@ def check(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Find everything that is wrong with cases, without running them."""
-    from text2sim.cli.cases import Examined, examine, find_cases
+    from text2sim.cli.cases import find_cases
     from text2sim.cli.output import say_json
+    from text2sim.service.examined import Examined, examine
     from text2sim.spec_schema.reuse.overlay import Overlay
 
     if rules or explain:
@@ -55,13 +56,14 @@ def check(
 
 def _say(row: "Examined", base: "Examined | None", *, settings: bool) -> None:
     """Say what is wrong with a case, but for what was said of the one that it is a variant of."""
+    from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say
 
     known = set(base.problems) if base is not None else set()
     row.problems, said = [problem for problem in row.problems if problem not in known], row.problems
     if row.overlay and row.problems and row.plan is None:
         say(f"{row.title}:", to=sys.stderr)
-    row.say()
+    say_examined(row)
     row.problems = said
     if row.plan is not None:
         say(f"{row.title}: ok{_counts(row)}")

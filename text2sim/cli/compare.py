@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from text2sim.cli import exits
+from text2sim.service import exits
 
 if TYPE_CHECKING:
     from text2sim.comparison.compare import Comparison
@@ -23,9 +23,10 @@ def compare_runs(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document and write no page.")] = False,
 ) -> None:
     """Put runs side by side: what differed in their cases, and what that did to measures, events and films."""
-    from text2sim.cli.output import say, say_json, shown
+    from text2sim.cli.output import say, say_json
     from text2sim.comparison.compare import compare
     from text2sim.comparison.runs import read_runs
+    from text2sim.service.wording import shown
 
     comparison = compare(read_runs(runs))
     if as_json:

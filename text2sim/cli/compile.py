@@ -19,10 +19,12 @@ def compile_cases(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Write the Genesis program of a case, to read it or to run it by hand."""
-    from text2sim.cli.cases import examine
-    from text2sim.cli.output import say, say_json, shown
+    from text2sim.cli.cases import say_examined
+    from text2sim.cli.output import say, say_json
     from text2sim.compiler.build import compile_case
     from text2sim.harness.folder import install_program, staging
+    from text2sim.service.examined import examine
+    from text2sim.service.wording import shown
     from text2sim.spec_schema.errors import Text2SimError
 
     row = examine(case, plan=False, overlay=overlay_of(variants, sets))
@@ -43,7 +45,7 @@ def compile_cases(
         written = {"program": str(program), "files": files} if files else {}
         say_json(row.as_dict() | written)
         raise typer.Exit(row.exit)
-    row.say()
+    say_examined(row)
     for file in files:
         say(shown(program / file))
     raise typer.Exit(row.exit)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from text2sim.cli import exits
+from text2sim.service import exits
 
 if TYPE_CHECKING:
     from text2sim.revision.compare import Comparison
@@ -83,9 +83,9 @@ def stat_lines(found: "Comparison") -> list[str]:
 
 
 def _run_lines(found: "Comparison") -> list[str]:
-    from text2sim.cli.output import shown
     from text2sim.cli.verdict import MARKS
     from text2sim.revision.compare import STATISTICS
+    from text2sim.service.wording import shown
 
     if found.runs is None:
         return []

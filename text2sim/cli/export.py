@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from text2sim.cli import exits
+from text2sim.service import exits
 
 
 def export(
@@ -18,9 +18,10 @@ def export(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Write a recorded run for other programs: to render it there, or to look at it from all sides."""
-    from text2sim.cli.output import say, say_json, shown
+    from text2sim.cli.output import say, say_json
     from text2sim.exchange.gltf import write_gltf
     from text2sim.exchange.usd import write_usd
+    from text2sim.service.wording import shown
 
     wanted = [*((path, write_usd) for path in usd or []), *((path, write_gltf) for path in gltf or [])]
     if not wanted:

@@ -4,9 +4,10 @@ import errno
 import shlex
 import sys
 
-from text2sim.cli import exits
-from text2sim.cli.output import reason, say, say_json, say_problems
-from text2sim.harness.trouble import keep_details
+from text2sim.cli.output import say, say_json, say_problems
+from text2sim.runtime.trouble import keep_details
+from text2sim.service import exits
+from text2sim.service.wording import reason
 from text2sim.spec_schema.errors import MachineError, SpecError, Text2SimError
 
 _MACHINE_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.ENOMEM, errno.EMFILE, errno.EIO})

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from text2sim.cli import exits
+from text2sim.service import exits
 
 
 def fmt(
@@ -16,9 +16,11 @@ def fmt(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Bring cases into their one canonical form: order, indentation, quotes. Comments stay."""
-    from text2sim.cli.cases import Examined, case_file, find_cases
-    from text2sim.cli.output import say, say_json, shown
+    from text2sim.cli.cases import find_cases, say_examined
+    from text2sim.cli.output import say, say_json
     from text2sim.revision.files import rewrite
+    from text2sim.service.examined import Examined, case_file
+    from text2sim.service.wording import shown
     from text2sim.spec_schema.errors import Text2SimError
     from text2sim.spec_schema.text.canonical import format_source
     from text2sim.spec_schema.text.source import read_source
@@ -38,7 +40,7 @@ def fmt(
             code = max(code, row.exit)
             documents.append(row.as_dict())
             if not as_json:
-                row.say()
+                say_examined(row)
             continue
         documents.append({"file": str(file), "changed": changed, "problems": []})
         if not changed:

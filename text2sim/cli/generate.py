@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from text2sim.cli import exits
 from text2sim.cli.last_film import Film, Quality, last_film
 from text2sim.cli.wording import File, words_of
+from text2sim.service import exits
 
 if TYPE_CHECKING:
     from text2sim.agents.outcome import Outcome
@@ -155,7 +155,7 @@ def _amendment(
     resume: bool,
     images: list[Path] | None,
 ) -> "Session":
-    from text2sim.cli.cases import case_file
+    from text2sim.service.examined import case_file
     from text2sim.spec_schema.text.source import read_source
 
     file = case_file(case)
@@ -218,7 +218,7 @@ def _needed(models: dict[str, str]) -> dict[str, str]:
 def _work(session: "Session", as_json: bool, film: Quality) -> None:
     from text2sim.cli.loop_view import looking_on, say_outcome
     from text2sim.cli.output import say, say_json
-    from text2sim.harness.stop import Stop
+    from text2sim.runtime.stop import Stop
 
     with Stop() as stop, looking_on(session.case.name, quiet=as_json) as listener:
         with stop.gently():

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from text2sim.cli import exits
+from text2sim.service import exits
 
 git = typer.Typer(
     help="Let git show and merge cases by meaning.",
@@ -23,8 +23,9 @@ _File = Annotated[Path, typer.Argument()]
 @git.command("install")
 def install(everywhere: _Global = False) -> None:
     """Set the repository up: `git diff` speaks of meaning, and changes of different values merge without conflict."""
-    from text2sim.cli.output import say, shown
+    from text2sim.cli.output import say
     from text2sim.revision.installation import LINES, install, settings
+    from text2sim.service.wording import shown
 
     file, changed = install(Path.cwd(), everywhere=everywhere)
     for row in LINES if changed else ("unchanged",):
@@ -35,8 +36,9 @@ def install(everywhere: _Global = False) -> None:
 @git.command("uninstall")
 def uninstall(everywhere: _Global = False) -> None:
     """Undo what `install` did."""
-    from text2sim.cli.output import say, shown
+    from text2sim.cli.output import say
     from text2sim.revision.installation import uninstall
+    from text2sim.service.wording import shown
 
     file, changed = uninstall(Path.cwd(), everywhere=everywhere)
     say(f"{shown(file)}: {'without text2sim' if changed else 'unchanged'}")

@@ -32,13 +32,14 @@ def last_film(run: Path, quality: Quality, *, quiet: bool) -> tuple[Path | None,
     Returns:
         The film, or None, and why there is none.
     """
-    from text2sim.cli.output import say, seconds
+    from text2sim.cli.output import say
     from text2sim.cli.render import Teller
-    from text2sim.harness.trouble import told
+    from text2sim.recording.film_record import read_recording
     from text2sim.rendering.film import Filming, Reel
     from text2sim.rendering.legibility import write_legibility
-    from text2sim.rendering.recording import read_recording
     from text2sim.rendering.renderer import find_variant
+    from text2sim.runtime.trouble import told
+    from text2sim.service.wording import seconds
     from text2sim.spec_schema.errors import Text2SimError
 
     if quality == "none":

@@ -5,11 +5,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from text2sim.cli.output import say, seconds
+from text2sim.cli.output import say
+from text2sim.service.wording import seconds
 from text2sim.spec_schema.plain import plain_line
 
 if TYPE_CHECKING:
-    from text2sim.harness.progress import OnProgress, Progress
+    from text2sim.runtime.progress import OnProgress, Progress
 
 EVERY = 15.0
 """Wall time [s] between plain lines of one phase."""

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from text2sim.cli.output import say, seconds
+from text2sim.cli.output import say
+from text2sim.service.wording import seconds
 from text2sim.spec_schema.plain import plain, plain_line
 
 if TYPE_CHECKING:

@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from text2sim import __version__
-from text2sim.cli import exits
 from text2sim.cli.asset import asset
 from text2sim.cli.cards import cards
 from text2sim.cli.check import check
@@ -32,6 +31,7 @@ from text2sim.cli.schema import schema
 from text2sim.cli.show import show
 from text2sim.cli.suite import run_suite
 from text2sim.cli.watch import watch
+from text2sim.service import exits
 
 app = typer.Typer(
     name="text2sim",

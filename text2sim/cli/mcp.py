@@ -12,7 +12,8 @@ def mcp(
     root: Annotated[Path, typer.Option("--root", help="The folder that the tools may read and write.")] = Path(),
 ) -> None:
     """Serve the tools to a coding agent, by the Model Context Protocol over the standard streams."""
-    from text2sim.cli.output import say, shown
+    from text2sim.cli.output import say
+    from text2sim.service.wording import shown
     from text2sim.spec_schema.errors import MachineError, RunError
 
     if not root.is_dir():

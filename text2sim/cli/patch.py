@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from text2sim.cli import exits
+from text2sim.service import exits
 
 if TYPE_CHECKING:
     from text2sim.revision.patch_file import PatchFile
@@ -37,11 +37,11 @@ def patch(
 
     The result has to be a valid case, in which the lint finds no new error.
     """
-    from text2sim.cli.cases import case_file
     from text2sim.cli.output import say_json, say_problems
     from text2sim.revision.files import rewrite
     from text2sim.revision.patch_file import read_patch
     from text2sim.revision.revise import Refused, revise
+    from text2sim.service.examined import case_file
     from text2sim.spec_schema.changes.patch import PatchError
     from text2sim.spec_schema.text.source import decode_source, read_source
 
@@ -70,7 +70,8 @@ def patch(
 
 
 def _say(revision: "Revision", file: Path, count: int, dry_run: bool) -> None:
-    from text2sim.cli.output import say, say_problems, shown
+    from text2sim.cli.output import say, say_problems
+    from text2sim.service.wording import shown
     from text2sim.spec_schema.changes.diff_words import change_line
 
     say_problems([*revision.remaining, *revision.warnings], {str(file): revision.text})
@@ -87,7 +88,8 @@ def _say(revision: "Revision", file: Path, count: int, dry_run: bool) -> None:
 
 
 def _say_refused(refused: Any, file: Path, wanted: "PatchFile", as_json: bool) -> None:
-    from text2sim.cli.output import say, say_json, say_problems, shown
+    from text2sim.cli.output import say, say_json, say_problems
+    from text2sim.service.wording import shown
 
     if as_json:
         rows = zip(refused.problems, refused.blame, strict=True)

@@ -16,8 +16,8 @@ def prefabs(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """List the prefabs that a case can use, or say how to use one."""
-    from text2sim.cli import exits
     from text2sim.cli.output import say, say_json
+    from text2sim.service import exits
 
     library = _library(case)
     if not name:
@@ -33,7 +33,7 @@ def prefabs(
 
 
 def _library(case: Path | None) -> "Library":
-    from text2sim.cli.cases import case_file
+    from text2sim.service.examined import case_file
     from text2sim.spec_schema.reuse.catalogue import library
     from text2sim.spec_schema.reuse.library import Library
     from text2sim.spec_schema.text.document import parse_document
@@ -48,8 +48,8 @@ def _library(case: Path | None) -> "Library":
 
 def _list(library: "Library", as_json: bool) -> int:
     """Print one line for each, and return the exit code: what is broken is said, too."""
-    from text2sim.cli import exits
     from text2sim.cli.output import say, say_json
+    from text2sim.service import exits
 
     found = [(name, _find(library, name)) for name in library.names()]
     usable = [one for _, one in found if one is not None]

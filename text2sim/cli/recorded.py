@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from text2sim.spec_schema.errors import RunError
 
 if TYPE_CHECKING:
-    from text2sim.rendering.recording import Recording
+    from text2sim.recording.film_record import Recording
     from text2sim.spec_schema.loaded import LoadedCase
 
 
@@ -33,14 +33,14 @@ def choose(path: Path, runs: Path) -> Chosen:
         SpecError: if the case is wrong.
         RunError: if there is no such run.
     """
-    from text2sim.rendering.recording import read_recording
+    from text2sim.recording.film_record import read_recording
 
     if not path.exists():
         raise RunError(f"{path}: there is no such run or case")
     if path.is_dir() and not (path / "case.yaml").is_file() or (path / "states").is_dir():
         return Chosen(read_recording(path), None, None)
-    from text2sim.cli.cases import case_file
     from text2sim.compiler.build import plan_case
+    from text2sim.service.examined import case_file
     from text2sim.spec_schema.load import load_case
 
     file = case_file(path)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from text2sim.cli import exits
+from text2sim.service import exits
 from text2sim.spec_schema.plain import plain_line
 
 if TYPE_CHECKING:
@@ -60,10 +60,11 @@ def render(
     Pictures that are there already and would come out the same are kept, so a render that was stopped goes on, and a
     change of the case costs only what it touches.
     """
-    from text2sim.cli.output import say, say_json, shown
+    from text2sim.cli.output import say, say_json
     from text2sim.cli.recorded import choose
     from text2sim.rendering.film import Filming
     from text2sim.rendering.renderer import find_variant
+    from text2sim.service.wording import shown
 
     span, part, size, times = _span(frames), _shard(shard), _size(resolution), _times(during)
     if write and not suggest:
@@ -135,7 +136,7 @@ class Teller:
         self._next = now + EVERY
         left = ""
         if self._traced and self._done < self._total:
-            from text2sim.cli.output import seconds
+            from text2sim.service.wording import seconds
 
             each = (now - self._begun) / self._traced
             left = f", {each:.1f} s each, {seconds(each * (self._total - self._done))} left"

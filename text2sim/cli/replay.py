@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from text2sim.cli import exits
+from text2sim.service import exits
 
 
 def replay(
@@ -17,8 +17,9 @@ def replay(
     `text2sim run` makes it, too; this is for runs of older versions, and for those with so many states that it
     left it out.
     """
-    from text2sim.cli.output import say, say_json, shown
+    from text2sim.cli.output import say, say_json
     from text2sim.replay.page import write_replay
+    from text2sim.service.wording import shown
     from text2sim.spec_schema.errors import RunError
     from text2sim.spec_schema.load import load_case
 

@@ -4,9 +4,9 @@ import sys
 from dataclasses import fields
 from typing import Any
 
-from text2sim.cli import exits
 from text2sim.cli.output import say, say_json
 from text2sim.lint.rules import RULES, Rule, find_rule
+from text2sim.service import exits
 from text2sim.spec_schema.errors import nearest
 
 

@@ -5,8 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
-from text2sim.cli import exits
 from text2sim.cli.options import Sets, Variants, overlay_of
+from text2sim.service import exits
 
 Runs = Annotated[Path, typer.Option("--runs", help="Folder in which each run has its own.")]
 Timeout = Annotated[float, typer.Option("--timeout", min=1.0, help="Wall time in seconds that a program may take.")]
@@ -44,9 +44,10 @@ def run_cases(
     Ctrl-C stops gently and keeps what was recorded; a second one kills.
     """
     from text2sim.cli.attempt import attempt
-    from text2sim.cli.cases import examine, find_cases
+    from text2sim.cli.cases import find_cases, say_examined
     from text2sim.cli.output import say_json
     from text2sim.cli.verdict import exit_of, say_result
+    from text2sim.service.examined import examine
 
     # All are read before the first runs: a slip in the last should not show after an hour.
     paths, overlay = find_cases(cases), overlay_of(variants, sets)
@@ -69,7 +70,7 @@ def run_cases(
         if as_json:
             say_json({"ok": False, "runs": [row.as_dict() for row in rows]})
         for row in () if as_json else rows:
-            row.say()
+            say_examined(row)
         raise typer.Exit(max(row.exit for row in rows))
 
     code, documents = exits.OK, []
@@ -78,7 +79,7 @@ def run_cases(
         code = max(code, row.exit if result is None else exit_of(result))
         documents.append(row.as_dict() if result is None else result.as_dict())
         if not as_json:
-            row.say()
+            say_examined(row)
             if result is not None:
                 say_result(row, result)
         if result is not None and result.stopped:

@@ -10,8 +10,9 @@ def schema(
     out: Annotated[Path | None, typer.Option("-o", "--out", help="File to write; printed if left out.")] = None,
 ) -> None:
     """Print the JSON Schema of the language, for editors and for models."""
-    from text2sim.cli.output import say, shown
-    from text2sim.harness.record import write_atomically
+    from text2sim.cli.output import say
+    from text2sim.recording.record import write_atomically
+    from text2sim.service.wording import shown
     from text2sim.spec_schema.errors import RunError
     from text2sim.spec_schema.published.json_schema import schema_text
 

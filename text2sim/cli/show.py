@@ -10,9 +10,9 @@ import typer
 from text2sim.cli.options import Sets, Variants, overlay_of
 
 if TYPE_CHECKING:
-    from text2sim.cli.cases import Examined
     from text2sim.compiler.build import Resolution
     from text2sim.compiler.explicit import Explicit
+    from text2sim.service.examined import Examined
     from text2sim.spec_schema.reuse.overlay import Overlay
 
 
@@ -27,9 +27,10 @@ def show(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Print a case with nothing left out, and draw how it starts."""
-    from text2sim.cli.cases import Examined, case_file
+    from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say_json
     from text2sim.compiler.explicit import explicit
+    from text2sim.service.examined import Examined, case_file
     from text2sim.spec_schema.errors import Text2SimError, nearest
 
     # Pictures are drawn in threads of their own; those of the matrix library would only be in their way.
@@ -38,7 +39,7 @@ def show(
     row = Examined(case_file(case))
     resolution = _resolve(row, case, overlay)
     if resolution is None:
-        row.say() if not as_json else say_json(row.as_dict())
+        say_examined(row) if not as_json else say_json(row.as_dict())
         raise typer.Exit(row.exit)
     found = explicit(resolution)
     if body:
@@ -98,7 +99,9 @@ def _print(
     overlay: "Overlay",
     as_json: bool,
 ) -> None:
-    from text2sim.cli.output import say, say_json, shown
+    from text2sim.cli.cases import say_examined
+    from text2sim.cli.output import say, say_json
+    from text2sim.service.wording import shown
 
     if as_json:
         document: dict[str, Any] = {
@@ -112,7 +115,7 @@ def _print(
         return
     over = f" with {_said(overlay)}" if overlay else ""
     say(found.text([f"# {shown(row.path)}{over}, with nothing left out."]).removesuffix("\n"))
-    row.say()
+    say_examined(row)
     if picture is not None:
         say(shown(picture), to=sys.stderr)
 

@@ -15,10 +15,11 @@ def propose(chosen: "Chosen", *, write: bool, as_json: bool) -> None:
         RunError: if they are to be written and no case was named.
         SpecError: if the case would be wrong with them.
     """
-    from text2sim.cli.output import say, say_json, shown
+    from text2sim.cli.output import say, say_json
     from text2sim.rendering.suggest import suggest
     from text2sim.revision.files import rewrite
     from text2sim.revision.revise import revise
+    from text2sim.service.wording import shown
     from text2sim.spec_schema.errors import RunError
     from text2sim.spec_schema.load import load_case
     from text2sim.spec_schema.plain import plain

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from text2sim.cli import exits
 from text2sim.cli.options import Sets, Variants, overlay_of
 from text2sim.cli.run import AsJson, Force, Gpu, Memory, Runs, Timeout
+from text2sim.service import exits
 
 if TYPE_CHECKING:
-    from text2sim.cli.cases import Examined
     from text2sim.harness.result import RunResult
+    from text2sim.service.examined import Examined
 
 
 def run_suite(
@@ -31,9 +31,11 @@ def run_suite(
 ) -> None:
     """Run cases like a test suite: a case passes if everything that it expects came true."""
     from text2sim.cli.attempt import attempt
-    from text2sim.cli.cases import examine, find_cases
-    from text2sim.cli.output import say, say_json, seconds
+    from text2sim.cli.cases import find_cases
+    from text2sim.cli.output import say, say_json
     from text2sim.cli.verdict import exit_of
+    from text2sim.service.examined import examine
+    from text2sim.service.wording import seconds
 
     begun, code = monotonic(), exits.OK
     tally = {"PASS": 0, "FAIL": 0, "ERROR": 0}
@@ -75,12 +77,14 @@ def run_suite(
 
 
 def _say_row(word: str, row: "Examined", result: "RunResult | None") -> None:
-    from text2sim.cli.output import expectation_rows, say, seconds
+    from text2sim.cli.cases import say_examined
+    from text2sim.cli.output import expectation_rows, say
     from text2sim.cli.verdict import say_failure
+    from text2sim.service.wording import seconds
 
     if result is None:
         say(f"ERROR {row.name}")
-        row.say()
+        say_examined(row)
         return
     rows = expectation_rows(result.expectations)
     passed = sum(ok is True for ok, _, _ in rows)

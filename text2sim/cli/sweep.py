@@ -7,11 +7,11 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.cli import exits
+from text2sim.service import exits
 
 if TYPE_CHECKING:
-    from text2sim.cli.cases import Examined
     from text2sim.harness.result import RunResult
+    from text2sim.service.examined import Examined
     from text2sim.spec_schema.reuse.overlay import Overlay
 
 
@@ -29,9 +29,11 @@ def run_sweep(
         as_json: Print one JSON document.
     """
     from text2sim.cli.attempt import attempt
-    from text2sim.cli.cases import examine
-    from text2sim.cli.output import say, say_json, shown
-    from text2sim.cli.verdict import exit_of, say_failure, summary
+    from text2sim.cli.cases import say_examined
+    from text2sim.cli.output import say, say_json
+    from text2sim.cli.verdict import exit_of, say_failure
+    from text2sim.service.examined import examine
+    from text2sim.service.wording import shown, summary
 
     base = examine(path, plan=False, overlay=overlay)
     points = _points(base, name, grid) if base.ok else []
@@ -47,7 +49,7 @@ def run_sweep(
                 continue  # a path that leads nowhere is wrong with each of its values
             told.add(words)
             say(f"{row.title}:", to=sys.stderr)
-            row.say()
+            say_examined(row)
         return max(row.exit for row in bad)
 
     code, done = exits.OK, _Table(base, name or _grid_name(grid), Path(options["runs"]))
@@ -58,7 +60,7 @@ def run_sweep(
         done.write()
         if not as_json:
             words = "could not be run" if result is None else summary(result)
-            row.say() if result is None else say_failure(row, result)
+            say_examined(row) if result is None else say_failure(row, result)
             say(f"[{number + 1}/{len(rows)}] {label}: {words}")
         if result is not None and result.stopped:
             break
@@ -142,7 +144,7 @@ class _Table:
         """Write both files anew: a sweep that is interrupted leaves what it came to."""
         import json
 
-        from text2sim.harness.record import write_atomically
+        from text2sim.recording.record import write_atomically
 
         self.folder.mkdir(parents=True, exist_ok=True)
         write_atomically(self.folder / "sweep.json", json.dumps(self.document(), indent=1, allow_nan=False) + "\n")

@@ -3,13 +3,14 @@
 import sys
 from typing import TYPE_CHECKING
 
-from text2sim.cli import exits
-from text2sim.cli.output import expectation_rows, say, say_problems, seconds, shown
+from text2sim.cli.output import expectation_rows, say, say_problems
+from text2sim.service import exits
+from text2sim.service.wording import shown, summary
 from text2sim.spec_schema.plain import plain
 
 if TYPE_CHECKING:
-    from text2sim.cli.cases import Examined
     from text2sim.harness.result import RunResult
+    from text2sim.service.examined import Examined
 
 _EXITS = {
     "failed": exits.INPUT,
@@ -49,19 +50,6 @@ def say_result(case: "Examined", result: "RunResult") -> None:
             say(f"text2sim render {shown(result.folder)} makes a path-traced one, without OpenGL")
     if result.report is not None:
         say(f"report: {shown(result.report)}")
-
-
-def summary(result: "RunResult") -> str:
-    """Return one line: how far it came, what was done for it, how long that took."""
-    words = result.state.replace("_", " ")
-    if result.state != "finished":
-        words += f" at {result.time:.4g} s" if result.time else ""
-    return f"{words}{_score(result)}, {result.work.value} in {seconds(result.wall)}"
-
-
-def _score(result: "RunResult") -> str:
-    rows = result.expectations
-    return f", {sum(row['ok'] is True for row in rows.values())} of {len(rows)} expectations came true" if rows else ""
 
 
 def say_failure(case: "Examined", result: "RunResult") -> None:

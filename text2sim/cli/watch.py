@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from text2sim.cli import exits
 from text2sim.cli.options import Sets, Variants, overlay_of
+from text2sim.service import exits
 
 if TYPE_CHECKING:
-    from text2sim.cli.cases import Examined
+    from text2sim.service.examined import Examined
     from text2sim.spec_schema.errors import Problem
     from text2sim.spec_schema.reuse.overlay import Overlay
     from text2sim.watching.parties import Checked
@@ -39,10 +39,11 @@ def watch(
 
     Ctrl-C ends it.
     """
-    from text2sim.cli.cases import case_file
-    from text2sim.cli.output import say, shown
-    from text2sim.harness.lock import RunLock
-    from text2sim.harness.stop import Stop
+    from text2sim.cli.output import say
+    from text2sim.runtime.lock import RunLock
+    from text2sim.runtime.stop import Stop
+    from text2sim.service.examined import case_file
+    from text2sim.service.wording import shown
     from text2sim.spec_schema.errors import RunError
     from text2sim.watching.board import Board
     from text2sim.watching.server import PageServer
@@ -82,8 +83,8 @@ def watch(
 
 def _examine(path: Path, overlay: "Overlay") -> "Examined":
     """Read a case, and look whether this machine can run it."""
-    from text2sim.cli.cases import examine
-    from text2sim.harness.ability import check_ability
+    from text2sim.runtime.ability import check_ability
+    from text2sim.service.examined import examine
     from text2sim.spec_schema.errors import MachineError
 
     found = examine(path, overlay=overlay)

@@ -11,11 +11,11 @@ import numpy as np
 
 from text2sim.comparison.compare import Comparison
 from text2sim.comparison.runs import Run
-from text2sim.harness.page import data_uri, render_page
-from text2sim.harness.plots import BLUE, GREEN, GREY, ORANGE, VERMILION, Line, plot_series
-from text2sim.harness.record import write_atomically
-from text2sim.harness.run_files import EMBEDDED, read_films, read_measures
-from text2sim.harness.states import Array
+from text2sim.evidence.page import EMBEDDED, data_uri, read_films, render_page
+from text2sim.evidence.plots import BLUE, GREEN, GREY, ORANGE, VERMILION, Line, plot_series
+from text2sim.recording.record import write_atomically
+from text2sim.recording.run_files import read_measures
+from text2sim.recording.states import Array
 
 STYLES = [(color, dashes) for dashes in ("-", "--", ":", "-.") for color in (BLUE, VERMILION, GREEN, ORANGE, GREY)]
 """A run keeps its colour and dashes through all plots."""

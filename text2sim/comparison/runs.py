@@ -7,9 +7,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from text2sim.harness.inventory import fault
-from text2sim.harness.record import RunRecord
-from text2sim.harness.run_files import read_evidence, read_json
+from text2sim.recording.inventory import fault
+from text2sim.recording.record import RunRecord
+from text2sim.recording.run_files import read_evidence, read_json
 from text2sim.spec_schema.errors import RunError
 
 MAX_RUNS = 24

@@ -1,6 +1,6 @@
 """Events on which something is released become functions of the program, which has to see them come.
 
-What is found in the recording later (`harness/events.py`) is found by the same rules, so that both agree.
+What is found in the recording later (`evidence/events.py`) is found by the same rules, so that both agree.
 """
 
 from collections.abc import Iterable

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from text2sim.recording.film_record import Look
 from text2sim.rendering.finishes import MILKY, finish_of
-from text2sim.rendering.recording import Look
 from text2sim.rendering.tone import linear
 
 CLEAR = 0.18

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from text2sim.exchange.materials import Material, material_of
-from text2sim.harness.chunks import DAMAGED
+from text2sim.recording.chunks import DAMAGED
+from text2sim.recording.film_record import Look, Part, Recording, SoftPart, read_recording
 from text2sim.rendering.meshes import Mesh, read_mesh
-from text2sim.rendering.recording import Look, Part, Recording, SoftPart, read_recording
 from text2sim.spec_schema.errors import RunError
 from text2sim.templates.shading import Shell
 

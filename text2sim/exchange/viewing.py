@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from text2sim.rendering.recording import Recording
+from text2sim.recording.film_record import Recording
 from text2sim.templates.cadence import frames, reels
 from text2sim.templates.cameras import Cameras, View, basis
 

@@ -1,1 +1,1 @@
-"""Runs programs and turns what they record into evidence."""
+"""Runs a case: program, simulation, film, evidence and report, doing only what is not yet done."""

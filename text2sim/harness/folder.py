@@ -12,9 +12,9 @@ from pathlib import Path
 
 import psutil
 
-from text2sim.harness.inventory import fault
-from text2sim.harness.record import COMPLETE, RunRecord
-from text2sim.harness.run_files import read_evidence
+from text2sim.recording.inventory import fault
+from text2sim.recording.record import COMPLETE, RunRecord
+from text2sim.recording.run_files import read_evidence
 from text2sim.spec_schema.errors import RunError
 
 _STAGING = ".staging-"

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from text2sim.harness.inventory import RECORDED, take
-from text2sim.harness.outcome import clean, read_status
-from text2sim.harness.record import COMPLETE, RunRecord
-from text2sim.harness.states import RunStates
+from text2sim.recording.inventory import RECORDED, take
+from text2sim.recording.record import COMPLETE, RunRecord
+from text2sim.recording.states import RunStates
+from text2sim.runtime.outcome import clean, read_status
 from text2sim.spec_schema.errors import RunError
 
 

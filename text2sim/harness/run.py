@@ -10,8 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from text2sim import __version__
-from text2sim.harness.ability import check_ability, needs_cuda
-from text2sim.harness.child import Limits
 from text2sim.harness.folder import (
     Wanted,
     Work,
@@ -21,18 +19,20 @@ from text2sim.harness.folder import (
     remaining_work,
     staging,
 )
-from text2sim.harness.inventory import JUDGED, RECORDED, take
-from text2sim.harness.lock import RunLock
-from text2sim.harness.machine import device_kind, missing_libraries, versions
-from text2sim.harness.outcome import read_status
-from text2sim.harness.program import Finished, run_program
-from text2sim.harness.progress import Clock, OnProgress, ignore
-from text2sim.harness.record import COMPLETE, RunRecord, write_atomically
 from text2sim.harness.rescue import rescue
 from text2sim.harness.result import RunResult
-from text2sim.harness.run_files import read_evidence
 from text2sim.harness.sources import film_code, judge_code, simulation_code
-from text2sim.harness.stop import Stop
+from text2sim.recording.inventory import JUDGED, RECORDED, take
+from text2sim.recording.record import COMPLETE, RunRecord, write_atomically
+from text2sim.recording.run_files import read_evidence
+from text2sim.runtime.ability import check_ability, needs_cuda
+from text2sim.runtime.child import Limits
+from text2sim.runtime.lock import RunLock
+from text2sim.runtime.machine import device_kind, missing_libraries, versions
+from text2sim.runtime.outcome import read_status
+from text2sim.runtime.program import Finished, run_program
+from text2sim.runtime.progress import Clock, OnProgress, ignore
+from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import MachineError, Problem, RunError
 from text2sim.spec_schema.reuse.expanded import expanded_text
 from text2sim.spec_schema.reuse.overlay import needs_layers
@@ -314,8 +314,8 @@ class _Run:
     def _judge(self) -> None:
         if not any((self.folder / "states").glob("chunk_*.npz")):
             return  # it ended before there was anything to judge
-        from text2sim.harness.evidence import judge
-        from text2sim.harness.report import write_report
+        from text2sim.evidence.evidence import judge
+        from text2sim.evidence.report import write_report
 
         self.record.judge_digest, self.record.judged = "", {}
         self.record.write(self.folder)

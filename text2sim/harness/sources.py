@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from hashlib import sha256
 from pathlib import Path
 
-from text2sim import drawing, legibility, templates
+from text2sim import drawing, evidence, legibility, recording, templates
 from text2sim.compiler.emit import FILM_TEMPLATES
 
 TEMPLATES = Path(str(templates.__file__)).parent
@@ -22,7 +22,7 @@ def film_code() -> str:
 
 def judge_code() -> str:
     """Return the digest of the code that makes evidence of a recording."""
-    folders = [Path(__file__).parent, *(Path(str(package.__file__)).parent for package in (legibility, drawing))]
+    folders = [Path(str(package.__file__)).parent for package in (evidence, recording, legibility, drawing)]
     return _digest(folders[0].parent, (path for folder in folders for path in _sources(folder)))
 
 

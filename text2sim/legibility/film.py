@@ -13,7 +13,7 @@ from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras, project
 
 if TYPE_CHECKING:
-    from text2sim.rendering.recording import Recording
+    from text2sim.recording.film_record import Recording
 
 Array = NDArray[Any]
 Row = dict[str, Any]

@@ -13,7 +13,7 @@ from text2sim.legibility.sight import Sight, Things, look
 from text2sim.templates.cameras import View as FilmView
 
 if TYPE_CHECKING:
-    from text2sim.rendering.recording import Look, Part, Recording
+    from text2sim.recording.film_record import Look, Part, Recording
 
 Array = NDArray[Any]
 

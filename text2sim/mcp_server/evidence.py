@@ -7,10 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from text2sim.harness.record import RunRecord
 from text2sim.mcp_server.answers import Answer, clipped, paged, refusal, text_page
 from text2sim.mcp_server.running import expectation
 from text2sim.mcp_server.workspace import Workspace, read_file
+from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError, nearest
 
 MAX_BYTES = 40_000_000

@@ -3,10 +3,10 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.harness.record import RunRecord
 from text2sim.mcp_server.answers import Answer
 from text2sim.mcp_server.pictures import jpeg
 from text2sim.mcp_server.workspace import Workspace, is_file, read_file
+from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError
 from text2sim.templates.cadence import MAIN, Frame, frames, read_film, reels
 from text2sim.templates.directing import directed
@@ -62,7 +62,7 @@ def frames_of(workspace: Workspace, run: str, times: list[float], count: int, ca
 
 
 def _sheet(thumbnails: "list[tuple[str, str, Image]]") -> "Image":
-    from text2sim.harness.contact_sheet import contact_sheet
+    from text2sim.evidence.contact_sheet import contact_sheet
 
     width = max(image.width for _, _, image in thumbnails)
     return contact_sheet(thumbnails, width=width, columns=2 if len(thumbnails) <= FEW else 4)

@@ -6,10 +6,10 @@ from itertools import count
 from threading import Event, Lock, Thread
 from time import monotonic
 
-from text2sim.harness.progress import PHASES, OnProgress, Progress
-from text2sim.harness.stop import Stop
-from text2sim.harness.trouble import told
 from text2sim.mcp_server.answers import Answer, refusal
+from text2sim.runtime.progress import PHASES, OnProgress, Progress
+from text2sim.runtime.stop import Stop
+from text2sim.runtime.trouble import told
 from text2sim.spec_schema.errors import RunError
 
 KEPT = 20

@@ -2,9 +2,9 @@
 
 from typing import TYPE_CHECKING, Any
 
-from text2sim.cli.cases import Examined, examine
 from text2sim.mcp_server.answers import MAX_PICTURE, Answer, clipped, digest, paged, problem_rows, refusal, text_page
 from text2sim.mcp_server.workspace import Workspace
+from text2sim.service.examined import Examined, examine
 from text2sim.spec_schema.errors import Text2SimError, nearest
 from text2sim.spec_schema.reuse.overlay import Overlay
 from text2sim.spec_schema.text.source import read_source

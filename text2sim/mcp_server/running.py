@@ -3,17 +3,16 @@
 from functools import partial
 from typing import Any
 
-from text2sim.cli.cases import Examined, examine
-from text2sim.cli.output import reason
-from text2sim.cli.verdict import summary
-from text2sim.harness.progress import OnProgress
 from text2sim.harness.result import RunResult
 from text2sim.harness.run import run_case
-from text2sim.harness.stop import Stop
 from text2sim.mcp_server.answers import Answer, clipped, problem_rows, refusal
 from text2sim.mcp_server.jobs import Job, Jobs
 from text2sim.mcp_server.reading import verdict
 from text2sim.mcp_server.workspace import Workspace
+from text2sim.runtime.progress import OnProgress
+from text2sim.runtime.stop import Stop
+from text2sim.service.examined import Examined, examine
+from text2sim.service.wording import reason, summary
 from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import Overlay
 

@@ -16,13 +16,13 @@ from mcp_types import CallToolResult, ImageContent, TextContent, ToolAnnotations
 from pydantic import Field
 
 from text2sim import __version__
-from text2sim.cli.output import reason
-from text2sim.harness.stop import SIGNALS
-from text2sim.harness.trouble import told
 from text2sim.mcp_server import cards, evidence, frames, language, reading, running, writing
 from text2sim.mcp_server.answers import Answer, problem_rows, refusal
 from text2sim.mcp_server.jobs import Job, Jobs
 from text2sim.mcp_server.workspace import Workspace
+from text2sim.runtime.stop import SIGNALS
+from text2sim.runtime.trouble import told
+from text2sim.service.wording import reason
 from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import Overlay
 
@@ -252,7 +252,7 @@ def _add_running(server: MCPServer, workspace: Workspace, jobs: Jobs) -> None:
 
 async def _watched(job: Job, ctx: Context, wait: float) -> CallToolResult:
     """Tell the client how far a run comes, until it ends or the time is over; a call that is cancelled stops it."""
-    from text2sim.harness.progress import PHASES
+    from text2sim.runtime.progress import PHASES
 
     deadline, told = anyio.current_time() + wait, -1.0
     try:

@@ -4,15 +4,15 @@ import json
 from pathlib import Path
 from typing import Any
 
-from text2sim.cli.cases import Examined
-from text2sim.cli.new import make_case
-from text2sim.harness.record import write_atomically
 from text2sim.mcp_server.answers import Answer, clipped, digest, problem_rows, refusal
 from text2sim.mcp_server.reading import verdict
 from text2sim.mcp_server.workspace import CASE_FILE, Workspace
+from text2sim.recording.record import write_atomically
 from text2sim.revision.files import rewrite
 from text2sim.revision.patch_file import read_patch
 from text2sim.revision.revise import Refused, Revision, revise
+from text2sim.service.examined import Examined
+from text2sim.service.new_case import make_case
 from text2sim.spec_schema.changes.diff_words import change_line
 from text2sim.spec_schema.changes.patch import PatchError
 from text2sim.spec_schema.errors import SpecError, Text2SimError

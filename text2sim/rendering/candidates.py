@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from text2sim.legibility.recorded import Recorded, raster_view
 from text2sim.legibility.sight import Things, look
-from text2sim.rendering.recording import Recording
+from text2sim.recording.film_record import Recording
 from text2sim.templates.cameras import View, framed
 from text2sim.templates.viewpoints import place
 

@@ -13,11 +13,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from text2sim.harness.run_files import read_measures
+from text2sim.recording.film_record import Recording
+from text2sim.recording.run_files import read_measures
 from text2sim.rendering import tone
 from text2sim.rendering.backdrop import clearness
 from text2sim.rendering.frames import Digests, save, sweep
-from text2sim.rendering.recording import Recording
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.scene import Stage, sensor
 from text2sim.rendering.trace import QUALITIES, Quality, Traced, trace

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.rendering.recording import Recording
+from text2sim.recording.film_record import Recording
 from text2sim.rendering.trace import Quality
 from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras

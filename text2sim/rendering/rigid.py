@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from text2sim.recording.film_record import Part
 from text2sim.rendering.finishes import finish_of, material, needs_uvs, worn
 from text2sim.rendering.meshes import Mesh, boxed_uvs, read_mesh
-from text2sim.rendering.recording import Part
 from text2sim.rendering.shapes import mesh_shape, shaded
 
 Array = NDArray[np.floating]

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.recording.film_record import Look, Part, Recording
 from text2sim.rendering.backdrop import backdrop_mesh
 from text2sim.rendering.finishes import material, needs_uvs
 from text2sim.rendering.lights import dome, emitters, gradient
 from text2sim.rendering.meshes import Mesh
-from text2sim.rendering.recording import Look, Part, Recording
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.rigid import batches, matrices
 from text2sim.rendering.shapes import mesh_shape, shaded

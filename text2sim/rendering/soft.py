@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from text2sim.recording.film_record import SoftPart
 from text2sim.rendering.finishes import finish_of, material, needs_uvs
 from text2sim.rendering.meshes import Mesh, boxed_uvs
-from text2sim.rendering.recording import SoftPart
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.rigid import read_picture
 from text2sim.rendering.shapes import mesh_shape, shaded

@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 
 from text2sim.compiler.build import resolve_case
-from text2sim.harness.run_files import read_events
 from text2sim.legibility.film import Watcher, spread
 from text2sim.legibility.sight import contrast
 from text2sim.legibility.summary import summarise
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.subjects import subjects
+from text2sim.recording.film_record import Recording
+from text2sim.recording.run_files import read_events
 from text2sim.rendering.candidates import Candidate, Jury, best
 from text2sim.rendering.film import Filming
-from text2sim.rendering.recording import Recording
 from text2sim.spec_schema.changes.operation import Operation
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.render import Render

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.harness.report import bound_of
-from text2sim.harness.run_files import read_events, read_json, read_measures
+from text2sim.evidence.report import bound_of
+from text2sim.recording.run_files import read_events, read_json, read_measures
 from text2sim.replay.packing import Blob
 from text2sim.spec_schema.models.case import Case
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from text2sim.exchange.scenery import Figure, Scenery
 from text2sim.exchange.viewing import camera_tracks
-from text2sim.harness.states import RunStates
+from text2sim.recording.states import RunStates
 from text2sim.replay.packing import Blob
 from text2sim.replay.pictures import Pictures
 from text2sim.replay.shapes import pack_faces, surface_of

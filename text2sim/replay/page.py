@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.evidence.page import render_page, sentence
+from text2sim.evidence.report import REPLAY
 from text2sim.exchange.scenery import Scenery
-from text2sim.harness.page import render_page, sentence
-from text2sim.harness.record import RunRecord, write_atomically
-from text2sim.harness.report import REPLAY
-from text2sim.harness.run_files import read_json
+from text2sim.recording.record import RunRecord, write_atomically
+from text2sim.recording.run_files import read_json
 from text2sim.replay.findings import pack_findings
 from text2sim.replay.motion import pack_cameras, pack_contacts, pack_figures, pack_links
 from text2sim.replay.packing import Blob

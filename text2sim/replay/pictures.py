@@ -3,8 +3,8 @@
 import tempfile
 from pathlib import Path
 
+from text2sim.evidence.page import data_uri
 from text2sim.exchange.files import save_picture
-from text2sim.harness.page import data_uri
 from text2sim.spec_schema.errors import RunError
 
 LARGEST = 512

@@ -132,7 +132,7 @@ def _add_runs(comparison: Comparison, a: Side, b: Side, runs: Path | None) -> No
 
 def _find_run(side: Side, runs: Path | None) -> Path | None:
     """The folder in which this version was run to its end, if there is one."""
-    from text2sim.harness.record import COMPLETE, RunRecord
+    from text2sim.recording.record import COMPLETE, RunRecord
 
     if side.run is not None:
         return side.run
@@ -153,7 +153,7 @@ def _find_run(side: Side, runs: Path | None) -> Path | None:
 
 def _evidence(folder: Path) -> dict[str, dict[str, Any]]:
     """Measures and expectations in the evidence of a run; what is missing or broken is nothing."""
-    from text2sim.harness.run_files import read_evidence
+    from text2sim.recording.run_files import read_evidence
 
     return read_evidence(folder) or {"measures": {}, "expect": {}}
 

@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from text2sim.harness.record import write_atomically
+from text2sim.recording.record import write_atomically
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.text.source import Source, read_source
 

@@ -15,7 +15,7 @@ from typing import Any
 import psutil
 
 import text2sim
-from text2sim.harness.child import child_environment
+from text2sim.runtime.child import child_environment
 
 LINE = 100_000
 """Longest line of news that is believed [characters]."""

@@ -7,8 +7,8 @@ from time import monotonic
 from typing import Any
 
 from text2sim import templates
-from text2sim.harness.child import ChildExit, Limits, default_memory
-from text2sim.harness.outcome import outcome_of, read_end
+from text2sim.runtime.child import ChildExit, Limits, default_memory
+from text2sim.runtime.outcome import outcome_of, read_end
 from text2sim.watching.child import Child
 
 MODULE = "text2sim.watching.engine_process"

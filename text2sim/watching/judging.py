@@ -48,8 +48,8 @@ class Judge:
         self._busy, self.judged = None, judged
 
     def _work(self, key: Key, folder: Path, case: "Case") -> None:
-        from text2sim.harness.evidence import judge
-        from text2sim.harness.trouble import told
+        from text2sim.evidence.evidence import judge
+        from text2sim.runtime.trouble import told
         from text2sim.spec_schema.errors import RunError
 
         begun, evidence, message = monotonic(), None, ""
@@ -65,4 +65,4 @@ class Judge:
 
 def _import() -> None:
     import text2sim.compiler.emit
-    import text2sim.harness.evidence  # noqa: F401, takes half a second, while the engine starts
+    import text2sim.evidence.evidence  # noqa: F401, takes half a second, while the engine starts

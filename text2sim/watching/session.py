@@ -8,8 +8,8 @@ from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
 
-from text2sim.harness.progress import ProgressTail
-from text2sim.harness.trouble import told
+from text2sim.runtime.progress import ProgressTail
+from text2sim.runtime.trouble import told
 from text2sim.templates.cadence import reels
 from text2sim.watching import engine, painting, wording
 from text2sim.watching.board import Board

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim import __version__
 from text2sim.compiler.provenance import provenance
-from text2sim.harness.record import write_atomically
+from text2sim.recording.record import write_atomically
 from text2sim.spec_schema.errors import Problem
 
 if TYPE_CHECKING:

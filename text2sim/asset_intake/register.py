@@ -1,0 +1,193 @@
+"""Assets of a case: brought into its folder, mended, checked, and written down in its manifest."""
+
+import re
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+
+from text2sim.assets.keeping import FOLDER, NAME, case_folder, digest, keep, read_file
+from text2sim.assets.manifest import Asset, Origin, register
+from text2sim.assets.mechanism import load_mechanism
+from text2sim.assets.mesh_repair import Wish
+from text2sim.assets.meshes import Mended, repair_mesh
+from text2sim.assets.meshy import Meshy, Order3D
+from text2sim.assets.shelf import PREFIX, rooted
+from text2sim.spec_schema.errors import AssetError
+
+MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
+MECHANISMS = (".xml", ".mjcf", ".urdf")
+PICTURES = (".png", ".jpg", ".jpeg")
+MAX_PIXELS = 8192
+MESHY_LICENCE = "by the terms of the Meshy account's plan"
+
+
+@dataclass(frozen=True)
+class Added:
+    """An asset that a case now has."""
+
+    name: str
+    asset: Asset
+    remains: tuple[str, ...] = ()
+    """What is still wrong with it, in words."""
+
+
+def add(
+    case: Path,
+    file: Path,
+    name: str,
+    *,
+    wish: Wish | None = None,
+    licence: str = "",
+    source: Origin = "imported",
+    root: Path | None = None,
+) -> Added:
+    """Bring a file into a case: a mesh, a mechanism with all of its files, or a picture.
+
+    Args:
+        case: The case's folder, or the file in it.
+        file: The file, wherever it lies; it stays as it is.
+        name: What it shall be called.
+        wish: What a mesh shall become.
+        licence: On what terms it may be used.
+        source: Where it comes from.
+        root: The folder in which all files of a mechanism lie; that of the file if None.
+
+    Raises:
+        AssetError: if it cannot be used.
+        SpecError: if the manifest is not valid.
+    """
+    check_name(name)
+    folder = case_folder(case)
+    suffix = file.suffix.lower()
+    if suffix in MESHES:
+        return _kept_mesh(folder, name, repair_mesh(file, wish), source, licence)
+    if suffix in MECHANISMS:
+        return _add_mechanism(folder, rooted(file, root), name, licence, source)
+    if suffix in PICTURES:
+        return _add_picture(folder, file, name, licence, source)
+    known = ", ".join((*MESHES, *MECHANISMS, *PICTURES))
+    raise AssetError(f"`{file.name}` is of a kind that is not read; it must end in one of {known}")
+
+
+def generate(case: Path, name: str, order: Order3D, meshy: Meshy, *, wish: Wish | None = None) -> Added:
+    """Have a mesh made from words, mend it, and bring it into a case.
+
+    Args:
+        case: The case's folder, or the file in it.
+        name: What it shall be called.
+        order: What is wished for.
+        meshy: Makes it.
+        wish: What the mesh shall become.
+
+    Raises:
+        AssetError: if what comes cannot be used.
+        RunError: if Meshy refuses, fails, or it would cost too much.
+        MachineError: if there is no answer in time; the same call goes on where it stopped.
+    """
+    import tempfile
+
+    check_name(name)
+    folder = case_folder(case)
+    content = meshy.make(order)
+    with tempfile.TemporaryDirectory(prefix="text2sim-") as place:
+        raw = Path(place) / f"{name}.glb"
+        raw.write_bytes(content)
+        mended = repair_mesh(raw, wish)
+    return _kept_mesh(folder, name, mended, "meshy", MESHY_LICENCE, order.prompt)
+
+
+def check_name(name: str) -> None:
+    """Refuse a name that could not stand in a case.
+
+    Raises:
+        AssetError: if it is none.
+    """
+    if not re.fullmatch(NAME, name):
+        raise AssetError(f"`{name[:60]}` is not a name: a letter, then letters, digits or underscores (48 at most)")
+
+
+def _kept_mesh(folder: Path, name: str, mended: Mended, source: Origin, licence: str, prompt: str = "") -> Added:
+    file, report = f"{FOLDER}/{name}{mended.suffix}", mended.report
+    keep(folder, file, mended.content)
+    asset = Asset(
+        file=file,
+        kind="mesh",
+        source=source,
+        licence=line(licence),
+        sha256=digest(mended.content),
+        bytes=len(mended.content),
+        size=tuple(float(f"{length:.6g}") for length in report.extent),  # type: ignore[arg-type]
+        triangles=report.triangles,
+        closed=report.watertight,
+        prompt=line(prompt),
+        notes=tuple(line(note) for note in (*mended.done, *report.problems, *report.notes)),
+    )
+    register(folder, name, asset)
+    return Added(name, asset, report.problems)
+
+
+def _add_mechanism(folder: Path, found: tuple[Path, str], name: str, licence: str, source: Origin) -> Added:
+    from text2sim.asset_intake.mechanism_check import check_mechanism
+
+    root, file = found
+    if not file.startswith(PREFIX):
+        read_file(root / file)
+    mechanism = load_mechanism(root, file)
+    home = f"{FOLDER}/{name}"
+    parts = {f"{home}/{part}": content for part, content in mechanism.files}
+    document = mechanism.text.encode()
+    path = f"{home}/{name}{'.urdf' if mechanism.kind == 'urdf' else '.xml'}"
+    for part, content in parts.items():
+        keep(folder, part, content)
+    written = keep(folder, path, document)
+    # What is written down is what the case will read: the document here, not the one that it came from.
+    report = check_mechanism(written, folder)
+    asset = Asset(
+        file=path,
+        kind="urdf" if mechanism.kind == "urdf" else "mjcf",
+        source=source,
+        licence=line(licence),
+        sha256=digest(document),
+        bytes=len(document),
+        size=tuple(float(f"{length:.6g}") for length in report.size),  # type: ignore[arg-type]
+        notes=tuple(line(note) for note in dict.fromkeys((*mechanism.notes, *report.notes))),
+        parts={part: digest(content) for part, content in parts.items()},
+        control=dict(report.control),
+    )
+    register(folder, name, asset)
+    return Added(name, asset)
+
+
+def _add_picture(folder: Path, file: Path, name: str, licence: str, source: Origin) -> Added:
+    from PIL import Image
+
+    content = read_file(file)
+    try:
+        with Image.open(BytesIO(content), formats=("PNG", "JPEG")) as picture:
+            width, height = picture.size
+            if max(width, height) > MAX_PIXELS:
+                raise AssetError(f"`{file.name}` has {width} x {height} pixels; at most {MAX_PIXELS} along a side")
+            picture.load()
+            suffix = ".png" if picture.format == "PNG" else ".jpg"
+    except AssetError:
+        raise
+    except Exception as error:  # readers of foreign files fail in every way there is
+        raise AssetError(f"`{file.name}` is no picture that can be read ({type(error).__name__})") from None
+    path = f"{FOLDER}/{name}{suffix}"
+    keep(folder, path, content)
+    asset = Asset(
+        file=path,
+        kind="texture",
+        source=source,
+        licence=line(licence),
+        sha256=digest(content),
+        bytes=len(content),
+        notes=(f"{width} x {height} pixels",),
+    )
+    register(folder, name, asset)
+    return Added(name, asset)
+
+
+def line(text: str) -> str:
+    """Return text of somebody else as one line that any file may hold."""
+    return "".join(c if c.isprintable() and not 0xE000 <= ord(c) <= 0xF8FF else " " for c in text)[:2000].strip()

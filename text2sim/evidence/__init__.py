@@ -1,0 +1,1 @@
+"""Evidence from a recording: measures, events, expectations, diagnostics, suspicions, and the report."""

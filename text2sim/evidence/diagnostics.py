@@ -1,0 +1,174 @@
+"""What a recording says about itself, asked or not: energy, overlap, speed, limits, and what is no number."""
+
+from typing import Any
+
+import numpy as np
+
+from text2sim.evidence import soft_diagnostics
+from text2sim.evidence.recorded_case import Recording, links_of
+from text2sim.evidence.selection import base_name
+from text2sim.recording.states import Array
+from text2sim.spec_schema.models.bodies import Rigid
+from text2sim.spec_schema.models.controls import Force, Impulse, InitialVelocity, Torque
+from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
+
+MADE_UP = 0.01
+"""Growth of the energy of a passive scene, over that in play, that is worth a word."""
+LIFT = 1e-4
+"""The same as a height [m] by which all is lifted: bodies that start a little inside each other are pushed out."""
+FIELDS = (Wind, Drag, Attraction, Vortex, Turbulence)
+
+
+def extremes(time: Array, values: Array) -> dict[str, Any]:
+    """Return first, last, smallest and largest value of a series, with times [s]; None if there is none."""
+    finite = np.flatnonzero(np.isfinite(values))
+    if not len(finite):
+        return dict.fromkeys(("first", "last", "min", "min_at", "max", "max_at"))
+    low, high = finite[np.argmin(values[finite])], finite[np.argmax(values[finite])]
+    return {
+        "first": values[0], "last": values[-1], "min": values[low], "min_at": time[low],
+        "max": values[high], "max_at": time[high],
+    }  # fmt: skip
+
+
+def energy_account(recording: Recording) -> dict[str, Any]:
+    """Return the mechanical energy of all loose bodies over the run, and the work of the motors [J].
+
+    Work is the integral of the motors' force times velocity over hinges and sliders of loose bodies, by
+    trapezoids between frames, as exact as these are close. `change` is what the energy gained beyond that:
+    friction, damping and impacts make it negative; if it is positive, it came from what is `not_counted`, or
+    the solver made it up. Of bodies that deform, the kinetic energy of their points and that of their weight count.
+    """
+    states, cast = recording.states, recording.cast
+    kinetic, potential = recording.energies(cast.loose)
+    total = kinetic + potential
+    loose = {target.copy for target in cast.loose}
+    dofs = [j.dof[0] for j in states.joints if j.kind in ("hinge", "slider") and j.body in loose]
+    power = (
+        (states.dofs_force[:, dofs].astype(float) * states.dofs_velocity[:, dofs]).sum(axis=1) if dofs else 0.0 * total
+    )
+    work = float(np.trapezoid(power, states.time)) if states.frames > 1 else 0.0
+    row = extremes(states.time, total)
+    change = None if row["first"] is None else row["last"] - row["first"] - work
+    controls = recording.case.actions.controls
+    pushes = [name for name, c in controls.items() if isinstance(c, (Force, Torque, Impulse, *FIELDS))]
+    not_counted = [f"work of the control `{name}`" for name in pushes]
+    not_counted += [f"work of the driven body `{name}`" for name in cast.driven]
+    if any(not link.fixed and link.mass <= 0 for link in states.links if link.body in loose):
+        not_counted.append("links without mass")
+    soft = dict.fromkeys(base_name(t.copy) for t in cast.loose if t.soft is not None)
+    not_counted += [f"what deformation stores in `{name}`" for name in soft]
+    return {
+        "unit": "J", "start": row["first"], "end": row["last"], "min": row["min"], "min_at": row["min_at"],
+        "max": row["max"], "max_at": row["max_at"], "work_of_motors": work,
+        "change": change, "not_counted": not_counted,
+    }  # fmt: skip
+
+
+def energy_from_nowhere(recording: Recording) -> list[str]:
+    """Return what is wrong about the energy of a passive scene, if it grows: a sentence, or none.
+
+    Passive is what has nothing but free and fixed bodies, which at most start with a speed. Its energy can only fall;
+    the solver may make some up. Compared is with the larger of the kinetic energy and the change of the potential one.
+    """
+    case, states = recording.case, recording.states
+    bodies, controls = case.bodies.values(), case.actions.controls.values()
+    passive = all(isinstance(b, Rigid) and b.mount.kind in ("free", "fixed") for b in bodies)
+    if not passive or not all(isinstance(c, InitialVelocity) for c in controls) or states.frames < 2:
+        return []
+    kinetic, potential = recording.energies(recording.cast.loose)
+    total = kinetic + potential
+    if not np.isfinite(total).all():
+        return []
+    at = int(total.argmax())
+    gain, scale = total[at] - total[0], max(kinetic.max(), np.ptp(potential))
+    weight = recording.masses[links_of(recording.cast.loose)].sum() * np.linalg.norm(states.gravity)
+    if gain <= max(MADE_UP * scale, LIFT * weight):
+        return []
+    return [
+        f"energy grows by {100 * gain / scale:.2g} % in a scene that nothing drives, at {states.time[at]:.3g} s: the "
+        "solver made it up; more substeps make less"
+    ]
+
+
+def energy_series(recording: Recording) -> dict[str, Array]:
+    """Return kinetic, potential and total energy (F,) [J] of all loose bodies."""
+    kinetic, potential = recording.energies(recording.cast.loose)
+    return {"kinetic": kinetic, "potential": potential, "total": kinetic + potential}
+
+
+def largest_penetration(recording: Recording) -> dict[str, Any] | None:
+    """Return the deepest overlap of the run [m], between which links, and when; None without contacts."""
+    log = recording.contacts
+    rows = np.flatnonzero(np.isfinite(log.depth))
+    if not len(rows):
+        return None
+    row = rows[np.argmax(log.depth[rows])]
+    names = [recording.cast.label_of_link(i) for i in log.links[row]]
+    return {
+        "value": log.depth[row],
+        "unit": "m",
+        "between": names,
+        "time": log.step[row] * recording.states.dt,
+    }
+
+
+def first_non_finite(recording: Recording) -> dict[str, Any] | None:
+    """Return the first frame at which a recorded state is no finite number, and the bodies it struck."""
+    states = recording.states
+    bad = np.zeros((states.frames, len(states.links)), dtype=bool)
+    for rows in (states.pos, states.quat, states.vel, states.ang):
+        bad |= ~np.isfinite(rows).all(axis=2)
+    frames = np.flatnonzero(bad.any(axis=1))
+    found = [(int(frames[0]), [states.links[i].body for i in np.flatnonzero(bad[frames[0]])])] if len(frames) else []
+    soft = soft_diagnostics.first_non_finite(recording)
+    found += [soft] if soft is not None else []
+    if not found:
+        return None
+    frame = min(first for first, _ in found)
+    struck = [name for first, names in found if first == frame for name in names]
+    return {"time": states.time[frame], "frame": frame, "bodies": list(dict.fromkeys(struck))[:20]}
+
+
+def speed_extremes(recording: Recording) -> dict[str, Any]:
+    """Return the largest speed [m/s] and angular speed [rad/s] of each body, with when and of which copy."""
+    found: dict[str, Any] = {}
+    for name, target in recording.cast.copies.items():
+        if recording.cast.is_static(name) or not recording.states.frames:
+            continue
+        rows = [("linear", "m/s", recording.velocity(target))]
+        if target.soft is None:
+            rows.append(("angular", "rad/s", recording.states.ang[:, target.root].astype(float)))
+        for key, unit, vectors in rows:
+            row = extremes(recording.states.time, np.linalg.norm(vectors, axis=1))
+            fastest = found.setdefault(base_name(name), {})
+            if row["max"] is not None and (key not in fastest or row["max"] > fastest[key]["max"]):
+                fastest[key] = {"max": row["max"], "at": row["max_at"], "copy": name, "unit": unit}
+    return found
+
+
+def limit_overshoots(recording: Recording) -> list[dict[str, Any]]:
+    """Return how far joints went beyond their limits [rad or m], the farthest first."""
+    states, found = recording.states, []
+    for joint in states.joints:
+        if joint.kind not in ("hinge", "slider") or not states.frames:
+            continue
+        position = states.qpos[:, joint.q[0]].astype(float)
+        for end, limit, sign in (("lower", joint.limits[0], -1.0), ("upper", joint.limits[1], 1.0)):
+            if limit is None:
+                continue
+            row = extremes(states.time, sign * (position - limit))
+            if row["max"] is not None and row["max"] > 0:
+                label = joint.body if joint.name == base_name(joint.body) else f"{joint.body}.{joint.name}"
+                unit = "rad" if joint.kind == "hinge" else "m"
+                found.append(
+                    {
+                        "joint": label,
+                        "end": end,
+                        "limit": limit,
+                        "by": row["max"],
+                        "at": row["max_at"],
+                        "unit": unit,
+                    }
+                )
+    return sorted(found, key=lambda row: (-row["by"], row["joint"], row["end"]))

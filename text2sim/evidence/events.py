@@ -1,0 +1,323 @@
+"""Events: moments at which something happened, found in a recording.
+
+Contacts have the resolution of a time step; what is read from frames is interpolated between them.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+
+from text2sim.evidence.contacts import Episodes, choose
+from text2sim.evidence.measures import Series
+from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.selection import SelectionError, Target
+from text2sim.evidence.soft_events import soft_episodes
+from text2sim.recording.geometry import depth_inside
+from text2sim.recording.states import Array
+from text2sim.spec_schema.models import events
+from text2sim.spec_schema.models.controls import Attach, Release
+
+LIMIT_TOUCH, LIMIT_LEAVE = 0.002, 0.02
+"""Parts of a joint's range: nearer to its end it counts as arrived, and farther away as gone again."""
+
+Occurrence = dict[str, Any]
+"""One time of an event: name, kind, time [s], and what is known about it."""
+
+
+@dataclass
+class EventLog:
+    """Every time of every declared event."""
+
+    occurrences: dict[str, list[Occurrence]] = field(default_factory=dict)
+    """By name, each sorted by time."""
+    problems: dict[str, str] = field(default_factory=dict)
+    """Why an event could not be looked for, by name."""
+
+    def first(self, name: str) -> float | None:
+        """First time [s] of an event, None if it never happened."""
+        times = self.occurrences.get(name)
+        return times[0]["time"] if times else None
+
+    def sorted(self) -> list[Occurrence]:
+        """Everything by time, then name."""
+        return sorted((o for rows in self.occurrences.values() for o in rows), key=_order)
+
+
+class EventError(ValueError):
+    """An event that cannot be looked for in this recording."""
+
+
+def find_events(recording: Recording, series: Mapping[str, Series]) -> EventLog:
+    """Find every declared event; one that comes `after` another is looked for once that is known."""
+    log = EventLog()
+    events = recording.case.actions.events
+    waiting = dict(events)
+    while waiting:
+        ready = [name for name, event in waiting.items() if not _needed(recording, event) & waiting.keys()]
+        if not ready:
+            for name in waiting:
+                log.occurrences[name] = []
+                log.problems[name] = "it waits for itself: `after` or a release goes in a circle"
+            break
+        for name in ready:
+            event = waiting.pop(name)
+            since = 0.0 if event.after is None else log.first(event.after)
+            log.occurrences[name] = []
+            if event.after is not None and event.after not in events:
+                log.problems[name] = f"there is no event `{event.after}` to come after"
+            elif since is not None:  # what comes after something that never happened never happens either
+                _search(recording, series, name, event, since, log)
+    log.occurrences = {name: log.occurrences[name] for name in events}
+    return log
+
+
+def _needed(recording: Recording, event: events.Event) -> set[str]:
+    """Names of the events that have to be known first."""
+    names = {event.after} if event.after is not None else set()
+    if isinstance(event, events.ReleasedEvent):
+        names |= {c.on for c in _releases(recording, event) if c.on is not None}
+    return names
+
+
+def _search(
+    recording: Recording, series: Mapping[str, Series], name: str, event: events.Event, since: float, log: EventLog
+) -> None:
+    try:
+        if isinstance(event, events.ReleasedEvent):
+            rows = _released(recording, event, log)
+        else:
+            rows = _FINDERS[event.kind](recording, series, event, since)
+    except (SelectionError, EventError) as error:
+        log.problems[name] = str(error)
+        return
+    if event.after is not None:
+        # Quiet may last on from before; all else has to happen anew.
+        rows = [row for row in rows if row["time"] > since or (event.kind == "rest" and row["time"] == since)]
+    log.occurrences[name] = sorted(({"name": name, "kind": event.kind, **row} for row in rows), key=_order)
+
+
+def _order(row: Occurrence) -> tuple[Any, ...]:
+    return row["time"], row["name"] or "", row.get("between", []), row.get("of", "")
+
+
+# --- from contacts -----------------------------------------------------------------
+
+
+def episode_rows(episodes: Episodes, first: Sequence[Target], second: Sequence[Target]) -> list[Occurrence]:
+    """Return touches as occurrences. `impulse` is what the first of `between` was given by the second."""
+    plain = {column.name: getattr(episodes, column.name).tolist() for column in fields(episodes)}
+    return [
+        {
+            "time": plain["start"][i],
+            "end": plain["end"][i],
+            "ongoing": plain["ongoing"][i],
+            "between": [first[a].label, second[b].label],
+            "pos": plain["pos"][i],
+            "impulse": plain["impulse"][i],
+            "normal_impulse": plain["normal_impulse"][i],
+            "impact_impulse": plain["impact_impulse"][i],
+            "peak_force": plain["peak_force"][i],
+            "penetration": plain["depth"][i],
+        }
+        for i, (a, b) in enumerate(plain["pair"])
+    ]
+
+
+def _episodes(recording: Recording, between: tuple[str, str]) -> tuple[Episodes, list[Target], list[Target]]:
+    if not recording.contacts.recorded:
+        raise EventError(recording.contacts.why_not)
+    cast = recording.cast
+    first = cast.select(between[0])
+    second = first if between[0] == between[1] else cast.select(between[1])
+    groups = cast.groups(first)
+    touches = recording.contacts.between(groups, groups if second is first else cast.groups(second))
+    return recording.contacts.episodes(touches), first, second
+
+
+def _soft_rows(recording: Recording, between: tuple[str, str]) -> list[Occurrence] | None:
+    """Return the touches of selectors one of which means bodies that deform; None if neither does."""
+    first, second = (recording.cast.select(selector) for selector in between)
+    if all(target.soft is None for target in (*first, *second)):
+        return None
+    return soft_episodes(recording, first, second)
+
+
+def _contact(recording: Recording, series: Any, event: events.ContactEvent, since: float) -> list[Occurrence]:
+    """Touches begin.
+
+    A touch counts if it gives `min_impulse` within its first 50 ms: by resting on something for long enough,
+    a feather gives any impulse.
+    """
+    rows = _soft_rows(recording, event.between)
+    if rows is not None:
+        if event.min_impulse > 0:
+            raise EventError("the engine tells no forces on bodies that deform: `min_impulse` cannot be judged")
+        return rows
+    episodes, first, second = _episodes(recording, event.between)
+    return episode_rows(choose(episodes, episodes.impact_impulse >= event.min_impulse), first, second)
+
+
+def _separation(recording: Recording, series: Any, event: events.SeparationEvent, since: float) -> list[Occurrence]:
+    """Touches end, and there is none for a while; near the end of the run that stays open."""
+    rows = _soft_rows(recording, event.between)
+    if rows is not None:
+        return _lasting(rows, recording.states.end, event.for_)
+    episodes, first, second = _episodes(recording, event.between)
+    until = np.append(episodes.start[1:], recording.states.end)
+    last = np.append((episodes.pair[1:] != episodes.pair[:-1]).any(axis=1), True)
+    until = np.where(last[: len(episodes.end)], recording.states.end, until[: len(episodes.end)])
+    over = (until - episodes.end >= event.for_ - 1e-9) & ~episodes.ongoing.astype(bool)
+    rows = episode_rows(choose(episodes, over), first, second)
+    return [{"time": r["end"], "between": r["between"], "touched_since": r["time"]} for r in rows]
+
+
+def _lasting(rows: list[Occurrence], end: float, span: float) -> list[Occurrence]:
+    """Return the ends of touches after which there is no other touch of the pair for a span [s]."""
+    found = []
+    for row in rows:
+        later = [other["time"] for other in rows if other["between"] == row["between"] and other["time"] > row["time"]]
+        if not row["ongoing"] and min(later, default=end) - row["end"] >= span - 1e-9:
+            found.append({"time": row["end"], "between": row["between"], "touched_since": row["time"]})
+    return found
+
+
+# --- from frames -------------------------------------------------------------------
+
+
+def crossings(time: Array, height: Array) -> list[float]:
+    """Return the times [s] at which numbers rise from below zero, on straight lines between frames."""
+    with np.errstate(invalid="ignore"):
+        at = np.flatnonzero((height[:-1] < 0) & (height[1:] >= 0)) + 1
+    part = -height[at - 1] / (height[at] - height[at - 1])
+    return (time[at - 1] + part * (time[at] - time[at - 1])).tolist()
+
+
+def _threshold(
+    recording: Recording, series: Mapping[str, Series], event: events.ThresholdEvent, since: float
+) -> list[Occurrence]:
+    """A measure passes a value; what is beyond it from the start has not passed it."""
+    measured = series.get(event.measure)
+    if measured is None or measured.problem:
+        raise EventError(measured.problem if measured else f"there is no measure `{event.measure}`")
+    height = measured.values - event.above if event.above is not None else (event.below or 0.0) - measured.values
+    bound = event.above if event.above is not None else event.below
+    return [{"time": t, "measure": event.measure, "value": bound} for t in crossings(recording.states.time, height)]
+
+
+def _rest(recording: Recording, series: Any, event: events.RestEvent, since: float) -> list[Occurrence]:
+    """All are slow for a while; the time is the beginning of the quiet. Turning is not looked at.
+
+    Of a body that deforms, the root mean square of the speeds of its points has to be small: sqrt(2 E / m).
+    """
+    time = recording.states.time
+    speeds = [_speed(recording, target) for target in recording.cast.select(event.of)]
+    if not len(time):
+        return []
+    height = event.speed - np.max(speeds, axis=0)
+    quiet = height >= 0
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], quiet, [False]]).astype(int)))
+    rows = []
+    for first, last in zip(edges[::2], edges[1::2] - 1, strict=True):
+        begin = float(time[first])
+        if first and height[first - 1] < 0:
+            begin = crossings(time[first - 1 : first + 1], height[first - 1 : first + 1])[0]
+        begin = max(begin, since)
+        if time[last] - begin >= event.for_ - 1e-9:
+            rows.append({"time": begin, "of": event.of})
+    return rows
+
+
+def _speed(recording: Recording, target: Target) -> Array:
+    body = recording.deformable(target)
+    if body is None:
+        return np.linalg.norm(recording.velocity(target), axis=1)
+    return np.sqrt(2 * recording.states.soft_kinetic[:, body.index].astype(float) / body.mass)
+
+
+def _region(recording: Recording, series: Any, event: events.RegionEvent, since: float) -> list[Occurrence]:
+    """An origin enters or leaves a region."""
+    sign = 1.0 if event.kind == "enters" else -1.0
+    return _passages(recording, event.of, lambda points: sign * depth_inside(event.region, points))
+
+
+def _left_domain(recording: Recording, series: Any, event: events.LeftDomainEvent, since: float) -> list[Occurrence]:
+    """An origin leaves the scene's domain; what starts outside has left it at the start."""
+    domain = recording.case.scene.domain
+    if domain is None:
+        raise EventError("the scene has no domain that could be left")
+    return _passages(recording, event.of, lambda points: -depth_inside(domain, points), from_start=True)
+
+
+def _passages(
+    recording: Recording, selector: str, height: Callable[[Array], Array], from_start: bool = False
+) -> list[Occurrence]:
+    time, rows = recording.states.time, []
+    for target in recording.cast.select(selector):
+        origin = recording.origin(target)
+        high = height(origin)
+        times = crossings(time, high)
+        if from_start and len(high) and high[0] > 0:
+            times.insert(0, float(time[0]))
+        for t in times:
+            rows.append(
+                {
+                    "time": t,
+                    "of": target.label,
+                    "pos": [float(np.interp(t, time, column)) for column in origin.T],
+                }
+            )
+    return rows
+
+
+def _joint_limit(recording: Recording, series: Any, event: events.JointLimitEvent, since: float) -> list[Occurrence]:
+    """A joint comes to within 0.2 % of its range of an end; again, once it has been 2 % away.
+
+    What rests on an end from the start has not come there.
+    """
+    time, rows = recording.states.time, []
+    for label, joint in recording.cast.select_joints(event.of):
+        low, high = joint.limits
+        if joint.kind not in ("hinge", "slider") or (low is None and high is None):
+            raise EventError(f"{label} has no limits")
+        position = recording.states.qpos[:, joint.q[0]].astype(float)
+        span = high - low if low is not None and high is not None else 1.0
+        for end, past in (("lower", low), ("upper", high)):
+            if past is None:
+                continue
+            beyond = (position - past if end == "upper" else past - position) + LIMIT_TOUCH * span
+            before = float(time[0]) if len(time) and beyond[0] >= 0 else None
+            for t in crossings(time, beyond):
+                between = beyond[(time > (before or 0.0)) & (time < t)]
+                if before is None or (len(between) and between.min() < -LIMIT_LEAVE * span):
+                    rows.append({"time": t, "of": label, "end": end, "limit": past})
+                before = t
+    return rows
+
+
+def _releases(recording: Recording, event: events.ReleasedEvent) -> list[Release]:
+    controls = recording.case.actions.controls
+    return [c for c in controls.values() if isinstance(c, Release) and c.attach == event.attach]
+
+
+def _released(recording: Recording, event: events.ReleasedEvent, log: EventLog) -> list[Occurrence]:
+    """The time at which the case lets go, or that of the event on which it does."""
+    attach = recording.case.actions.controls.get(event.attach)
+    if not isinstance(attach, Attach):
+        raise EventError(f"there is no attach `{event.attach}`")
+    times = [c.at if c.on is None else log.first(c.on) for c in _releases(recording, event)]
+    end = recording.states.end + 1e-9
+    return [{"time": t, "between": [attach.body, attach.to]} for t in times if t is not None and t <= end]
+
+
+_FINDERS: dict[str, Callable[[Recording, Mapping[str, Series], Any, float], list[Occurrence]]] = {
+    "contact": _contact,
+    "separation": _separation,
+    "threshold": _threshold,
+    "rest": _rest,
+    "left_domain": _left_domain,
+    "enters": _region,
+    "leaves": _region,
+    "joint_limit": _joint_limit,
+}

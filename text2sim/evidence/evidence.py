@@ -1,0 +1,239 @@
+"""Evidence: what a recorded run shows, and whether it is what was expected.
+
+A pure function of the recorded states and the case: judging again needs no simulation, and gives the same
+bytes.
+"""
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from text2sim.evidence import diagnostics
+from text2sim.evidence.contacts import choose
+from text2sim.evidence.events import EventLog, Occurrence, episode_rows, find_events
+from text2sim.evidence.expectations import Ending, Finding, judge_expectations
+from text2sim.evidence.gone_through import gone_through
+from text2sim.evidence.measures import Series, evaluate
+from text2sim.evidence.off_path import held_up, off_path
+from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.selection import base_name
+from text2sim.evidence.soft_diagnostics import soft_diagnostics
+from text2sim.evidence.suspicions import suspicions
+from text2sim.evidence.visibility import summarise_legibility, summarise_visibility
+from text2sim.recording.record import RunRecord, write_atomically
+from text2sim.recording.states import Array
+from text2sim.runtime.outcome import read_status
+from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.models.events import ContactEvent, SeparationEvent
+from text2sim.spec_schema.models.measures import ContactCount, ContactForce, Penetration
+
+EPISODES = 5_000
+"""Most undeclared touches that `events.jsonl` lists."""
+JOINTS = 50
+"""Most joint overshoots that the evidence lists."""
+STOPPED = ("interrupted", "running")
+"""States of a run that someone ended: what it did not reach is open. Of any other it counts as missed."""
+
+
+def judge(run_dir: Path, case: Case) -> dict[str, Any]:
+    """Judge a recorded run; write `events.jsonl`, `measures.csv` and `evidence.json`.
+
+    Args:
+        run_dir: The run folder.
+        case: The case, whose measures, events and expectations may have changed since the run.
+
+    Returns:
+        What stands in `evidence.json`.
+
+    Raises:
+        RunError: if nothing readable was recorded.
+    """
+    recording = Recording.load(run_dir, case)
+    states = recording.states
+    state, message, where = _outcome(run_dir)
+    lacking = states.lacks(state)
+    # Of what a damaged recording no longer shows nothing can be said.
+    ending = Ending(
+        states.end, case.scene.duration, state == "finished" and not lacking, state in STOPPED or bool(lacking)
+    )
+    series = evaluate(recording)
+    with np.errstate(all="ignore"):  # a diverged run holds numbers that overflow
+        events = find_events(recording, series)
+        findings = judge_expectations(case.actions.expect, states.time, series, events, ending)
+        touches, contacts = _touches(recording)
+        verdict, why = _verdict(findings, state, message)
+        if lacking:
+            verdict, why = "incomplete", f"the recording is damaged: {lacking}; run the case again"
+        deforming = soft_diagnostics(recording)
+        driven = off_path(recording)
+        evidence = {
+            "case": case.name,
+            "verdict": verdict,
+            "why": why,
+            "state": state,
+            "message": message,
+            "where": where,
+            "time": {
+                "reached": states.end,
+                "duration": case.scene.duration,
+                "dt": states.dt,
+                "frames": states.frames,
+            },
+            "expect": {finding.name: finding.as_dict() for finding in findings},
+            "measures": {name: _summary(states.time, row) for name, row in series.items()},
+            "events": {name: _times(events, name) for name in events.occurrences},
+            "energy": diagnostics.energy_account(recording),
+            "penetration": diagnostics.largest_penetration(recording),
+            "non_finite": diagnostics.first_non_finite(recording),
+            "speeds": diagnostics.speed_extremes(recording),
+            "joint_limits": diagnostics.limit_overshoots(recording)[:JOINTS],
+            "deformables": deforming,
+            "suspicions": [
+                *suspicions(recording, deforming),
+                *gone_through(recording),
+                *held_up(driven),
+                *diagnostics.energy_from_nowhere(recording),
+            ],
+            "driven": recording.cast.driven,
+            "off_path": driven,
+            "contacts": contacts,
+            "visibility": summarise_visibility(run_dir, list(case.bodies)),
+            "legibility": summarise_legibility(run_dir, case, events),
+            "left_out": [*states.losses, *_left_out(recording, contacts)],
+        }
+    plain = to_plain(evidence)
+    rows = sorted(
+        [*events.sorted(), *touches], key=lambda row: (row["time"], row["name"] or "", row.get("between", []))
+    )
+    write_atomically(run_dir / "events.jsonl", "".join(dump_line(row) + "\n" for row in rows))
+    write_atomically(run_dir / "measures.csv", _csv(states.time, series))
+    write_atomically(run_dir / "evidence.json", json.dumps(plain, indent=1, sort_keys=True, allow_nan=False) + "\n")
+    return plain
+
+
+def to_plain(value: Any) -> Any:
+    """Return data as strict JSON knows it: numbers with nine digits, None for what is no finite number."""
+    if isinstance(value, Mapping):
+        return {str(key): to_plain(row) for key, row in value.items()}
+    if isinstance(value, np.ndarray):
+        return to_plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [to_plain(row) for row in value]
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    if isinstance(value, int | np.integer):
+        return int(value)
+    if isinstance(value, float | np.floating):
+        return float(f"{value:.9g}") + 0.0 if math.isfinite(value) else None
+    return value if value is None else str(value)
+
+
+def dump_line(row: Mapping[str, Any]) -> str:
+    """Return a record as one line of strict JSON."""
+    return json.dumps(to_plain(row), sort_keys=True, allow_nan=False)
+
+
+def _outcome(run_dir: Path) -> tuple[str, str, Any]:
+    """Return (state, message, where) of a run: from its record, or from what the program itself said."""
+    status = read_status(run_dir / "status.json")
+    where = status.get("where") or None
+    record = RunRecord.read(run_dir)
+    if record is not None and record.state != "running":
+        return record.state, record.message, where or record.where
+    state = str(status.get("state") or "interrupted")
+    return state, "" if state == "finished" else str(status.get("message") or ""), where
+
+
+def _verdict(findings: list[Finding], state: str, message: str) -> tuple[str, str]:
+    """Return (passed, failed or incomplete; the reason)."""
+    missed = [finding.name for finding in findings if finding.ok is False]
+    ended = f"the run did not finish ({state}{': ' + message if message else ''})"
+    if missed:
+        first = f"{len(missed)} of {len(findings)} expectations missed: {', '.join(missed)}"
+        return "failed", first if state == "finished" else f"{ended}; {first}"
+    if state in STOPPED:
+        return "incomplete", "the run was stopped before its end"
+    if state != "finished":
+        return "failed", ended
+    return (
+        "passed",
+        f"all {len(findings)} expectations came true" if findings else "it ran to its end; nothing was expected",
+    )
+
+
+def _summary(time: Array, series: Series) -> dict[str, Any]:
+    return {
+        "unit": series.unit,
+        "problem": series.problem or None,
+        **diagnostics.extremes(time, series.values),
+    }
+
+
+def _times(events: EventLog, name: str) -> dict[str, Any]:
+    times = [row["time"] for row in events.occurrences[name]]
+    return {
+        "count": len(times), "first": times[0] if times else None, "last": times[-1] if times else None,
+        "problem": events.problems.get(name),
+    }  # fmt: skip
+
+
+def _touches(recording: Recording) -> tuple[list[Occurrence], dict[str, Any]]:
+    """Return the touches between different bodies as occurrences without a name, and how many there were."""
+    cast, log = recording.cast, recording.contacts
+    targets = list(cast.copies.values())
+    bodies = list(dict.fromkeys(base_name(t.copy) for t in targets))
+    body = np.array([bodies.index(base_name(t.copy)) for t in targets], dtype=np.int64)
+    named = np.array([name in _named_with_itself(recording.case) for name in bodies], dtype=bool)
+    touches = log.between(cast.copy_of_link, cast.copy_of_link)
+    first, second = body[touches.pair[:, 0]], body[touches.pair[:, 1]]
+    listed = (first != second) | named[first]
+    hidden = log.count_episodes(choose(touches, ~listed))
+    episodes = log.episodes(choose(touches, listed))
+    total = len(episodes.start)
+    if total > EPISODES:
+        size = np.linalg.norm(episodes.impulse, axis=1)
+        hardest = np.lexsort((*episodes.pair.T[::-1], episodes.start, -np.where(np.isfinite(size), size, np.inf)))
+        episodes = choose(episodes, hardest[:EPISODES])
+    rows = [{"name": None, "kind": "contact", **row} for row in episode_rows(episodes, targets, targets)]
+    return rows, {
+        "recorded": log.recorded,
+        "rows": len(log.step),
+        "episodes": total + hidden,
+        "listed": len(rows),
+        "left_out": total - len(rows),
+        "within_repeated_bodies": hidden,
+    }
+
+
+def _named_with_itself(case: Case) -> set[str]:
+    """Bodies whose copies the case itself watches touching each other."""
+    pairs = [e.between for e in case.actions.events.values() if isinstance(e, ContactEvent | SeparationEvent)]
+    for measure in case.actions.measures.values():
+        if isinstance(measure, ContactForce | ContactCount | Penetration) and measure.by is not None:
+            pairs.append((measure.of, measure.by))
+    bases = [tuple(base_name(name.partition(".")[0]) for name in pair) for pair in pairs]
+    return {a for a, b in bases if a == b}
+
+
+def _left_out(recording: Recording, contacts: dict[str, Any]) -> list[str]:
+    rows = []
+    if contacts["left_out"]:
+        rows.append(f"events.jsonl: {contacts['left_out']} of the smaller touches between bodies (it has {EPISODES})")
+    if contacts["within_repeated_bodies"]:
+        rows.append(f"events.jsonl: {contacts['within_repeated_bodies']} touches between copies of one body")
+    if not contacts["recorded"]:
+        rows.append(recording.contacts.why_not)
+    if recording.states.deformables:
+        rows.append("events.jsonl: touches of bodies that deform which no event asks for")
+    return rows
+
+
+def _csv(time: Array, series: Mapping[str, Series]) -> str:
+    table = np.column_stack([time, *(row.values for row in series.values())]) if len(time) else np.zeros((0, 1))
+    lines = [",".join(["time", *series])]
+    lines += [",".join(f"{v:.9g}" if math.isfinite(v) else "" for v in row) for row in table.tolist()]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,310 @@
+"""Expectations: what must come true, and whether it did."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from text2sim.evidence.events import EventLog
+from text2sim.evidence.measures import Series
+from text2sim.recording.states import Array
+from text2sim.spec_schema.models.base import span_of
+from text2sim.spec_schema.models.expectations import Expect
+
+HAIR = 1e-9
+"""Times [s] nearer than this are equal: a frame's time is a sum of steps."""
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a run ended, as far as expectations care."""
+
+    end: float
+    """Last recorded time [s]."""
+    duration: float
+    """Time [s] that the case asks for."""
+    finished: bool
+    """It came to its end by itself."""
+    stopped: bool
+    """Someone stopped it: what it did not reach is open, not false."""
+
+    @property
+    def early(self) -> bool:
+        """There are times about which nothing is known."""
+        return not self.finished
+
+    def reached(self, time: float) -> bool:
+        """Whether a time was recorded. A finished run ends on the last whole step before its duration."""
+        return time <= self.end + HAIR or (self.finished and time <= self.duration + HAIR)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What came of an expectation."""
+
+    name: str
+    ok: bool | None
+    """None where the run was stopped before it could show."""
+    value: float | None
+    """What was found: a time [s] or a number of times of an event, or a value of a measure."""
+    unit: str
+    wanted: str
+    """What was asked for, in words."""
+    why: str
+    """What was found, in words."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """The finding as plain data."""
+        return {
+            "name": self.name,
+            "ok": self.ok,
+            "value": self.value,
+            "unit": self.unit,
+            "wanted": self.wanted,
+            "why": self.why,
+        }
+
+
+def judge_expectations(
+    expect: Mapping[str, Expect], time: Array, series: Mapping[str, Series], events: EventLog, ending: Ending
+) -> list[Finding]:
+    """Judge every expectation, in the order of the case."""
+    judge = _Judge(time, series, events, ending)
+    return [judge.judge(name, row) for name, row in expect.items()]
+
+
+@dataclass(frozen=True)
+class _Judge:
+    time: Array
+    series: Mapping[str, Series]
+    events: EventLog
+    ending: Ending
+
+    def judge(self, name: str, expect: Expect) -> Finding:
+        if expect.event is not None:
+            wanted, unit = wanted_of_event(expect), "s" if expect.count is None and not expect.never else ""
+            if expect.event not in self.events.occurrences:
+                return Finding(name, False, None, unit, wanted, f"there is no event `{expect.event}`")
+            if expect.event in self.events.problems:
+                return Finding(name, False, None, unit, wanted, self.events.problems[expect.event])
+            ok, value, why = self._never(expect) if expect.never else self._event(expect)
+            return Finding(name, ok, value, unit, wanted, why)
+        series = self.series.get(expect.measure or "")
+        unit = series.unit if series else ""
+        wanted = wanted_of_measure(expect, unit)
+        if series is None or series.problem:
+            why = series.problem if series else f"there is no measure `{expect.measure}`"
+            return Finding(name, False, None, unit, wanted, why)
+        ok, value, why = self._at(expect, series) if expect.at is not None else self._during(expect, series)
+        return Finding(name, ok, value, unit, wanted, why)
+
+    def _unreached(self, what: str) -> tuple[bool | None, None, str]:
+        return (
+            (None if self.ending.stopped else False),
+            None,
+            f"not reached: the run ended at {self.ending.end:.4g} s, {what}",
+        )
+
+    # --- events ---
+
+    def _never(self, expect: Expect) -> tuple[bool | None, float | None, str]:
+        first, last = span_of(expect.within, self.ending.duration)
+        times = [row["time"] for row in self.events.occurrences[expect.event or ""]]
+        inside = [t for t in times if first - HAIR <= t <= last + HAIR or (expect.within is None)]
+        if inside:
+            return False, float(len(inside)), f"happened at {inside[0]:.4g} s{_more(inside)}"
+        if self.ending.early and not self.ending.reached(last):
+            return self._unreached("and it could still have happened")
+        return (
+            True,
+            0.0,
+            "never happened"
+            if expect.within is None or not times
+            else f"happened only outside, first at {times[0]:.4g} s",
+        )
+
+    def _event(self, expect: Expect) -> tuple[bool | None, float | None, str]:
+        times = [row["time"] for row in self.events.occurrences[expect.event or ""]]
+        first = times[0] if times else None
+        value = float(len(times)) if expect.count is not None else first
+        said = f"first happened at {first:.4g} s{_more(times)}" if first is not None else "never happened"
+        open_end = self.ending.early
+        if first is None and (expect.count is None or _counts(expect.count)[0] > 0):
+            _, until = span_of(expect.within, self.ending.duration)
+            if open_end and not self.ending.reached(until):
+                return self._unreached("and it had not happened")
+            return False, value, said
+        if (
+            expect.within is not None
+            and first is not None
+            and not self._inside(first, span_of(expect.within, self.ending.duration))
+        ):
+            return False, value, said
+        if expect.count is not None:
+            low, high = _counts(expect.count)
+            said = f"happened {len(times)} times" + (f", first at {first:.4g} s" if first is not None else "")
+            if len(times) > high:
+                return False, value, said
+            if open_end and (len(times) < low or high < float("inf")):
+                return (
+                    (None if self.ending.stopped else False),
+                    value,
+                    f"{said}; the run ended at {self.ending.end:.4g} s",
+                )
+            if len(times) < low:
+                return False, value, said
+        if expect.before is not None:
+            other = self.events.first(expect.before)
+            if other is None:
+                if open_end:
+                    return self._unreached(f"and `{expect.before}` had not happened")
+                return False, value, f"{said}; `{expect.before}` never happened"
+            said = f"{said}; `{expect.before}` at {other:.4g} s"
+            return first is not None and first < other, value, said
+        return True, value, said
+
+    @staticmethod
+    def _inside(time: float, window: tuple[float, float]) -> bool:
+        return window[0] - HAIR <= time <= window[1] + HAIR
+
+    # --- measures ---
+
+    def _at(self, expect: Expect, series: Series) -> tuple[bool | None, float | None, str]:
+        if not len(self.time):
+            return self._unreached("before its first frame")
+        if expect.at == "end" and self.ending.early:
+            return self._unreached("before its end")
+        at = moment(expect.at, self.time)
+        if not self.ending.reached(at):
+            return self._unreached(f"before {at:.4g} s")
+        value = float(np.interp(at, self.time, series.values))
+        return _holds(expect, value), _finite(value), f"{_number(value, series.unit)} at {at:.4g} s"
+
+    def _during(self, expect: Expect, series: Series) -> tuple[bool | None, float | None, str]:
+        first, last = span_of(_window(expect), self.ending.duration)
+        if not len(self.time) or first > self.ending.end + HAIR and not self.ending.finished:
+            return self._unreached(f"before {first:.4g} s")
+        time, values = self._clip(first, last, series.values)
+        whole = self.ending.reached(last)
+        if expect.stat is not None:
+            if not whole:
+                return self._unreached(f"before {last:.4g} s")
+            value = _stat(expect.stat, time, values)
+            return _holds(expect, value), _finite(value), f"{expect.stat} was {_number(value, series.unit)}"
+        margins = _margin(expect, values)
+        worst = int(np.argmin(np.where(np.isnan(margins), -np.inf, margins)))
+        value = float(values[worst])
+        said = f"at worst {_number(value, series.unit)} at {time[worst]:.4g} s"
+        if not _holds(expect, value):
+            return False, _finite(value), said
+        if not whole:
+            return (
+                (None if self.ending.stopped else False),
+                _finite(value),
+                f"{said}; the run ended at {self.ending.end:.4g} s",
+            )
+        return True, _finite(value), said
+
+    def _clip(self, first: float, last: float, values: Array) -> tuple[Array, Array]:
+        """Return the frames of a span, with its two ends interpolated."""
+        first, last = max(first, float(self.time[0])), min(last, float(self.time[-1]))
+        first = min(first, last)
+        inner = (self.time > first + HAIR) & (self.time < last - HAIR)
+        ends = np.array([first, last])
+        left, right = np.interp(ends, self.time, values)
+        return np.concatenate([[first], self.time[inner], [last]]), np.concatenate([[left], values[inner], [right]])
+
+
+def moment(at: float | str | None, time: Array) -> float:
+    """Return the time [s] that `at` means: itself, or the `start` or `end` of the recording."""
+    if isinstance(at, str):
+        return float(time[0] if at == "start" else time[-1])
+    return at or 0.0
+
+
+def _stat(stat: str, time: Array, values: Array) -> float:
+    if stat == "mean":
+        span = time[-1] - time[0]
+        return float(np.trapezoid(values, time) / span) if span > 0 else float(values.mean())
+    if stat == "std":
+        return float(np.sqrt(_stat("mean", time, (values - _stat("mean", time, values)) ** 2)))
+    return float({"max": values.max, "min": values.min, "range": lambda: values.max() - values.min()}[stat]())
+
+
+def _margin(expect: Expect, values: Array) -> Array:
+    """How far values are on the right side of all bounds; negative where they are not."""
+    margin = np.full(np.shape(values), np.inf)
+    if expect.above is not None:
+        margin = np.minimum(margin, values - expect.above)
+    if expect.below is not None:
+        margin = np.minimum(margin, expect.below - values)
+    if expect.equals is not None and expect.tolerance is not None:
+        margin = np.minimum(margin, expect.tolerance - np.abs(values - expect.equals))
+    return margin
+
+
+def _holds(expect: Expect, value: float) -> bool:
+    return bool(
+        np.isfinite(value)
+        and (expect.above is None or value > expect.above)
+        and (expect.below is None or value < expect.below)
+        and (expect.equals is None or abs(value - expect.equals) <= (expect.tolerance or 0.0))
+    )
+
+
+def _counts(count: tuple[int, int] | int) -> tuple[int, float]:
+    return (count, count) if isinstance(count, int) else count
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def _number(value: float, unit: str) -> str:
+    return f"{value:.4g} {unit}".rstrip() if np.isfinite(value) else "not a finite number"
+
+
+def _more(times: list[float]) -> str:
+    return f", {len(times)} times in all" if len(times) > 1 else ""
+
+
+def _window(expect: Expect) -> tuple[float, float | str] | None:
+    return expect.during if isinstance(expect.during, tuple) else None
+
+
+def _span(window: tuple[float, float | str]) -> str:
+    first, last = window
+    return f"from {first:g} s to {'the end' if isinstance(last, str) else f'{last:g} s'}"
+
+
+def wanted_of_event(expect: Expect) -> str:
+    """Return what is wanted of an event, in words."""
+    span = _span(expect.within) if expect.within else ""
+    if expect.never:
+        return f"`{expect.event}` never happens {span}".rstrip()
+    words = [f"`{expect.event}` happens"]
+    if expect.count is not None:
+        low, high = _counts(expect.count)
+        words.append(f"{low} times" if low == high else f"{low} to {high:g} times")
+    if span:
+        words.append(f"first {span}")
+    if expect.before is not None:
+        words.append(f"before `{expect.before}`")
+    return f"{words[0]} {', '.join(words[1:])}".rstrip()
+
+
+def wanted_of_measure(expect: Expect, unit: str) -> str:
+    """Return what is wanted of a measure, in words."""
+    bounds = [
+        f"{word} {_number(v, unit)}" for word, v in (("above", expect.above), ("below", expect.below)) if v is not None
+    ]
+    if expect.equals is not None:
+        bounds.append(f"within {_number(expect.tolerance or 0.0, unit)} of {_number(expect.equals, unit)}")
+    subject = f"`{expect.measure}`" if expect.stat is None else f"{expect.stat} of `{expect.measure}`"
+    if expect.at is not None:
+        when = f"at the {expect.at}" if isinstance(expect.at, str) else f"at {expect.at:g} s"
+    else:
+        span = _window(expect)
+        when = _span(span) if span else "all the time"
+    return f"{subject} {' and '.join(bounds)} {when}"

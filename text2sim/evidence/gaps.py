@@ -1,0 +1,206 @@
+"""How near bodies that deform come to other bodies, and how deep they go into them.
+
+Looked at are the points of a body: particles, or vertices and the middles of its triangles and edges. Exact distances
+are worked out for few of them only: boxes around handfuls of neighbouring points rule out the rest.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from text2sim.evidence.rigid_shapes import world_frames
+from text2sim.evidence.solids import Solid
+from text2sim.recording.deformables import Deformable
+from text2sim.recording.states import Array, RunStates
+
+HANDFUL = 24
+"""Points in a box, at most."""
+SLACK = 1e-5
+"""What single precision may take from a bound [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """The points of a body over time, in handfuls of neighbours."""
+
+    points: Array
+    """(F, n, 3) [m], world; those of a handful follow each other."""
+    starts: Array
+    """First point of each handful, (G,)."""
+    low: Array
+    """Lowest corner of each handful's box [m], (F, G, 3)."""
+    high: Array
+    """Highest corner, (F, G, 3)."""
+    step: int = 1
+    """Recorded frames from one of these to the next."""
+
+    @classmethod
+    def of(cls, body: Deformable) -> "Cloud":
+        """The points of a body; between the corners of a mesh there are more on its sides and triangles."""
+        points = body.points
+        if body.solver in ("fem", "ipc") and body.faces is not None:
+            faces, corners = body.faces, body.seen
+            sides, used = np.unique(np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)), axis=0), np.unique(faces)
+            middles = [corners[:, faces].mean(axis=2), corners[:, sides].mean(axis=2)]
+            points = np.concatenate((corners[:, used], *middles), axis=1)
+        if not len(points):
+            return cls(points, np.zeros(1, np.int64), points[:, :1], points[:, :1], body.step)
+        order, starts = _handfuls(points[0])
+        points = np.ascontiguousarray(points[:, order])
+        low = np.minimum.reduceat(points, starts, axis=1)
+        return cls(points, starts, low, np.maximum.reduceat(points, starts, axis=1), body.step)
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return self.points.shape[1]
+
+    def members(self, frames: Array, groups: Array) -> tuple[Array, Array]:
+        """Return (frame, point) of all points of handfuls, given as frame and number."""
+        ends = np.append(self.starts[1:], self.size)
+        count = (ends - self.starts)[groups]
+        first = np.repeat(self.starts[groups] - (np.cumsum(count) - count), count)
+        return np.repeat(frames, count), first + np.arange(count.sum())
+
+
+def _handfuls(points: Array) -> tuple[Array, Array]:
+    """Order points (n, 3) so that neighbours follow each other; return the order, and where handfuls begin."""
+    points = np.where(np.isfinite(points).all(axis=1, keepdims=True), points, 0.0)
+    stack, handfuls = [np.arange(len(points))], []
+    while stack:
+        rows = stack.pop()
+        if len(rows) <= HANDFUL:
+            handfuls.append(rows)
+            continue
+        # Cut in two across the longest side.
+        own = points[rows]
+        order = np.argsort(own[:, np.ptp(own, axis=0).argmax()], kind="stable")
+        half = len(rows) // 2
+        stack += [rows[order[:half]], rows[order[half:]]]
+    sizes = [len(rows) for rows in handfuls]
+    return np.concatenate(handfuls), np.cumsum([0, *sizes[:-1]])
+
+
+@dataclass
+class Nearest:
+    """The smallest distance so far in each frame."""
+
+    value: Array
+    """[m], (F,); negative inside. What was given as a limit where nothing is nearer."""
+    pos: Array
+    """The point of the body [m], world, (F, 3); NaN where nothing is nearer than the limit."""
+    of: Array
+    """Number of the solid, (F,); -1 where nothing is nearer than the limit."""
+
+    @classmethod
+    def within(cls, frames: int, limit: float | Array) -> "Nearest":
+        """Nothing yet, and what is farther than the limit [m] does not matter."""
+        return cls(np.full(frames, limit, float), np.full((frames, 3), np.nan), np.full(frames, -1))
+
+    def take(self, frames: Array, values: Array, points: Array, of: int) -> None:
+        """Take in distances (n,) of points (n, 3) in frames (n,), sorted by frame."""
+        if not len(frames):
+            return
+        values = np.where(np.isnan(values), np.inf, values)
+        begins = np.flatnonzero(np.diff(frames, prepend=-1))
+        best = np.minimum.reduceat(values, begins)
+        owner = np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(frames))))
+        rows = np.flatnonzero(values == best[owner])
+        rows = rows[np.diff(owner[rows], prepend=-1) > 0]  # the first of equals
+        rows = rows[values[rows] < self.value[frames[rows]]]
+        at = frames[rows]
+        self.value[at], self.pos[at], self.of[at] = values[rows], points[rows], of
+
+
+def nearest_solid(
+    cloud: Cloud, states: RunStates, solids: Sequence[tuple[int, Solid]], limit: float | Array = np.inf
+) -> Nearest:
+    """Return how near a cloud comes to the nearest of solids in each frame.
+
+    Args:
+        cloud: The points.
+        states: The recording.
+        solids: Solids with their links.
+        limit: Distance [m] from which on it does not matter how far they are.
+    """
+    found = Nearest.within(len(cloud.points), limit)
+    for number, (link, solid) in enumerate(solids):
+        if len(cloud.points):
+            pos, turn = world_frames(states, link, solid, cloud.step)
+            bound = _bound(cloud, solid, pos, turn)
+            first = bound.argmin(axis=1)
+            frames = np.flatnonzero(bound.min(axis=1) < found.value)
+            _measure(cloud, solid, pos, turn, frames, first[frames], found, number)
+            bound[frames, first[frames]] = np.inf
+            rest, groups = np.nonzero(bound < found.value[:, None])
+            _measure(cloud, solid, pos, turn, rest, groups, found, number)
+    return found
+
+
+def _bound(cloud: Cloud, solid: Solid, pos: Array, turn: Array) -> Array:
+    """Lower bound of the signed distance [m] between each handful and a solid, (F, G)."""
+    if solid.kind == "plane":
+        normal = turn[:, :, 2].astype(np.float32)[:, None]
+        middle, half = (cloud.low + cloud.high) / 2, (cloud.high - cloud.low) / 2
+        height = ((middle - pos[:, None]) * normal).sum(axis=2)
+        return height - (half * np.abs(normal)).sum(axis=2) - SLACK
+    low, high = solid.bounds
+    middle = pos + turn @ ((low + high) / 2)
+    half = np.abs(turn) @ ((high - low) / 2)
+    low, high = (middle - half)[:, None].astype(np.float32), (middle + half)[:, None].astype(np.float32)
+    # Apart along any axis by this much, or, where boxes overlap, at most as deep as the solid's box goes.
+    apart = np.maximum(low - cloud.high, cloud.low - high).max(axis=2)
+    deep = -half.min(axis=1)[:, None]
+    return np.where(apart > 0, apart, np.maximum(apart, deep)) - SLACK
+
+
+def _measure(
+    cloud: Cloud, solid: Solid, pos: Array, turn: Array, frames: Array, groups: Array, found: Nearest, number: int
+) -> None:
+    """Work out the distances of handfuls that may be nearer than what was found so far."""
+    block = max(1, 200_000 // HANDFUL)
+    for begin in range(0, len(frames), block):
+        at, points = cloud.members(frames[begin : begin + block], groups[begin : begin + block])
+        x = cloud.points[at, points].astype(float)
+        own = np.einsum("nij,ni->nj", turn[at], x - pos[at])
+        value, exact = solid.least(own)
+        found.take(at[exact], value[exact], x[exact], number)
+        open_ = np.flatnonzero(~exact & (value < found.value[at]))
+        if len(open_):
+            # The one that seems nearest in each frame first: then few are left.
+            order = open_[np.lexsort((value[open_], at[open_]))]
+            first = order[np.diff(at[order], prepend=-1) > 0]
+            found.take(at[first], solid.distance(own[first]), x[first], number)
+            left = open_[value[open_] < found.value[at[open_]]]
+            left = np.setdiff1d(left, first, assume_unique=True)
+            found.take(at[left], solid.distance(own[left]), x[left], number)
+
+
+def nearest_cloud(cloud: Cloud, other: Cloud, limit: float | Array = np.inf) -> Nearest:
+    """Return how near the points of two bodies come to each other in each frame; never negative."""
+    from scipy.spatial import KDTree
+
+    found = Nearest.within(len(cloud.points), limit)
+    if not len(cloud.points):
+        return found
+    low, high = other.low.min(axis=1, keepdims=True), other.high.max(axis=1, keepdims=True)
+    apart = np.maximum(np.maximum(low - cloud.high, cloud.low - high), 0.0)
+    bound = np.linalg.norm(apart, axis=2) - SLACK
+    for frame in np.flatnonzero(bound.min(axis=1) < limit):
+        theirs = other.points[frame].astype(float)
+        if not np.isfinite(theirs).all():
+            continue
+        tree = KDTree(theirs, balanced_tree=False, compact_nodes=False)
+        first = np.array([bound[frame].argmin()])
+        for groups in (first, None):
+            if groups is None:
+                groups = np.setdiff1d(np.flatnonzero(bound[frame] < found.value[frame]), first)
+            at, points = cloud.members(np.full(len(groups), frame), groups)
+            x = cloud.points[at, points].astype(float)
+            sound = np.isfinite(x).all(axis=1)
+            x, at = x[sound], at[sound]
+            if len(x):
+                far = np.asarray(tree.query(x, distance_upper_bound=found.value[frame])[0])
+                found.take(at, far, x, 0)
+    return found

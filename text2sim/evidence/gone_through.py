@@ -1,0 +1,159 @@
+"""Rigid bodies that got into others by more than contacts give way, or through them between two frames.
+
+Where the middle of a convex piece is inside another piece, or below a ground, no contact will bring it back to the side
+that it came from. What is hollow and drawn as one surface is not looked at, for it has no inside that could be told.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from text2sim.evidence.leaks import half_size
+from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.rigid_shapes import world_frames
+from text2sim.evidence.selection import Target, base_name
+from text2sim.evidence.solids import Solid
+from text2sim.recording.states import Array
+from text2sim.spec_schema.models.bodies import Driven, Rigid
+from text2sim.spec_schema.models.controls import Attach
+
+PAIRS = 10_000
+"""Pairs of pieces whose ways are compared; the rest of a huge heap is left out."""
+TURN = 0.3
+"""Angle [rad] between two frames from which on ways in the frame of what turns are no longer straight."""
+SAID = 5
+"""As many pairs of bodies are told."""
+
+
+@dataclass(frozen=True)
+class _Piece:
+    target: Target
+    solid: Solid
+    pos: Array
+    """Of its frame [m], (F, 3)."""
+    turn: Array
+    """Rotation matrices of its frame, (F, 3, 3)."""
+    middle: Array
+    """[m], (F, 3); of a ground its frame's origin."""
+    box: tuple[Array, Array]
+    """Lowest and highest corner [m] of all where it ever was; without end for a ground."""
+
+
+def gone_through(recording: Recording) -> list[str]:
+    """Return which bodies are wholly inside or beyond others, a sentence for each pair of bodies."""
+    if not recording.states.frames:
+        return []
+    pieces = [*_pieces(recording)]
+    movers = [piece for piece in pieces if piece.solid.kind != "plane" and piece.target in recording.cast.loose]
+    found: dict[frozenset[str], tuple[int, str, str, str]] = {}
+    held = _held_together(recording)
+    for mover, other in _near(movers, pieces):
+        names = frozenset(base_name(piece.target.copy) for piece in (mover, other))
+        if names in held:
+            continue
+        seen = _below(recording, mover, other) if other.solid.kind == "plane" else _inside(mover, other)
+        if seen is not None and seen[0] < found.get(names, (recording.states.frames,))[0]:
+            found[names] = (*seen, mover.target.copy, other.target.copy)
+    rows = sorted(found.values())
+    said = [
+        f"`{mover}` {what} `{other}` at {recording.states.time[frame]:.3g} s: more substeps, or masses and sizes that "
+        "are nearer to each other, would hold it"
+        for frame, what, mover, other in rows[:SAID]
+    ]
+    return said + ([f"the same is so of {len(rows) - SAID} more pairs of bodies"] if len(rows) > SAID else [])
+
+
+def _pieces(recording: Recording) -> Iterator[_Piece]:
+    """Everything that is rigid and in one piece, or made of convex ones."""
+    for name, target in recording.cast.copies.items():
+        model = recording.case.bodies.get(base_name(name))
+        if target.soft is not None or not (model is None or isinstance(model, Rigid | Driven)):
+            continue
+        for link, solid in recording.shapes.of_links(target.links):
+            if solid.kind == "surface":
+                continue
+            pos, turn = world_frames(recording.states, link, solid)
+            if solid.kind == "plane":
+                yield _Piece(target, solid, pos, turn, pos, (np.full(3, -np.inf), np.full(3, np.inf)))
+                continue
+            low, high = solid.bounds
+            middle = pos + turn @ ((low + high) / 2)
+            reach = np.abs(turn) @ ((high - low) / 2)
+            with np.errstate(invalid="ignore"):
+                yield _Piece(target, solid, pos, turn, middle, ((middle - reach).min(axis=0), (middle + reach).max(0)))
+
+
+def _near(movers: Sequence[_Piece], pieces: Sequence[_Piece]) -> Iterator[tuple[_Piece, _Piece]]:
+    """Pieces of different bodies, of which the middle of the first comes into the box around the second's way."""
+    if not movers:
+        return
+    low = np.array([piece.box[0] for piece in pieces])
+    high = np.array([piece.box[1] for piece in pieces])
+    count = 0
+    for mover in movers:
+        first, last = mover.middle.min(axis=0), mover.middle.max(axis=0)
+        for k in np.flatnonzero(((low < last) & (high > first)).all(axis=1)).tolist():
+            if pieces[k].target is not mover.target and count < PAIRS:
+                count += 1
+                yield mover, pieces[k]
+
+
+def _held_together(recording: Recording) -> set[frozenset[str]]:
+    """Bodies that the case welds to each other, which do not touch."""
+    holds = [control for control in recording.case.actions.controls.values() if isinstance(control, Attach)]
+    return {frozenset(base_name(name.partition(".")[0]) for name in (hold.body, hold.to)) for hold in holds}
+
+
+def _below(recording: Recording, mover: _Piece, ground: _Piece) -> tuple[int, str] | None:
+    """When a piece is wholly below a ground that it came from above, or was below from the start."""
+    own = _seen_from(ground, mover.middle)
+    low, high = mover.solid.bounds
+    # Half its extent along the ground's normal.
+    half = np.abs(ground.turn[:, None, :, 2] @ mover.turn)[:, 0] @ ((high - low) / 2)
+    size = half_size(recording, ground.target.root)
+    over: Array = (np.abs(own[:, :2]) < size).all(axis=1)
+    under = own[:, 2] < -half
+    if not (under & over).any():
+        return None
+    frame = int(np.argmax(under & over))
+    above = np.flatnonzero(own[:frame, 2] >= 0.0)
+    if not len(above):
+        return (frame, "is under") if under[0] else None
+    crossed = int(above[-1])
+    return (frame, "is through") if over[crossed] and over[crossed + 1] else None
+
+
+def _inside(mover: _Piece, other: _Piece) -> tuple[int, str] | None:
+    """When the middle of a piece is inside another, or was since the frame before."""
+    own = _seen_from(other, mover.middle)
+    low, high = other.solid.bounds
+    with np.errstate(invalid="ignore"):
+        near = np.flatnonzero(((own > low) & (own < high)).all(axis=1))
+    inside = near[other.solid.distance(own[near]) < 0.0] if len(near) else near
+    if len(inside):
+        return int(inside[0]), "is inside"
+    passed = _passes(own, other, low, high)
+    return None if passed is None else (passed, "is through")
+
+
+def _passes(own: Array, other: _Piece, low: Array, high: Array) -> int | None:
+    """The first frame before which a point came in by one side of a box and left it by the opposite one."""
+    a, b = own[:-1], own[1:]
+    with np.errstate(all="ignore"):
+        to_low, to_high = (low - a) / (b - a), (high - a) / (b - a)
+        enters, leaves = np.minimum(to_low, to_high), np.maximum(to_low, to_high)
+        at, till = enters.max(axis=1), leaves.min(axis=1)
+        straight = enters.argmax(axis=1) == leaves.argmin(axis=1)
+        rows = np.flatnonzero((at > 0.0) & (till < 1.0) & (at < till) & straight)
+    for k in rows.tolist():
+        cosine = (np.trace(other.turn[k].T @ other.turn[k + 1]) - 1) / 2
+        middle = a[k] + (b[k] - a[k]) * (at[k] + till[k]) / 2
+        if cosine > np.cos(TURN) and other.solid.distance(middle[None])[0] < 0.0:
+            return k + 1
+    return None
+
+
+def _seen_from(piece: _Piece, points: Array) -> Array:
+    """Points (F, 3) in the frame of a piece."""
+    return ((points - piece.pos)[:, None] @ piece.turn)[:, 0]

@@ -1,0 +1,100 @@
+"""Which part of grains, liquids and snow got through walls and floors."""
+
+import numpy as np
+
+from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.rigid_shapes import world_frames
+from text2sim.evidence.selection import base_name
+from text2sim.evidence.solids import Solid
+from text2sim.recording.deformables import Deformable
+from text2sim.recording.states import Array
+from text2sim.spec_schema.models.bodies import Driven, Rigid
+from text2sim.spec_schema.models.shapes import Plane
+
+KINDS = ("granular", "liquid", "snow")
+DEEP = 2.5
+"""Depth, in distances of points, from which on a point is on its way through: sound runs press them in to 2."""
+MIDDLE = 0.8
+"""The same of thin walls, as a part of half their thickness."""
+BETWEEN = 4
+"""Places looked at between two recorded frames, so that what goes through quickly is seen."""
+
+
+def leaks(recording: Recording, body: Deformable) -> tuple[Array, list[str]]:
+    """Return the part (F,) of a body's mass that got into or through what holds it by then, and where most of it did.
+
+    What holds it are grounds, statics, driven bodies and those with a mount; a point counts from when it is deeper in
+    one of them than sound runs press it. All points of a body weigh the same.
+    """
+    frames, count = len(body.points), body.points.shape[1]
+    first, through = np.full(count, frames), np.full(count, -1)
+    walls = [*_walls(recording)]
+    for number, (link, solid) in enumerate(walls):
+        pos, turn = world_frames(recording.states, link, solid, body.step)
+        size = half_size(recording, link) if solid.kind == "plane" else np.inf
+        deep = depth_on_the_way(solid, body.spacing)
+        before = None
+        for frame in range(frames):
+            own = (body.points[frame].astype(float) - pos[frame]) @ turn[frame]
+            hit = _below(own, deep, size) if solid.kind == "plane" else _inside(solid, own, before, deep)
+            new = hit[first[hit] > frame]
+            first[new], through[new] = frame, number
+            before = own
+    share = np.cumsum(np.bincount(first, minlength=frames + 1)[:frames]) / max(count, 1)
+    where = ""
+    if (through >= 0).any():
+        most = int(np.bincount(through[through >= 0]).argmax())
+        where = recording.cast.label_of_link(walls[most][0])
+    return share, [where] * frames
+
+
+def _walls(recording: Recording) -> list[tuple[int, Solid]]:
+    """Solids that hold a body, with their links."""
+    cast, found = recording.cast, []
+    for name, target in cast.copies.items():
+        model = recording.case.bodies.get(base_name(name))
+        held = cast.is_static(name) or isinstance(model, Driven)
+        held = held or (isinstance(model, Rigid) and model.mount.kind != "free")
+        if held and target.soft is None and cast.touches_soft(name):
+            found += recording.shapes.of_links(np.array(target.links))
+    return found
+
+
+def half_size(recording: Recording, link: int) -> float:
+    """Half the side [m] of a ground: what falls beside it does not go through it."""
+    shape = recording.case.scene.statics[base_name(recording.states.links[link].body)].shape
+    return shape.size / 2 if isinstance(shape, Plane) else np.inf
+
+
+def depth_on_the_way(solid: Solid, spacing: float) -> float:
+    """Return the depth [m] in a solid from which on a point is on its way through, for points so far [m] apart."""
+    # The middle of the box of a mesh that is not convex may lie outside, which says nothing of how thick it is.
+    least = spacing if solid.kind == "surface" else 0.0
+    return min(DEEP * spacing, max(MIDDLE * _half_thickness(solid), least))
+
+
+def _half_thickness(solid: Solid) -> float:
+    """How deep [m] one can be in a solid."""
+    if solid.kind == "plane":
+        return np.inf
+    low, high = solid.bounds
+    return max(0.0, -float(solid.distance(((low + high) / 2)[None])[0]))
+
+
+def _below(own: Array, deep: float, size: float) -> Array:
+    """Points that are under a ground, by their number."""
+    return np.flatnonzero((own[:, 2] < -deep) & (np.abs(own[:, :2]) < size).all(axis=1))
+
+
+def _inside(solid: Solid, own: Array, before: Array | None, deep: float) -> Array:
+    """Points that are deep in a solid now, or were since the frame before, by their number."""
+    before = own if before is None else before
+    low, high = solid.bounds
+    with np.errstate(invalid="ignore"):
+        near = (np.minimum(own, before) < high).all(axis=1) & (np.maximum(own, before) > low).all(axis=1)
+    near = np.flatnonzero(near & np.isfinite(own).all(axis=1) & np.isfinite(before).all(axis=1))
+    if not len(near):
+        return near
+    a, b = before[near], own[near]
+    depth = [solid.distance(a + (b - a) * k / BETWEEN) for k in range(1, BETWEEN + 1)]
+    return near[np.min(depth, axis=0) < -deep]

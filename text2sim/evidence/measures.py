@@ -1,0 +1,396 @@
+"""Measures: numbers over time, computed from recorded frames. Each formula stands with its function.
+
+A body is meant as a whole: where it has several links, its origin, orientation and turning are those of its
+root link, and its velocity is that of the common centre of mass.
+
+Contacts are recorded at every time step, measures are given at frames: to a frame belong the steps since the
+frame before it. The first frame, before which there was no step, shows the contacts of the first step.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from text2sim.evidence import soft_measures
+from text2sim.evidence.deformation import DeformationError
+from text2sim.evidence.recorded_case import Recording, links_of, soft_of
+from text2sim.evidence.selection import SelectionError, Target
+from text2sim.recording.geometry import depth_inside, reach
+from text2sim.recording.states import Array, JointRecord
+from text2sim.recording.vectors import rotate, rotate_back
+from text2sim.spec_schema.models import measures
+from text2sim.spec_schema.models.base import AXES
+
+_COLUMN = {"x": 0, "y": 1, "z": 2}
+_UNITS = {
+    "position": "m",
+    "velocity": "m/s",
+    "speed": "m/s",
+    "angular_speed": "rad/s",
+    "angular_velocity": "rad/s",
+    "turns": "",
+    "bend": "deg",
+    "displacement": "m",
+    "tilt": "deg",
+    "extent": "m",
+    "distance": "m",
+    "contact_force": "N",
+    "contact_count": "",
+    "penetration": "m",
+    "energy": "J",
+    "momentum": "kg m/s",
+    "angular_momentum": "kg m2/s",
+    "count_in": "",
+    **soft_measures.UNITS,
+}
+_JOINT_UNITS = {
+    "joint_position": {"hinge": "rad", "slider": "m"},
+    "joint_velocity": {"hinge": "rad/s", "slider": "m/s"},
+    "joint_force": {"hinge": "N m", "slider": "N"},
+}
+
+
+MeasureError = soft_measures.SoftMeasureError
+"""A measure that has no value in this recording."""
+
+
+@dataclass(frozen=True)
+class Series:
+    """A measure over time."""
+
+    name: str
+    unit: str
+    """SI, or deg; empty for a number of things."""
+    values: Array
+    """One for each frame, shape (F,); NaN where it has none."""
+    problem: str = ""
+    """Why it could not be computed; all values are NaN then."""
+
+
+def evaluate(recording: Recording) -> dict[str, Series]:
+    """Evaluate every measure of the case, in its order."""
+    found = {}
+    for name, measure in recording.case.actions.measures.items():
+        try:
+            with np.errstate(all="ignore"):  # a diverged run holds numbers that overflow
+                values, unit = _value(recording, measure)
+                values = _changed(recording.states.time, np.asarray(values, dtype=float), measure.change_from)
+            found[name] = Series(name, unit, values)
+        except (SelectionError, MeasureError, DeformationError) as error:
+            found[name] = Series(
+                name, _UNITS.get(measure.kind, ""), np.full(recording.states.frames, np.nan), str(error)
+            )
+    return found
+
+
+def _changed(time: Array, values: Array, since: str | float | None) -> Array:
+    """x(t) - x(t0), between frames on a straight line."""
+    if since is None or not len(time):
+        return values
+    if isinstance(since, str):
+        return values - values[0]
+    if since > time[-1] + 1e-9:
+        raise MeasureError(f"its change is counted from {since:g} s, and the run ended at {time[-1]:.4g} s")
+    return values - np.interp(since, time, values)
+
+
+def _value(recording: Recording, measure: measures.Measure) -> tuple[Array, str]:
+    if isinstance(measure, measures.JointPosition | measures.JointVelocity | measures.JointForce):
+        joints = recording.cast.select_joints(measure.of)
+        kinds = {joint.kind for _, joint in joints}
+        if len(kinds) != 1 or not kinds <= {"hinge", "slider"}:
+            raise MeasureError(
+                f"{measure.of}: only hinges and sliders have a position (got {', '.join(sorted(kinds))})"
+            )
+        values = [_joint(recording, measure.kind, joint) for _, joint in joints]
+        unit = _JOINT_UNITS[measure.kind][kinds.pop()]
+        return _reduce(measure, values), "" if measure.stat == "count" else unit
+    if isinstance(measure, measures.Bend):
+        values = [_bend(recording, joint) for joint in recording.cast.select_bends(measure.of)]
+        return _reduce(measure, values, "joints"), "" if measure.stat == "count" else "deg"
+    plain = getattr(measure, "stat", None) == "count" or getattr(measure, "relative", False)
+    unit = "" if plain else _UNITS[measure.kind]
+    if measure.kind in _PER_TARGET:
+        targets = recording.cast.select(measure.of)  # type: ignore[union-attr]
+        return _reduce(measure, [_PER_TARGET[measure.kind](recording, measure, t) for t in targets]), unit
+    return _COLLECTIVE[measure.kind](recording, measure), unit
+
+
+def _reduce(measure: Any, values: list[Array], what: str = "bodies") -> Array:
+    """Make one series of several copies.
+
+    `max`, `min`, `mean` and `sum` are what they are called, `std` is sqrt(mean of (x - mean)^2), `range` is max - min,
+    `count` is the number of those whose value is above and below the bounds.
+    """
+    stack = np.stack(values)
+    if measure.stat is None:
+        if len(values) > 1:
+            raise MeasureError(f"{measure.of} means {len(values)} {what}: `stat` says how they become one number")
+        return stack[0]
+    if measure.stat == "count":
+        above = stack > (-np.inf if measure.above is None else measure.above)
+        below = stack < (np.inf if measure.below is None else measure.below)
+        return (above & below).sum(axis=0)
+    if measure.stat == "range":
+        return stack.max(axis=0) - stack.min(axis=0)
+    return getattr(stack, measure.stat)(axis=0)
+
+
+# --- of one target, then reduced ---------------------------------------------------
+
+
+def _path(recording: Recording, measure: Any, target: Target) -> Array:
+    if measure.region is None:
+        return recording.origin(target)
+    return soft_measures.region_path(recording, target, measure.region)
+
+
+def _motion(recording: Recording, measure: Any, target: Target) -> Array:
+    """Velocity [m/s]; of a region, the central difference of its middle over the frames before and after."""
+    if measure.region is None:
+        return recording.velocity(target)
+    path = soft_measures.region_path(recording, target, measure.region)
+    return np.gradient(path, recording.states.time, axis=0) if len(path) > 1 else np.zeros_like(path)
+
+
+def _needs_frame(target: Target, kind: str) -> None:
+    if target.soft is not None:
+        raise MeasureError(f"{target.label} deforms, so that it has no {kind} of its own; measure regions of it")
+
+
+def _position(recording: Recording, measure: measures.Position, target: Target) -> Array:
+    """A coordinate of the origin; of a body that deforms, of its centre of mass or the middle of a region."""
+    return _path(recording, measure, target)[:, _COLUMN[measure.axis]]
+
+
+def _velocity(recording: Recording, measure: measures.Velocity, target: Target) -> Array:
+    """A component of the velocity of the centre of mass, or of the middle of a region."""
+    return _motion(recording, measure, target)[:, _COLUMN[measure.axis]]
+
+
+def _speed(recording: Recording, measure: Any, target: Target) -> Array:
+    """|v| of the centre of mass, or of the middle of a region."""
+    return np.linalg.norm(_motion(recording, measure, target), axis=1)
+
+
+def _angular_speed(recording: Recording, measure: Any, target: Target) -> Array:
+    """|w|."""
+    _needs_frame(target, "angular_speed")
+    return np.linalg.norm(recording.states.ang[:, target.root].astype(float), axis=1)
+
+
+def _angular_velocity(recording: Recording, measure: Any, target: Target) -> Array:
+    """W . a, with a an axis of the world, or one that turns with the body."""
+    _needs_frame(target, measure.kind)
+    turning = recording.states.ang[:, target.root].astype(float)
+    if measure.frame == "body":
+        turning = rotate_back(recording.states.quat[:, target.root].astype(float), turning)
+    return turning[:, _COLUMN[measure.axis]]
+
+
+def _turns(recording: Recording, measure: measures.Turns, target: Target) -> Array:
+    """Integral of w . a dt over 2 pi, by trapezoids between frames: w of the engine, so that no turn is missed."""
+    rate = _angular_velocity(recording, measure, target)
+    steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(recording.states.time)
+    return np.concatenate([[0.0], np.cumsum(steps)])[: len(rate)] / (2.0 * np.pi)
+
+
+def _displacement(recording: Recording, measure: measures.Displacement, target: Target) -> Array:
+    """|x(t) - x(0)|, or its component along an axis."""
+    origin = _path(recording, measure, target)
+    moved = origin - origin[:1]
+    return np.linalg.norm(moved, axis=1) if measure.axis is None else moved[:, _COLUMN[measure.axis]]
+
+
+def _tilt(recording: Recording, measure: measures.Tilt, target: Target) -> Array:
+    """Angle between R(t) a and R(0) a, from both its sine and cosine: exact for small angles too."""
+    _needs_frame(target, "tilt")
+    quat = recording.states.quat[:, target.root].astype(float)
+    now = rotate(quat, np.array(AXES[measure.axis]))
+    start = np.broadcast_to(now[:1], now.shape)
+    sine = np.linalg.norm(np.cross(start, now), axis=1)
+    return np.degrees(np.arctan2(sine, (start * now).sum(axis=1)))
+
+
+def _joint(recording: Recording, kind: str, joint: JointRecord) -> Array:
+    """Position, velocity or the motor's force of a joint with one degree of freedom."""
+    states = recording.states
+    if kind == "joint_position":
+        return states.qpos[:, joint.q[0]].astype(float)
+    rows = states.dofs_velocity if kind == "joint_velocity" else states.dofs_force
+    return rows[:, joint.dof[0]].astype(float)
+
+
+def _bend(recording: Recording, joint: JointRecord) -> Array:
+    """Angle [deg] between q(0) and q(t): of hinges |q - q0|, of balls 2 atan2(|v|, |w|) of the quaternion q0* q."""
+    q = recording.states.qpos[:, slice(*joint.q)].astype(float)
+    if joint.kind == "hinge":
+        return np.degrees(np.abs(q - q[:1]).ravel())
+    w, v = q[:, :1], q[:, 1:]
+    w0, v0 = q[:1, :1], q[:1, 1:]
+    turned = np.linalg.norm(w0 * v - w * v0 - np.cross(v0, v), axis=1)
+    return np.degrees(2.0 * np.arctan2(turned, np.abs((q * q[:1]).sum(axis=1))))
+
+
+_PER_TARGET: dict[str, Callable[[Recording, Any, Target], Array]] = {
+    "position": _position,
+    "velocity": _velocity,
+    "speed": _speed,
+    "angular_speed": _angular_speed,
+    "angular_velocity": _angular_velocity,
+    "turns": _turns,
+    "displacement": _displacement,
+    "tilt": _tilt,
+}
+
+# --- of all targets together -------------------------------------------------------
+
+
+def _extent(recording: Recording, measure: measures.Extent) -> Array:
+    """Highest or lowest coordinate of the corners of all shapes, or the difference.
+
+    Shapes are the recorded meshes: exact for flat-sided ones; round ones reach as far as the engine's mesh. Bodies
+    that deform reach as far as the vertices of their surface, or, without one, as their particles.
+    """
+    targets = recording.cast.select(measure.of)
+    low, high = reach(recording.states, recording.geometry, links_of(targets).tolist(), measure.axis)
+    for number in soft_of(targets):
+        along = recording.states.deformables[number].seen[..., _COLUMN[measure.axis]]
+        low, high = np.fmin(low, along.min(axis=1)), np.fmax(high, along.max(axis=1))
+    if len(low) and np.isnan(low[0]):
+        raise MeasureError(f"{measure.of} has no recorded shape")
+    return {"min": low, "max": high, "range": high - low}[measure.stat]
+
+
+def _distance(recording: Recording, measure: measures.Distance) -> Array:
+    """|x_a - x_b| of the nearest pair of origins; a body is not its own neighbour."""
+    first, second = (recording.cast.select(selector) for selector in measure.between)
+    nearest = np.full(recording.states.frames, np.inf)
+    others = np.stack([recording.origin(t) for t in second], axis=1)
+    for target in first:
+        keep = [i for i, other in enumerate(second) if (other.links, other.soft) != (target.links, target.soft)]
+        if keep:
+            gaps = np.linalg.norm(others[:, keep] - recording.origin(target)[:, None], axis=2)
+            nearest = np.minimum(nearest, gaps.min(axis=1))
+    if np.isinf(nearest).all() and len(nearest):
+        raise MeasureError(f"{' and '.join(measure.between)} are one body: there is no distance")
+    return nearest
+
+
+def _contact_rows(recording: Recording, of: str, by: str | None) -> tuple[Array, Array]:
+    """Return the contacts of `of` with `by` (or anything), and +1 where the first of the two is in `of`."""
+    log, targets = recording.contacts, [recording.cast.select(name) for name in (of, by) if name is not None]
+    if not log.recorded:
+        raise MeasureError(log.why_not)
+    soft = [target.label for group in targets for target in group if target.soft is not None]
+    if soft:
+        raise MeasureError(f"the engine tells no contacts of bodies that deform ({soft[0]}): measure the `gap`")
+    ours = recording.cast.groups(targets[0]) >= 0
+    theirs = np.ones(len(ours), dtype=bool) if by is None else recording.cast.groups(targets[1]) >= 0
+    first, second = log.links[:, 0], log.links[:, 1]
+    forward, backward = ours[first] & theirs[second], ours[second] & theirs[first]
+    rows = np.flatnonzero((forward | backward) & (log.frame < recording.states.frames))
+    # A force between two bodies of `of` acts on it with both signs, which is to say not at all.
+    return rows, forward[rows].astype(float) - backward[rows]
+
+
+def _contact_force(recording: Recording, measure: measures.ContactForce) -> Array:
+    """|sum of F dt| / T over the steps of a frame: the size of the mean force, as a scale shows it."""
+    rows, sign = _contact_rows(recording, measure.of, measure.by)
+    states, log = recording.states, recording.contacts
+    total = np.zeros((states.frames, 3))
+    np.add.at(total, log.frame[rows], log.force[rows] * sign[:, None])
+    total[1:] /= np.maximum(np.diff(states.steps), 1)[:, None]
+    if states.frames:
+        begin = rows[log.step[rows] == states.steps[0] + 1]
+        total[0] = (log.force[begin] * sign[np.isin(rows, begin)][:, None]).sum(axis=0)
+    return np.linalg.norm(total, axis=1)
+
+
+def _contact_count(recording: Recording, measure: measures.ContactCount) -> Array:
+    """Number of different pairs of bodies that touch in any step that belongs to a frame."""
+    rows, _ = _contact_rows(recording, measure.of, measure.by)
+    frame, owner = _frames_with_first(recording, rows)
+    pairs = np.sort(recording.cast.copy_of_link[recording.contacts.links[owner]], axis=1)
+    apart = pairs[:, 0] != pairs[:, 1]
+    n = len(recording.cast.copies)
+    # One number for each pair in each frame, because sorting rows is slow.
+    found = np.unique(((frame * n + pairs[:, 0]) * n + pairs[:, 1])[apart]) // (n * n)
+    return np.bincount(found, minlength=recording.states.frames)
+
+
+def _penetration(recording: Recording, measure: measures.Penetration) -> Array:
+    """Deepest overlap in any step that belongs to a frame; 0 without contact.
+
+    With bodies that deform it is how deep their points are in the solids of rigid ones, in the frames themselves.
+    """
+    targets = recording.cast.select(measure.of)
+    others = None if measure.by is None else recording.cast.select(measure.by)
+    soft = soft_measures.depth(recording, targets, others)
+    if soft_of([*targets, *(others or ())]):
+        return soft
+    rows, _ = _contact_rows(recording, measure.of, measure.by)
+    frame, owner = _frames_with_first(recording, rows)
+    np.maximum.at(soft, frame, recording.contacts.depth[owner])
+    return soft
+
+
+def _frames_with_first(recording: Recording, rows: Array) -> tuple[Array, Array]:
+    """Return (frame, row) of contacts, with those of the first step once more for the first frame."""
+    log, states = recording.contacts, recording.states
+    begin = rows[log.step[rows] == states.steps[0] + 1] if states.frames else rows[:0]
+    return np.concatenate([np.zeros(len(begin), dtype=np.int64), log.frame[rows]]), np.concatenate([begin, rows])
+
+
+def _targets(recording: Recording, of: str | None) -> Sequence[Target]:
+    """What a selector means, or all bodies: without statics, and without those of prescribed motion."""
+    return recording.cast.loose if of is None else recording.cast.select(of)
+
+
+def _energy(recording: Recording, measure: measures.Energy) -> Array:
+    """Kinetic (1/2 m v.v + 1/2 w.I w), potential (-m g.x, zero at the origin), or their sum.
+
+    Of bodies that deform: 1/2 m v.v over their points, and -m g.x. What deformation stores is not in it.
+    """
+    kinetic, potential = recording.energies(_targets(recording, measure.of))
+    return {"kinetic": kinetic, "potential": potential, "total": kinetic + potential}[measure.part]
+
+
+def _momentum(recording: Recording, measure: measures.Momentum) -> Array:
+    """Sum of m v along an axis."""
+    targets, axis, states = _targets(recording, measure.of), _COLUMN[measure.axis], recording.states
+    links = links_of(targets)
+    total = states.vel[:, links, axis].astype(float) @ recording.masses[links]
+    for number in soft_of(targets):
+        total = total + states.deformables[number].mass * states.soft_velocity[:, number, axis].astype(float)
+    return total
+
+
+def _angular_momentum(recording: Recording, measure: measures.AngularMomentum) -> Array:
+    """A component of `Recording.angular_momentum`."""
+    targets = _targets(recording, measure.of)
+    for target in targets:
+        _needs_frame(target, "angular_momentum")
+    return recording.angular_momentum(targets, measure.about)[:, _COLUMN[measure.axis]]
+
+
+def _count_in(recording: Recording, measure: measures.CountIn) -> Array:
+    """Number of copies whose origin (of bodies that deform: centre of mass) lies in the region or on its surface."""
+    inside = [depth_inside(measure.region, recording.origin(t)) >= 0 for t in recording.cast.select(measure.of)]
+    return np.sum(inside, axis=0)
+
+
+_COLLECTIVE: dict[str, Callable[[Recording, Any], Array]] = {
+    "extent": _extent,
+    "distance": _distance,
+    "contact_force": _contact_force,
+    "contact_count": _contact_count,
+    "penetration": _penetration,
+    "energy": _energy,
+    "momentum": _momentum,
+    "angular_momentum": _angular_momentum,
+    "count_in": _count_in,
+    **soft_measures.MEASURES,
+}

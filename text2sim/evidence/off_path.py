@@ -1,0 +1,71 @@
+"""How far driven bodies come off the path that the case prescribes."""
+
+from typing import Any
+
+import numpy as np
+
+from text2sim.compiler.schedules import displacement, value_at
+from text2sim.compiler.shapes.rotation import vector_unit
+from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.selection import Target, base_name
+from text2sim.recording.states import Array
+from text2sim.recording.vectors import rotate
+from text2sim.spec_schema.models.bodies import Driven
+from text2sim.spec_schema.models.motion import Spin
+
+OFF_PATH, OFF_TURN = 2e-3, 0.02
+"""Deviation [m, rad] from which on a driven body is said to have been held up."""
+
+
+def off_path(recording: Recording) -> list[dict[str, Any]]:
+    """Return for each driven body the largest deviation of its copies [m; rad of one that spins], and when it was."""
+    found: dict[str, dict[str, Any]] = {}
+    states = recording.states
+    for copy in recording.cast.driven if states.frames else ():
+        name, target = base_name(copy), recording.cast.copies[copy]
+        body = recording.case.bodies[name]
+        assert isinstance(body, Driven)
+        if isinstance(body.motion, Spin):
+            unit, gaps = "rad", _angle(recording, target, body.motion)
+        else:
+            unit, gaps = "m", _distance(recording, target, body)
+        gaps = np.where(np.isfinite(gaps), gaps, -np.inf)
+        at = int(gaps.argmax())
+        if np.isfinite(gaps[at]) and (name not in found or gaps[at] > found[name]["value"]):
+            time = float(states.time[at])
+            found[name] = {"copy": copy, "value": float(gaps[at]), "unit": unit, "at": time}
+    return list(found.values())
+
+
+def held_up(rows: list[dict[str, Any]]) -> list[str]:
+    """Return what is wrong about deviations, a sentence for each body that is far off its path."""
+    said = []
+    for row in rows:
+        if row["value"] > (OFF_PATH if row["unit"] == "m" else OFF_TURN):
+            size = f"{1e3 * row['value']:.3g} mm" if row["unit"] == "m" else f"{row['value']:.3g} rad"
+            said.append(
+                f"`{row['copy']}` is {size} off its prescribed path at {row['at']:.3g} s: what it met is too heavy, or "
+                "cannot give way"
+            )
+    return said
+
+
+def _distance(recording: Recording, target: Target, body: Driven) -> Array:
+    """Distance [m] from where the motion says, (F,)."""
+    path = np.array([displacement(body.motion, float(t)) for t in recording.states.time])
+    way = recording.states.pos[:, target.root].astype(float)
+    return np.linalg.norm(way - way[0] - (path - path[0]), axis=1)
+
+
+def _angle(recording: Recording, target: Target, motion: Spin) -> Array:
+    """Angle [rad], (F,), from where the sum of speed times step says, which is what the program prescribes."""
+    states = recording.states
+    speeds = [value_at(motion.speed, k * states.dt) for k in range(int(states.steps[-1]))]
+    angle = np.concatenate([[0.0], np.cumsum(speeds) * states.dt])[states.steps]
+    half = (angle / 2)[:, None]
+    axis = np.array(vector_unit(motion.axis))
+    quat = states.quat[:, target.root].astype(float)
+    turn = np.concatenate([np.cos(half), np.sin(half) * axis], axis=1)
+    axes = [rotate(quat, e) - rotate(turn, rotate(quat[:1], e)) for e in np.eye(3)]
+    # Two frames that are turned by an angle to each other: their axes are 8 sin^2(angle / 2) apart, squares added up.
+    return 2 * np.arcsin(np.minimum(np.sqrt(sum((gap * gap).sum(axis=1) for gap in axes) / 8), 1.0))

@@ -1,0 +1,92 @@
+"""Pages that need no other file: how they are rendered, and how they write numbers and words."""
+
+import base64
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from text2sim.spec_schema.plain import plain
+
+EMBEDDED = 30_000_000
+"""Films of this size [bytes] in all are put into the page; larger ones are linked."""
+
+
+def render_page(package: str, template: str, contents: Mapping[str, Any]) -> str:
+    """Render a template that lies in a package of ours.
+
+    Args:
+        package: Folder of `text2sim`.
+        template: File in it; it may include `page.css`.
+        contents: What the template names.
+    """
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    here = Path(__file__).parent
+    # Strings of a case are not ours: everything is escaped.
+    environment = Environment(
+        loader=FileSystemLoader([here.parent / package, here]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        finalize=lambda value: plain(value) if type(value) is str else value,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"number": _number, "seconds": _seconds, "percent": _percent, "prose": _prose}
+    return environment.get_template(template).render(contents)
+
+
+def data_uri(path: Path | None, kind: str) -> str | None:
+    """Return a file as a URI that a page can hold; `kind` is its media type."""
+    if path is None or not path.is_file():
+        return None
+    return f"data:{kind};base64,{base64.b64encode(path.read_bytes()).decode()}"
+
+
+def _number(value: Any, unit: str = "") -> str:
+    """Return a number with four digits and its unit; a dash for none."""
+    if value is None:
+        return "–"
+    if isinstance(value, list | tuple):
+        return f"({', '.join(_number(x) for x in value)}) {unit}".rstrip()
+    return f"{value:.4g} {unit}".rstrip() if isinstance(value, int | float) else str(value)
+
+
+def sentence(text: str) -> str:
+    """Return text with a capital at its start and a full stop at its end."""
+    return text[:1].upper() + text[1:].rstrip(".") + "."
+
+
+def _percent(share: Any) -> str:
+    return f"{100 * share:.2g} %"
+
+
+def _prose(text: Any) -> Any:
+    """Return text as HTML, with what stands in backticks set as code."""
+    from markupsafe import Markup, escape
+
+    parts = str(text).split("`")
+    if len(parts) % 2 == 0:  # a stray one means nothing
+        return escape(text)
+    marked = (escape(p) if i % 2 == 0 else Markup("<code>{}</code>").format(p) for i, p in enumerate(parts))
+    return Markup("").join(marked)
+
+
+def _seconds(value: Any) -> str:
+    return "–" if value is None else f"{value:.3f} s"
+
+
+def read_films(run_dir: Path, room: int | None = None) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
+    """Return films as (name, data URI), and those that find no room [bytes] in a page as (name, file)."""
+    room = EMBEDDED if room is None else room
+    paths = [run_dir / "video.mp4", *sorted(run_dir.glob("video_*.mp4"))]
+    found, linked = [], []
+    for path in paths:
+        if not path.is_file():
+            continue
+        name, size = path.stem.removeprefix("video").lstrip("_"), path.stat().st_size
+        if size < room:
+            room -= size
+            found.append((name, data_uri(path, "video/mp4") or ""))
+        else:
+            linked.append((name, path.name))
+    return found, linked

@@ -1,0 +1,151 @@
+"""A recording together with the case it is a recording of."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from text2sim.evidence.contacts import ContactLog
+from text2sim.evidence.gaps import Cloud
+from text2sim.evidence.rigid_shapes import RigidShapes
+from text2sim.evidence.selection import Cast, Target, base_name
+from text2sim.recording.deformables import Deformable
+from text2sim.recording.geometry import Geometry
+from text2sim.recording.states import Array, RunStates
+from text2sim.recording.vectors import rotate, rotate_back
+from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.models.soft_bodies import Cloth
+
+CLOUDS = 400_000_000
+"""Bytes of points that are kept for distances."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """All that measures and events are computed from."""
+
+    states: RunStates
+    cast: Cast
+    geometry: Geometry
+    contacts: ContactLog
+    case: Case
+    shapes: RigidShapes
+    _clouds: dict[int, Cloud] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def load(cls, run_dir: Path, case: Case) -> "Recording":
+        """Open the recording of a run."""
+        states = RunStates.load(run_dir)
+        cast = Cast(states, case)
+        shapes = RigidShapes(run_dir, states, case)
+        return cls(states, cast, Geometry.load(run_dir), ContactLog.of(cast), case, shapes)
+
+    @cached_property
+    def masses(self) -> Array:
+        """[kg], shape (L,)."""
+        return np.array([link.mass for link in self.states.links])
+
+    @cached_property
+    def inertias(self) -> Array:
+        """About the centre of mass [kg m2], in the link's frame, shape (L, 3, 3)."""
+        return np.array([link.inertia for link in self.states.links]).reshape(-1, 3, 3)
+
+    def centers(self, links: Array) -> Array:
+        """Centres of mass of links [m], world, shape (F, n, 3)."""
+        local = np.array([self.states.links[i].com for i in links]).reshape(-1, 3)
+        return self.states.pos[:, links] + rotate(self.states.quat[:, links].astype(float), local)
+
+    def kinetic(self, links: Array) -> Array:
+        """Kinetic energy of links [J], shape (F, n): 1/2 m v.v + 1/2 w.I w.
+
+        v is the velocity of the centre of mass, w the angular velocity. w.I w has the same value in every
+        frame, so w is turned into the link's, where I is constant. Rotors (armature) are not counted.
+        """
+        v = self.states.vel[:, links].astype(float)
+        w = rotate_back(self.states.quat[:, links].astype(float), self.states.ang[:, links].astype(float))
+        spin = np.einsum("fni,nij,fnj->fn", w, self.inertias[links], w)
+        return 0.5 * self.masses[links] * (v * v).sum(axis=-1) + 0.5 * spin
+
+    def potential(self, links: Array) -> Array:
+        """Potential energy of links [J], shape (F, n): -m g.x, x the centre of mass; zero at the origin."""
+        return -self.masses[links] * (self.centers(links) @ np.array(self.states.gravity))
+
+    def deformable(self, target: Target) -> Deformable | None:
+        """The body that a target means, if it deforms."""
+        return None if target.soft is None else self.states.deformables[target.soft]
+
+    def thickness(self, body: Deformable) -> float:
+        """How near [m] parts of a cloth may come to each other."""
+        model = self.case.bodies.get(base_name(body.body))
+        if body.solver == "pbd" or not isinstance(model, Cloth):
+            return body.spacing
+        return model.material.thickness
+
+    def cloud(self, body: Deformable) -> Cloud:
+        """The points of a body, for distances; those of the last few bodies are kept."""
+        if body.index not in self._clouds:
+            self._clouds[body.index] = Cloud.of(body)
+            while len(self._clouds) > 2 and sum(cloud.points.nbytes for cloud in self._clouds.values()) > CLOUDS:
+                del self._clouds[next(iter(self._clouds))]
+        return self._clouds[body.index]
+
+    def energies(self, targets: Sequence[Target]) -> tuple[Array, Array]:
+        """Kinetic and potential energy [J] of targets together, both (F,), each body counted once.
+
+        Of a body that deforms, the kinetic energy is that of its points, as its solver has it, and the potential
+        energy that of its weight: what deformation stores is not in it.
+        """
+        links = links_of(targets)
+        kinetic, potential = self.kinetic(links).sum(axis=1), self.potential(links).sum(axis=1)
+        gravity = np.array(self.states.gravity)
+        for number in soft_of(targets):
+            body = self.states.deformables[number]
+            kinetic = kinetic + self.states.soft_kinetic[:, number].astype(float)
+            potential = potential - body.mass * (body.center @ gravity)
+        return kinetic, potential
+
+    def angular_momentum(self, targets: Sequence[Target], about: tuple[float, float, float] | None) -> Array:
+        """Sum of m (x - c) x (v - u) + R I R^T w [kg m2/s] over the links of targets, world, shape (F, 3).
+
+        c is the common centre of mass and u its velocity; about a point [m] that is given, c is that, and u is zero.
+        """
+        links = links_of(targets)
+        masses, x, v = self.masses[links], self.centers(links), self.states.vel[:, links].astype(float)
+        if about is not None:
+            x = x - np.array(about)
+        elif masses.sum() > 0.0:
+            shares = masses / masses.sum()
+            x, v = x - (shares @ x)[:, None], v - (shares @ v)[:, None]
+        quat = self.states.quat[:, links].astype(float)
+        own = np.einsum(
+            "nij,fnj->fni", self.inertias[links], rotate_back(quat, self.states.ang[:, links].astype(float))
+        )
+        return (masses[:, None] * np.cross(x, v) + rotate(quat, own)).sum(axis=1)
+
+    def velocity(self, target: Target) -> Array:
+        """Velocity of a target's centre of mass [m/s], world, shape (F, 3)."""
+        if target.soft is not None:
+            return self.states.soft_velocity[:, target.soft].astype(float)
+        links = np.array(target.links)
+        weights = self.masses[links]
+        if len(links) == 1 or weights.sum() <= 0:
+            return self.states.vel[:, target.root].astype(float)
+        return np.einsum("fni,n->fi", self.states.vel[:, links].astype(float), weights / weights.sum())
+
+    def origin(self, target: Target) -> Array:
+        """Origin of a target's frame [m], world, shape (F, 3); of a body that deforms, its centre of mass."""
+        if target.soft is not None:
+            return self.states.deformables[target.soft].center
+        return self.states.pos[:, target.root].astype(float)
+
+
+def links_of(targets: Sequence[Target]) -> Array:
+    """Links of targets, each once, growing."""
+    return np.array(sorted({link for target in targets for link in target.links}), dtype=np.int64)
+
+
+def soft_of(targets: Sequence[Target]) -> list[int]:
+    """Numbers of the bodies that deform among targets, each once, growing."""
+    return sorted({target.soft for target in targets if target.soft is not None})

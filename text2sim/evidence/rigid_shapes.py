@@ -1,0 +1,93 @@
+"""The shapes with which the links of a recording touch, as solids.
+
+`geometry/solids.json` holds what the engine collides: for each link a list of {kind, pos, quat, size | mesh}. Of
+recordings without it, what is drawn is taken for what touches.
+"""
+
+import json
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from text2sim.evidence.selection import base_name
+from text2sim.evidence.solids import Solid, solid_of_mesh
+from text2sim.recording.chunks import DAMAGED, read_arrays
+from text2sim.recording.geometry import MESH_FILE
+from text2sim.recording.states import Array, RunStates
+from text2sim.recording.vectors import rotate
+from text2sim.spec_schema.models.case import Case
+
+_SIZES = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2, "plane": 0}
+"""How many numbers say how large a solid is."""
+
+
+class RigidShapes:
+    """Solids by link."""
+
+    def __init__(self, run_dir: Path, states: RunStates, case: Case) -> None:
+        self._folder, self._states, self._case = run_dir / "geometry", states, case
+        index = _index(self._folder / "solids.json")
+        self.exact = index is not None
+        """Whether they are what the engine collides, not what is drawn."""
+        self._index = _index(self._folder / "index.json") or {} if index is None else index
+        self.of = cache(self._solids)
+        """The solids of a link, in its frame."""
+        self._mesh = cache(self._read_mesh)
+
+    def of_links(self, links: Iterable[int]) -> list[tuple[int, Solid]]:
+        """Return every solid of links, with its link."""
+        return [(int(link), solid) for link in links for solid in self.of(int(link))]
+
+    def _solids(self, link: int) -> list[Solid]:
+        static = self._case.scene.statics.get(base_name(self._states.links[link].body))
+        if static is not None and static.shape.kind == "plane":
+            return [Solid("plane", np.zeros(3), np.eye(3))]
+        found = [self._solid(row) for row in self._index.get(str(link), ()) if isinstance(row, dict)]
+        return [solid for solid in found if solid is not None]
+
+    def _solid(self, row: dict[str, Any]) -> Solid | None:
+        try:
+            pos = np.array([float(x) for x in row.get("pos", (0, 0, 0))])
+            quat = np.array([float(x) for x in row.get("quat", (1, 0, 0, 0))])
+            size = tuple(float(x) for x in row.get("size", ()))
+            kind = str(row.get("kind", "hull"))
+        except (TypeError, ValueError):
+            return None
+        turn = rotate(quat, np.eye(3)).T if quat.shape == (4,) else np.zeros(0)
+        if pos.shape != (3,) or turn.shape != (3, 3) or not np.isfinite([*pos, *turn.ravel(), *size]).all():
+            return None
+        if kind in _SIZES:
+            fits = len(size) == _SIZES[kind] and all(x > 0 for x in size)
+            return Solid(kind, pos, turn, size) if fits else None
+        solid = self._mesh(str(row.get("mesh")))
+        return None if solid is None else replace(solid, pos=pos, turn=turn)
+
+    def _read_mesh(self, name: str) -> Solid | None:
+        if not MESH_FILE.match(name):  # a name becomes a path
+            return None
+        try:
+            arrays = read_arrays(self._folder / name, ("vertices", "faces"))
+            vertices = np.asarray(arrays["vertices"], float).reshape(-1, 3)
+            faces = np.asarray(arrays.get("faces", np.zeros((0, 3))), np.int64).reshape(-1, 3)
+        except DAMAGED:
+            return None
+        return solid_of_mesh(vertices, faces)
+
+
+def _index(path: Path) -> dict[str, list[Any]] | None:
+    try:
+        data = json.loads(path.read_text("utf-8"))
+        return {str(link): list(rows) for link, rows in data.items()}
+    except (OSError, ValueError, TypeError, AttributeError, RecursionError):
+        return None
+
+
+def world_frames(states: RunStates, link: int, solid: Solid, step: int = 1) -> tuple[Array, Array]:
+    """Return positions (F, 3) [m] and rotation matrices (F, 3, 3) of a solid's frame in the world, at every step-th."""
+    quat = states.quat[::step, link].astype(float)
+    turn = rotate(quat[:, None], np.eye(3)[None]).swapaxes(1, 2)
+    return states.pos[::step, link] + turn @ solid.pos, turn @ solid.turn

@@ -1,0 +1,173 @@
+"""Which recorded copies, links and joints a selector of the language means."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from text2sim.recording.states import Array, JointRecord, RunStates
+from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.names.selectors import WORLD, named_by, parse_selector
+
+
+class SelectionError(LookupError):
+    """A selector that names nothing that was recorded."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """What one name stands for: a copy of a body, or one link of it."""
+
+    label: str
+    """`ball`, `brick[3]`, `arm.hand`."""
+    copy: str
+    """Name of the copy."""
+    links: tuple[int, ...]
+    """Columns of the arrays; none of a body that deforms."""
+    root: int
+    """The link whose frame and orientation stand for it; -1 of a body that deforms."""
+    link: str | None = None
+    """The link's name, if only one is meant."""
+    soft: int | None = None
+    """Its number among the bodies that deform."""
+
+
+@dataclass(frozen=True)
+class Cast:
+    """Everything that was recorded, by the names of the case."""
+
+    states: RunStates
+    case: Case
+
+    @cached_property
+    def copies(self) -> dict[str, Target]:
+        """Every copy by name, in the order of the recording."""
+        members: dict[str, list[int]] = {}
+        for link in self.states.links:
+            members.setdefault(link.body, []).append(link.index)
+        found = {}
+        for name, links in members.items():
+            own = [i for i in links if self.states.links[i].name != WORLD] or links
+            found[name] = Target(name, name, tuple(links), own[0])
+        for body in self.states.deformables:
+            found.setdefault(body.body, Target(body.body, body.body, (), -1, soft=body.index))
+        return found
+
+    @cached_property
+    def copy_of_link(self) -> Array:
+        """Number of the copy that each link belongs to, shape (L,)."""
+        number = {name: i for i, name in enumerate(self.copies)}
+        return np.array([number[link.body] for link in self.states.links], dtype=np.int64)
+
+    @cached_property
+    def driven(self) -> list[str]:
+        """Copies with prescribed motion."""
+        return [name for name in self.copies if self._kind(name) == "driven"]
+
+    @cached_property
+    def loose(self) -> list[Target]:
+        """Every copy of a body that is neither driven nor a static."""
+        return [target for name, target in self.copies.items() if self._kind(name) == "body"]
+
+    def label_of_link(self, link: int) -> str:
+        """Return how the language names a link: by its copy, and by its own name if the copy has several."""
+        record = self.states.links[link]
+        several = sum(self.states.links[i].name != WORLD for i in self.copies[record.body].links) > 1
+        return f"{record.body}.{record.name}" if several else record.body
+
+    def is_static(self, copy: str) -> bool:
+        """Whether a copy is one that never moves."""
+        return self._kind(copy) == "static"
+
+    def touches_soft(self, copy: str) -> bool:
+        """Whether bodies that deform feel a rigid copy."""
+        body = self.case.bodies.get(base_name(copy)) or self.case.scene.statics.get(base_name(copy))
+        return getattr(getattr(body, "material", None), "touch_soft", True)
+
+    def _kind(self, copy: str) -> str:
+        body = self.case.bodies.get(base_name(copy))
+        if body is None:
+            return "static"
+        return "driven" if body.kind == "driven" else "body"
+
+    def select(self, selector: str) -> list[Target]:
+        """Return what a selector means.
+
+        Raises:
+            SelectionError: if that was not recorded.
+        """
+        chosen, part = self._select_copies(selector)
+        if part is None:
+            return chosen
+        found = []
+        for target in chosen:
+            if target.soft is not None:
+                raise SelectionError(f"{target.copy} deforms, it has no links (asked for {selector})")
+            links = {self.states.links[i].name: i for i in reversed(target.links)}
+            meant = named_by(part, reversed(links))
+            if not meant:
+                raise SelectionError(f"{target.copy} has no link `{part}` (it has {', '.join(reversed(links))})")
+            found += [Target(f"{target.copy}.{n}", target.copy, (links[n],), links[n], n) for n in meant]
+        return found
+
+    def select_joints(self, selector: str) -> list[tuple[str, JointRecord]]:
+        """Return the joints that a selector means, with labels; a mounted body stands for its one joint.
+
+        Raises:
+            SelectionError: if that was not recorded.
+        """
+        chosen, part = self._select_copies(selector)
+        found = []
+        for target in chosen:
+            if target.soft is not None:
+                raise SelectionError(f"{target.copy} deforms, it has no joints (asked for {selector})")
+            joints = [j for j in self.states.joints if j.body == target.copy and j.kind != "fixed"]
+            if part is not None:
+                meant = named_by(part, [j.name for j in joints])
+                joints = [j for j in joints if j.name in meant]
+            if not joints or (len(joints) > 1 and "*" not in (part or "")):
+                has = f"{len(joints)} joints, name one of them" if joints else "no such joint"
+                raise SelectionError(f"{target.copy}{'.' + part if part else ''}: {has}")
+            found += [(f"{target.copy}.{joint.name}" if part else target.copy, joint) for joint in joints]
+        return found
+
+    def select_bends(self, selector: str) -> list[JointRecord]:
+        """Return the hinges and balls of what a selector means; of links, those by which they hang on others.
+
+        Raises:
+            SelectionError: if there are none.
+        """
+        links = {link for target in self.select(selector) for link in target.links}
+        found = [joint for joint in self.states.joints if joint.link in links and joint.kind in ("hinge", "ball")]
+        if not found:
+            raise SelectionError(f"{selector} has no hinge and no ball joint that could bend")
+        return found
+
+    def _select_copies(self, selector: str) -> tuple[list[Target], str | None]:
+        try:
+            wanted = parse_selector(selector)
+        except ValueError:
+            raise SelectionError(f"`{selector}` is no selector") from None
+        all_copies = [target for name, target in self.copies.items() if base_name(name) == wanted.body]
+        if not all_copies:
+            raise SelectionError(f"`{wanted.body}` was not recorded")
+        chosen = all_copies[wanted.first : wanted.last]
+        if not chosen:
+            raise SelectionError(f"`{wanted.body}` has {len(all_copies)} copies, counted from 0 (asked for {selector})")
+        return chosen, wanted.part
+
+    def groups(self, targets: Iterable[Target]) -> Array:
+        """Return for each link the number of the target that it belongs to, or -1, shape (L,).
+
+        Bodies that deform have no links, and so no place in it.
+        """
+        group = np.full(len(self.states.links), -1, dtype=np.int64)
+        for number, target in enumerate(targets):
+            group[list(target.links)] = number
+        return group
+
+
+def base_name(copy: str) -> str:
+    """Return the name of the body of which something is a copy: `brick[3]` is one of `brick`."""
+    return copy.partition("[")[0]

@@ -1,0 +1,138 @@
+"""What a recording says of bodies that deform, asked or not: volume, stretch, overlap, speed, and what got stuck."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from text2sim.evidence import deformation, folds
+from text2sim.evidence.deformation import DeformationError
+from text2sim.evidence.gaps import Cloud, nearest_solid
+from text2sim.evidence.leaks import KINDS, leaks
+from text2sim.evidence.recorded_case import Recording, links_of
+from text2sim.evidence.selection import base_name
+from text2sim.recording.deformables import Deformable
+from text2sim.recording.states import Array
+
+LOOKED_AT = 4_000_000
+"""Points of a body over all frames, at most, that are looked at; of longer runs, frames are left out evenly."""
+STUCK = 1e-4
+"""Nearer than this to a side of its solver's space [m], a point lies against it."""
+
+
+def soft_diagnostics(recording: Recording) -> dict[str, dict[str, Any]]:
+    """Return for each body that deforms the worst of its copies: {quantity: {value, at, copy, unit, ...}}.
+
+    `volume` is relative to the start, the value that is farthest from 1. Quantities that a body has not are left out.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    states = recording.states
+    for body in states.deformables if states.frames else ():
+        rows = found.setdefault(base_name(body.body), {"kind": body.kind, "solver": body.solver})
+        thin = body.thinned(LOOKED_AT, states.frames)
+        time = states.time[:: thin.step]
+        rows["every"] = max(rows.get("every", 1), thin.step)
+        for name, unit, of, bad in _QUANTITIES:
+            try:
+                values = of(recording, thin)
+            except DeformationError:
+                continue
+            if values is not None:
+                _worst(rows, name, values, bad, {"unit": unit, "copy": body.body}, time)
+        _worst(
+            rows, "speed", states.soft_speed[:, body.index].astype(float), _large,
+            {"unit": "m/s", "copy": body.body}, states.time,
+        )  # fmt: skip
+        depth, where = penetration(recording, thin)
+        _worst(rows, "penetration", depth, _large, {"unit": "m", "copy": body.body}, time, where)
+        if body.kind in KINDS:
+            share, walls = leaks(recording, thin)
+            _worst(rows, "leaked", share, _large, {"unit": "", "copy": body.body}, time, walls)
+    return found
+
+
+def penetration(recording: Recording, body: Deformable) -> tuple[Array, list[str]]:
+    """Return how deep points of a body are in rigid ones that it touches [m], (F,), and in which, by frame."""
+    cast = recording.cast
+    rigid = [t for t in cast.copies.values() if t.soft is None and cast.touches_soft(t.copy)]
+    solids = recording.shapes.of_links(links_of(rigid))
+    found = nearest_solid(Cloud.of(body), recording.states, solids, 0.0)
+    return 0.0 - found.value, [cast.label_of_link(solids[i][0]) if i >= 0 else "" for i in found.of]
+
+
+def _worst(
+    rows: dict[str, Any], name: str, values: Array, bad: Callable[[Array], Array], said: dict[str, Any],
+    time: Array, where: list[str] | None = None,
+) -> None:  # fmt: skip
+    """Take in the worst of values (F,), unless another copy is worse."""
+    with np.errstate(all="ignore"):
+        badness = np.where(np.isfinite(values), bad(values), -np.inf)
+    at = int(np.argmax(badness))
+    if np.isfinite(badness[at]) and (name not in rows or badness[at] > bad(np.array(rows[name]["value"]))):
+        rows[name] = {"value": float(values[at]), "at": float(time[at]), **said}
+        if where is not None and where[at]:
+            rows[name]["in"] = where[at]
+
+
+def _large(values: Array) -> Array:
+    return values
+
+
+def _far_from_one(values: Array) -> Array:
+    return np.abs(np.log(np.maximum(values, 1e-300)))
+
+
+def _volume(recording: Recording, body: Deformable) -> Array:
+    volume = deformation.volumes(body)
+    return volume / volume[0]
+
+
+def _stretch(recording: Recording, body: Deformable) -> Array:
+    return deformation.stretches(body).max(axis=1).astype(float)
+
+
+def _strain(recording: Recording, body: Deformable) -> Array | None:
+    """99 of 100 stay below: single particles may have flown away."""
+    if body.kind != "soft":
+        return None  # grains and liquids flow
+    return np.percentile(deformation.strains(body), 99, axis=1)
+
+
+def _against(recording: Recording, body: Deformable) -> Array | None:
+    """Part of the points that lie against the sides of their solver's space, or beyond."""
+    if body.domain is None:
+        return None
+    low, high = np.array(body.domain[0]) + STUCK, np.array(body.domain[1]) - STUCK
+    return np.array([((x <= low) | (x >= high)).any(axis=1).mean() for x in body.points])
+
+
+def _inverted(recording: Recording, body: Deformable) -> Array | None:
+    return deformation.inverted(body)
+
+
+def _self_penetration(recording: Recording, body: Deformable) -> Array:
+    return folds.self_penetration(body, recording.thickness(body))
+
+
+_QUANTITIES: tuple[tuple[str, str, Callable[[Recording, Deformable], Array | None], Callable[[Array], Array]], ...] = (
+    ("volume", "", _volume, _far_from_one),
+    ("stretch", "", _stretch, _large),
+    ("strain", "", _strain, _large),
+    ("inverted", "", _inverted, _large),
+    ("self_penetration", "m", _self_penetration, _large),
+    ("against_bounds", "", _against, _large),
+)
+"""Name, unit, values over frames (None: it has none), and what makes a value worse."""
+
+
+def first_non_finite(recording: Recording) -> tuple[int, list[str]] | None:
+    """Return the first frame in which a point is no finite number, and the bodies that it struck."""
+    struck: dict[str, int] = {}
+    for body in recording.states.deformables:
+        bad = np.flatnonzero(~np.isfinite(body.points).all(axis=(1, 2)))
+        if len(bad):
+            struck[body.body] = int(bad[0])
+    if not struck:
+        return None
+    first = min(struck.values())
+    return first, [name for name, frame in struck.items() if frame == first]

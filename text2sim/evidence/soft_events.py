@@ -1,0 +1,94 @@
+"""Touches of bodies that deform. The engine does not tell them: they are read from how near the recorded points come.
+
+Two bodies touch while they are no farther apart than their solvers keep things apart. They have come apart once the gap
+is half as wide again, so that what rests does not flicker. Times are interpolated between frames.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.selection import Target
+from text2sim.evidence.soft_measures import gap
+from text2sim.recording.deformables import Deformable
+from text2sim.recording.states import Array
+
+PBD = 0.6
+"""Particles of pbd rest half their spacing above what carries them; a fifth more is still touching."""
+MPM_CELL = 1 / 0.64
+"""Cell of the grid in spacings of mpm particles: bodies rest within one cell of what carries them."""
+MESH, MESH_PART = 0.002, 0.05
+"""Vertices of fem and ipc touch within 2 mm, or this part of their edges."""
+APART = 1.5
+"""Gap, in tolerances, at which a touch is over."""
+
+
+def tolerance(body: Deformable) -> float:
+    """Return the gap [m] up to which a body touches a rigid one; between two that deform, both add up."""
+    if body.solver == "pbd":
+        return PBD * body.spacing
+    if body.solver == "mpm":
+        return MPM_CELL * body.spacing
+    return max(MESH, MESH_PART * body.spacing)
+
+
+def soft_episodes(recording: Recording, first: Sequence[Target], second: Sequence[Target]) -> list[dict[str, Any]]:
+    """Return the touches of pairs of targets, one of which deforms, as occurrences without name and kind.
+
+    `gap` is the smallest in the touch [m], `penetration` how deep a point was in a solid, `pos` where it began. A pair
+    that both sides name is listed once.
+    """
+    rows, done = [], set()
+    for one in first:
+        for other in second:
+            pair = frozenset(((one.links, one.soft), (other.links, other.soft)))
+            if len(pair) == 2 and pair not in done:
+                done.add(pair)
+                rows += _episodes(recording, one, other)
+    return rows
+
+
+def _episodes(recording: Recording, one: Target, other: Target) -> list[dict[str, Any]]:
+    own, theirs = (one, other) if one.soft is not None else (other, one)
+    body, second = recording.deformable(own), recording.deformable(theirs)
+    assert body is not None
+    near = tolerance(body) + (tolerance(second) if second is not None else 0.0)
+    found = gap(recording, body, [theirs], 2 * APART * near)
+    time, rows = recording.states.time, []
+    for begin, end in spans(found.value, near, APART * near):
+        last = len(time) - 1
+        inside = slice(begin, end + 1)
+        smallest = float(np.min(found.value[inside]))
+        rows.append(
+            {
+                "time": passage(time, found.value, begin - 1, near) if begin else float(time[0]),
+                "end": passage(time, found.value, end, APART * near) if end < last else float(time[-1]),
+                "ongoing": end == last,
+                "between": [one.label, other.label],
+                "pos": found.pos[begin].tolist(),
+                "gap": smallest,
+                "penetration": max(0.0, -smallest),
+            }
+        )
+    return rows
+
+
+def spans(value: Array, near: float, apart: float) -> list[tuple[int, int]]:
+    """Return (first, last) of the runs of frames that begin when a value is `near` and end before it is `apart`."""
+    rows, begin = [], None
+    for frame, now in enumerate(value.tolist()):
+        if begin is None and now <= near:
+            begin = frame
+        elif begin is not None and not now < apart:
+            rows.append((begin, frame - 1))
+            begin = None
+    return rows if begin is None else [*rows, (begin, len(value) - 1)]
+
+
+def passage(time: Array, value: Array, frame: int, level: float) -> float:
+    """Return when a value passes a level between a frame and the next [s], on a straight line."""
+    a, b = float(value[frame]), float(value[frame + 1])
+    part = (level - a) / (b - a) if np.isfinite(a) and np.isfinite(b) and a != b else 1.0
+    return float(time[frame] + min(max(part, 0.0), 1.0) * (time[frame + 1] - time[frame]))

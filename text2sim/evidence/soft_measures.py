@@ -1,0 +1,221 @@
+"""Measures of bodies that deform. Each formula stands with its function."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from text2sim.compiler.soft.regions import LAYER
+from text2sim.evidence import curvature, deformation, folds
+from text2sim.evidence.gaps import Nearest, nearest_cloud, nearest_solid
+from text2sim.evidence.recorded_case import Recording, links_of
+from text2sim.evidence.selection import Target
+from text2sim.recording.deformables import Deformable
+from text2sim.recording.geometry import depth_inside
+from text2sim.recording.states import Array
+from text2sim.spec_schema.models import measures
+from text2sim.spec_schema.models.base import AXES
+from text2sim.spec_schema.models.regions import SIDES, BodyRegion
+
+UNITS = {
+    "volume": "m3",
+    "stretch": "",
+    "strain": "",
+    "wrinkling": "1/m",
+    "folded_area": "m2",
+    "gap": "m",
+    "self_penetration": "m",
+    "share_in": "",
+}
+_AXES = list(AXES)
+_FLAT = 1e-6
+
+
+class SoftMeasureError(ValueError):
+    """A measure that has no value of what was recorded."""
+
+
+def deformables(recording: Recording, selector: str) -> list[Deformable]:
+    """Return the bodies that a selector means, all of which deform.
+
+    Raises:
+        SelectionError: if nothing of that name was recorded.
+        SoftMeasureError: if one of them does not deform.
+    """
+    found = []
+    for target in recording.cast.select(selector):
+        body = recording.deformable(target)
+        if body is None:
+            raise SoftMeasureError(f"{target.label} does not deform")
+        found.append(body)
+    return found
+
+
+def region_path(recording: Recording, target: Target, region: BodyRegion) -> Array:
+    """Return the mean position [m] of the points of a region, world, shape (F, 3).
+
+    The points are those that lie in it at the start, in the body's own frame; to a side belong all in
+    a layer under the outermost one, as for what is attached.
+
+    Raises:
+        SoftMeasureError: if the body does not deform, or none of its points lies there.
+    """
+    body = recording.deformable(target)
+    if body is None:
+        raise SoftMeasureError(f"{target.label} does not deform: `region` is for bodies that do")
+    rows = _region_rows(body, region)
+    return body.points[:, rows].mean(axis=1, dtype=float)
+
+
+def _region_rows(body: Deformable, region: BodyRegion) -> Array:
+    points = body.own
+    if region.nearest is not None:
+        return np.array([np.linalg.norm(points - region.nearest, axis=1).argmin()])
+    inside = np.ones(len(points), bool)
+    if region.sphere is not None:
+        inside = np.linalg.norm(points - region.sphere.center, axis=1) <= region.sphere.radius
+    elif region.box is not None:
+        inside = ((points >= region.box.min) & (points <= region.box.max)).all(axis=1)
+    size = np.ptp(points, axis=0)
+    for side in region.sides:
+        axis, sign = SIDES[side]
+        if region.face is None and size[axis] <= _FLAT * size.max():
+            raise SoftMeasureError(f"{body.body} is flat, and has no {side}")
+        along = sign * points[:, axis]
+        inside &= along >= along.max() - LAYER.get(body.solver, 0.5) * body.spacing
+    if not inside.any():
+        raise SoftMeasureError(f"none of the {len(points)} points of {body.body} lies in this region")
+    return np.flatnonzero(inside)
+
+
+# --- measures ------------------------------------------------------------------------
+
+
+def _volume(recording: Recording, measure: measures.Volume) -> Array:
+    """Sum of the volumes inside the surfaces, by the divergence theorem; or over that at the start."""
+    total = np.sum([deformation.volumes(body) for body in deformables(recording, measure.of)], axis=0)
+    return total / total[:1] if measure.relative else total
+
+
+def _stretch(recording: Recording, measure: measures.Stretch) -> Array:
+    """Length of edges over their length in the first frame: largest, smallest, mean, or 99th percentile of all."""
+    return spread([deformation.stretches(body) for body in deformables(recording, measure.of)], measure.stat)
+
+
+def _strain(recording: Recording, measure: measures.Strain) -> Array:
+    """sqrt(2/3 E':E') of the Green-Lagrange strain E: largest, smallest, mean, or 99th percentile of all elements."""
+    return spread([deformation.strains(body) for body in deformables(recording, measure.of)], measure.stat)
+
+
+def spread(values: Sequence[Array], stat: str) -> Array:
+    """Make one number of many (F, n) in each frame, (F,)."""
+    if stat in ("max", "min"):
+        each = [getattr(rows, stat)(axis=1) for rows in values]
+        return getattr(np.stack(each), stat)(axis=0).astype(float)
+    if stat == "mean":
+        total = np.sum([rows.sum(axis=1, dtype=float) for rows in values], axis=0)
+        return total / sum(rows.shape[1] for rows in values)
+    rows = np.concatenate(values, axis=1) if len(values) > 1 else values[0]
+    # The smallest value that 99 of 100 do not exceed; a percentile between two values would need a full sort.
+    at = max(0, int(np.ceil(0.99 * rows.shape[1])) - 1)
+    return np.partition(rows, at, axis=1)[:, at].astype(float) if rows.size else np.zeros(len(rows))
+
+
+def _wrinkling(recording: Recording, measure: measures.Wrinkling) -> Array:
+    """Mean of |k1| + |k2| over the area of all cloths."""
+    found = [curvature.curvatures(body) for body in deformables(recording, measure.of)]
+    return np.sum([total for total, _ in found], axis=0) / np.sum([area for _, area in found], axis=0)
+
+
+def _folded_area(recording: Recording, measure: measures.FoldedArea) -> Array:
+    """Sum over cloths of the area of all layers, seen along the axis, less that of the shadow."""
+    bodies = deformables(recording, measure.of)
+    return np.sum([folds.folded_area(body, "xyz".index(measure.axis)) for body in bodies], axis=0)
+
+
+def _self_penetration(recording: Recording, measure: measures.SelfPenetration) -> Array:
+    """Largest over cloths of their thickness less the distance of the nearest two points that are no neighbours."""
+    bodies = deformables(recording, measure.of)
+    return np.max([folds.self_penetration(body, recording.thickness(body)) for body in bodies], axis=0)
+
+
+def _share_in(recording: Recording, measure: measures.ShareIn) -> Array:
+    """Sum of m_i over points in the region or on its surface, over the sum of m_i over all points."""
+    inside, mass = np.zeros(recording.states.frames), 0.0
+    for body in deformables(recording, measure.of):
+        inside += [float(body.masses[depth_inside(measure.region, x.astype(float)) >= 0].sum()) for x in body.points]
+        mass += float(body.masses.sum())
+    return inside / mass
+
+
+def _gap(recording: Recording, measure: measures.Gap) -> Array:
+    """Smallest signed distance between the points of one body and the solids of another, or the points of another."""
+    first, second = recording.cast.select(measure.of), recording.cast.select(measure.to)
+    if any(target.soft is None for target in first):
+        first, second = second, first
+    bodies = [body for target in first if (body := recording.deformable(target)) is not None]
+    if len(bodies) < len(first):
+        raise SoftMeasureError(f"neither {measure.of} nor {measure.to} deforms: `distance` is measured of them")
+    best = np.full(recording.states.frames, np.inf)
+    for body, target in zip(bodies, first, strict=True):
+        others = [other for other in second if other != target]
+        best = np.minimum(best, gap(recording, body, others).value)
+    if np.isinf(best).all() and len(best):
+        raise SoftMeasureError(f"{measure.of} and {measure.to} have no shapes between which there is a gap")
+    return best
+
+
+def depth(recording: Recording, targets: Sequence[Target], others: Sequence[Target] | None) -> Array:
+    """Return how deep points of bodies that deform are in rigid solids [m], (F,); 0 where none is in any.
+
+    Args:
+        recording: The recording.
+        targets: Bodies that deform, or rigid ones.
+        others: The others, or None for all that they can touch.
+    """
+    everything = list(recording.cast.copies.values())
+    deepest = np.zeros(recording.states.frames)
+    for one, two in ((targets, others), (others, targets)):
+        bodies = [t for t in (everything if one is None else one) if t.soft is not None]
+        rigid = [t for t in (everything if two is None else two) if t.soft is None]
+        if one is None or two is None:
+            rigid = [t for t in rigid if recording.cast.touches_soft(t.copy)]
+        for target in bodies if rigid else ():
+            body = recording.deformable(target)
+            assert body is not None
+            deepest = np.maximum(deepest, 0.0 - gap(recording, body, rigid, 0.0).value)
+    return deepest
+
+
+def gap(recording: Recording, body: Deformable, others: Sequence[Target], limit: float = np.inf) -> Nearest:
+    """Return how near a body comes to the nearest of others [m], in each frame; deeper is more negative.
+
+    Args:
+        recording: The recording.
+        body: The body.
+        others: Bodies, links or statics.
+        limit: Distance [m] from which on it does not matter how far they are.
+    """
+    cloud = recording.cloud(body)
+    found = nearest_solid(cloud, recording.states, recording.shapes.of_links(links_of(others)), limit)
+    for other in others:
+        theirs = recording.deformable(other)
+        if theirs is None or theirs is body:
+            continue
+        one = nearest_cloud(cloud, recording.cloud(theirs), found.value)
+        nearer = one.value < found.value
+        found.value[nearer], found.pos[nearer], found.of[nearer] = one.value[nearer], one.pos[nearer], -1
+    return found
+
+
+MEASURES: dict[str, Callable[[Recording, Any], Array]] = {
+    "volume": _volume,
+    "stretch": _stretch,
+    "strain": _strain,
+    "wrinkling": _wrinkling,
+    "folded_area": _folded_area,
+    "gap": _gap,
+    "self_penetration": _self_penetration,
+    "share_in": _share_in,
+}
+"""By kind; values are over frames, (F,)."""

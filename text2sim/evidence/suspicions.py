@@ -1,0 +1,101 @@
+"""What in a recording of bodies that deform says that something went wrong, in sentences.
+
+Three of the engine's solvers never look at their own numbers, and walls around them stop what comes there without a
+word: a run can finish, and be no physics.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.selection import base_name
+from text2sim.recording.states import Array
+
+SHRUNK, GROWN = 0.5, 2.0
+"""Volume of a soft body, over that at the start, from which on it is said. Hard presses leave 0.85."""
+DEEP = 2.5
+"""Depth in a rigid body, in distances of points: plates that press mpm bodies come to 2."""
+DEEP_FEM = 0.5
+"""The same of fem bodies, in edges."""
+TURNED = 0.02
+"""Part of the tetrahedra that are turned inside out."""
+LEAKED = 0.01
+"""Part of grains or a liquid that got through what holds it."""
+AT_WALLS = 0.01
+"""Part of the points of a body at the walls of its solver's space."""
+PULLED = 1.5
+"""Length of a thread of cloth over that at rest."""
+
+
+def suspicions(recording: Recording, found: dict[str, dict[str, Any]]) -> list[str]:
+    """Return what looks wrong, a sentence for each, the worst copy of a body only.
+
+    Args:
+        recording: The run.
+        found: What `soft_diagnostics` says of it.
+    """
+    spacing = {base_name(body.body): body.spacing for body in recording.states.deformables}
+    rows = []
+    for name, row in found.items():
+        for quantity, is_bad, words in _SIGNS:
+            seen = row.get(quantity)
+            if seen is not None and is_bad(seen["value"], row, spacing.get(name, np.inf)):
+                values = {"where": seen.get("in", ""), "solver": row["solver"], "mm": 1e3 * seen["value"]}
+                said = words.format(value=seen["value"], percent=100 * seen["value"], **values)
+                rows.append(f"`{seen['copy']}` {said} at {seen['at']:.3g} s")
+    return rows + _beyond_the_grid(recording)
+
+
+def _beyond_the_grid(recording: Recording) -> list[str]:
+    """Rigid bodies that leave the space in which they feel the bodies of a solver, after having been in it."""
+    rows, states = [], recording.states
+    domain = next((body.domain for body in states.deformables if body.solver == "mpm" and body.domain), None)
+    if domain is None or not states.frames:
+        return rows
+    low, high = np.array(domain[0]), np.array(domain[1])
+    for target in recording.cast.loose:
+        if target.soft is not None or not recording.cast.touches_soft(target.copy):
+            continue
+        place = states.pos[:, target.root]
+        outside: Array = np.any((place < low) | (place > high), axis=1)
+        if outside.any() and not outside.all() and not outside[0]:
+            at = states.time[int(np.argmax(outside))]
+            rows.append(f"`{target.copy}` leaves the grid of mpm, and touches nothing in it any more, at {at:.3g} s")
+    return rows
+
+
+_Bad = Callable[[float, dict[str, Any], float], bool]
+
+
+def _is_deep(value: float, row: dict[str, Any], spacing: float) -> bool:
+    return value > (DEEP_FEM if row["solver"] in ("fem", "ipc") else DEEP) * spacing
+
+
+def _is_inflated(value: float, row: dict[str, Any], spacing: float) -> bool:
+    return row["kind"] == "soft" and not SHRUNK <= value <= GROWN
+
+
+def _is_pulled(value: float, row: dict[str, Any], spacing: float) -> bool:
+    return row["kind"] == "cloth" and value > PULLED
+
+
+_SIGNS: tuple[tuple[str, _Bad, str], ...] = (
+    ("volume", _is_inflated, "has {value:.3g} times the volume that it had"),
+    ("inverted", lambda value, row, spacing: value > TURNED, "has {percent:.2g} % of its tetrahedra inside out"),
+    ("stretch", _is_pulled, "is drawn out to {value:.3g} times its length in places"),
+    ("penetration", _is_deep, "is {mm:.3g} mm deep in `{where}`"),
+    (
+        "leaked",
+        lambda value, row, spacing: value > LEAKED,
+        "has {percent:.2g} % of its mass in or behind walls and floors, most of it by `{where}` (its `soft_reach` of "
+        "half a cell holds better), reached",
+    ),
+    (
+        "against_bounds",
+        lambda value, row, spacing: value > AT_WALLS,
+        "has {percent:.2g} % of its points at the walls of the space of {solver} (scene.{solver}.bounds)",
+    ),
+)
+"""Quantity of the diagnostics, whether a value of it is bad, and what is said then."""

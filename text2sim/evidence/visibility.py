@@ -1,0 +1,120 @@
+"""Visibility: which bodies each camera saw, how large, and how well."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from text2sim.evidence.events import EventLog
+from text2sim.evidence.selection import base_name
+from text2sim.spec_schema.errors import Text2SimError
+from text2sim.spec_schema.models.case import Case
+
+if TYPE_CHECKING:
+    from text2sim.legibility.film import Painted
+
+
+def read_samples(run_dir: Path) -> dict[str, list[tuple[float, dict[str, float]]]]:
+    """Return for each camera its sampled pictures in order: time [s], and share of the picture by copy.
+
+    Empty where there is no film.
+    """
+    try:
+        data = json.loads((run_dir / "visibility.json").read_text("utf-8"))
+        return {
+            str(camera): [(float(row["t"]), {str(k): float(v) for k, v in row["shares"].items()}) for row in rows]
+            for camera, rows in data.items()
+        }
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        return {}
+
+
+def summarise_visibility(run_dir: Path, bodies: Sequence[str]) -> dict[str, Any] | None:
+    """Return for each camera what it saw of each body (all copies together); None without a film.
+
+    Args:
+        run_dir: The run folder.
+        bodies: Names of the bodies that a camera might see.
+    """
+    samples = read_samples(run_dir)
+    if not samples:
+        return None
+    return {camera: _camera(rows, bodies) for camera, rows in samples.items()}
+
+
+def _camera(rows: list[tuple[float, dict[str, float]]], bodies: Sequence[str]) -> dict[str, Any]:
+    seen: dict[str, dict[str, Any]] = {}
+    for time, shares in rows:
+        total: dict[str, float] = {}
+        for copy, share in shares.items():
+            total[base_name(copy)] = total.get(base_name(copy), 0.0) + share
+        for body, share in total.items():
+            if body in bodies and share > 0:
+                row = seen.setdefault(body, {"largest": 0.0, "at": time, "pictures": 0})
+                row["pictures"] += 1
+                if share > row["largest"]:
+                    row["largest"], row["at"] = share, time
+    return {
+        "pictures": len(rows),
+        "bodies": seen,
+        "never_seen": [body for body in bodies if body not in seen],
+    }
+
+
+def summarise_legibility(run_dir: Path, case: Case, events: EventLog) -> dict[str, Any] | None:
+    """Return how well bodies are seen in the film that `program/render.py` describes, whether or not it was made.
+
+    Args:
+        run_dir: The run folder.
+        case: The case, for what its events are about.
+        events: What happened.
+
+    Returns:
+        As `legibility.summary` makes it; None where nothing was recorded that could be filmed.
+    """
+    from text2sim.legibility.film import Watcher
+    from text2sim.legibility.summary import summarise
+    from text2sim.recording.film_record import read_recording
+
+    try:
+        recording = read_recording(run_dir)
+        if not recording.parts and not recording.soft:
+            return None
+        return summarise(Watcher(recording, _previewed(run_dir)), _moments(case, events))
+    except (Text2SimError, OSError, ValueError, KeyError, IndexError, TypeError):
+        return None  # made by hand, or by a version that recorded less
+
+
+def _moments(case: Case, events: EventLog) -> list[Any]:
+    """The first time of each event, in the order of the case, and the bodies that it is about."""
+    from text2sim.legibility.summary import Moment
+
+    found = []
+    for name, rows in events.occurrences.items():
+        if not rows:
+            continue
+        model = case.actions.events.get(name)
+        of = getattr(model, "of", None)
+        named = rows[0].get("between") or ([of] if of else [])
+        bodies = dict.fromkeys(base_name(str(label).partition(".")[0]) for label in named)
+        found.append(Moment(name, float(rows[0]["time"]), tuple(bodies)))
+    return found
+
+
+def _previewed(run_dir: Path) -> "Painted | None":
+    """The pictures that the preview has kept; None if there is no preview."""
+    kept = {
+        (camera, round(t, 6)): run_dir / "frames" / f"{camera}_{k}.png"
+        for camera, rows in read_samples(run_dir).items()
+        for k, (t, _) in enumerate(rows)
+    }
+    if not any(path.is_file() for path in kept.values()):
+        return None
+
+    def painted(frame: Any, size: tuple[int, int]) -> Any:
+        from text2sim.legibility.film import read_picture
+
+        path = kept.get((frame.camera, round(frame.t, 6)))
+        return None if path is None or not path.is_file() else read_picture(path, size)
+
+    return painted

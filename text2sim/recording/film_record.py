@@ -1,0 +1,206 @@
+"""What a run's folder says that a film shows: how it is filmed, what there is, and how it looks."""
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from text2sim.recording.chunks import DAMAGED
+from text2sim.recording.inventory import fault
+from text2sim.recording.record import RunRecord
+from text2sim.spec_schema.errors import RunError, SpecError
+from text2sim.templates.cadence import read_film
+from text2sim.templates.directing import directed
+from text2sim.templates.playback import States
+
+if TYPE_CHECKING:
+    from text2sim.compiler.plan import Plan
+
+Rgb = tuple[float, float, float]
+Paint = tuple[float, ...]
+"""Colour and opacity."""
+SAME = 0.01
+"""Difference of colours that are the same."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """Surface of a body."""
+
+    color: Rgb
+    """sRGB, 0 to 1."""
+    opacity: float = 1.0
+    finish: str = "plastic"
+    visible: bool = True
+    picture: Path | None = None
+    """What it wears instead of its colour."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A mesh that a link wears."""
+
+    body: str
+    """Name of the copy."""
+    link: int
+    """Row of its poses."""
+    mesh: Path
+    pos: tuple[float, ...]
+    """In the link's frame [m]."""
+    quat: tuple[float, ...]
+    look: Look
+
+
+@dataclass(frozen=True)
+class SoftPart:
+    """A body that deforms."""
+
+    body: str
+    kind: str
+    """soft, cloth, granular, liquid or snow."""
+    row: dict[str, Any]
+    """What the layout says of it."""
+    geometry: Path
+    look: Look
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A recorded run, ready to be filmed."""
+
+    folder: Path
+    film: dict[str, Any]
+    """See `templates/cadence.py`."""
+    states: States
+    parts: list[Part]
+    soft: list[SoftPart]
+    statics: frozenset[str]
+    """Copies that never move."""
+
+    @property
+    def last(self) -> float:
+        """Last recorded time [s]."""
+        return float(self.states.time[-1])
+
+    @property
+    def bodies(self) -> list[str]:
+        """All that there is, copy by copy."""
+        return list(dict.fromkeys([*(part.body for part in self.parts), *(part.body for part in self.soft)]))
+
+
+def read_recording(folder: Path, plan: "Plan | None" = None) -> Recording:
+    """Read a run's folder.
+
+    Args:
+        folder: Of the run.
+        plan: Says how the run is filmed and how it looks; what lies in the folder says that if left out.
+
+    Raises:
+        RunError: if nothing was recorded in it.
+    """
+    record = RunRecord.read(folder)
+    if record and (damage := fault(folder, record.recorded)):
+        raise RunError(f"{folder}: {damage}; run the case again")
+    film, looks = _program(folder, plan)
+    try:
+        states = States(folder)
+        film = directed(film, states)
+        index = json.loads((folder / "geometry" / "index.json").read_text("utf-8"))
+        rows = states.layout["links"]
+        listed = [(rows[int(link)]["body"], int(link), worn) for link, all_worn in index.items() for worn in all_worn]
+        painted: dict[str, list[Paint]] = {}
+        for body, _, worn in listed:
+            painted.setdefault(body, []).append(tuple(worn["color"]))
+        dressed = {body: _dressed(colors, looks[body]) for body, colors in painted.items() if body in looks}
+        parts = [
+            Part(
+                body, link, folder / "geometry" / worn["mesh"], tuple(worn["pos"]), tuple(worn["quat"]),
+                _look(folder, dressed.get(body, {}).get(tuple(worn["color"])), worn),
+            )
+            for body, link, worn in listed
+        ]  # fmt: skip
+        soft = _soft(folder, states, looks)
+    except OSError as error:
+        raise RunError(f"{folder}: nothing was recorded ({error.strerror}: {error.filename})") from error
+    except (*DAMAGED, AttributeError) as error:
+        raise RunError(f"{folder}: not the recording of a run ({error!r})") from error
+    held = {row["body"] for row in rows if row["fixed"]} - {row["body"] for row in rows if not row["fixed"]}
+    return Recording(folder, film, states, parts, soft, frozenset(held))
+
+
+def _program(folder: Path, plan: "Plan | None") -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return how the run is filmed, and its looks by copy."""
+    program = folder / "program"
+    if not (folder / "states" / "layout.json").is_file():
+        raise RunError(f"{folder}: nothing was recorded there")
+    if plan is None:
+        try:
+            film = read_film((program / "render.py").read_text("utf-8"))
+            return film, json.loads((program / "looks.json").read_text("utf-8"))
+        except (OSError, ValueError):
+            plan = _plan_anew(folder)
+    from text2sim.compiler.emit import emit
+
+    return plan.render, json.loads(emit(plan)["looks.json"])
+
+
+def _plan_anew(folder: Path) -> "Plan":
+    """Work out what the case of a run says, which an older version recorded."""
+    from text2sim.compiler.build import plan_case
+    from text2sim.spec_schema.load import load_case
+
+    try:
+        return plan_case(load_case(folder / "expanded.yaml"))
+    except SpecError as error:
+        raise RunError(
+            f"{folder}: an older version recorded it, and its expanded.yaml cannot be worked out any more; name its "
+            f"case instead of the run ({error.problems[0].message})"
+        ) from error
+
+
+def _dressed(colors: list[Paint], looks: dict[str, Any] | list[dict[str, Any]]) -> dict[Paint, dict[str, Any]]:
+    """Return the look that goes with each recorded colour of a copy.
+
+    Colours that the case still has find theirs. One that was changed since gets the nearest of those that are left.
+    """
+    if isinstance(looks, dict):
+        return dict.fromkeys(colors, looks)
+    pairs = sorted(
+        (math.dist(color, (*look["color"], look["opacity"])), color, k)
+        for color in set(colors)
+        for k, look in enumerate(looks)
+    )
+    found: dict[Paint, dict[str, Any]] = {}
+    taken: set[int] = set()
+    for away, color, k in pairs:
+        if color not in found and (k not in taken or away < SAME):
+            found[color] = looks[k]
+            taken.add(k)
+    return found
+
+
+def _look(folder: Path, look: dict[str, Any] | None, painted: dict[str, Any]) -> Look:
+    *color, opacity = painted["color"]
+    picture = folder / "geometry" / painted["texture"] if "texture" in painted else None
+    if look is None:
+        return Look((color[0], color[1], color[2]), opacity, picture=picture)
+    if look.get("picture"):
+        picture = folder / "program" / look["picture"]
+        picture = picture if picture.is_file() else None
+    red, green, blue = look["color"]
+    return Look((red, green, blue), look["opacity"], look["finish"], look["visible"], picture)
+
+
+def _soft(folder: Path, states: States, looks: dict[str, Any]) -> list[SoftPart]:
+    rows = states.layout.get("deformables") or []
+    if not rows:
+        return []
+    painted = json.loads((folder / "geometry" / "soft_index.json").read_text("utf-8"))
+    return [
+        SoftPart(
+            row["body"], row["kind"], row, folder / "geometry" / f"soft_{k}.npz",
+            _look(folder, looks.get(row["body"]), paint),
+        )
+        for k, (row, paint) in enumerate(zip(rows, painted, strict=True))
+    ]  # fmt: skip

@@ -1,0 +1,246 @@
+"""The recorded states of a run: the arrays that its program's recorder wrote, chunk by chunk."""
+
+import json
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from text2sim.recording.chunks import Array, Chunks, readable
+from text2sim.recording.deformables import Deformable, read_deformables
+from text2sim.recording.inventory import fault
+from text2sim.recording.record import RunRecord
+from text2sim.spec_schema.errors import RunError
+
+__all__ = ["Array", "JointRecord", "LinkRecord", "RunStates"]
+
+# Shape of one row of each array; L links, Q positions, D degrees of freedom.
+FRAME_FIELDS: dict[str, tuple[int | str, ...]] = {
+    "time": (),
+    "links_pos": ("L", 3),
+    "links_quat": ("L", 4),
+    "links_vel": ("L", 3),
+    "links_ang": ("L", 3),
+    "qpos": ("Q",),
+    "dofs_velocity": ("D",),
+    "dofs_control_force": ("D",),
+}
+# B deformable bodies, P points and S vertices of surfaces of all of them; only where there are any.
+SOFT_FIELDS: dict[str, tuple[int | str, ...]] = {
+    "soft_points": ("P", 3),
+    "soft_surface": ("S", 3),
+    "soft_velocity": ("B", 3),
+    "soft_kinetic": ("B",),
+    "soft_speed": ("B",),
+}
+CONTACT_FIELDS: dict[str, tuple[int | str, ...]] = {
+    "contact_step": (),
+    "contact_links": (2,),
+    "contact_force": (3,),
+    "contact_pos": (3,),
+    "contact_penetration": (),
+    "contact_normal_force": (),
+}
+
+
+@dataclass(frozen=True)
+class LinkRecord:
+    """One link of the recorded scene."""
+
+    index: int
+    """Column of the arrays."""
+    body: str
+    """Name of the copy it belongs to: `ball`, `brick[3]`."""
+    name: str
+    mass: float
+    """[kg]"""
+    com: tuple[float, float, float]
+    """Centre of mass [m], in the link's frame."""
+    inertia: tuple[tuple[float, ...], ...]
+    """About the centre of mass [kg m2], in the link's frame."""
+    fixed: bool
+    """Held by the world."""
+
+
+@dataclass(frozen=True)
+class JointRecord:
+    """One joint of the recorded scene."""
+
+    body: str
+    """Name of the copy it belongs to."""
+    name: str
+    kind: str
+    """free, hinge, slider, ball or fixed."""
+    q: tuple[int, int]
+    """Its columns of `qpos`, from and to (not included)."""
+    dof: tuple[int, int]
+    """Its columns of `dofs_velocity` and `dofs_force`, from and to."""
+    limits: tuple[float | None, float | None]
+    """[rad or m]; None where it has none."""
+    link: int = -1
+    """Column of the link that it carries."""
+
+
+@dataclass(frozen=True)
+class RunStates:
+    """What was recorded, as arrays over all frames; each is read when it is first asked for."""
+
+    dt: float
+    """Time step [s]."""
+    every: int
+    """Steps from one frame to the next."""
+    gravity: tuple[float, float, float]
+    """[m/s2]"""
+    links: tuple[LinkRecord, ...]
+    joints: tuple[JointRecord, ...]
+    chunks: Chunks
+    """Those that could be read, in order, without a gap."""
+    deformables: tuple[Deformable, ...] = ()
+    """Bodies that are points, not links, in the order of the arrays."""
+    losses: tuple[str, ...] = ()
+    """What could not be read, in words."""
+    layout: dict[str, Any] = field(default_factory=dict, repr=False)
+    """The layout file as written."""
+
+    @classmethod
+    def load(cls, run_dir: Path) -> "RunStates":
+        """Open the recording of a run. Chunks from the first unreadable one on are left out and reported.
+
+        Raises:
+            RunError: if the layout is missing or no layout.
+        """
+        folder = run_dir / "states"
+        try:
+            layout = json.loads((folder / "layout.json").read_text("utf-8"))
+            links = tuple(_link(index, row) for index, row in enumerate(layout["links"]))
+            joints = tuple(_joint(row) for row in layout["joints"])
+            dt, every = float(layout["dt"]), int(layout["every"])
+            x, y, z = (float(v) for v in layout["gravity"])
+            soft, soft_sizes, soft_losses = read_deformables(run_dir, layout)
+        except OSError as error:
+            raise RunError(f"{folder / 'layout.json'}: nothing was recorded ({error.strerror})") from error
+        except (ValueError, TypeError, KeyError, RecursionError) as error:
+            raise RunError(f"{folder / 'layout.json'}: not the layout of a recording ({error!r})") from error
+        if not (0 < dt < np.inf and every > 0):
+            raise RunError(f"{folder / 'layout.json'}: not the layout of a recording (dt {dt}, every {every})")
+        sizes = {"L": len(links), "Q": max((j.q[1] for j in joints), default=0)}
+        sizes["D"] = max((j.dof[1] for j in joints), default=0)
+        fields = FRAME_FIELDS | {k: row for k, row in SOFT_FIELDS.items() if soft_sizes.get(str(row[0]))}
+        paths, losses = readable(folder, fields, CONTACT_FIELDS, sizes | soft_sizes)
+        record = RunRecord.read(run_dir)
+        if not losses and record and (damage := fault(run_dir, record.recorded, content=False)):
+            losses = [damage]
+        chunks = Chunks(paths)
+        bodies = tuple(body.recorded_in(chunks) for body in soft)
+        return cls(dt, every, (x, y, z), links, joints, chunks, bodies, (*losses, *soft_losses), layout)
+
+    @property
+    def frames(self) -> int:
+        """How many frames were recorded."""
+        return len(self.time)
+
+    @property
+    def end(self) -> float:
+        """Time [s] of the last frame; 0 without frames."""
+        return float(self.time[-1]) if self.frames else 0.0
+
+    def lacks(self, state: str) -> str:
+        """Return what a run that ended in `state` should have recorded and has not; empty if it is all there."""
+        if self.losses:
+            return self.losses[0]
+        wanted = self.layout.get("n_frames")
+        if state == "finished" and isinstance(wanted, int) and self.frames < wanted:
+            return f"{wanted - self.frames} of {wanted} frames are missing"
+        return ""
+
+    @cached_property
+    def time(self) -> Array:
+        """Times of the frames [s], shape (F,)."""
+        return self._gather("time", ())
+
+    @cached_property
+    def steps(self) -> Array:
+        """Number of time steps done before each frame, shape (F,)."""
+        return np.rint(self.time / self.dt).astype(np.int64)
+
+    @cached_property
+    def pos(self) -> Array:
+        """Origins of the links [m], world, shape (F, L, 3)."""
+        return self._gather("links_pos", (len(self.links), 3))
+
+    @cached_property
+    def quat(self) -> Array:
+        """Orientations (w, x, y, z) of the links, shape (F, L, 4)."""
+        return self._gather("links_quat", (len(self.links), 4))
+
+    @cached_property
+    def vel(self) -> Array:
+        """Velocities of the links' centres of mass [m/s], world, shape (F, L, 3)."""
+        return self._gather("links_vel", (len(self.links), 3))
+
+    @cached_property
+    def ang(self) -> Array:
+        """Angular velocities of the links [rad/s], world, shape (F, L, 3)."""
+        return self._gather("links_ang", (len(self.links), 3))
+
+    @cached_property
+    def qpos(self) -> Array:
+        """Joint positions [rad or m], shape (F, Q)."""
+        return self._gather("qpos", (max((j.q[1] for j in self.joints), default=0),))
+
+    @cached_property
+    def dofs_velocity(self) -> Array:
+        """Joint velocities [rad/s or m/s], shape (F, D)."""
+        return self._gather("dofs_velocity", (self._dofs,))
+
+    @cached_property
+    def dofs_force(self) -> Array:
+        """What the motors give [N or N m], shape (F, D)."""
+        return self._gather("dofs_control_force", (self._dofs,))
+
+    @cached_property
+    def soft_velocity(self) -> Array:
+        """Velocities of the deformable bodies' centres of mass [m/s], world, shape (F, B, 3)."""
+        return self._gather("soft_velocity", (len(self.deformables), 3))
+
+    @cached_property
+    def soft_kinetic(self) -> Array:
+        """Kinetic energies of the deformable bodies [J], shape (F, B)."""
+        return self._gather("soft_kinetic", (len(self.deformables),))
+
+    @cached_property
+    def soft_speed(self) -> Array:
+        """Largest speed of any point of each deformable body [m/s], shape (F, B)."""
+        return self._gather("soft_speed", (len(self.deformables),))
+
+    def contact(self, name: str) -> Array:
+        """One array of the contacts of all steps, without the prefix `contact_`, shape (n, ...)."""
+        key = f"contact_{name}"
+        return self._gather(key, tuple(int(n) for n in CONTACT_FIELDS[key]))
+
+    @property
+    def _dofs(self) -> int:
+        return max((j.dof[1] for j in self.joints), default=0)
+
+    def _gather(self, name: str, row: tuple[int, ...]) -> Array:
+        return self.chunks.gather(name, row)
+
+
+def _link(index: int, row: dict[str, Any]) -> LinkRecord:
+    a, b, c = (float(v) for v in row["com"])
+    inertia = np.asarray(row["inertia"], dtype=float).reshape(3, 3)
+    return LinkRecord(
+        index, str(row["body"]), str(row["link"]), float(row["mass"]), (a, b, c),
+        tuple(tuple(r) for r in inertia.tolist()), bool(row["fixed"]),
+    )  # fmt: skip
+
+
+def _joint(row: dict[str, Any]) -> JointRecord:
+    low, high = row["limits"][0] if row["kind"] in ("hinge", "slider") else (None, None)
+    (q0, q1), (d0, d1) = row["q"], row["dofs"]
+    return JointRecord(
+        str(row["body"]), str(row["joint"]), str(row["kind"]), (int(q0), int(q1)), (int(d0), int(d1)),
+        (None if low is None else float(low), None if high is None else float(high)), int(row.get("link", -1)),
+    )  # fmt: skip

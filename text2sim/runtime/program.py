@@ -1,0 +1,123 @@
+"""Runs the program of a run folder and says what came of it."""
+
+import os
+import re
+import sys
+from contextlib import suppress
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from text2sim.compiler.provenance import provenance
+from text2sim.runtime.child import ChildExit, Limits, run_child
+from text2sim.runtime.outcome import Outcome, outcome_of, read_end, read_status
+from text2sim.runtime.progress import CHILD_PHASES, Clock, ProgressTail
+from text2sim.runtime.stop import Stop
+
+FIRST_TIME = "compiling physics kernels: over a minute the first time on this machine"
+NEW_KIND = "still compiling physics kernels: every new combination of options does so once"
+STOPPING = "stopping, and keeping what was recorded; once more to kill it"
+_NO_FILM = re.compile(r"^no film: (.*)$", re.MULTILINE)
+PATIENCE = 30.0
+"""Wall time [s] of a build after which the user wants to know why."""
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A program that ran."""
+
+    outcome: Outcome
+    ended: ChildExit
+    blame: tuple[int, str] | None
+    """Line of the case and the program's code, where a failure could be traced."""
+    no_film: str
+    """Why the program made no film, in its own words."""
+
+
+def run_program(
+    folder: Path,
+    *,
+    flags: tuple[str, ...],
+    limits: Limits,
+    stop: Stop,
+    clock: Clock,
+    inherit: tuple[int, ...] = (),
+) -> Finished:
+    """Run `program/main.py` of a run folder, writing into that folder.
+
+    Args:
+        folder: The run folder.
+        flags: `--film-only` or `--no-film`, or nothing.
+        limits: What it may use.
+        stop: Requests to stop.
+        clock: Told about its phases.
+        inherit: File descriptors that it keeps open.
+    """
+    folder = folder.resolve()
+    program, log = folder / "program", folder / "log.txt"
+    begin = log.stat().st_size if log.is_file() else 0
+    relay = _Relay(folder / "progress.jsonl", clock, stop)
+    clock.enter("start")
+    command = (sys.executable, "main.py", "--out", str(folder), *flags)
+    with stop.gently():
+        ended = run_child(
+            command, folder=program, log=log, limits=limits, stop=stop, on_poll=relay.poll, inherit=inherit
+        )
+    text = read_end(log, begin)
+    status = read_status(folder / "status.json")
+    outcome = outcome_of(ended, limits, status, text, _finite(status.get("time"), relay.simulated))
+    failed = ended.code != 0 and ended.cause == "ended"
+    refused = _NO_FILM.search(text)
+    return Finished(outcome, ended, provenance(program, text) if failed else None, refused[1] if refused else "")
+
+
+class _Relay:
+    """Passes on what the program says about its progress, and explains a long silence."""
+
+    def __init__(self, path: Path, clock: Clock, stop: Stop) -> None:
+        self._tail = ProgressTail(path)
+        self._clock, self._stop = clock, stop
+        self._stopping = False
+        self._phase = "start"
+        self._build_since: float | None = None
+        self.simulated = 0.0
+        """Simulated time reached [s]."""
+
+    def poll(self) -> None:
+        for record in self._tail.read():
+            self._take(record)
+        if self._stop.count and not self._stopping:
+            self._stopping = True
+            self._clock.tell(self.simulated, note=STOPPING)
+        if self._build_since is not None and self._clock.wall - self._build_since > PATIENCE:
+            self._build_since = None
+            if kernels_cached():
+                self._clock.tell(0.0, note=NEW_KIND)
+
+    def _take(self, record: dict[str, Any]) -> None:
+        phase = record.get("phase", self._phase)
+        if phase in CHILD_PHASES and phase != self._phase:
+            self._phase = phase
+            building = phase == "build"
+            self._build_since = self._clock.wall if building else None
+            self._clock.enter(phase, FIRST_TIME if building and not kernels_cached() else "")
+        if self._phase in ("simulate", "film"):
+            time = _finite(record.get("t"), 0.0)
+            if self._phase == "simulate":
+                self.simulated = time
+            self._clock.tell(time, duration=_finite(record.get("duration"), 0.0))
+
+
+def _finite(value: object, otherwise: float) -> float:
+    return float(value) if isinstance(value, int | float) and isfinite(value) else otherwise
+
+
+def kernels_cached() -> bool:
+    """Whether the engine has compiled anything on this machine before."""
+    named = os.environ.get("QD_OFFLINE_CACHE_FILE_PATH")
+    cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    folder = Path(named) if named else Path(cache) / "quadrants" / "qdcache"
+    with suppress(OSError):
+        return any(folder.iterdir())
+    return False

@@ -1,0 +1,141 @@
+"""A case as it was read, with all that is wrong with it."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from text2sim.service import exits
+from text2sim.service.wording import reason, shown
+from text2sim.spec_schema.errors import MachineError, Problem, SpecError, Text2SimError
+from text2sim.spec_schema.reuse.overlay import NOTHING, Overlay
+
+if TYPE_CHECKING:
+    from text2sim.compiler.plan import Plan
+    from text2sim.lint import Waived
+    from text2sim.spec_schema.loaded import LoadedCase
+
+CASE_FILE = "case.yaml"
+
+
+@dataclass
+class Examined:
+    """A case that was read, with all that is wrong with it."""
+
+    path: Path
+    overlay: Overlay = NOTHING
+    """What is laid over it."""
+    loaded: "LoadedCase | None" = None
+    plan: "Plan | None" = None
+    problems: list[Problem] = field(default_factory=list)
+    waived: "list[Waived]" = field(default_factory=list)
+    """What the lint found and the case says is meant."""
+    held: list[str] = field(default_factory=list)
+    """Expectations that would hold if nothing moved."""
+    sources: dict[str, str] = field(default_factory=dict)
+    """Text by file name, for excerpts."""
+    failure: str = ""
+    """What is wrong, where no line of the case is to blame."""
+    exit: int = exits.OK
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing keeps it from running."""
+        return self.exit == exits.OK
+
+    @property
+    def name(self) -> str:
+        """Name of the case, or of its folder if it could not be read."""
+        if self.loaded is not None:
+            return self.loaded.case.name
+        return self.path.parent.name if self.path.name == CASE_FILE else self.path.stem
+
+    @property
+    def title(self) -> str:
+        """Its file, and what is laid over it."""
+        return shown(self.path) + (f" ({', '.join(self.overlay.words)})" if self.overlay else "")
+
+    def as_dict(self) -> dict[str, Any]:
+        """What `--json` says."""
+        document: dict[str, Any] = {
+            "case": self.name,
+            "file": str(self.path),
+            "variants": list(self.overlay.variants),
+            "sets": list(self.overlay.sets),
+            "ok": self.ok,
+            "problems": [problem.as_dict() for problem in self.problems],
+            "waived": [waived.as_dict() for waived in self.waived],
+        }
+        if self.failure:
+            document["error"] = self.failure
+        if self.plan is not None:
+            document["notes"] = list(self.plan.notes)
+            document["true_at_start"] = self.held
+        return document
+
+    def work_out(self) -> None:
+        """Resolve the case that was read, and lint it.
+
+        Raises:
+            SpecError: with every problem found, if there is an error among them.
+        """
+        from text2sim.compiler.build import resolve_case
+        from text2sim.lint import lint_case
+
+        assert self.loaded is not None
+        resolution = resolve_case(self.loaded)
+        report = lint_case(resolution)
+        self.waived, self.held = report.waived, report.held
+        if not report.ok:
+            raise SpecError(report.problems)
+        self.plan, self.problems = resolution.plan, report.problems
+        self.collect_sources()
+
+    def findings(self) -> list[dict[str, Any]]:
+        """What the lint found, as a run keeps it."""
+        found: list[tuple[Problem, str | None]] = [(problem, None) for problem in self.problems]
+        found += [(waived.problem, waived.reason) for waived in self.waived]
+        return [{"rule": p.rule, "path": p.path, "message": p.message, "reason": reason} for p, reason in found]
+
+    def blame(self, error: Exception) -> None:
+        """Take note of an error that its author, or the owner of the machine, can put right."""
+        self.exit = exits.MACHINE if isinstance(error, MachineError) else exits.INPUT
+        self.problems = error.problems if isinstance(error, SpecError) else []
+        self.failure = "" if self.problems else reason(error)
+        self.collect_sources()
+
+    def collect_sources(self) -> None:
+        """Read the lines that the problems are about."""
+        texts = {file: self._text(file) for file in {problem.file for problem in self.problems}}
+        self.sources = {file: text for file, text in texts.items() if text}
+
+    def _text(self, file: str) -> str:
+        from text2sim.spec_schema.text.source import read_source
+
+        if self.loaded is not None and file == self.loaded.source.file:
+            return self.loaded.source.text
+        if file in ("--set", "--variant"):
+            return "\n".join(self.overlay.sets if file == "--set" else self.overlay.variants)
+        try:
+            return read_source(Path(file)).text
+        except SpecError:
+            return ""
+
+
+def examine(path: Path, *, plan: bool = True, overlay: Overlay = NOTHING) -> Examined:
+    """Read a case, and plan and lint it if asked to; whatever its author did wrong ends up in `problems`."""
+    from text2sim.spec_schema.load import load_case
+
+    found = Examined(case_file(path), overlay)
+    try:
+        found.loaded = load_case(path, overlay)
+        found.path = found.loaded.path
+        if plan:
+            found.work_out()
+    except (Text2SimError, OSError) as error:
+        found.blame(error)
+    return found
+
+
+def case_file(path: Path) -> Path:
+    """Return the file that a path means: itself, or `case.yaml` in it."""
+    return path / CASE_FILE if path.is_dir() else path

@@ -1,0 +1,49 @@
+"""Paths, errors, spans of time and the outcome of runs in plain words."""
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from text2sim.harness.result import RunResult
+
+
+def shown(path: Path) -> str:
+    """Return a path relative to the working directory where it lies below it."""
+    try:
+        return os.path.relpath(path) if path.absolute().is_relative_to(Path.cwd()) else str(path)
+    except OSError:  # the working directory is gone
+        return str(path)
+
+
+def reason(error: Exception) -> str:
+    """Return what an error says to a user who can put it right."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    return str(error)
+
+
+def seconds(value: float | None) -> str:
+    """Return a span of time for people: `0.4 s`, `41 s`, `3 min 5 s`."""
+    if value is None:
+        return "?"
+    if value < 10:
+        return f"{value:.1f} s"
+    minutes, rest = divmod(round(value), 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {minutes} min"
+    return f"{minutes} min {rest} s" if minutes else f"{rest} s"
+
+
+def summary(result: "RunResult") -> str:
+    """Return one line: how far it came, what was done for it, how long that took."""
+    words = result.state.replace("_", " ")
+    if result.state != "finished":
+        words += f" at {result.time:.4g} s" if result.time else ""
+    return f"{words}{_score(result)}, {result.work.value} in {seconds(result.wall)}"
+
+
+def _score(result: "RunResult") -> str:
+    rows = result.expectations
+    return f", {sum(row['ok'] is True for row in rows.values())} of {len(rows)} expectations came true" if rows else ""
