@@ -13,6 +13,8 @@ MAX_COUNT = 20_000_000
 MAX_EMPTY = 100_000
 """Those among them that stand nowhere in the file: a few bytes would become gigabytes."""
 MAX_NODES = 5_000
+MAX_GROUPS = 2_000
+"""Parts of an .obj file: each costs a millisecond, and then each is joined to the others."""
 SIZES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
@@ -58,12 +60,17 @@ def check_gltf(content: bytes, suffix: str, *, beside: bool) -> None:
         accessors, views = list(document.get("accessors", ())), list(document.get("bufferViews", ()))
         nodes, needed = len(document.get("nodes", ())), document.get("extensionsRequired", ())
         counts = [accessor.get("count", 0) for accessor in accessors]
-    except (struct.error, ValueError, AttributeError, TypeError, RecursionError):
+        drawn = _drawn(document)
+    except (struct.error, ValueError, AttributeError, TypeError, LookupError, RecursionError):
         raise AssetError(f"is not a {suffix} file") from None
     if not all(isinstance(uri, str) and (beside or uri.startswith("data:")) for uri in uris):
         raise AssetError("needs other files; export it as .glb with everything embedded")
     if not all(isinstance(count, int) and 0 <= count <= MAX_COUNT for count in counts) or sum(counts) > MAX_COUNT:
         raise AssetError(f"announces more than {MAX_COUNT:,} numbers")
+    if drawn > MAX_COUNT:
+        raise AssetError(
+            f"shows its meshes so often that they have {drawn:,} corners; at most {MAX_COUNT:,} are possible"
+        )
     if nodes > MAX_NODES:
         raise AssetError(f"has {nodes:,} nodes; at most {MAX_NODES:,} are possible: join them")
     empty = sum(count for accessor, count in zip(accessors, counts, strict=True) if not _is_held(accessor, views))
@@ -71,6 +78,28 @@ def check_gltf(content: bytes, suffix: str, *, beside: bool) -> None:
         raise AssetError(f"announces {empty:,} numbers that it does not hold")
     if any("draco" in str(name).lower() or "meshopt" in str(name).lower() for name in needed):
         raise AssetError("is compressed (Draco or meshopt); export it without compression")
+
+
+def check_obj(content: bytes) -> None:
+    """Refuse an .obj file of so many parts that to put them together takes minutes.
+
+    Raises:
+        AssetError: if it is one.
+    """
+    groups = max(content.count(b"\nusemtl"), content.count(b"\no "), content.count(b"\ng "))
+    if groups > MAX_GROUPS:
+        raise AssetError(f"has {groups:,} parts; at most {MAX_GROUPS:,} are possible: join them")
+
+
+def _drawn(document: dict[str, Any]) -> int:
+    """Corners of all triangles, of each mesh as often as a node shows it."""
+    accessors = document.get("accessors", ())
+    corners = []
+    for mesh in document.get("meshes", ()):
+        numbers = [part.get("indices", part.get("attributes", {}).get("POSITION")) for part in mesh["primitives"]]
+        corners.append(sum(accessors[k].get("count", 0) for k in numbers if isinstance(k, int)))
+    shown = [node.get("mesh") for node in document.get("nodes", ())]
+    return sum(corners[k] for k in shown if isinstance(k, int))
 
 
 def _is_held(accessor: dict[str, Any], views: list[Any]) -> bool:

@@ -8,7 +8,8 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.foreign import check_gltf, foreign
+from text2sim.assets.confined import confined
+from text2sim.assets.foreign import check_gltf, check_obj, foreign
 from text2sim.assets.remembered import meets, packed, remembered, unpacked
 from text2sim.assets.shelf import shelf_of
 from text2sim.compiler.shapes.hulls import hull_of
@@ -132,6 +133,9 @@ def open_mesh(path: Path, root: Path, **options: Any) -> Any:
         if suffix in (".glb", ".gltf"):
             check_gltf(stream.read(), suffix, beside=True)
             stream.seek(0)
+        if suffix == ".obj":
+            check_obj(stream.read())
+            stream.seek(0)
         return trimesh.load(
             stream, file_type=suffix[1:], process=False, resolver=_Resolver(path.parent, root), **options
         )
@@ -149,7 +153,7 @@ def turn_upright(vectors: "np.ndarray", path: Path) -> "np.ndarray":
 @lru_cache(maxsize=64)
 def _read(path: Path, root: Path, _mtime: int, size: int) -> MeshFile:
     if size < LARGE or path.suffix.lower() not in WHOLE:
-        return _made(path, root)
+        return confined(read_mesh, path, root)
     with path.open("rb") as stream:
         digest = file_digest(stream, "sha256").digest()
     question = (b"mesh", path.suffix.lower().encode(), digest)
@@ -165,7 +169,7 @@ def _read(path: Path, root: Path, _mtime: int, size: int) -> MeshFile:
     made: list[MeshFile] = []
 
     def ask() -> dict[str, Any]:
-        made.append(_made(path, root))
+        made.append(confined(read_mesh, path, root))
         one = made[0]
         texts = (packed(array) for array in (one.vertices, one.faces, one.hull_vertices, one.hull_faces))
         return dict(zip(members, (*texts, one.volume, one.closed, one.flat), strict=True))
@@ -176,13 +180,20 @@ def _read(path: Path, root: Path, _mtime: int, size: int) -> MeshFile:
     vertices, corners = unpacked(found["vertices"], "f8", 3), unpacked(found["corners"], "f8", 3)
     faces, sides = unpacked(found["faces"], "i8", 3), unpacked(found["sides"], "i8", 3)
     if vertices is None or faces is None or corners is None or sides is None:
-        return _made(path, root)
+        return confined(read_mesh, path, root)
     if not (meets(faces, vertices) and meets(sides, corners)):
-        return _made(path, root)
+        return confined(read_mesh, path, root)
     return MeshFile(vertices, faces, corners, sides, found["volume"], found["closed"], found["flat"])
 
 
-def _made(path: Path, root: Path) -> MeshFile:
+def read_mesh(path: Path, root: Path) -> MeshFile:
+    """Return a mesh as it stands in a file, whatever that takes; see `load_mesh`.
+
+    Raises:
+        AssetError: if it cannot be used.
+    """
+    if path.suffix.lower() == ".obj" and (faces := path.read_bytes().count(b"\nf")) > MAX_FACES:
+        raise AssetError(f"has too many triangles ({faces}; at most {MAX_FACES})")
     loaded = open_mesh(path, root, force="mesh", skip_materials=True)
     with foreign():
         return _judged(loaded, path)

@@ -6,6 +6,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.assets.confined import confined
 from text2sim.assets.foreign import foreign
 from text2sim.compiler.shapes.meshfile import mesh_path, open_mesh, turn_upright
 from text2sim.spec_schema.errors import AssetError
@@ -56,6 +57,15 @@ def load_paint(file: str, folder: Path) -> list[MeshPaint]:
 
 @lru_cache(maxsize=64)
 def _read_paint(path: Path, root: Path, _mtime: int, _size: int) -> list[MeshPaint]:
+    return confined(read_paint, path, root)
+
+
+def read_paint(path: Path, root: Path) -> list[MeshPaint]:
+    """Return what a file looks like, whatever that takes; see `load_paint`.
+
+    Raises:
+        AssetError: if it cannot be used.
+    """
     try:
         scene = open_mesh(path, root, force="scene")
     except AssetError:

@@ -59,6 +59,19 @@ def open_picture(path: Path) -> "Image":
         raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
 
 
+def pixels_of(path: Path) -> int:
+    """Return how many pixels a picture has, by its head; 0 where that cannot be read."""
+    from PIL import Image
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            with Image.open(path, formats=("PNG", "JPEG")) as image:
+                return image.size[0] * image.size[1]
+    except Exception:  # whoever reads it says what is wrong
+        return 0
+
+
 def thumbnail(file: str, folder: Path, side: int) -> bytes:
     """Return a picture of a case as a .png in three channels, at most `side` pixels long.
 

@@ -6,6 +6,7 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.assets.confined import confined
 from text2sim.assets.foreign import foreign
 from text2sim.assets.remembered import meets, packed, remembered, unpacked
 from text2sim.compiler.shapes.meshfile import WHOLE, load_mesh, mesh_path, open_mesh, turn_upright
@@ -240,11 +241,11 @@ class Rows:
 @lru_cache(maxsize=16)
 def _read_places(path: Path, root: Path, _mtime: int, _size: int, rows: Rows) -> "tuple[np.ndarray | None, int]":
     if path.suffix.lower() not in WHOLE:
-        return _found_places(path, root, rows.vertices)
+        return confined(find_places, path, root, rows.vertices)
     import numpy as np
 
     def ask() -> dict[str, Any]:
-        uvs, seams = _found_places(path, root, rows.vertices)
+        uvs, seams = confined(find_places, path, root, rows.vertices)
         return {"uvs": packed(np.zeros((0, 2)) if uvs is None else uvs), "seams": seams}
 
     with path.open("rb") as stream:
@@ -254,7 +255,8 @@ def _read_places(path: Path, root: Path, _mtime: int, _size: int, rows: Rows) ->
     return (uvs, 0) if uvs is not None and len(uvs) == len(rows.vertices) else (None, found["seams"])
 
 
-def _found_places(path: Path, root: Path, vertices: "np.ndarray") -> "tuple[np.ndarray | None, int]":
+def find_places(path: Path, root: Path, vertices: "np.ndarray") -> "tuple[np.ndarray | None, int]":
+    """Return where in its picture vertices lie, (n, 2), if each has one place, and else how many have several."""
     import numpy as np
 
     try:

@@ -5,7 +5,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.compiler.shapes.pictures import ENOUGH, open_picture, picture_path
+from text2sim.assets.confined import confined
+from text2sim.compiler.shapes.pictures import ENOUGH, open_picture, picture_path, pixels_of
 from text2sim.spec_schema.errors import AssetError
 
 if TYPE_CHECKING:
@@ -25,6 +26,10 @@ MOST_INK = 0.9
 SPECK = 1e-3
 """What is smaller than this part of the largest piece is dirt."""
 MAX_PIECES = 500
+MAX_POINTS = 400_000
+"""Points of all outlines as they are traced."""
+LARGE = 1_000_000
+"""Pixels of a picture that is looked at in a process of its own."""
 SEEN = 4
 """How many times as many may be traced, most of which are dirt."""
 
@@ -55,6 +60,15 @@ def strokes(file: str, folder: Path) -> list[Stroke]:
 
 @lru_cache(maxsize=32)
 def _read(path: Path, _mtime: int, _size: int) -> tuple[Stroke, ...]:
+    return confined(trace, path, large=pixels_of(path) > LARGE)
+
+
+def trace(path: Path) -> tuple[Stroke, ...]:
+    """Return the pieces of a drawing, whatever that takes; see `strokes`.
+
+    Raises:
+        AssetError: if the picture cannot be used, or nothing is drawn in it.
+    """
     gray = _gray(path)
     pieces = _pieces(gray)
     low_x, low_z = min(p.bounds[0] for p in pieces), min(p.bounds[1] for p in pieces)
@@ -106,6 +120,12 @@ def _pieces(gray: "np.ndarray") -> "list[Polygon]":
     filled: Any = contour_generator(z=255.0 - big, fill_type=FillType.OuterOffset).filled(254.5 - level, 1e6)
     if len(filled[0]) > SEEN * MAX_PIECES:
         raise AssetError(f"has {len(filled[0])} pieces; at most {MAX_PIECES} are possible")
+    rings, corners = sum(len(row) - 1 for row in filled[1]), sum(map(len, filled[0]))
+    if rings > SEEN * MAX_PIECES or corners > MAX_POINTS:
+        raise AssetError(
+            f"has outlines of {corners:,} points in {rings:,} rings; at most {MAX_POINTS:,} in {SEEN * MAX_PIECES:,} "
+            "are possible: draw with fewer and thicker strokes"
+        )
     found = []
     for points, offsets in zip(*filled, strict=True):
         flat = np.column_stack([points[:, 0] - 0.5, big.shape[0] - points[:, 1] - 1.5]) / factor
