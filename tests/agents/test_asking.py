@@ -9,18 +9,18 @@ import pytest
 
 from tests.agents.scripted import Scripted, fenced
 from text2sim.agents import language
-from text2sim.agents.asking import BudgetSpent, Desk, RoleFailed, Wrong, typed
+from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed, Wrong, typed
 from text2sim.agents.journal import Journal
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.exchange import Message, Reply, Request
 from text2sim.agents.models.tokens import Beginnings, alike
-from text2sim.agents.replies import Critique, Plan
-from text2sim.agents.shelf import Shelf
+from text2sim.agents.page_requests import PageRequests
+from text2sim.agents.replies import CasePlan, Critique
 
 
-def desk(tmp_path: Path, model: Scripted, budget: Budget | None = None) -> Desk:
+def desk(tmp_path: Path, model: Scripted, budget: Budget | None = None) -> Conversation:
     journal = Journal(tmp_path / "journal.jsonl")
-    return Desk({"": model}, CallLog(tmp_path / "calls"), Account(), budget or Budget(), journal)
+    return Conversation({"": model}, CallLog(tmp_path / "calls"), Account(), budget or Budget(), journal)
 
 
 def number(data: Any) -> int:
@@ -90,7 +90,7 @@ def test_types_say_what_is_wrong_with_an_answer() -> None:
 def test_pages_come_as_a_message_of_their_own_after_what_was_said(tmp_path: Path) -> None:
     model = Scripted({"planner": [fenced("read: [net, hinge, net]"), fenced("read: [hinge, nothing]"), fenced("n: 3")]})
     asked = desk(tmp_path, model)
-    assert asked.ask("planner", "s", "q", number, more=Shelf()) == 3
+    assert asked.ask("planner", "s", "q", number, more=PageRequests()) == 3
     first, second, third = (request.messages for request in model.asked)
     assert second[: len(first)] == first
     assert third[: len(second)] == second
@@ -150,7 +150,7 @@ def test_a_journal_keeps_each_thing_once(tmp_path: Path) -> None:
 
 
 def test_what_is_meant_is_taken_where_only_the_form_is_off() -> None:
-    plan = typed(Plan)(
+    plan = typed(CasePlan)(
         {
             "name": "a", "event": "b", "assumptions": "one thing", "why": None, "assets": {"crane": {"kind": "mechanism", "what": "x"}},
         }

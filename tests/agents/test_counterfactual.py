@@ -8,7 +8,7 @@ import pytest
 
 from text2sim.agents.attempts import Attempt, Attempts
 from text2sim.agents.counterfactual import TITLE, compared, part_of, without
-from text2sim.agents.replies import Plan
+from text2sim.agents.replies import CasePlan
 from text2sim.agents.revising import data_of
 from text2sim.harness import run
 from text2sim.spec_schema.load import load_text
@@ -17,8 +17,8 @@ TEXT = (Path(__file__).parent / "recorded" / "edit_colour" / "base.yaml").read_t
 FILE = Path("tin/case.yaml")
 
 
-def plan(**more: Any) -> Plan:
-    return Plan(name="tin", event="The ball pushes the tin away.", **more)
+def plan(**more: Any) -> CasePlan:
+    return CasePlan(name="tin", event="The ball pushes the tin away.", **more)
 
 
 def test_all_that_refers_to_a_cause_goes_with_it_and_the_rest_stays_a_case() -> None:

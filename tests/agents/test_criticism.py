@@ -7,21 +7,21 @@ import pytest
 
 from tests.agents.scripted import Scripted, fenced
 from tests.agents.test_asking import desk
-from text2sim.agents.asking import typed
-from text2sim.agents.brief import attempts_table, judgement
 from text2sim.agents.contract import Contract
+from text2sim.agents.conversation import typed
 from text2sim.agents.criticism import Exhibit, criticise
 from text2sim.agents.facts import Fact
 from text2sim.agents.planning import Request
-from text2sim.agents.replies import Critique, Mark, Plan
+from text2sim.agents.replies import CasePlan, Critique, Mark
 from text2sim.agents.requirements import Requirement, of_wish, score, take_apart
+from text2sim.agents.run_summary import attempts_table, judgement
 
 REQUIRED = {
     "red": Requirement(what="the lid is red", importance=1),
     "opens": Requirement(what="the lid opens by itself", importance=3),
 }
 REQUEST = Request("A red lid opens by itself.", requirements=REQUIRED)
-PLAN = Plan(name="lid", event="The lid opens.", meets={"opens": ["open"]})
+PLAN = CasePlan(name="lid", event="The lid opens.", meets={"opens": ["open"]})
 
 
 def judged(

@@ -11,14 +11,14 @@ from tests.agents.test_loop import HIGH, PLAN, REPLIES, begin, scripted
 from text2sim.agents import revising
 from text2sim.agents import session as sessions
 from text2sim.agents.agreement import Agreement
+from text2sim.agents.assembly import examine
 from text2sim.agents.attempts import Attempt, Attempts
-from text2sim.agents.casework import examine
+from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.deciding import Report, decision_faults
-from text2sim.agents.deck import Deck
-from text2sim.agents.loop import Loop
-from text2sim.agents.outcome import Limits
+from text2sim.agents.loop import AgentLoop
+from text2sim.agents.loop_result import Limits
 from text2sim.agents.planning import Request
-from text2sim.agents.replies import Decision, Plan
+from text2sim.agents.replies import CasePlan, Decision
 from text2sim.agents.session import Session, Wish
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source
@@ -55,8 +55,10 @@ def data(text: str) -> Any:
 
 def agreed() -> tuple[Agreement, list[tuple[str, Any]]]:
     told: list[tuple[str, Any]] = []
-    agreement = Agreement(Plan.model_construct(), lambda event, /, *, live=False, **what: told.append((event, what)))
-    plan = Plan.model_validate(data(PLANNED))
+    agreement = Agreement(
+        CasePlan.model_construct(), lambda event, /, *, live=False, **what: told.append((event, what))
+    )
+    plan = CasePlan.model_validate(data(PLANNED))
     agreement.expect(plan, plan.checks.expect)
     agreement.take_down(examine(CASE, Path("case.yaml")))
     return agreement, told
@@ -64,7 +66,7 @@ def agreed() -> tuple[Agreement, list[tuple[str, Any]]]:
 
 def faults(answer: str, *, anew: bool = True, **report: Any) -> list[str]:
     decision = Decision.model_validate({"action": "repair", "why": "x"} | data(answer))
-    deck = Deck(None, lambda event, /, *, live=False, **what: None)
+    deck = DealtCards(None, lambda event, /, *, live=False, **what: None)
     return decision_faults(decision, agreed()[0], CASE, Report(**report), deck, Path("case.yaml"), anew=anew)
 
 
@@ -192,7 +194,9 @@ def test_before_a_run_what_is_promised_and_the_case_stay_together(
     answer = f"{{plan: {{says: {{fast: s}}, checks: {{measures: {{v: {{kind: speed, of: {body}}}}}, expect: {{fast: {{measure: v, during: [0, 1], stat: max, above: 1}}}}}}}}}}"
     decision = Decision.model_validate({"action": "repair", "why": "too little is asked"} | data(answer))
     quiet, path = lambda event, /, *, live=False, **what: None, tmp_path / "case.yaml"
-    made = Loop(tmp_path, Request("A ball falls."), desk(tmp_path, model), Deck(None, quiet), quiet, Limits())
+    made = AgentLoop(
+        tmp_path, Request("A ball falls."), desk(tmp_path, model), DealtCards(None, quiet), quiet, Limits()
+    )
     made.path, made.agreement = path, agreed()[0]
     monkeypatch.setattr(made, "_decided", lambda *given, **more: decision)
     monkeypatch.setattr(

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from text2sim.agents.deck import Deck, signs
+from text2sim.agents.dealt_cards import DealtCards, signs
 from text2sim.agents.replies import Fragments
 from text2sim.card_library.library import load_library
 
@@ -29,7 +29,7 @@ def test_how_a_failure_shows_follows_from_what_was_missed() -> None:
 
 
 def test_cards_about_other_things_are_not_offered() -> None:
-    deck = Deck(load_library(), emit)
+    deck = DealtCards(load_library(), emit)
     text = "The net turns the wrong way up and the dolls roll backwards off it; its sign of curvature is wrong."
     offered = deck.offer(text, ["rope", "rigid", "articulated"], {"finished"}, "dolls fall into a net")
     assert "wheels-turn-backwards" not in offered

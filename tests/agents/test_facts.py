@@ -9,7 +9,7 @@ import pytest
 
 from tests.agents.test_criticism import judged
 from tests.harness.conftest import WrittenRun
-from text2sim.agents.asking import Wrong, typed
+from text2sim.agents.conversation import Wrong, typed
 from text2sim.agents.facts import Fact, alike, called, claim_faults, found
 from text2sim.agents.replies import Claim
 from text2sim.spec_schema.load import load_text

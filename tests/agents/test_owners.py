@@ -14,12 +14,12 @@ import pytest
 from tests.lint.lint_support import data_of
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
-from text2sim.agents.casework import FROZEN_PARTS, examine, owner_of
+from text2sim.agents.assembly import FROZEN_PARTS, examine, owner_of
+from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.deciding import Report, decision_faults, foreign
-from text2sim.agents.deck import Deck
-from text2sim.agents.opening import planned
-from text2sim.agents.replies import SECTIONS, Decision, Fragments, Plan, Refer
-from text2sim.agents.writing import _patched
+from text2sim.agents.existing_case import planned
+from text2sim.agents.replies import SECTIONS, CasePlan, Decision, Fragments, Refer
+from text2sim.agents.section_writer import _patched
 from text2sim.lint.rules import EARLIER, RULES, Rule
 from text2sim.spec_schema.changes.diff import operations
 from text2sim.spec_schema.errors import Problem
@@ -27,11 +27,11 @@ from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.text.canonical import format_text
 from text2sim.spec_schema.text.document import pointer
 
-DECK = Deck(None, lambda event, /, *, live=False, **what: None)
+DECK = DealtCards(None, lambda event, /, *, live=False, **what: None)
 WHY = "it is meant, for a test"
 
 
-def agreed(plan: Plan) -> Agreement:
+def agreed(plan: CasePlan) -> Agreement:
     agreement = Agreement(plan, lambda event, /, *, live=False, **what: None)
     agreement.expect(plan, plan.checks.expect)
     return agreement
@@ -45,7 +45,7 @@ def decided(agreement: Agreement, text: str, folder: Path, rules: frozenset[str]
     return agreement.changed(text, decision)[0]
 
 
-def written(section: str, before: Any, after: Any, plan: Plan, folder: Path) -> Any:
+def written(section: str, before: Any, after: Any, plan: CasePlan, folder: Path) -> Any:
     """The case after its Writer has patched a section as it may; fails if it may not."""
     own = operations({section: before.get(section) or {}}, {section: after.get(section) or {}})
     return before | {section: _patched(own, section, before, plan, folder / "case.yaml")}

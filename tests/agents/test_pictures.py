@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from text2sim.agents.moments import APART, chosen, moments
+from text2sim.agents.frame_choice import APART, chosen, moments
 from text2sim.agents.pictures import FRAMES, frame_sheet
 from text2sim.templates.cadence import MAIN, frames, read_film, reels
 from text2sim.templates.video import Video

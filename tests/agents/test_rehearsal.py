@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
-from text2sim.agents.asking import Wrong, typed
+from text2sim.agents.conversation import Wrong, typed
 from text2sim.agents.models.parsing import read_reply
 from text2sim.agents.rehearsal import plan_faults
-from text2sim.agents.replies import Decision, Opening, Plan
+from text2sim.agents.replies import CasePlan, Decision, Opening
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source
 
@@ -60,7 +60,7 @@ def faults(text: str, **changes: Any) -> list[str]:
             inner = inner[step]
         inner[last] = value
     try:
-        return plan_faults(typed(Plan)(data), Path("case.yaml"))
+        return plan_faults(typed(CasePlan)(data), Path("case.yaml"))
     except Wrong as wrong:
         return wrong.reasons
 
@@ -183,7 +183,7 @@ def test_recorded_plans_pass() -> None:
         data = read_reply(file.read_text("utf-8"))[0]
         if "checks" in data and (file.parent.name, file.name) != ("mechanism", "planner-02.reply.md"):
             seen += 1
-            assert plan_faults(Plan.model_validate(data), Path("case.yaml")) == [], file
+            assert plan_faults(CasePlan.model_validate(data), Path("case.yaml")) == [], file
     assert seen >= 8
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from text2sim.agents.attempts import Attempt
-from text2sim.agents.showing import exhibit, kept, only_looks
+from text2sim.agents.critic_view import exhibit, kept, only_looks
 from text2sim.spec_schema.load import load_text
 
 TEXT = (Path(__file__).parent / "recorded" / "edit_colour" / "base.yaml").read_text("utf-8")

@@ -10,13 +10,13 @@ from PIL import Image as Picture
 
 from tests.agents.scripted import Scripted, fenced
 from text2sim.agents import session as sessions
-from text2sim.agents.asking import Desk, RoleFailed
+from text2sim.agents.asset_agents import Supplies, supply
+from text2sim.agents.conversation import Conversation, RoleFailed
 from text2sim.agents.inputs import described, take
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.planning import Request
-from text2sim.agents.replies import Asset, Plan
+from text2sim.agents.replies import Asset, CasePlan
 from text2sim.agents.session import Session, Wish
-from text2sim.agents.supplying import Supplies, supply
 from text2sim.assets.manifest import read_manifest, verify_manifest
 from text2sim.spec_schema.errors import RunError
 
@@ -98,7 +98,7 @@ def test_the_planner_is_told_and_sees(files: Path, tmp_path: Path, monkeypatch: 
 
 # --- asset agents ----------------------------------------------------------------------------------------------------
 
-PLAN = Plan.model_validate(
+PLAN = CasePlan.model_validate(
     {"name": "x", "event": "e", "params": {"reach": 0.4},
      "bodies": {"jelly": {"kind": "soft"}, "vase": {"kind": "rigid"}, "arm": {"kind": "articulated"}}}
 )  # fmt: skip
@@ -124,7 +124,9 @@ def supplied(tmp_path: Path, kind: str, body: str, *replies: str) -> tuple[Suppl
     case = tmp_path / "case"
     case.mkdir(exist_ok=True)
     endpoints: Any = {"": model}
-    desk = Desk(endpoints, CallLog(case / "calls"), Account(), Budget(), lambda event, /, *, live=False, **what: None)
+    desk = Conversation(
+        endpoints, CallLog(case / "calls"), Account(), Budget(), lambda event, /, *, live=False, **what: None
+    )
     asset = Asset.model_validate({"kind": kind, "body": body, "what": "something"})
     return supply(desk, asset, PLAN, Request("Make it."), case), model
 

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from text2sim.agents.casework import case_text
-from text2sim.agents.replies import Plan
+from text2sim.agents.assembly import case_text
+from text2sim.agents.replies import CasePlan
 from text2sim.cli.main import app
 from text2sim.spec_schema.load import load_text
 
@@ -83,7 +83,7 @@ def test_what_cannot_be_read_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyP
     "words", ["a price of ${price} each", "an open ${", "a bell \x07 rings", "a lone \ud800", *string.punctuation]
 )
 def test_no_wording_makes_a_case_that_cannot_be_read(words: str) -> None:
-    plan = Plan.model_validate({"name": "x", "event": "e"})
+    plan = CasePlan.model_validate({"name": "x", "event": "e"})
     ball = {"kind": "rigid", "shape": {"kind": "sphere", "radius": 0.1}, "pose": {"pos": [0, 0, 1]}}
     text = case_text(plan, words, {}, {"scene": {"duration": 1}, "bodies": {"ball": ball}})
     prompt = load_text(text).case.prompt

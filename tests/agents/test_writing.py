@@ -7,14 +7,14 @@ import pytest
 from tests.agents.scripted import Scripted, fenced
 from tests.agents.test_asking import desk
 from text2sim.agents import language
-from text2sim.agents.asking import RoleFailed
-from text2sim.agents.casework import case_text, examine, owner_of
-from text2sim.agents.replies import Plan, PlannedBody, Refer
-from text2sim.agents.writing import _kinds_for, change_section, reading, write_section
+from text2sim.agents.assembly import case_text, examine, owner_of
+from text2sim.agents.conversation import RoleFailed
+from text2sim.agents.replies import CasePlan, PlannedBody, Refer
+from text2sim.agents.section_writer import _kinds_for, change_section, reading, write_section
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.colors import NAMED
 
-PLAN = Plan.model_validate(
+PLAN = CasePlan.model_validate(
     {
         "name": "drop",
         "event": "A ball falls on the floor.",
@@ -58,7 +58,7 @@ def test_a_section_may_come_without_its_key(tmp_path: Path) -> None:
 
 def test_verbs_name_kinds_in_any_form_and_names_of_bodies_name_none() -> None:
     bodies = {"rope": PlannedBody(kind="rigid", shape="box"), "spin": PlannedBody(kind="rigid", shape="box")}
-    plan = Plan(name="p", event="e", bodies=bodies)
+    plan = CasePlan(name="p", event="e", bodies=bodies)
     found = _kinds_for("actions", plan, "The arm drives the spin, which is released at 1 s.")
     assert {"drive", "release"} <= found
     assert "spin" not in found

@@ -8,7 +8,6 @@ import pytest
 import trimesh
 
 from text2sim.asset_intake.register import add
-from text2sim.assets.keeping import keep, place_in
 from text2sim.assets.manifest import (
     FILE,
     Asset,
@@ -23,6 +22,7 @@ from text2sim.assets.manifest import (
     verify_manifest,
 )
 from text2sim.assets.mesh_repair import Wish
+from text2sim.assets.safe_write import keep, place_in
 from text2sim.spec_schema.errors import AssetError, SpecError
 from text2sim.spec_schema.text.source import Source
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from text2sim.assets import shelf
+from text2sim.assets import engine_assets as shelf
+from text2sim.assets.engine_assets import engine_assets, shelf_of
 from text2sim.assets.mechanism import load_mechanism
-from text2sim.assets.shelf import engine_assets, shelf_of
 from text2sim.compiler.build import resolve_case
 from text2sim.compiler.shapes.meshfile import load_mesh
 from text2sim.compiler.shapes.meshpaint import load_paint

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from text2sim.assets import remembered as memory
+from text2sim.assets import answer_cache as memory
+from text2sim.assets.answer_cache import remembered
 from text2sim.assets.mechanism import load_mechanism
-from text2sim.assets.remembered import remembered
 
 MEMBERS = {"bodies": list, "motors": int}
 ANSWER = {"bodies": [1, {"name": "a"}], "motors": 2}

@@ -11,7 +11,7 @@ from PIL import Image
 
 from text2sim.compiler.build import compile_case, plan_case
 from text2sim.compiler.plan import Plan
-from text2sim.compiler.trees.anatomy import tree_extents
+from text2sim.compiler.trees.link_trees import tree_extents
 from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.load import load_case
 

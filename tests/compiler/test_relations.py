@@ -10,7 +10,7 @@ from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.rotation import quat_rotate
 from text2sim.compiler.shapes.solid import solids
 from text2sim.compiler.shapes.sweep import least_distance
-from text2sim.compiler.trees.anatomy import tree_extents, tree_standing
+from text2sim.compiler.trees.link_trees import tree_extents, tree_standing
 from text2sim.spec_schema.load import load_text
 
 HEAD = """\

@@ -244,10 +244,10 @@ class TestMeshFiles:
             resolve_case(load_text(case % "rigid", tmp_path / "case.yaml"))
 
     def test_the_hull_of_many_vertices_is_nearly_that_of_all(self, tmp_path):
-        from text2sim.compiler.shapes.hulls import MANY, hull_of
+        from text2sim.compiler.shapes.hulls import MANY_VERTICES, hull_of
 
         rng = np.random.default_rng(0)
-        points = rng.normal(size=(MANY + 5000, 3))
+        points = rng.normal(size=(MANY_VERTICES + 5000, 3))
         points /= np.linalg.norm(points, axis=1, keepdims=True)
         hull, flat = hull_of(points)
         assert not flat

@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from text2sim.harness.run import run_case
-from text2sim.runtime import ability, machine
-from text2sim.runtime.ability import check_ability, needs_cuda
+from text2sim.runtime import machine
+from text2sim.runtime import machine_check as ability
+from text2sim.runtime.machine_check import check_ability, needs_cuda
 from text2sim.service import exits
 from text2sim.spec_schema.errors import MachineError
 from text2sim.spec_schema.load import load_text

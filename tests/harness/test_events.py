@@ -5,7 +5,7 @@ import pytest
 
 from text2sim.evidence.events import EventLog, find_events
 from text2sim.evidence.measures import evaluate
-from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.recorded_case import RecordedCase
 
 
 @pytest.fixture
@@ -14,7 +14,7 @@ def look(make_case):
 
     def find(folder, bodies=("ball", "other"), measures=None, controls=None, scene=None, **events) -> EventLog:
         case = make_case(bodies=bodies, measures=measures or {}, controls=controls or {}, scene=scene, events=events)
-        recording = Recording.load(folder, case)
+        recording = RecordedCase.load(folder, case)
         return find_events(recording, evaluate(recording))
 
     return find

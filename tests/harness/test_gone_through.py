@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from text2sim.evidence.gone_through import gone_through
-from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.recorded_case import RecordedCase
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -24,7 +24,7 @@ def said(new_run: Any, make_case: Any, ways: dict[str, Any], *, controls: Any = 
             "floor": {"shape": {"kind": "plane"}}, "plate": {"shape": {"kind": "box", "size": [1, 1, 0.002]}}
         }},
     )  # fmt: skip
-    return gone_through(Recording.load(run.write(), case))
+    return gone_through(RecordedCase.load(run.write(), case))
 
 
 def falls(speed: float, start: float) -> Any:
@@ -79,7 +79,7 @@ def test_a_heap_of_five_hundred_takes_a_moment(new_run, make_case) -> None:
         way = place + np.outer(0.3 * np.sin(9 * run.time + k), [0.2, 0.1, 1])
         run.add_box(run.add_link(f"ball[{k}]", pos=way), [0.05, 0.05, 0.05])
     case = make_case(bodies=("ball",), statics=())
-    recording = Recording.load(run.write(), case)
+    recording = RecordedCase.load(run.write(), case)
     began = time.process_time()
     gone_through(recording)
     assert time.process_time() - began < 6.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from text2sim.evidence.measures import Series, evaluate
-from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.recorded_case import RecordedCase
 
 G = 9.81
 
@@ -16,7 +16,7 @@ def turn(angle, axis):
 
 
 def measured(folder, case) -> dict[str, Series]:
-    return evaluate(Recording.load(folder, case))
+    return evaluate(RecordedCase.load(folder, case))
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ from soft_shapes import lattice, sheet
 
 from text2sim.evidence.events import EventLog, find_events
 from text2sim.evidence.measures import evaluate
-from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.recorded_case import RecordedCase
 
 SOFT = {"kind": "soft", "shape": {"kind": "box", "size": [0.2, 0.2, 0.2]}}
 CLOTH = {"kind": "cloth", "shape": {"kind": "sheet", "size": [1.0, 1.0]}}
@@ -20,7 +20,7 @@ def find(make_case):
     def one(run, bodies=None, scene=None, measures=None, events=None, controls=None, **event) -> EventLog:
         case = make_case(bodies=bodies or {"jelly": SOFT}, scene=scene, measures=measures or {},
                          events={**(events or {}), "e": event}, controls=controls or {})  # fmt: skip
-        recording = Recording.load(run.write() if hasattr(run, "write") else run, case)
+        recording = RecordedCase.load(run.write() if hasattr(run, "write") else run, case)
         return find_events(recording, evaluate(recording))
 
     return one

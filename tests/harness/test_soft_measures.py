@@ -5,7 +5,7 @@ import pytest
 from soft_shapes import deformed, lattice, sheet, sphere, tets, turns
 
 from text2sim.evidence.measures import Series, evaluate
-from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.recorded_case import RecordedCase
 
 G = 9.81
 SOFT = {"kind": "soft", "shape": {"kind": "box", "size": [0.4, 0.4, 0.4]}}
@@ -20,7 +20,7 @@ def measure(make_case):
     def one(run, bodies=None, statics=("floor",), **measure) -> Series:
         case = make_case(bodies=bodies or {"jelly": SOFT}, statics=statics, measures={"m": measure})
         folder = run.write() if hasattr(run, "write") else run
-        return evaluate(Recording.load(folder, case))["m"]
+        return evaluate(RecordedCase.load(folder, case))["m"]
 
     return one
 

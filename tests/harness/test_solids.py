@@ -7,7 +7,7 @@ import pytest
 from soft_shapes import lattice, sphere
 
 from text2sim.evidence.leaks import depth_on_the_way
-from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.solids import Solid, solid_of_mesh
 
 ZERO, ONE = np.zeros(3), np.eye(3)
@@ -74,7 +74,7 @@ def scene(new_run, make_case):
         (folder / "geometry" / "solids.json").write_text(json.dumps({"0": rows}))
         ball = {"kind": "rigid", "shape": {"kind": "sphere", "radius": 1}}
         soft = {"kind": "soft", "shape": {"kind": "box", "size": [1, 1, 1]}}
-        return Recording.load(folder, make_case(bodies={"cup": ball, "jelly": soft}))
+        return RecordedCase.load(folder, make_case(bodies={"cup": ball, "jelly": soft}))
 
     return write
 

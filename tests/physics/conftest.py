@@ -14,7 +14,7 @@ from warm_engine import WarmEngine
 
 from text2sim.compiler.build import compile_case
 from text2sim.evidence.measures import evaluate
-from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.selection import Target
 from text2sim.recording.states import Array, LinkRecord, RunStates
 from text2sim.recording.vectors import rotate
@@ -31,8 +31,8 @@ class Trial:
     case: Case
 
     @cached_property
-    def recording(self) -> Recording:
-        return Recording.load(self.folder, self.case)
+    def recording(self) -> RecordedCase:
+        return RecordedCase.load(self.folder, self.case)
 
     @property
     def states(self) -> RunStates:

@@ -13,9 +13,9 @@ from PIL import Image
 
 from tests.agents.scripted import Scripted, fenced
 from text2sim.agents import cinematography
-from text2sim.agents.asking import Desk
 from text2sim.agents.attempts import Attempts
 from text2sim.agents.cinematography import Cinematography, Marks, styled
+from text2sim.agents.conversation import Conversation
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.exchange import StoppedError
 from text2sim.agents.restyling import physics
@@ -67,7 +67,9 @@ class Studio:
         }
         self.run, self.path = make_run(boxes), tmp_path / "case.yaml"
         self.model, self.events = Scripted(replies), list[tuple[str, dict[str, Any]]]()
-        desk = Desk({"": self.model}, CallLog(tmp_path / "calls"), Account(), Budget(None, None, None), self.emit)
+        desk = Conversation(
+            {"": self.model}, CallLog(tmp_path / "calls"), Account(), Budget(None, None, None), self.emit
+        )
         self.cinematography = Cinematography(desk, REQUEST, self.path, self.run, self.emit)
         self.refilmed: list[str] = []
 

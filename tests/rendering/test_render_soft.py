@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from text2sim.recording.film_record import Look, SoftPart
+from text2sim.recording.film_record import SoftPart, SurfaceLook
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.soft import Grains, Liquid, Surface, liquid_surface
 
@@ -18,7 +18,7 @@ HEAP = np.stack(np.meshgrid(*[np.arange(8) * SPACING] * 3), axis=-1).reshape(-1,
 
 def part(kind: str, **look: Any) -> SoftPart:
     row = {"points": [0, len(HEAP)], "surface": None, "spacing": SPACING}
-    return SoftPart("it", kind, row, Path("none"), Look((0.3, 0.5, 0.8), **look))
+    return SoftPart("it", kind, row, Path("none"), SurfaceLook((0.3, 0.5, 0.8), **look))
 
 
 def bounds(shapes: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:

@@ -13,7 +13,7 @@ from text2sim.cli.main import app
 from text2sim.compiler.build import plan_case
 from text2sim.recording.film_record import read_recording
 from text2sim.rendering import suggest as module
-from text2sim.rendering.candidates import HEIGHTS, Candidate, Jury, best, directions
+from text2sim.rendering.candidates import HEIGHTS, Candidate, Scorer, best, directions
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.load import load_case, load_text
 
@@ -87,13 +87,13 @@ def test_lights_of_the_author_stay(make_run: MakeRun) -> None:
 
 def test_what_comes_straight_at_the_camera_is_seen_worse(make_run: MakeRun) -> None:
     boxes = {"ball": {"half": 0.2, "pos": (0, -0.4, 0.2), "velocity": (0, 2.0, 0)}}
-    jury = Jury(read_recording(make_run(boxes)), [], [0.0, 0.2, 0.4])
+    jury = Scorer(read_recording(make_run(boxes)), [], [0.0, 0.2, 0.4])
     ahead, aside = (jury.score(Candidate(("ball",), way, 42.0, 0.0)) for way in ((0, -1, 0.3), (-1, 0, 0.3)))
     assert aside > ahead + 0.05
 
 
 def test_a_camera_frames_what_it_is_told_to(make_run: MakeRun) -> None:
-    jury = Jury(read_recording(make_run(BOXES, cameras=HIDING)), ["crate"], [0.0, 0.4])
+    jury = Scorer(read_recording(make_run(BOXES, cameras=HIDING)), ["crate"], [0.0, 0.4])
     camera = jury.camera(Candidate(("crate",), (0.0, 0.9, 0.4), 42.0, 0.0))
     assert camera["look_at"] == pytest.approx((0.1, 0, 0.4), abs=0.2)
     assert camera["fov"] == pytest.approx(2 * math.degrees(math.atan(12 / 42)))

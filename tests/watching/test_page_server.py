@@ -9,7 +9,7 @@ from importlib import resources
 
 import pytest
 
-from text2sim.watching.board import Board
+from text2sim.watching.page_state import PageState
 from text2sim.watching.server import LISTENERS, PageServer
 
 FILM = bytes(range(256)) * 4
@@ -17,7 +17,7 @@ FILM = bytes(range(256)) * 4
 
 @pytest.fixture
 def board():
-    board = Board(case="drop", file="case.yaml", words="ready", tone="good")
+    board = PageState(case="drop", file="case.yaml", words="ready", tone="good")
     board.keep_cameras(["main", "top"])
     board.show_film("main", "1-main.mp4", FILM)
     return board

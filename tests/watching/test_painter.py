@@ -15,7 +15,7 @@ from text2sim.watching.painter import film as film_module
 from text2sim.watching.painter.context import NoOpenGL, open_context
 from text2sim.watching.painter.creases import corners
 from text2sim.watching.painter.film import Order, Studio, Superseded
-from text2sim.watching.painter.recording import Recording
+from text2sim.watching.painter.live_states import LiveStates
 from text2sim.watching.painter.rotation import multiply, rotate, slerp
 from text2sim.watching.painter.script import Script, projection
 
@@ -131,7 +131,7 @@ def test_the_script_says_what_the_case_says(script):
 
 def test_cameras_stand_where_the_program_puts_them(script, written):
     written.add(0, 1.01)
-    recording = Recording(written.folder)
+    recording = LiveStates(written.folder)
     recording.read()
     view = script.view(script.pictures("video_round", 1.0)[-1], recording)
     np.testing.assert_allclose(view.pos, [0, 2, 2], atol=1e-6)
@@ -158,7 +158,7 @@ def test_what_the_camera_looks_at_is_in_the_middle():
 
 
 def test_states_are_read_as_they_are_written(written):
-    recording = Recording(written.folder)
+    recording = LiveStates(written.folder)
     assert recording.read() is False
     written.add(0, 0.2)
     assert recording.read() is True

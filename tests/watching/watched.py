@@ -8,10 +8,10 @@ from typing import Any
 
 from text2sim.service.examined import examine
 from text2sim.spec_schema.errors import Problem
-from text2sim.watching.board import Board
-from text2sim.watching.parties import Checked
+from text2sim.watching.live_run import LiveRun
+from text2sim.watching.page_state import PageState
+from text2sim.watching.protocols import Checked
 from text2sim.watching.session import Options, Session
-from text2sim.watching.take import Take
 
 CASE = """\
 text2sim: 2
@@ -35,7 +35,7 @@ class Watched:
         self.file.write_text(text)
         self.runs = folder / "watch-drop"
         self.runs.mkdir()
-        self.board = Board(case="drop", file="case.yaml")
+        self.board = PageState(case="drop", file="case.yaml")
         self.said: list[tuple[str, Any]] = []
         """What the listener was told, in order."""
         self.stops = 0
@@ -86,7 +86,7 @@ class Watched:
     def trouble(self, words: str, problem: Problem | None) -> None:
         self.said.append(("trouble", (words, problem)))
 
-    def done(self, take: Take, evidence: dict[str, Any] | None, no_film: str) -> None:
+    def done(self, take: LiveRun, evidence: dict[str, Any] | None, no_film: str) -> None:
         done = {"take": take.number, "state": take.state, "what": set(take.seconds), "no_film": no_film}
         found = {name: row["ok"] for name, row in (evidence or {}).get("expect", {}).items()}
         self.said.append(("done", {**done, "expect": found}))

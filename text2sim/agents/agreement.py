@@ -4,10 +4,10 @@ from collections.abc import Iterable
 from typing import Any
 
 from text2sim.agents import revising
-from text2sim.agents.casework import FROZEN_PARTS, Examination
+from text2sim.agents.assembly import FROZEN_PARTS, Examination
 from text2sim.agents.contract import Contract
 from text2sim.agents.journal import Emit
-from text2sim.agents.replies import Claim, Decision, Fragments, Plan, PlanPatch
+from text2sim.agents.replies import CasePlan, Claim, Decision, Fragments, PlanPatch
 from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
@@ -23,7 +23,7 @@ class Agreement:
         emit: Told when an expectation is said anew.
     """
 
-    def __init__(self, plan: Plan, emit: Emit) -> None:
+    def __init__(self, plan: CasePlan, emit: Emit) -> None:
         self.plan, self._emit = plan, emit
         self.names: tuple[str, ...] = ()
         """Expectations that come from the request."""
@@ -38,7 +38,7 @@ class Agreement:
         self._replaced: Contract | None = None
         self._why = ""
 
-    def expect(self, plan: Plan, names: Iterable[str]) -> None:
+    def expect(self, plan: CasePlan, names: Iterable[str]) -> None:
         """Take up a plan; from now on these of its expectations stand."""
         self.plan, self.names, self.first = plan, tuple(names), plan.checks
 
@@ -89,7 +89,7 @@ class Agreement:
             update["duration"] = float(duration)
         self.plan = self.plan.model_copy(update=update)
 
-    def changed(self, text: str, decision: Decision) -> tuple[str, Plan]:
+    def changed(self, text: str, decision: Decision) -> tuple[str, CasePlan]:
         """Return what the case and the plan become by what the Planner may do by itself.
 
         Raises:
@@ -98,7 +98,7 @@ class Agreement:
         plan, amendment = self.plan, decision.plan or PlanPatch()
         if amendment.rename:
             text = revising.with_renamed(text, amendment.rename)
-            plan = Plan.model_validate(revising.words_renamed(plan.model_dump(mode="json"), amendment.rename))
+            plan = CasePlan.model_validate(revising.words_renamed(plan.model_dump(mode="json"), amendment.rename))
         text = revising.with_operations(revising.with_params(text, decision.params), decision.patch)
         text = revising.with_waivers(text, decision.waive)
         new = [amendment.checks] + ([decision.restate.checks] if decision.restate is not None else [])
@@ -144,7 +144,7 @@ class Agreement:
         """Be again what it was when it was copied."""
         vars(self).update(vars(earlier))
 
-    def expect_anew(self, plan: Plan) -> None:
+    def expect_anew(self, plan: CasePlan) -> None:
         """Take up a plan in the place of the first; what was expected stays, and more may be."""
         self.first = self.first.model_copy(update={"expect": plan.checks.expect | self.first.expect})
         self.plan, self.names, self.planned_anew = plan, tuple(plan.checks.expect), True

@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from text2sim.agents.brief import citable, evidence_text
-from text2sim.agents.casework import Examination
+from text2sim.agents.assembly import Examination
 from text2sim.agents.contract import numbered
 from text2sim.agents.counterfactual import TITLE, Found, compared, part_of
 from text2sim.agents.facts import found, kept
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.pictures import frame_sheet
-from text2sim.agents.replies import Plan
+from text2sim.agents.replies import CasePlan
+from text2sim.agents.run_summary import citable, evidence_text
 from text2sim.recording.record import RunRecord, write_atomically
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.loaded import LoadedCase
@@ -213,13 +213,13 @@ class Attempts:
         if run_case(loaded, runs=runs).stopped:  # the preview that lay there is of another camera
             raise KeyboardInterrupt
 
-    def look_up(self, attempt: Attempt, plan: Plan, loaded: LoadedCase) -> None:
+    def look_up(self, attempt: Attempt, plan: CasePlan, loaded: LoadedCase) -> None:
         """Compute the facts that a plan binds to requirements; those about causes come from `compare`."""
         about_causes = [row for row in attempt.facts if row["told"].startswith("without ")]
         attempt.facts = [*kept(found(plan.facts, loaded, self.case / attempt.run)), *about_causes]
         self.keep(attempt)
 
-    def compare(self, attempt: Attempt, plan: Plan, timeout: float, on_progress: Callable[[Any], None]) -> None:
+    def compare(self, attempt: Attempt, plan: CasePlan, timeout: float, on_progress: Callable[[Any], None]) -> None:
         """Run an attempt in which all came true without each of its causes, and add to its evidence what that did.
 
         Raises:

@@ -14,8 +14,8 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from text2sim.agents import language
-from text2sim.agents.asking import Desk, RoleFailed, Wrong, typed
-from text2sim.agents.casework import said
+from text2sim.agents.assembly import said
+from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
 from text2sim.agents.journal import Emit
 from text2sim.agents.models.exchange import Image, StoppedError
 from text2sim.agents.replies import Answer, Line, Name
@@ -79,7 +79,7 @@ class Marks(Answer):
 
 
 @dataclass(frozen=True)
-class Take:
+class FilmedTreatment:
     """A treatment that was filmed and judged."""
 
     name: str
@@ -101,18 +101,18 @@ class Cinematography:
         emit: Told what happens.
     """
 
-    def __init__(self, desk: Desk, request: str, path: Path, run: Path, emit: Emit) -> None:
+    def __init__(self, desk: Conversation, request: str, path: Path, run: Path, emit: Emit) -> None:
         self._desk, self._request, self._path, self._run, self._emit = desk, request, path, run, emit
-        self._tried: list[Take] = []
+        self._tried: list[FilmedTreatment] = []
 
-    def best(self, text: str) -> Take | None:
+    def best(self, text: str) -> FilmedTreatment | None:
         """Return the best treatment of a case; None if nobody can judge pictures.
 
         Args:
             text: The accepted case. If its film is good enough as it is, nothing else is asked.
 
         Raises:
-            RoleFailed, BudgetSpent, ModelError: As `Desk.ask`, before anything was judged.
+            RoleFailed, BudgetSpent, ModelError: As `Conversation.ask`, before anything was judged.
             RunError, MachineError: If stills of the case as it is cannot be traced.
             StoppedError: If somebody stopped it.
         """
@@ -132,12 +132,12 @@ class Cinematography:
             self._emit("treatments_failed", why=str(error))
         return self._best()
 
-    def _best(self) -> Take:
+    def _best(self) -> FilmedTreatment:
         return max(self._tried, key=lambda one: one.marks.total)
 
     # --- proposals ------------------------------------------------------------------------------------------------
 
-    def _proposed(self, best: Take, *, first: bool) -> dict[str, str]:
+    def _proposed(self, best: FilmedTreatment, *, first: bool) -> dict[str, str]:
         """Return texts of the case by the name of the treatment."""
         found: dict[str, str] = {}
         if first and (text := self._suggested(best.text)) is not None:
@@ -160,7 +160,7 @@ class Cinematography:
             self._emit("treatments_failed", why=f"--suggest: {error}")
             return None
 
-    def _written(self, best: Take, count: int) -> dict[str, str]:
+    def _written(self, best: FilmedTreatment, count: int) -> dict[str, str]:
         texts: dict[str, str] = {}
 
         def check(answer: Treatments) -> None:
@@ -209,7 +209,7 @@ class Cinematography:
             self._emit("treatments_failed", why=f"{name}: {error}")
             return None
 
-    def _judged(self, name: str, text: str, sheet: tuple[bytes, int]) -> Take:
+    def _judged(self, name: str, text: str, sheet: tuple[bytes, int]) -> FilmedTreatment:
         picture, count = Image("film.png", "image/png", sheet[0]), sheet[1]
         question = render("view", request=self._request, count=count)
         marks: Marks = self._desk.ask("viewer", system_prompt(ROLES["viewer"]), question, typed(Marks), (picture,))
@@ -217,7 +217,7 @@ class Cinematography:
         if any(take.name == name for take in self._tried):
             name = f"{name}_{len(self._tried)}"
         self._emit("viewed", treatment=name, total=marks.total, marks=parts, better=marks.better)
-        return Take(name, text, marks, picture)
+        return FilmedTreatment(name, text, marks, picture)
 
 
 def styled(

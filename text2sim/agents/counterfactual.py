@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.agents import revising
-from text2sim.agents.casework import examine, said
+from text2sim.agents.assembly import examine, said
 from text2sim.agents.contract import numbered
 from text2sim.agents.facts import Fact
-from text2sim.agents.replies import Plan
+from text2sim.agents.replies import CasePlan
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.text.canonical import format_text
 
@@ -50,7 +50,7 @@ def _refers(row: Any, names: Collection[str]) -> bool:
     return isinstance(row, list) and any(_refers(value, names) for value in row)
 
 
-def compared(plan: Plan, text: str, path: Path, simulate: Callable[[Any], tuple[str, Found]]) -> list[Fact]:
+def compared(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tuple[str, Found]]) -> list[Fact]:
     """Run a case once more without each cause that the plan names, and say what that did.
 
     Args:

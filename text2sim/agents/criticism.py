@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from text2sim.agents.asking import Desk, RoleFailed, typed
-from text2sim.agents.casework import said
+from text2sim.agents.assembly import said
 from text2sim.agents.contract import Contract
+from text2sim.agents.conversation import Conversation, RoleFailed, typed
 from text2sim.agents.facts import Fact, false
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.planning import Request
-from text2sim.agents.replies import Amendment, Critique, Failure, Patch, Plan
+from text2sim.agents.replies import Amendment, CasePlan, Critique, Failure, Patch
 from text2sim.agents.requirements import rows, score
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
@@ -43,7 +43,13 @@ class Exhibit:
 
 
 def criticise(
-    desk: Desk, request: Request, plan: Plan, exhibit: Exhibit, contract: Contract, restated: Sequence[str], path: Path
+    desk: Conversation,
+    request: Request,
+    plan: CasePlan,
+    exhibit: Exhibit,
+    contract: Contract,
+    restated: Sequence[str],
+    path: Path,
 ) -> Critique:
     """Have a run judged.
 
@@ -87,7 +93,7 @@ def criticise(
     return _settled(_by_the_facts(critique, exhibit.facts), request, exhibit, contract, path)
 
 
-def _bound(request: Request, plan: Plan, facts: Sequence[Fact]) -> str:
+def _bound(request: Request, plan: CasePlan, facts: Sequence[Fact]) -> str:
     """The requirements, each with the expectations that would fail without it and the facts that are known of it."""
     lines = []
     for line, name in zip(rows(request.requirements).splitlines(), request.requirements, strict=True):
@@ -125,7 +131,7 @@ def _faults(critique: Critique, request: Request, exhibit: Exhibit, contract: Co
     return wrong
 
 
-def _amended(desk: Desk, system: str, critique: Critique, wrong: Sequence[str], exhibit: Exhibit) -> Critique:
+def _amended(desk: Conversation, system: str, critique: Critique, wrong: Sequence[str], exhibit: Exhibit) -> Critique:
     """Ask again for the parts that cannot be used."""
     case = exhibit.case if critique.patches else ""
     question = render("judge_again", judgement=yaml_text(_stated(critique)), wrong=wrong, case=case)

@@ -7,22 +7,22 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.agents import language, revising
 from text2sim.agents.agreement import Agreement
-from text2sim.agents.asking import Desk, RoleFailed, Wrong, typed
-from text2sim.agents.brief import to_decide_by
-from text2sim.agents.casework import FROZEN_PARTS, PLANNERS, examine, owner_of, said
+from text2sim.agents.assembly import FROZEN_PARTS, PLANNERS, examine, owner_of, said
 from text2sim.agents.contract import weakened
+from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
 from text2sim.agents.facts import claim_faults
+from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.planning import PLANNER, Request, card_faults, plan_text
 from text2sim.agents.rehearsal import TAKEN, plan_faults
-from text2sim.agents.replies import SECTIONS, Decision, Fragments, Opening, Plan
+from text2sim.agents.replies import SECTIONS, CasePlan, Decision, Fragments, Opening
 from text2sim.agents.roles import render, system_prompt
-from text2sim.agents.shelf import Shelf
+from text2sim.agents.run_summary import to_decide_by
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.spec_schema.changes.patch import PatchError, same
 from text2sim.spec_schema.errors import SpecError
 
 if TYPE_CHECKING:
-    from text2sim.agents.deck import Deck
+    from text2sim.agents.dealt_cards import DealtCards
 
 
 @dataclass
@@ -44,14 +44,14 @@ class Report:
 
 
 def decide(
-    desk: Desk,
+    desk: Conversation,
     request: Request,
     agreement: Agreement,
     case: str,
     history: str,
     report: Report,
     offer: str,
-    deck: "Deck",
+    deck: "DealtCards",
     path: Path,
     *,
     anew: bool,
@@ -115,7 +115,7 @@ def _sound_part(decision: Decision, faults: Callable[[Decision], list[str]]) -> 
 
 
 def decision_faults(
-    decision: Decision, agreement: Agreement, case: str, report: Report, deck: "Deck", path: Path, *, anew: bool
+    decision: Decision, agreement: Agreement, case: str, report: Report, deck: "DealtCards", path: Path, *, anew: bool
 ) -> list[str]:
     """Say what of a decision could not be done, would be without effect, or would ask for less than the request."""
     work = [key for key in decision.model_fields_set - {"action", "why"} if getattr(decision, key)]
@@ -222,7 +222,7 @@ def _tried(decision: Decision, agreement: Agreement, case: str, path: Path) -> l
     return [*_new_plan_faults(agreement.plan, plan, path), *_new_problems(case, text, agreement, path)]
 
 
-def _new_plan_faults(old: Plan, new: Plan, path: Path) -> list[str]:
+def _new_plan_faults(old: CasePlan, new: CasePlan, path: Path) -> list[str]:
     if old.checks == new.checks and old.bodies == new.bodies:
         return []
     before = set(plan_faults(old, path))
@@ -271,7 +271,7 @@ def _listed(lines: Sequence[str]) -> str:
 
 
 def open_case(
-    desk: Desk, request: Request, agreement: Agreement, case: str, evidence: str, path: Path, *, keep: bool
+    desk: Conversation, request: Request, agreement: Agreement, case: str, evidence: str, path: Path, *, keep: bool
 ) -> Opening:
     """Have the Planner take up a wish about a case that is there already; `keep` if all its expectations must stay."""
     there = agreement.plan.checks
@@ -302,7 +302,7 @@ def open_case(
     rules, kinds = language.rules(brief=True), language.kinds_to_expect_with()
     system = system_prompt(PLANNER, "open", taken=", ".join(TAKEN), rules=rules, kinds=kinds)
     question = render("open_ask", request=request.text, case=case, evidence=evidence)
-    return desk.ask("planner", system, question, typed(Opening, check), request.images, more=Shelf())
+    return desk.ask("planner", system, question, typed(Opening, check), request.images, more=PageRequests())
 
 
 def as_decision(opening: Opening) -> Decision:

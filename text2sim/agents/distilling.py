@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from text2sim import __version__
-from text2sim.agents.asking import Desk, Wrong, typed
+from text2sim.agents.conversation import Conversation, Wrong, typed
 from text2sim.agents.replies import Answer
 from text2sim.agents.roles import ROLES, system_prompt
 from text2sim.agents.yaml_text import yaml_text
@@ -77,7 +77,7 @@ def tried(case: Path) -> list[Tried]:
     return found
 
 
-def distill(desk: Desk, case: Path, out: Path) -> list[str]:
+def distill(desk: Conversation, case: Path, out: Path) -> list[str]:
     """Have cards proposed, check them, and write them down.
 
     Args:

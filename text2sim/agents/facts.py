@@ -19,7 +19,7 @@ from text2sim.spec_schema.names.selectors import parse_selector
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
-    from text2sim.evidence.recorded_case import Recording
+    from text2sim.evidence.recorded_case import RecordedCase
     from text2sim.evidence.selection import Target
     from text2sim.spec_schema.loaded import LoadedCase
 
@@ -94,10 +94,10 @@ def found(claims: Claims, loaded: "LoadedCase", run: Path) -> list[Fact]:
     if not claims:
         return []
     from text2sim.compiler.build import resolve_case
-    from text2sim.evidence.recorded_case import Recording
+    from text2sim.evidence.recorded_case import RecordedCase
 
     try:
-        recording = Recording.load(run, loaded.case)
+        recording = RecordedCase.load(run, loaded.case)
         resolution = resolve_case(loaded)
         evidence = json.loads((run / "evidence.json").read_text("utf-8"))
     except (Text2SimError, OSError, ValueError) as error:
@@ -106,7 +106,7 @@ def found(claims: Claims, loaded: "LoadedCase", run: Path) -> list[Fact]:
 
 
 def _told(
-    claim: Claim, recording: "Recording", resolution: "Resolution", evidence: Mapping[str, Any]
+    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
 ) -> tuple[bool | None, str]:
     from text2sim.evidence.selection import SelectionError
 
@@ -202,7 +202,7 @@ def _seen(body: str, evidence: Mapping[str, Any]) -> tuple[bool | None, str]:
     return most >= SEEN, f"`{body}` fills at most {100 * most:.2g} % of the film's picture"
 
 
-def _moved(claim: Claim, recording: "Recording") -> tuple[bool | None, str]:
+def _moved(claim: Claim, recording: "RecordedCase") -> tuple[bool | None, str]:
     """Whether a body moves after another has touched it, and hardly before."""
     from text2sim.evidence.events import find_events
     from text2sim.spec_schema.models.events import ContactEvent
@@ -227,7 +227,7 @@ def _moved(claim: Claim, recording: "Recording") -> tuple[bool | None, str]:
     return ok, f"`{claim.by}` first touches `{touched}` at {at:.3g} s, which moved {before} before, {after} after"
 
 
-def _motion(recording: "Recording", target: "Target", at: float) -> tuple[tuple[float, float], tuple[float, float]]:
+def _motion(recording: "RecordedCase", target: "Target", at: float) -> tuple[tuple[float, float], tuple[float, float]]:
     """How far [m] and by what angle [deg] something gets, at most, before a time [s] and after it."""
     states = recording.states
     places = recording.origin(target)

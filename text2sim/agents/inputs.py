@@ -6,8 +6,8 @@ from pathlib import Path
 
 from text2sim.agents.journal import Emit
 from text2sim.asset_intake.register import add
-from text2sim.assets.keeping import FOLDER
 from text2sim.assets.manifest import Asset, Control, read_manifest, register
+from text2sim.assets.safe_write import FOLDER
 from text2sim.spec_schema.errors import AssetError, MachineError, RunError, SpecError
 
 ACTUATED = ("hinge", "slider")

@@ -8,23 +8,23 @@ from typing import Any
 
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
-from text2sim.agents.asking import BudgetSpent, Desk, RoleFailed
+from text2sim.agents.assembly import Examination, case_text, examine, owner_of, said
 from text2sim.agents.attempts import Attempt, Attempts
-from text2sim.agents.brief import history_row
-from text2sim.agents.casework import Examination, case_text, examine, owner_of, said
 from text2sim.agents.cinematography import Cinematography, styled
+from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed
+from text2sim.agents.critic_view import exhibit, kept, with_effects
 from text2sim.agents.criticism import criticise
+from text2sim.agents.dealt_cards import DealtCards, signs
 from text2sim.agents.deciding import Report, decide
-from text2sim.agents.deck import Deck, signs
 from text2sim.agents.journal import Emit
+from text2sim.agents.loop_result import Limits, Outcome, State
 from text2sim.agents.models.exchange import ModelError, StoppedError
-from text2sim.agents.outcome import Limits, Outcome, State
 from text2sim.agents.planning import Request, Tried, make_plan, plan_text
 from text2sim.agents.rehearsal import held_at_start
-from text2sim.agents.replies import Decision, Fragments, Plan, Route
+from text2sim.agents.replies import CasePlan, Decision, Fragments, Route
 from text2sim.agents.requirements import Requirement, take_apart
-from text2sim.agents.showing import exhibit, kept, with_effects
-from text2sim.agents.workshop import Workshop
+from text2sim.agents.run_summary import history_row
+from text2sim.agents.writer_team import Workshop
 from text2sim.spec_schema.errors import Problem
 
 MENDS = 3
@@ -38,7 +38,7 @@ STANDSTILL = 2
 """Attempts after the best one that may bring nothing, once everything expected has come true."""
 
 
-class Loop:
+class AgentLoop:
     """Works on one case.
 
     Args:
@@ -50,12 +50,14 @@ class Loop:
         limits: What may be used.
     """
 
-    def __init__(self, case: Path, request: Request, desk: Desk, deck: Deck, emit: Emit, limits: Limits) -> None:
+    def __init__(
+        self, case: Path, request: Request, desk: Conversation, deck: DealtCards, emit: Emit, limits: Limits
+    ) -> None:
         self.case, self.path, self.request = case, case / "case.yaml", request
         self.desk, self.deck, self.emit, self.limits = desk, deck, emit, limits
         self.attempts = Attempts(case)
         self.made: list[Attempt] = []
-        self.agreement = Agreement(Plan.model_construct(name=case.name, event="", checks=Fragments()), emit)
+        self.agreement = Agreement(CasePlan.model_construct(name=case.name, event="", checks=Fragments()), emit)
         self.workshop = Workshop(desk, deck, self.agreement, request, self.path, emit)
         self.only_if_accepted = False
         """Whether the case is somebody's own, and only a version that was accepted may take its place."""
@@ -146,7 +148,7 @@ class Loop:
         sound = best.state == "finished" and not best.missed([*self.agreement.names, *best.expect])
         return best.number if sound and stale >= STANDSTILL else None
 
-    def _planned_anew(self, why: str) -> Plan:
+    def _planned_anew(self, why: str) -> CasePlan:
         """Have another plan made, once; what was expected stays."""
         self.emit("stage", name="plan")
         tried = Tried(why, self._history(), self.agreement.plan, self.agreement.first)

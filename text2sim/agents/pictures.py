@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.agents.moments import Moment, Shown, chosen, moments
+from text2sim.agents.frame_choice import Moment, Shown, chosen, moments
 from text2sim.legibility.film import spread
 
 if TYPE_CHECKING:

@@ -6,21 +6,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from text2sim.agents import language
-from text2sim.agents.asking import Desk, Wrong, typed
-from text2sim.agents.casework import FROZEN_PARTS
+from text2sim.agents.assembly import FROZEN_PARTS
 from text2sim.agents.contract import weakened
-from text2sim.agents.deck import ATTACHED
+from text2sim.agents.conversation import Conversation, Wrong, typed
+from text2sim.agents.dealt_cards import ATTACHED
 from text2sim.agents.facts import claim_faults
 from text2sim.agents.models.exchange import Image
+from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.rehearsal import TAKEN, plan_faults
-from text2sim.agents.replies import SECTIONS, Fragments, Plan
+from text2sim.agents.replies import SECTIONS, CasePlan, Fragments
 from text2sim.agents.requirements import Requirements, rows
 from text2sim.agents.roles import ROLES, render, system_prompt
-from text2sim.agents.shelf import Shelf
 from text2sim.agents.yaml_text import yaml_text
 
 if TYPE_CHECKING:
-    from text2sim.agents.deck import Deck
+    from text2sim.agents.dealt_cards import DealtCards
 
 PLANNER = ROLES["planner"]
 BLIND = "You cannot see these pictures: go by the words, and say under `assumptions` what you took them to show."
@@ -45,12 +45,14 @@ class Tried:
     why: str
     """Why the approach is wrong."""
     history: str
-    plan: Plan
+    plan: CasePlan
     first: Fragments
     """What was expected at first: it stands."""
 
 
-def make_plan(desk: Desk, request: Request, deck: "Deck", path: Path, tried: Tried | None = None) -> Plan:
+def make_plan(
+    desk: Conversation, request: Request, deck: "DealtCards", path: Path, tried: Tried | None = None
+) -> CasePlan:
     """Have a request planned; the Planner may read some pages first.
 
     Args:
@@ -75,8 +77,8 @@ def make_plan(desk: Desk, request: Request, deck: "Deck", path: Path, tried: Tri
         cards=deck.index(),
         taken=", ".join(TAKEN),
     )
-    read = typed(Plan, lambda plan: _check_plan(plan, deck, path, request.requirements, tried))
-    return desk.ask("planner", system, question, read, request.images, more=Shelf(deck.pages))
+    read = typed(CasePlan, lambda plan: _check_plan(plan, deck, path, request.requirements, tried))
+    return desk.ask("planner", system, question, read, request.images, more=PageRequests(deck.pages))
 
 
 def _tried(tried: Tried | None) -> str:
@@ -86,7 +88,9 @@ def _tried(tried: Tried | None) -> str:
     return f"{tried.why}\n\nAttempts so far:\n\n{tried.history}\n\nThe plan was:\n\n{plan_text(tried.plan)}\n\n{expect}"
 
 
-def _check_plan(plan: Plan, deck: "Deck", path: Path, requirements: Requirements, tried: Tried | None) -> None:
+def _check_plan(
+    plan: CasePlan, deck: "DealtCards", path: Path, requirements: Requirements, tried: Tried | None
+) -> None:
     if plan.possible == "no":
         if not plan.why:
             raise Wrong(["/why: say why it cannot be done"])
@@ -133,7 +137,7 @@ def _check_plan(plan: Plan, deck: "Deck", path: Path, requirements: Requirements
         raise Wrong(wrong)
 
 
-def card_faults(cards: Mapping[str, Sequence[str]], deck: "Deck") -> list[str]:
+def card_faults(cards: Mapping[str, Sequence[str]], deck: "DealtCards") -> list[str]:
     """Say which cards nobody would get: of a role or an id that there is not."""
     wrong = [f"/cards/{role}: there is no Writer `{role}`" for role in cards if role not in SECTIONS]
     for role, ids in cards.items():
@@ -143,7 +147,7 @@ def card_faults(cards: Mapping[str, Sequence[str]], deck: "Deck") -> list[str]:
     return wrong
 
 
-def plan_text(plan: Plan) -> str:
+def plan_text(plan: CasePlan) -> str:
     """Return a plan as YAML, without what only the Planner needs."""
     data = plan.model_dump(mode="json", exclude={"cards", "briefs", "possible", "why", "assets"}, exclude_defaults=True)
     for part in FROZEN_PARTS:

@@ -13,7 +13,7 @@ from typing import Any
 
 from text2sim.agents.contract import numbered
 from text2sim.agents.language import body_kinds, mount_kinds, shape_kinds
-from text2sim.agents.replies import Fragments, Plan, PlannedBody
+from text2sim.agents.replies import CasePlan, Fragments, PlannedBody
 from text2sim.spec_schema.arithmetic.expressions import RESERVED
 from text2sim.spec_schema.arithmetic.interpolation import parse_interpolation
 from text2sim.spec_schema.arithmetic.resolution import COPY_VARIABLES
@@ -32,14 +32,14 @@ MODES = ("rigid", "articulated", "soft", "cloth", "rope", "granular", "liquid", 
 OTHERS = frozenset({"unknown-attach", "never-released", "no-domain"})
 """Rules about what the Writers will add."""
 BY_DEFINITION = frozenset({"cannot-fail", "cannot-hold", "contradiction", "dead-event"})
-MANY = 300
+MAX_BODIES = 300
 """Bodies up to which the lint is asked: the plan has to be answered at once."""
 JOINTS = ("joint_position", "joint_velocity", "joint_force")
 _PART = re.compile(r"(\w+)(?:\[[\d:*]+\])?\.([\w*]+)")
 _PLACES = (("/actions/", "/checks/"), ("/scene/duration", "/duration"), ("/params", "/params"))
 
 
-def plan_faults(plan: Plan, path: Path) -> list[str]:
+def plan_faults(plan: CasePlan, path: Path) -> list[str]:
     """Say what is wrong with a plan, as far as that can be known before anything is written.
 
     Args:
@@ -73,7 +73,7 @@ def _rows(problems: Iterable[Problem]) -> Iterator[str]:
 # --- words ---------------------------------------------------------------------------------------------------------
 
 
-def _kind_faults(plan: Plan) -> Iterator[str]:
+def _kind_faults(plan: CasePlan) -> Iterator[str]:
     prefabs, shapes, mounts = _prefabs(), shape_kinds(), mount_kinds()
     for name, body in plan.bodies.items():
         kinds = [*body_kinds(), "static", *prefabs]
@@ -94,7 +94,7 @@ def _unknown(where: str, word: str, known: Iterable[str], what: str) -> str:
     return f"{where}: `{word}` is not {what}{f'; did you mean `{hint}`?' if hint else ''}; there are {', '.join(known)}"
 
 
-def _word_faults(plan: Plan) -> Iterator[str]:
+def _word_faults(plan: CasePlan) -> Iterator[str]:
     """What is wrong with `${…}` in words: Writers take it over as it stands."""
     words = [(f"/shared/{k}", line) for k, line in enumerate(plan.shared)]
     words += [(f"/bodies/{name}/what", body.what) for name, body in plan.bodies.items()]
@@ -119,7 +119,7 @@ def _word_faults(plan: Plan) -> Iterator[str]:
 # --- stand-ins -----------------------------------------------------------------------------------------------------
 
 
-def _text(plan: Plan, checks: Fragments, variant: int, *, loose: bool = False) -> str:
+def _text(plan: CasePlan, checks: Fragments, variant: int, *, loose: bool = False) -> str:
     """The plan as a case. `loose`: nothing is held, so that nothing follows from how far a joint lets a body get."""
     statics, bodies = {"ground": {"shape": {"kind": "plane"}}}, {}
     for k, (name, body) in enumerate(plan.bodies.items()):
@@ -220,9 +220,9 @@ def _strings(value: Any) -> Iterator[str]:
 # --- what follows from definitions ---------------------------------------------------------------------------------
 
 
-def _by_definition(plan: Plan, path: Path) -> list[str]:
+def _by_definition(plan: CasePlan, path: Path) -> list[str]:
     """Expectations that cannot hold or cannot fail, wherever the bodies will stand."""
-    if sum(body.count for body in plan.bodies.values()) > MANY:
+    if sum(body.count for body in plan.bodies.values()) > MAX_BODIES:
         return []
     checks = _without_joints(plan.checks)
     first, second = (_found(_text(plan, checks, variant, loose=True), path) for variant in (0, 1))
@@ -264,7 +264,7 @@ def _without_joints(checks: Fragments) -> Fragments:
     return Fragments(measures=measures, events=events, expect=expect)
 
 
-def _at_rest(plan: Plan, loaded: LoadedCase) -> Iterator[str]:
+def _at_rest(plan: CasePlan, loaded: LoadedCase) -> Iterator[str]:
     """Expectations that hold if nothing happens at all, whatever the bodies are."""
     from text2sim.lint.script.outcomes import asked_of
 

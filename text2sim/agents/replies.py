@@ -130,7 +130,7 @@ class Claim(Form):
         return tuple(word.partition("[")[0].partition(".")[0] for word in words)
 
 
-class Plan(Form):
+class CasePlan(Form):
     """What is to be shown, by what, and how it will be known."""
 
     name: Name

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from text2sim.agents.asking import Desk, RoleFailed, Wrong, typed
+from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
 from text2sim.agents.models.exchange import Image, ModelError, StoppedError
 from text2sim.agents.replies import Answer, Line, Name
 from text2sim.agents.roles import ROLES, render, system_prompt
@@ -43,7 +43,7 @@ class Missing(Answer):
 Requirements = Mapping[str, Requirement]
 
 
-def take_apart(desk: Desk, text: str, images: tuple[Image, ...] = ()) -> dict[str, Requirement]:
+def take_apart(desk: Conversation, text: str, images: tuple[Image, ...] = ()) -> dict[str, Requirement]:
     """Have a request taken apart, and have somebody look for what was left out.
 
     Returns:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from text2sim.agents.casework import FROZEN_PARTS
+from text2sim.agents.assembly import FROZEN_PARTS
 from text2sim.agents.contract import Contract
 from text2sim.agents.replies import Fragments
 from text2sim.revision.revise import revise

@@ -17,18 +17,18 @@ from itertools import count
 from pathlib import Path
 from typing import Any, Literal
 
-from text2sim.agents.asking import Desk
 from text2sim.agents.attempts import copy_input
-from text2sim.agents.deck import Deck
+from text2sim.agents.conversation import Conversation
+from text2sim.agents.dealt_cards import DealtCards
+from text2sim.agents.existing_case import amend
 from text2sim.agents.inputs import described, probed, take
 from text2sim.agents.journal import Journal, Listener
-from text2sim.agents.loop import Loop
+from text2sim.agents.loop import AgentLoop
+from text2sim.agents.loop_result import Limits, Outcome
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.endpoint import Endpoint
 from text2sim.agents.models.endpoint import endpoint_of as _endpoint_of
 from text2sim.agents.models.exchange import Image
-from text2sim.agents.opening import amend
-from text2sim.agents.outcome import Limits, Outcome
 from text2sim.agents.planning import Request
 from text2sim.agents.roles import ROLES
 from text2sim.agents.yaml_text import yaml_text
@@ -148,12 +148,12 @@ class Session:
 
         journal = Journal(self.folder / "journal.jsonl", told)
         endpoints = {role: endpoint_of(spec, self.case) for role, spec in wish.models.items()}
-        desk = Desk(endpoints, CallLog(self.folder / "calls"), self.account, budget, journal, stop)
-        deck = Deck(_library() if wish.cards else None, journal)
+        desk = Conversation(endpoints, CallLog(self.folder / "calls"), self.account, budget, journal, stop)
+        deck = DealtCards(_library() if wish.cards else None, journal)
         images = tuple(_image(self.folder / "inputs" / name) for name in wish.images)
         probed(self.case, wish.inputs, journal)
         request = Request(wish.text, images, described(self.case, wish.inputs))
-        loop = Loop(
+        loop = AgentLoop(
             self.case, request, desk, deck, journal, Limits(wish.attempts, wish.sim_timeout, budget.minutes_left)
         )
         loop.style = wish.style
@@ -167,7 +167,7 @@ class Session:
         finally:
             self._write(loop, deck, outcome, budget)
 
-    def _write(self, loop: Loop, deck: Deck, outcome: Outcome | None, budget: Budget) -> None:
+    def _write(self, loop: AgentLoop, deck: DealtCards, outcome: Outcome | None, budget: Budget) -> None:
         best = outcome.best if outcome else None
         record = {
             "state": outcome.state if outcome else "interrupted",

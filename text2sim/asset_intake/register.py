@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 
-from text2sim.assets.keeping import FOLDER, NAME, case_folder, digest, keep, read_file
+from text2sim.assets.engine_assets import PREFIX, rooted
 from text2sim.assets.manifest import Asset, Origin, register
 from text2sim.assets.mechanism import load_mechanism
 from text2sim.assets.mesh_repair import Wish
 from text2sim.assets.meshes import Mended, repair_mesh
 from text2sim.assets.meshy import Meshy, Order3D
-from text2sim.assets.shelf import PREFIX, rooted
+from text2sim.assets.safe_write import FOLDER, NAME, case_folder, digest, keep, read_file
 from text2sim.spec_schema.errors import AssetError
 
 MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")

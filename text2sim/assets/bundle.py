@@ -5,7 +5,7 @@ import re
 import struct
 from pathlib import Path
 
-from text2sim.assets.shelf import Shelf
+from text2sim.assets.engine_assets import EngineAssets
 from text2sim.spec_schema.errors import AssetError
 
 MAX_FILE = 64 * 1024 * 1024
@@ -18,7 +18,7 @@ _OBJ_MATERIAL = re.compile(rb"^[ \t\r\f\v]*mtllib ([^\n]*)", re.IGNORECASE | re.
 _DAE_PICTURE = re.compile(rb"(<init_from[^>]*>)([^<]*)(</init_from>)")
 
 
-def inside(shelf: Shelf, path: Path, text: str) -> Path:
+def inside(shelf: EngineAssets, path: Path, text: str) -> Path:
     """Return a path with links followed, which must lie on the shelf.
 
     Raises:
@@ -38,7 +38,7 @@ class Bundle:
         here: Folder of the model that refers to the files, resolved.
     """
 
-    def __init__(self, shelf: Shelf, here: Path) -> None:
+    def __init__(self, shelf: EngineAssets, here: Path) -> None:
         self.shelf, self.here = shelf, here
         self.files: dict[str, bytes] = {}
         self._names: dict[tuple[Path, bool], str] = {}

@@ -9,7 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from text2sim.assets.remembered import remembered
+from text2sim.assets.answer_cache import remembered
 from text2sim.spec_schema.errors import AssetError
 
 SCRIPT = Path(__file__).with_name("inspection_child.py")

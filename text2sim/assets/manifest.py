@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StringConstraints, ValidationError
 
-from text2sim.assets.keeping import FOLDER, digest, keep, only_me, place_in, read_kept
+from text2sim.assets.safe_write import FOLDER, digest, keep, only_me, place_in, read_kept
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.models.base import Bool, Model, Name, NonNegative, Noun, Positive, Range
 from text2sim.spec_schema.text.document import parse_document
@@ -15,7 +15,7 @@ from text2sim.spec_schema.vocabulary.diagnosis import diagnose
 
 FILE = f"{FOLDER}/manifest.yaml"
 VERSION = 1
-MANY = 1000
+MAX_ASSETS = 1000
 HEAD = "# What lies in this folder. Written by `text2sim asset`: comments do not stay."
 WIDTH = 110
 
@@ -97,7 +97,7 @@ class Manifest(Model):
 
     text2sim_assets: Literal[1] = VERSION
     """Version of the format."""
-    assets: dict[Name, Asset] = Field(default_factory=dict, max_length=MANY)
+    assets: dict[Name, Asset] = Field(default_factory=dict, max_length=MAX_ASSETS)
     """By name."""
 
 

@@ -9,8 +9,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from text2sim.assets.foreign import check_gltf
-from text2sim.assets.keeping import MAX_FILE, read_file
+from text2sim.assets.foreign_files import check_gltf
+from text2sim.assets.safe_write import MAX_FILE, read_file
 from text2sim.assets.surface import Paint, Surface, welded
 from text2sim.spec_schema.errors import AssetError
 

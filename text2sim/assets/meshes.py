@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.keeping import read_file
+from text2sim.assets.safe_write import read_file
 from text2sim.spec_schema.errors import AssetError
 
 if TYPE_CHECKING:

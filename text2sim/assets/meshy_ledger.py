@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from text2sim.assets.keeping import FOLDER, digest, keep, only_me, place_in, read_kept
+from text2sim.assets.safe_write import FOLDER, digest, keep, only_me, place_in, read_kept
 from text2sim.spec_schema.errors import AssetError
 
 FILE = f"{FOLDER}/meshy_tasks.json"

@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
 
+from text2sim.assets.answer_cache import remembered
 from text2sim.assets.bundle import PICTURES, Bundle
 from text2sim.assets.markup import write_markup
 from text2sim.assets.mjcf import MAX_LINKS, Draft
-from text2sim.assets.remembered import remembered
 from text2sim.spec_schema.errors import AssetError, nearest
-from text2sim.spec_schema.names.circles import find_circles
+from text2sim.spec_schema.names.reference_cycles import find_circles
 
 if TYPE_CHECKING:
     from yourdfpy.urdf import Joint, Robot

@@ -158,8 +158,8 @@ def generate(
     A call that was interrupted is repeated as it was: it goes on with the same task, and nothing is paid for twice.
     """
     from text2sim.asset_intake.register import check_name, generate
-    from text2sim.assets.keeping import case_folder
     from text2sim.assets.meshy import BASE, Meshy, Order3D
+    from text2sim.assets.safe_write import case_folder
     from text2sim.cli.output import say
 
     check_name(name)
@@ -210,8 +210,8 @@ def probe(file: _File, root: _Root = None, as_json: _AsJson = False) -> None:
 @asset.command("list")
 def list_assets(case: _Case, as_json: _AsJson = False) -> None:
     """Say what assets a case has, and whether their files are still what was registered."""
-    from text2sim.assets.keeping import case_folder
     from text2sim.assets.manifest import problems_of, read_manifest, verify_manifest
+    from text2sim.assets.safe_write import case_folder
     from text2sim.cli.output import say, say_json, say_problems
 
     folder = case_folder(case)

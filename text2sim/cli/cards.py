@@ -195,7 +195,7 @@ def distill_cards(
     as_json: AsJson = False,
 ) -> None:
     """Propose cards from the failed and mended attempts of a finished loop; `verify` then runs them."""
-    from text2sim.agents.asking import Desk
+    from text2sim.agents.conversation import Conversation
     from text2sim.agents.distilling import distill
     from text2sim.agents.journal import Journal
     from text2sim.agents.models.calls import Account, Budget, CallLog
@@ -204,7 +204,7 @@ def distill_cards(
 
     folder = case / "generation"
     journal = Journal(folder / "distilled.jsonl")
-    desk = Desk({"": endpoint_of(model, case)}, CallLog(folder / "calls"), Account(), Budget(), journal)
+    desk = Conversation({"": endpoint_of(model, case)}, CallLog(folder / "calls"), Account(), Budget(), journal)
     written = distill(desk, case, out)
     if as_json:
         say_json({"ok": True, "cards": [str(out / name) for name in written]})

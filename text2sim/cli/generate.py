@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from text2sim.cli.last_film import Film, Quality, last_film
-from text2sim.cli.wording import File, words_of
+from text2sim.cli.request_text import File, words_of
 from text2sim.service import exits
 
 if TYPE_CHECKING:
-    from text2sim.agents.outcome import Outcome
+    from text2sim.agents.loop_result import Outcome
     from text2sim.agents.session import Kind, Session
 
 MODEL = "TEXT2SIM_MODEL"

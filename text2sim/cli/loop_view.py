@@ -11,7 +11,7 @@ from text2sim.spec_schema.plain import plain, plain_line
 
 if TYPE_CHECKING:
     from text2sim.agents.journal import Listener
-    from text2sim.agents.outcome import Outcome
+    from text2sim.agents.loop_result import Outcome
     from text2sim.agents.session import Session
 
 TITLES = {

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from text2sim.spec_schema.errors import RunError
 
 if TYPE_CHECKING:
-    from text2sim.recording.film_record import Recording
+    from text2sim.recording.film_record import FilmRecord
     from text2sim.spec_schema.loaded import LoadedCase
 
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 class Chosen:
     """A recorded run."""
 
-    recording: "Recording"
+    recording: "FilmRecord"
     loaded: "LoadedCase | None"
     """The case that was named, if one was."""
     case: Path | None

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from text2sim.service.examined import Examined
     from text2sim.spec_schema.errors import Problem
     from text2sim.spec_schema.reuse.overlay import Overlay
-    from text2sim.watching.parties import Checked
-    from text2sim.watching.take import Take
+    from text2sim.watching.live_run import LiveRun
+    from text2sim.watching.protocols import Checked
 
 
 def watch(
@@ -45,7 +45,7 @@ def watch(
     from text2sim.service.examined import case_file
     from text2sim.service.wording import shown
     from text2sim.spec_schema.errors import RunError
-    from text2sim.watching.board import Board
+    from text2sim.watching.page_state import PageState
     from text2sim.watching.server import PageServer
     from text2sim.watching.session import Options, Session
 
@@ -60,7 +60,7 @@ def watch(
     except OSError as error:
         raise RunError(f"{shown(folder)}: cannot write there: {error.strerror}") from error
     with RunLock(runs, name), Stop() as stop, stop.gently():
-        board = Board(
+        board = PageState(
             case=path.parent.name, file=" ".join([shown(path), *overlay.words]), words="starting", tone="busy", mark="…"
         )
         try:
@@ -83,7 +83,7 @@ def watch(
 
 def _examine(path: Path, overlay: "Overlay") -> "Examined":
     """Read a case, and look whether this machine can run it."""
-    from text2sim.runtime.ability import check_ability
+    from text2sim.runtime.machine_check import check_ability
     from text2sim.service.examined import examine
     from text2sim.spec_schema.errors import MachineError
 
@@ -123,10 +123,10 @@ class _Terminal:
     def trouble(self, words: str, problem: "Problem | None") -> None:
         self._say(str(problem) if problem is not None else words, to=sys.stderr)
 
-    def done(self, take: "Take", evidence: dict[str, Any] | None, no_film: str) -> None:
+    def done(self, take: "LiveRun", evidence: dict[str, Any] | None, no_film: str) -> None:
         from text2sim.cli.output import expectation_rows
         from text2sim.cli.verdict import MARKS
-        from text2sim.watching.wording import timing
+        from text2sim.watching.page_text import timing
 
         rows = expectation_rows((evidence or {}).get("expect", {}))
         for ok, name, words in rows:

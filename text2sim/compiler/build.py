@@ -12,16 +12,16 @@ from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.lettering import letter_counts
 from text2sim.compiler.placing.placement import Copy, place_all
 from text2sim.compiler.plan import EntityPlan, Group, Plan
+from text2sim.compiler.release_events import lower_watches
+from text2sim.compiler.rope_frequencies import taut_frequencies
 from text2sim.compiler.settings import Settings, Traits, derive
 from text2sim.compiler.shapes.sizes import MAX_PIECES
 from text2sim.compiler.slopes import LINKED, has_slopes
 from text2sim.compiler.soft.controls import SoftControls
 from text2sim.compiler.soft.resolution import soft_lowering, soft_settings
 from text2sim.compiler.soft.setup import MAX_SPEED
-from text2sim.compiler.taut import taut_frequencies
-from text2sim.compiler.trees.anatomy import known_parts, named_parts, tree_extents, tree_standing
 from text2sim.compiler.trees.generators import rope_frequency
-from text2sim.compiler.watches import lower_watches
+from text2sim.compiler.trees.link_trees import known_parts, named_parts, tree_extents, tree_standing
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.names.references import check_references

@@ -24,7 +24,7 @@ COLORS: dict[str, Color] = {
 }
 
 
-MANY = 4
+MANY_JOINTS = 4
 """A body with more joints than this gets thin lines for them."""
 
 
@@ -46,7 +46,7 @@ def draw_marks(canvas: Canvas, panel: Panel, marks: Marks) -> None:
         _draw_camera(canvas, panel, camera, sees=number == 0)
     counts = Counter(joint.body for joint in marks.joints)
     for joint in marks.joints:
-        _draw_joint(canvas, panel, joint, many=counts[joint.body] > MANY)
+        _draw_joint(canvas, panel, joint, many=counts[joint.body] > MANY_JOINTS)
     longest = {
         kind: max((float(np.linalg.norm(a.vector)) for a in marks.arrows if a.kind == kind), default=1.0)
         for kind in COLORS

@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from text2sim.compiler.soft.solvers import contact_model
-from text2sim.evidence.selection import Cast
+from text2sim.evidence.selection import RecordedNames
 from text2sim.recording.states import Array, RunStates
 
 SILENT = ("sap", "ipc")
@@ -84,7 +84,7 @@ class ContactLog:
     """Last step that was recorded."""
 
     @classmethod
-    def of(cls, cast: Cast) -> "ContactLog":
+    def of(cls, cast: RecordedNames) -> "ContactLog":
         """The contacts of a recording."""
         states, case = cast.states, cast.case
         model = contact_model(case.bodies.values(), case.scene)

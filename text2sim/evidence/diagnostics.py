@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.evidence import soft_diagnostics
-from text2sim.evidence.recorded_case import Recording, links_of
+from text2sim.evidence.recorded_case import RecordedCase, links_of
 from text2sim.evidence.selection import base_name
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models.bodies import Rigid
@@ -31,7 +31,7 @@ def extremes(time: Array, values: Array) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def energy_account(recording: Recording) -> dict[str, Any]:
+def energy_account(recording: RecordedCase) -> dict[str, Any]:
     """Return the mechanical energy of all loose bodies over the run, and the work of the motors [J].
 
     Work is the integral of the motors' force times velocity over hinges and sliders of loose bodies, by
@@ -65,7 +65,7 @@ def energy_account(recording: Recording) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def energy_from_nowhere(recording: Recording) -> list[str]:
+def energy_from_nowhere(recording: RecordedCase) -> list[str]:
     """Return what is wrong about the energy of a passive scene, if it grows: a sentence, or none.
 
     Passive is what has nothing but free and fixed bodies, which at most start with a speed. Its energy can only fall;
@@ -91,13 +91,13 @@ def energy_from_nowhere(recording: Recording) -> list[str]:
     ]
 
 
-def energy_series(recording: Recording) -> dict[str, Array]:
+def energy_series(recording: RecordedCase) -> dict[str, Array]:
     """Return kinetic, potential and total energy (F,) [J] of all loose bodies."""
     kinetic, potential = recording.energies(recording.cast.loose)
     return {"kinetic": kinetic, "potential": potential, "total": kinetic + potential}
 
 
-def largest_penetration(recording: Recording) -> dict[str, Any] | None:
+def largest_penetration(recording: RecordedCase) -> dict[str, Any] | None:
     """Return the deepest overlap of the run [m], between which links, and when; None without contacts."""
     log = recording.contacts
     rows = np.flatnonzero(np.isfinite(log.depth))
@@ -113,7 +113,7 @@ def largest_penetration(recording: Recording) -> dict[str, Any] | None:
     }
 
 
-def first_non_finite(recording: Recording) -> dict[str, Any] | None:
+def first_non_finite(recording: RecordedCase) -> dict[str, Any] | None:
     """Return the first frame at which a recorded state is no finite number, and the bodies it struck."""
     states = recording.states
     bad = np.zeros((states.frames, len(states.links)), dtype=bool)
@@ -130,7 +130,7 @@ def first_non_finite(recording: Recording) -> dict[str, Any] | None:
     return {"time": states.time[frame], "frame": frame, "bodies": list(dict.fromkeys(struck))[:20]}
 
 
-def speed_extremes(recording: Recording) -> dict[str, Any]:
+def speed_extremes(recording: RecordedCase) -> dict[str, Any]:
     """Return the largest speed [m/s] and angular speed [rad/s] of each body, with when and of which copy."""
     found: dict[str, Any] = {}
     for name, target in recording.cast.copies.items():
@@ -147,7 +147,7 @@ def speed_extremes(recording: Recording) -> dict[str, Any]:
     return found
 
 
-def limit_overshoots(recording: Recording) -> list[dict[str, Any]]:
+def limit_overshoots(recording: RecordedCase) -> list[dict[str, Any]]:
     """Return how far joints went beyond their limits [rad or m], the farthest first."""
     states, found = recording.states, []
     for joint in states.joints:

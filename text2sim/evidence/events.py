@@ -11,7 +11,7 @@ import numpy as np
 
 from text2sim.evidence.contacts import Episodes, choose
 from text2sim.evidence.measures import Series
-from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.selection import SelectionError, Target
 from text2sim.evidence.soft_events import soft_episodes
 from text2sim.recording.geometry import depth_inside
@@ -49,7 +49,7 @@ class EventError(ValueError):
     """An event that cannot be looked for in this recording."""
 
 
-def find_events(recording: Recording, series: Mapping[str, Series]) -> EventLog:
+def find_events(recording: RecordedCase, series: Mapping[str, Series]) -> EventLog:
     """Find every declared event; one that comes `after` another is looked for once that is known."""
     log = EventLog()
     events = recording.case.actions.events
@@ -73,7 +73,7 @@ def find_events(recording: Recording, series: Mapping[str, Series]) -> EventLog:
     return log
 
 
-def _needed(recording: Recording, event: events.Event) -> set[str]:
+def _needed(recording: RecordedCase, event: events.Event) -> set[str]:
     """Names of the events that have to be known first."""
     names = {event.after} if event.after is not None else set()
     if isinstance(event, events.ReleasedEvent):
@@ -82,7 +82,7 @@ def _needed(recording: Recording, event: events.Event) -> set[str]:
 
 
 def _search(
-    recording: Recording, series: Mapping[str, Series], name: str, event: events.Event, since: float, log: EventLog
+    recording: RecordedCase, series: Mapping[str, Series], name: str, event: events.Event, since: float, log: EventLog
 ) -> None:
     try:
         if isinstance(event, events.ReleasedEvent):
@@ -125,7 +125,7 @@ def episode_rows(episodes: Episodes, first: Sequence[Target], second: Sequence[T
     ]
 
 
-def _episodes(recording: Recording, between: tuple[str, str]) -> tuple[Episodes, list[Target], list[Target]]:
+def _episodes(recording: RecordedCase, between: tuple[str, str]) -> tuple[Episodes, list[Target], list[Target]]:
     if not recording.contacts.recorded:
         raise EventError(recording.contacts.why_not)
     cast = recording.cast
@@ -136,7 +136,7 @@ def _episodes(recording: Recording, between: tuple[str, str]) -> tuple[Episodes,
     return recording.contacts.episodes(touches), first, second
 
 
-def _soft_rows(recording: Recording, between: tuple[str, str]) -> list[Occurrence] | None:
+def _soft_rows(recording: RecordedCase, between: tuple[str, str]) -> list[Occurrence] | None:
     """Return the touches of selectors one of which means bodies that deform; None if neither does."""
     first, second = (recording.cast.select(selector) for selector in between)
     if all(target.soft is None for target in (*first, *second)):
@@ -144,7 +144,7 @@ def _soft_rows(recording: Recording, between: tuple[str, str]) -> list[Occurrenc
     return soft_episodes(recording, first, second)
 
 
-def _contact(recording: Recording, series: Any, event: events.ContactEvent, since: float) -> list[Occurrence]:
+def _contact(recording: RecordedCase, series: Any, event: events.ContactEvent, since: float) -> list[Occurrence]:
     """Touches begin.
 
     A touch counts if it gives `min_impulse` within its first 50 ms: by resting on something for long enough,
@@ -159,7 +159,7 @@ def _contact(recording: Recording, series: Any, event: events.ContactEvent, sinc
     return episode_rows(choose(episodes, episodes.impact_impulse >= event.min_impulse), first, second)
 
 
-def _separation(recording: Recording, series: Any, event: events.SeparationEvent, since: float) -> list[Occurrence]:
+def _separation(recording: RecordedCase, series: Any, event: events.SeparationEvent, since: float) -> list[Occurrence]:
     """Touches end, and there is none for a while; near the end of the run that stays open."""
     rows = _soft_rows(recording, event.between)
     if rows is not None:
@@ -195,7 +195,7 @@ def crossings(time: Array, height: Array) -> list[float]:
 
 
 def _threshold(
-    recording: Recording, series: Mapping[str, Series], event: events.ThresholdEvent, since: float
+    recording: RecordedCase, series: Mapping[str, Series], event: events.ThresholdEvent, since: float
 ) -> list[Occurrence]:
     """A measure passes a value; what is beyond it from the start has not passed it."""
     measured = series.get(event.measure)
@@ -206,7 +206,7 @@ def _threshold(
     return [{"time": t, "measure": event.measure, "value": bound} for t in crossings(recording.states.time, height)]
 
 
-def _rest(recording: Recording, series: Any, event: events.RestEvent, since: float) -> list[Occurrence]:
+def _rest(recording: RecordedCase, series: Any, event: events.RestEvent, since: float) -> list[Occurrence]:
     """All are slow for a while; the time is the beginning of the quiet. Turning is not looked at.
 
     Of a body that deforms, the root mean square of the speeds of its points has to be small: sqrt(2 E / m).
@@ -229,20 +229,20 @@ def _rest(recording: Recording, series: Any, event: events.RestEvent, since: flo
     return rows
 
 
-def _speed(recording: Recording, target: Target) -> Array:
+def _speed(recording: RecordedCase, target: Target) -> Array:
     body = recording.deformable(target)
     if body is None:
         return np.linalg.norm(recording.velocity(target), axis=1)
     return np.sqrt(2 * recording.states.soft_kinetic[:, body.index].astype(float) / body.mass)
 
 
-def _region(recording: Recording, series: Any, event: events.RegionEvent, since: float) -> list[Occurrence]:
+def _region(recording: RecordedCase, series: Any, event: events.RegionEvent, since: float) -> list[Occurrence]:
     """An origin enters or leaves a region."""
     sign = 1.0 if event.kind == "enters" else -1.0
     return _passages(recording, event.of, lambda points: sign * depth_inside(event.region, points))
 
 
-def _left_domain(recording: Recording, series: Any, event: events.LeftDomainEvent, since: float) -> list[Occurrence]:
+def _left_domain(recording: RecordedCase, series: Any, event: events.LeftDomainEvent, since: float) -> list[Occurrence]:
     """An origin leaves the scene's domain; what starts outside has left it at the start."""
     domain = recording.case.scene.domain
     if domain is None:
@@ -251,7 +251,7 @@ def _left_domain(recording: Recording, series: Any, event: events.LeftDomainEven
 
 
 def _passages(
-    recording: Recording, selector: str, height: Callable[[Array], Array], from_start: bool = False
+    recording: RecordedCase, selector: str, height: Callable[[Array], Array], from_start: bool = False
 ) -> list[Occurrence]:
     time, rows = recording.states.time, []
     for target in recording.cast.select(selector):
@@ -271,7 +271,7 @@ def _passages(
     return rows
 
 
-def _joint_limit(recording: Recording, series: Any, event: events.JointLimitEvent, since: float) -> list[Occurrence]:
+def _joint_limit(recording: RecordedCase, series: Any, event: events.JointLimitEvent, since: float) -> list[Occurrence]:
     """A joint comes to within 0.2 % of its range of an end; again, once it has been 2 % away.
 
     What rests on an end from the start has not come there.
@@ -296,12 +296,12 @@ def _joint_limit(recording: Recording, series: Any, event: events.JointLimitEven
     return rows
 
 
-def _releases(recording: Recording, event: events.ReleasedEvent) -> list[Release]:
+def _releases(recording: RecordedCase, event: events.ReleasedEvent) -> list[Release]:
     controls = recording.case.actions.controls
     return [c for c in controls.values() if isinstance(c, Release) and c.attach == event.attach]
 
 
-def _released(recording: Recording, event: events.ReleasedEvent, log: EventLog) -> list[Occurrence]:
+def _released(recording: RecordedCase, event: events.ReleasedEvent, log: EventLog) -> list[Occurrence]:
     """The time at which the case lets go, or that of the event on which it does."""
     attach = recording.case.actions.controls.get(event.attach)
     if not isinstance(attach, Attach):
@@ -311,7 +311,7 @@ def _released(recording: Recording, event: events.ReleasedEvent, log: EventLog) 
     return [{"time": t, "between": [attach.body, attach.to]} for t in times if t is not None and t <= end]
 
 
-_FINDERS: dict[str, Callable[[Recording, Mapping[str, Series], Any, float], list[Occurrence]]] = {
+_FINDERS: dict[str, Callable[[RecordedCase, Mapping[str, Series], Any, float], list[Occurrence]]] = {
     "contact": _contact,
     "separation": _separation,
     "threshold": _threshold,

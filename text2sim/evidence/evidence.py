@@ -19,7 +19,7 @@ from text2sim.evidence.expectations import Ending, Finding, judge_expectations
 from text2sim.evidence.gone_through import gone_through
 from text2sim.evidence.measures import Series, evaluate
 from text2sim.evidence.off_path import held_up, off_path
-from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.selection import base_name
 from text2sim.evidence.soft_diagnostics import soft_diagnostics
 from text2sim.evidence.suspicions import suspicions
@@ -52,7 +52,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
     Raises:
         RunError: if nothing readable was recorded.
     """
-    recording = Recording.load(run_dir, case)
+    recording = RecordedCase.load(run_dir, case)
     states = recording.states
     state, message, where = _outcome(run_dir)
     lacking = states.lacks(state)
@@ -181,7 +181,7 @@ def _times(events: EventLog, name: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _touches(recording: Recording) -> tuple[list[Occurrence], dict[str, Any]]:
+def _touches(recording: RecordedCase) -> tuple[list[Occurrence], dict[str, Any]]:
     """Return the touches between different bodies as occurrences without a name, and how many there were."""
     cast, log = recording.cast, recording.contacts
     targets = list(cast.copies.values())
@@ -219,7 +219,7 @@ def _named_with_itself(case: Case) -> set[str]:
     return {a for a, b in bases if a == b}
 
 
-def _left_out(recording: Recording, contacts: dict[str, Any]) -> list[str]:
+def _left_out(recording: RecordedCase, contacts: dict[str, Any]) -> list[str]:
     rows = []
     if contacts["left_out"]:
         rows.append(f"events.jsonl: {contacts['left_out']} of the smaller touches between bodies (it has {EPISODES})")

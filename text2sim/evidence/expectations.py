@@ -12,7 +12,7 @@ from text2sim.recording.states import Array
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.expectations import Expect
 
-HAIR = 1e-9
+ROUNDING = 1e-9
 """Times [s] nearer than this are equal: a frame's time is a sum of steps."""
 
 
@@ -36,7 +36,7 @@ class Ending:
 
     def reached(self, time: float) -> bool:
         """Whether a time was recorded. A finished run ends on the last whole step before its duration."""
-        return time <= self.end + HAIR or (self.finished and time <= self.duration + HAIR)
+        return time <= self.end + ROUNDING or (self.finished and time <= self.duration + ROUNDING)
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class _Judge:
     def _never(self, expect: Expect) -> tuple[bool | None, float | None, str]:
         first, last = span_of(expect.within, self.ending.duration)
         times = [row["time"] for row in self.events.occurrences[expect.event or ""]]
-        inside = [t for t in times if first - HAIR <= t <= last + HAIR or (expect.within is None)]
+        inside = [t for t in times if first - ROUNDING <= t <= last + ROUNDING or (expect.within is None)]
         if inside:
             return False, float(len(inside)), f"happened at {inside[0]:.4g} s{_more(inside)}"
         if self.ending.early and not self.ending.reached(last):
@@ -166,7 +166,7 @@ class _Judge:
 
     @staticmethod
     def _inside(time: float, window: tuple[float, float]) -> bool:
-        return window[0] - HAIR <= time <= window[1] + HAIR
+        return window[0] - ROUNDING <= time <= window[1] + ROUNDING
 
     # --- measures ---
 
@@ -183,7 +183,7 @@ class _Judge:
 
     def _during(self, expect: Expect, series: Series) -> tuple[bool | None, float | None, str]:
         first, last = span_of(_window(expect), self.ending.duration)
-        if not len(self.time) or first > self.ending.end + HAIR and not self.ending.finished:
+        if not len(self.time) or first > self.ending.end + ROUNDING and not self.ending.finished:
             return self._unreached(f"before {first:.4g} s")
         time, values = self._clip(first, last, series.values)
         whole = self.ending.reached(last)
@@ -210,7 +210,7 @@ class _Judge:
         """Return the frames of a span, with its two ends interpolated."""
         first, last = max(first, float(self.time[0])), min(last, float(self.time[-1]))
         first = min(first, last)
-        inner = (self.time > first + HAIR) & (self.time < last - HAIR)
+        inner = (self.time > first + ROUNDING) & (self.time < last - ROUNDING)
         ends = np.array([first, last])
         left, right = np.interp(ends, self.time, values)
         return np.concatenate([[first], self.time[inner], [last]]), np.concatenate([[left], values[inner], [right]])

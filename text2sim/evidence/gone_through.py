@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from text2sim.evidence.leaks import half_size
-from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.rigid_shapes import world_frames
 from text2sim.evidence.selection import Target, base_name
 from text2sim.evidence.solids import Solid
@@ -40,7 +40,7 @@ class _Piece:
     """Lowest and highest corner [m] of all where it ever was; without end for a ground."""
 
 
-def gone_through(recording: Recording) -> list[str]:
+def gone_through(recording: RecordedCase) -> list[str]:
     """Return which bodies are wholly inside or beyond others, a sentence for each pair of bodies."""
     if not recording.states.frames:
         return []
@@ -64,7 +64,7 @@ def gone_through(recording: Recording) -> list[str]:
     return said + ([f"the same is so of {len(rows) - SAID} more pairs of bodies"] if len(rows) > SAID else [])
 
 
-def _pieces(recording: Recording) -> Iterator[_Piece]:
+def _pieces(recording: RecordedCase) -> Iterator[_Piece]:
     """Everything that is rigid and in one piece, or made of convex ones."""
     for name, target in recording.cast.copies.items():
         model = recording.case.bodies.get(base_name(name))
@@ -99,13 +99,13 @@ def _near(movers: Sequence[_Piece], pieces: Sequence[_Piece]) -> Iterator[tuple[
                 yield mover, pieces[k]
 
 
-def _held_together(recording: Recording) -> set[frozenset[str]]:
+def _held_together(recording: RecordedCase) -> set[frozenset[str]]:
     """Bodies that the case welds to each other, which do not touch."""
     holds = [control for control in recording.case.actions.controls.values() if isinstance(control, Attach)]
     return {frozenset(base_name(name.partition(".")[0]) for name in (hold.body, hold.to)) for hold in holds}
 
 
-def _below(recording: Recording, mover: _Piece, ground: _Piece) -> tuple[int, str] | None:
+def _below(recording: RecordedCase, mover: _Piece, ground: _Piece) -> tuple[int, str] | None:
     """When a piece is wholly below a ground that it came from above, or was below from the start."""
     own = _seen_from(ground, mover.middle)
     low, high = mover.solid.bounds

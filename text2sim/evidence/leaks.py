@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.rigid_shapes import world_frames
 from text2sim.evidence.selection import base_name
 from text2sim.evidence.solids import Solid
@@ -20,7 +20,7 @@ BETWEEN = 4
 """Places looked at between two recorded frames, so that what goes through quickly is seen."""
 
 
-def leaks(recording: Recording, body: Deformable) -> tuple[Array, list[str]]:
+def leaks(recording: RecordedCase, body: Deformable) -> tuple[Array, list[str]]:
     """Return the part (F,) of a body's mass that got into or through what holds it by then, and where most of it did.
 
     What holds it are grounds, statics, driven bodies and those with a mount; a point counts from when it is deeper in
@@ -48,7 +48,7 @@ def leaks(recording: Recording, body: Deformable) -> tuple[Array, list[str]]:
     return share, [where] * frames
 
 
-def _walls(recording: Recording) -> list[tuple[int, Solid]]:
+def _walls(recording: RecordedCase) -> list[tuple[int, Solid]]:
     """Solids that hold a body, with their links."""
     cast, found = recording.cast, []
     for name, target in cast.copies.items():
@@ -60,7 +60,7 @@ def _walls(recording: Recording) -> list[tuple[int, Solid]]:
     return found
 
 
-def half_size(recording: Recording, link: int) -> float:
+def half_size(recording: RecordedCase, link: int) -> float:
     """Half the side [m] of a ground: what falls beside it does not go through it."""
     shape = recording.case.scene.statics[base_name(recording.states.links[link].body)].shape
     return shape.size / 2 if isinstance(shape, Plane) else np.inf

@@ -15,7 +15,7 @@ import numpy as np
 
 from text2sim.evidence import soft_measures
 from text2sim.evidence.deformation import DeformationError
-from text2sim.evidence.recorded_case import Recording, links_of, soft_of
+from text2sim.evidence.recorded_case import RecordedCase, links_of, soft_of
 from text2sim.evidence.selection import SelectionError, Target
 from text2sim.recording.geometry import depth_inside, reach
 from text2sim.recording.states import Array, JointRecord
@@ -69,7 +69,7 @@ class Series:
     """Why it could not be computed; all values are NaN then."""
 
 
-def evaluate(recording: Recording) -> dict[str, Series]:
+def evaluate(recording: RecordedCase) -> dict[str, Series]:
     """Evaluate every measure of the case, in its order."""
     found = {}
     for name, measure in recording.case.actions.measures.items():
@@ -96,7 +96,7 @@ def _changed(time: Array, values: Array, since: str | float | None) -> Array:
     return values - np.interp(since, time, values)
 
 
-def _value(recording: Recording, measure: measures.Measure) -> tuple[Array, str]:
+def _value(recording: RecordedCase, measure: measures.Measure) -> tuple[Array, str]:
     if isinstance(measure, measures.JointPosition | measures.JointVelocity | measures.JointForce):
         joints = recording.cast.select_joints(measure.of)
         kinds = {joint.kind for _, joint in joints}
@@ -141,13 +141,13 @@ def _reduce(measure: Any, values: list[Array], what: str = "bodies") -> Array:
 # --- of one target, then reduced ---------------------------------------------------
 
 
-def _path(recording: Recording, measure: Any, target: Target) -> Array:
+def _path(recording: RecordedCase, measure: Any, target: Target) -> Array:
     if measure.region is None:
         return recording.origin(target)
     return soft_measures.region_path(recording, target, measure.region)
 
 
-def _motion(recording: Recording, measure: Any, target: Target) -> Array:
+def _motion(recording: RecordedCase, measure: Any, target: Target) -> Array:
     """Velocity [m/s]; of a region, the central difference of its middle over the frames before and after."""
     if measure.region is None:
         return recording.velocity(target)
@@ -160,28 +160,28 @@ def _needs_frame(target: Target, kind: str) -> None:
         raise MeasureError(f"{target.label} deforms, so that it has no {kind} of its own; measure regions of it")
 
 
-def _position(recording: Recording, measure: measures.Position, target: Target) -> Array:
+def _position(recording: RecordedCase, measure: measures.Position, target: Target) -> Array:
     """A coordinate of the origin; of a body that deforms, of its centre of mass or the middle of a region."""
     return _path(recording, measure, target)[:, _COLUMN[measure.axis]]
 
 
-def _velocity(recording: Recording, measure: measures.Velocity, target: Target) -> Array:
+def _velocity(recording: RecordedCase, measure: measures.Velocity, target: Target) -> Array:
     """A component of the velocity of the centre of mass, or of the middle of a region."""
     return _motion(recording, measure, target)[:, _COLUMN[measure.axis]]
 
 
-def _speed(recording: Recording, measure: Any, target: Target) -> Array:
+def _speed(recording: RecordedCase, measure: Any, target: Target) -> Array:
     """|v| of the centre of mass, or of the middle of a region."""
     return np.linalg.norm(_motion(recording, measure, target), axis=1)
 
 
-def _angular_speed(recording: Recording, measure: Any, target: Target) -> Array:
+def _angular_speed(recording: RecordedCase, measure: Any, target: Target) -> Array:
     """|w|."""
     _needs_frame(target, "angular_speed")
     return np.linalg.norm(recording.states.ang[:, target.root].astype(float), axis=1)
 
 
-def _angular_velocity(recording: Recording, measure: Any, target: Target) -> Array:
+def _angular_velocity(recording: RecordedCase, measure: Any, target: Target) -> Array:
     """W . a, with a an axis of the world, or one that turns with the body."""
     _needs_frame(target, measure.kind)
     turning = recording.states.ang[:, target.root].astype(float)
@@ -190,21 +190,21 @@ def _angular_velocity(recording: Recording, measure: Any, target: Target) -> Arr
     return turning[:, _COLUMN[measure.axis]]
 
 
-def _turns(recording: Recording, measure: measures.Turns, target: Target) -> Array:
+def _turns(recording: RecordedCase, measure: measures.Turns, target: Target) -> Array:
     """Integral of w . a dt over 2 pi, by trapezoids between frames: w of the engine, so that no turn is missed."""
     rate = _angular_velocity(recording, measure, target)
     steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(recording.states.time)
     return np.concatenate([[0.0], np.cumsum(steps)])[: len(rate)] / (2.0 * np.pi)
 
 
-def _displacement(recording: Recording, measure: measures.Displacement, target: Target) -> Array:
+def _displacement(recording: RecordedCase, measure: measures.Displacement, target: Target) -> Array:
     """|x(t) - x(0)|, or its component along an axis."""
     origin = _path(recording, measure, target)
     moved = origin - origin[:1]
     return np.linalg.norm(moved, axis=1) if measure.axis is None else moved[:, _COLUMN[measure.axis]]
 
 
-def _tilt(recording: Recording, measure: measures.Tilt, target: Target) -> Array:
+def _tilt(recording: RecordedCase, measure: measures.Tilt, target: Target) -> Array:
     """Angle between R(t) a and R(0) a, from both its sine and cosine: exact for small angles too."""
     _needs_frame(target, "tilt")
     quat = recording.states.quat[:, target.root].astype(float)
@@ -214,7 +214,7 @@ def _tilt(recording: Recording, measure: measures.Tilt, target: Target) -> Array
     return np.degrees(np.arctan2(sine, (start * now).sum(axis=1)))
 
 
-def _joint(recording: Recording, kind: str, joint: JointRecord) -> Array:
+def _joint(recording: RecordedCase, kind: str, joint: JointRecord) -> Array:
     """Position, velocity or the motor's force of a joint with one degree of freedom."""
     states = recording.states
     if kind == "joint_position":
@@ -223,7 +223,7 @@ def _joint(recording: Recording, kind: str, joint: JointRecord) -> Array:
     return rows[:, joint.dof[0]].astype(float)
 
 
-def _bend(recording: Recording, joint: JointRecord) -> Array:
+def _bend(recording: RecordedCase, joint: JointRecord) -> Array:
     """Angle [deg] between q(0) and q(t): of hinges |q - q0|, of balls 2 atan2(|v|, |w|) of the quaternion q0* q."""
     q = recording.states.qpos[:, slice(*joint.q)].astype(float)
     if joint.kind == "hinge":
@@ -234,7 +234,7 @@ def _bend(recording: Recording, joint: JointRecord) -> Array:
     return np.degrees(2.0 * np.arctan2(turned, np.abs((q * q[:1]).sum(axis=1))))
 
 
-_PER_TARGET: dict[str, Callable[[Recording, Any, Target], Array]] = {
+_PER_TARGET: dict[str, Callable[[RecordedCase, Any, Target], Array]] = {
     "position": _position,
     "velocity": _velocity,
     "speed": _speed,
@@ -248,7 +248,7 @@ _PER_TARGET: dict[str, Callable[[Recording, Any, Target], Array]] = {
 # --- of all targets together -------------------------------------------------------
 
 
-def _extent(recording: Recording, measure: measures.Extent) -> Array:
+def _extent(recording: RecordedCase, measure: measures.Extent) -> Array:
     """Highest or lowest coordinate of the corners of all shapes, or the difference.
 
     Shapes are the recorded meshes: exact for flat-sided ones; round ones reach as far as the engine's mesh. Bodies
@@ -264,7 +264,7 @@ def _extent(recording: Recording, measure: measures.Extent) -> Array:
     return {"min": low, "max": high, "range": high - low}[measure.stat]
 
 
-def _distance(recording: Recording, measure: measures.Distance) -> Array:
+def _distance(recording: RecordedCase, measure: measures.Distance) -> Array:
     """|x_a - x_b| of the nearest pair of origins; a body is not its own neighbour."""
     first, second = (recording.cast.select(selector) for selector in measure.between)
     nearest = np.full(recording.states.frames, np.inf)
@@ -279,7 +279,7 @@ def _distance(recording: Recording, measure: measures.Distance) -> Array:
     return nearest
 
 
-def _contact_rows(recording: Recording, of: str, by: str | None) -> tuple[Array, Array]:
+def _contact_rows(recording: RecordedCase, of: str, by: str | None) -> tuple[Array, Array]:
     """Return the contacts of `of` with `by` (or anything), and +1 where the first of the two is in `of`."""
     log, targets = recording.contacts, [recording.cast.select(name) for name in (of, by) if name is not None]
     if not log.recorded:
@@ -296,7 +296,7 @@ def _contact_rows(recording: Recording, of: str, by: str | None) -> tuple[Array,
     return rows, forward[rows].astype(float) - backward[rows]
 
 
-def _contact_force(recording: Recording, measure: measures.ContactForce) -> Array:
+def _contact_force(recording: RecordedCase, measure: measures.ContactForce) -> Array:
     """|sum of F dt| / T over the steps of a frame: the size of the mean force, as a scale shows it."""
     rows, sign = _contact_rows(recording, measure.of, measure.by)
     states, log = recording.states, recording.contacts
@@ -309,7 +309,7 @@ def _contact_force(recording: Recording, measure: measures.ContactForce) -> Arra
     return np.linalg.norm(total, axis=1)
 
 
-def _contact_count(recording: Recording, measure: measures.ContactCount) -> Array:
+def _contact_count(recording: RecordedCase, measure: measures.ContactCount) -> Array:
     """Number of different pairs of bodies that touch in any step that belongs to a frame."""
     rows, _ = _contact_rows(recording, measure.of, measure.by)
     frame, owner = _frames_with_first(recording, rows)
@@ -321,7 +321,7 @@ def _contact_count(recording: Recording, measure: measures.ContactCount) -> Arra
     return np.bincount(found, minlength=recording.states.frames)
 
 
-def _penetration(recording: Recording, measure: measures.Penetration) -> Array:
+def _penetration(recording: RecordedCase, measure: measures.Penetration) -> Array:
     """Deepest overlap in any step that belongs to a frame; 0 without contact.
 
     With bodies that deform it is how deep their points are in the solids of rigid ones, in the frames themselves.
@@ -337,19 +337,19 @@ def _penetration(recording: Recording, measure: measures.Penetration) -> Array:
     return soft
 
 
-def _frames_with_first(recording: Recording, rows: Array) -> tuple[Array, Array]:
+def _frames_with_first(recording: RecordedCase, rows: Array) -> tuple[Array, Array]:
     """Return (frame, row) of contacts, with those of the first step once more for the first frame."""
     log, states = recording.contacts, recording.states
     begin = rows[log.step[rows] == states.steps[0] + 1] if states.frames else rows[:0]
     return np.concatenate([np.zeros(len(begin), dtype=np.int64), log.frame[rows]]), np.concatenate([begin, rows])
 
 
-def _targets(recording: Recording, of: str | None) -> Sequence[Target]:
+def _targets(recording: RecordedCase, of: str | None) -> Sequence[Target]:
     """What a selector means, or all bodies: without statics, and without those of prescribed motion."""
     return recording.cast.loose if of is None else recording.cast.select(of)
 
 
-def _energy(recording: Recording, measure: measures.Energy) -> Array:
+def _energy(recording: RecordedCase, measure: measures.Energy) -> Array:
     """Kinetic (1/2 m v.v + 1/2 w.I w), potential (-m g.x, zero at the origin), or their sum.
 
     Of bodies that deform: 1/2 m v.v over their points, and -m g.x. What deformation stores is not in it.
@@ -358,7 +358,7 @@ def _energy(recording: Recording, measure: measures.Energy) -> Array:
     return {"kinetic": kinetic, "potential": potential, "total": kinetic + potential}[measure.part]
 
 
-def _momentum(recording: Recording, measure: measures.Momentum) -> Array:
+def _momentum(recording: RecordedCase, measure: measures.Momentum) -> Array:
     """Sum of m v along an axis."""
     targets, axis, states = _targets(recording, measure.of), _COLUMN[measure.axis], recording.states
     links = links_of(targets)
@@ -368,21 +368,21 @@ def _momentum(recording: Recording, measure: measures.Momentum) -> Array:
     return total
 
 
-def _angular_momentum(recording: Recording, measure: measures.AngularMomentum) -> Array:
-    """A component of `Recording.angular_momentum`."""
+def _angular_momentum(recording: RecordedCase, measure: measures.AngularMomentum) -> Array:
+    """A component of `RecordedCase.angular_momentum`."""
     targets = _targets(recording, measure.of)
     for target in targets:
         _needs_frame(target, "angular_momentum")
     return recording.angular_momentum(targets, measure.about)[:, _COLUMN[measure.axis]]
 
 
-def _count_in(recording: Recording, measure: measures.CountIn) -> Array:
+def _count_in(recording: RecordedCase, measure: measures.CountIn) -> Array:
     """Number of copies whose origin (of bodies that deform: centre of mass) lies in the region or on its surface."""
     inside = [depth_inside(measure.region, recording.origin(t)) >= 0 for t in recording.cast.select(measure.of)]
     return np.sum(inside, axis=0)
 
 
-_COLLECTIVE: dict[str, Callable[[Recording, Any], Array]] = {
+_COLLECTIVE: dict[str, Callable[[RecordedCase, Any], Array]] = {
     "extent": _extent,
     "distance": _distance,
     "contact_force": _contact_force,

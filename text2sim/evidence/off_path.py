@@ -6,7 +6,7 @@ import numpy as np
 
 from text2sim.compiler.schedules import displacement, value_at
 from text2sim.compiler.shapes.rotation import vector_unit
-from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.selection import Target, base_name
 from text2sim.recording.states import Array
 from text2sim.recording.vectors import rotate
@@ -17,7 +17,7 @@ OFF_PATH, OFF_TURN = 2e-3, 0.02
 """Deviation [m, rad] from which on a driven body is said to have been held up."""
 
 
-def off_path(recording: Recording) -> list[dict[str, Any]]:
+def off_path(recording: RecordedCase) -> list[dict[str, Any]]:
     """Return for each driven body the largest deviation of its copies [m; rad of one that spins], and when it was."""
     found: dict[str, dict[str, Any]] = {}
     states = recording.states
@@ -50,14 +50,14 @@ def held_up(rows: list[dict[str, Any]]) -> list[str]:
     return said
 
 
-def _distance(recording: Recording, target: Target, body: Driven) -> Array:
+def _distance(recording: RecordedCase, target: Target, body: Driven) -> Array:
     """Distance [m] from where the motion says, (F,)."""
     path = np.array([displacement(body.motion, float(t)) for t in recording.states.time])
     way = recording.states.pos[:, target.root].astype(float)
     return np.linalg.norm(way - way[0] - (path - path[0]), axis=1)
 
 
-def _angle(recording: Recording, target: Target, motion: Spin) -> Array:
+def _angle(recording: RecordedCase, target: Target, motion: Spin) -> Array:
     """Angle [rad], (F,), from where the sum of speed times step says, which is what the program prescribes."""
     states = recording.states
     speeds = [value_at(motion.speed, k * states.dt) for k in range(int(states.steps[-1]))]

@@ -10,7 +10,7 @@ import numpy as np
 from text2sim.evidence.contacts import ContactLog
 from text2sim.evidence.gaps import Cloud
 from text2sim.evidence.rigid_shapes import RigidShapes
-from text2sim.evidence.selection import Cast, Target, base_name
+from text2sim.evidence.selection import RecordedNames, Target, base_name
 from text2sim.recording.deformables import Deformable
 from text2sim.recording.geometry import Geometry
 from text2sim.recording.states import Array, RunStates
@@ -23,11 +23,11 @@ CLOUDS = 400_000_000
 
 
 @dataclass(frozen=True)
-class Recording:
+class RecordedCase:
     """All that measures and events are computed from."""
 
     states: RunStates
-    cast: Cast
+    cast: RecordedNames
     geometry: Geometry
     contacts: ContactLog
     case: Case
@@ -35,10 +35,10 @@ class Recording:
     _clouds: dict[int, Cloud] = field(default_factory=dict, repr=False)
 
     @classmethod
-    def load(cls, run_dir: Path, case: Case) -> "Recording":
+    def load(cls, run_dir: Path, case: Case) -> "RecordedCase":
         """Open the recording of a run."""
         states = RunStates.load(run_dir)
-        cast = Cast(states, case)
+        cast = RecordedNames(states, case)
         shapes = RigidShapes(run_dir, states, case)
         return cls(states, cast, Geometry.load(run_dir), ContactLog.of(cast), case, shapes)
 

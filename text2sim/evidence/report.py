@@ -11,7 +11,7 @@ from text2sim.evidence.evidence import STOPPED
 from text2sim.evidence.expectations import moment
 from text2sim.evidence.page import data_uri, read_films, render_page, sentence
 from text2sim.evidence.plots import GREEN, ORANGE, Bound, Line, plot_series
-from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.recording.record import RunRecord, write_atomically
 from text2sim.recording.run_files import read_events, read_json, read_measures, read_text
 from text2sim.recording.states import Array
@@ -129,7 +129,7 @@ def _plots(run_dir: Path, case: Case, evidence: dict[str, Any], events: list[dic
 
 def _energy_lines(run_dir: Path, case: Case) -> tuple[Array, list[Line]] | None:
     try:
-        recording = Recording.load(run_dir, case)
+        recording = RecordedCase.load(run_dir, case)
         with np.errstate(all="ignore"):
             rows = energy_series(recording)
     except RunError:

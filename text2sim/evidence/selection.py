@@ -34,7 +34,7 @@ class Target:
 
 
 @dataclass(frozen=True)
-class Cast:
+class RecordedNames:
     """Everything that was recorded, by the names of the case."""
 
     states: RunStates

@@ -9,7 +9,7 @@ from text2sim.evidence import deformation, folds
 from text2sim.evidence.deformation import DeformationError
 from text2sim.evidence.gaps import Cloud, nearest_solid
 from text2sim.evidence.leaks import KINDS, leaks
-from text2sim.evidence.recorded_case import Recording, links_of
+from text2sim.evidence.recorded_case import RecordedCase, links_of
 from text2sim.evidence.selection import base_name
 from text2sim.recording.deformables import Deformable
 from text2sim.recording.states import Array
@@ -20,7 +20,7 @@ STUCK = 1e-4
 """Nearer than this to a side of its solver's space [m], a point lies against it."""
 
 
-def soft_diagnostics(recording: Recording) -> dict[str, dict[str, Any]]:
+def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
     """Return for each body that deforms the worst of its copies: {quantity: {value, at, copy, unit, ...}}.
 
     `volume` is relative to the start, the value that is farthest from 1. Quantities that a body has not are left out.
@@ -51,7 +51,7 @@ def soft_diagnostics(recording: Recording) -> dict[str, dict[str, Any]]:
     return found
 
 
-def penetration(recording: Recording, body: Deformable) -> tuple[Array, list[str]]:
+def penetration(recording: RecordedCase, body: Deformable) -> tuple[Array, list[str]]:
     """Return how deep points of a body are in rigid ones that it touches [m], (F,), and in which, by frame."""
     cast = recording.cast
     rigid = [t for t in cast.copies.values() if t.soft is None and cast.touches_soft(t.copy)]
@@ -82,23 +82,23 @@ def _far_from_one(values: Array) -> Array:
     return np.abs(np.log(np.maximum(values, 1e-300)))
 
 
-def _volume(recording: Recording, body: Deformable) -> Array:
+def _volume(recording: RecordedCase, body: Deformable) -> Array:
     volume = deformation.volumes(body)
     return volume / volume[0]
 
 
-def _stretch(recording: Recording, body: Deformable) -> Array:
+def _stretch(recording: RecordedCase, body: Deformable) -> Array:
     return deformation.stretches(body).max(axis=1).astype(float)
 
 
-def _strain(recording: Recording, body: Deformable) -> Array | None:
+def _strain(recording: RecordedCase, body: Deformable) -> Array | None:
     """99 of 100 stay below: single particles may have flown away."""
     if body.kind != "soft":
         return None  # grains and liquids flow
     return np.percentile(deformation.strains(body), 99, axis=1)
 
 
-def _against(recording: Recording, body: Deformable) -> Array | None:
+def _against(recording: RecordedCase, body: Deformable) -> Array | None:
     """Part of the points that lie against the sides of their solver's space, or beyond."""
     if body.domain is None:
         return None
@@ -106,15 +106,17 @@ def _against(recording: Recording, body: Deformable) -> Array | None:
     return np.array([((x <= low) | (x >= high)).any(axis=1).mean() for x in body.points])
 
 
-def _inverted(recording: Recording, body: Deformable) -> Array | None:
+def _inverted(recording: RecordedCase, body: Deformable) -> Array | None:
     return deformation.inverted(body)
 
 
-def _self_penetration(recording: Recording, body: Deformable) -> Array:
+def _self_penetration(recording: RecordedCase, body: Deformable) -> Array:
     return folds.self_penetration(body, recording.thickness(body))
 
 
-_QUANTITIES: tuple[tuple[str, str, Callable[[Recording, Deformable], Array | None], Callable[[Array], Array]], ...] = (
+_QUANTITIES: tuple[
+    tuple[str, str, Callable[[RecordedCase, Deformable], Array | None], Callable[[Array], Array]], ...
+] = (
     ("volume", "", _volume, _far_from_one),
     ("stretch", "", _stretch, _large),
     ("strain", "", _strain, _large),
@@ -125,7 +127,7 @@ _QUANTITIES: tuple[tuple[str, str, Callable[[Recording, Deformable], Array | Non
 """Name, unit, values over frames (None: it has none), and what makes a value worse."""
 
 
-def first_non_finite(recording: Recording) -> tuple[int, list[str]] | None:
+def first_non_finite(recording: RecordedCase) -> tuple[int, list[str]] | None:
     """Return the first frame in which a point is no finite number, and the bodies that it struck."""
     struck: dict[str, int] = {}
     for body in recording.states.deformables:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.selection import Target
 from text2sim.evidence.soft_measures import gap
 from text2sim.recording.deformables import Deformable
@@ -34,7 +34,7 @@ def tolerance(body: Deformable) -> float:
     return max(MESH, MESH_PART * body.spacing)
 
 
-def soft_episodes(recording: Recording, first: Sequence[Target], second: Sequence[Target]) -> list[dict[str, Any]]:
+def soft_episodes(recording: RecordedCase, first: Sequence[Target], second: Sequence[Target]) -> list[dict[str, Any]]:
     """Return the touches of pairs of targets, one of which deforms, as occurrences without name and kind.
 
     `gap` is the smallest in the touch [m], `penetration` how deep a point was in a solid, `pos` where it began. A pair
@@ -50,7 +50,7 @@ def soft_episodes(recording: Recording, first: Sequence[Target], second: Sequenc
     return rows
 
 
-def _episodes(recording: Recording, one: Target, other: Target) -> list[dict[str, Any]]:
+def _episodes(recording: RecordedCase, one: Target, other: Target) -> list[dict[str, Any]]:
     own, theirs = (one, other) if one.soft is not None else (other, one)
     body, second = recording.deformable(own), recording.deformable(theirs)
     assert body is not None

@@ -8,7 +8,7 @@ import numpy as np
 from text2sim.compiler.soft.regions import LAYER
 from text2sim.evidence import curvature, deformation, folds
 from text2sim.evidence.gaps import Nearest, nearest_cloud, nearest_solid
-from text2sim.evidence.recorded_case import Recording, links_of
+from text2sim.evidence.recorded_case import RecordedCase, links_of
 from text2sim.evidence.selection import Target
 from text2sim.recording.deformables import Deformable
 from text2sim.recording.geometry import depth_inside
@@ -35,7 +35,7 @@ class SoftMeasureError(ValueError):
     """A measure that has no value of what was recorded."""
 
 
-def deformables(recording: Recording, selector: str) -> list[Deformable]:
+def deformables(recording: RecordedCase, selector: str) -> list[Deformable]:
     """Return the bodies that a selector means, all of which deform.
 
     Raises:
@@ -51,7 +51,7 @@ def deformables(recording: Recording, selector: str) -> list[Deformable]:
     return found
 
 
-def region_path(recording: Recording, target: Target, region: BodyRegion) -> Array:
+def region_path(recording: RecordedCase, target: Target, region: BodyRegion) -> Array:
     """Return the mean position [m] of the points of a region, world, shape (F, 3).
 
     The points are those that lie in it at the start, in the body's own frame; to a side belong all in
@@ -91,18 +91,18 @@ def _region_rows(body: Deformable, region: BodyRegion) -> Array:
 # --- measures ------------------------------------------------------------------------
 
 
-def _volume(recording: Recording, measure: measures.Volume) -> Array:
+def _volume(recording: RecordedCase, measure: measures.Volume) -> Array:
     """Sum of the volumes inside the surfaces, by the divergence theorem; or over that at the start."""
     total = np.sum([deformation.volumes(body) for body in deformables(recording, measure.of)], axis=0)
     return total / total[:1] if measure.relative else total
 
 
-def _stretch(recording: Recording, measure: measures.Stretch) -> Array:
+def _stretch(recording: RecordedCase, measure: measures.Stretch) -> Array:
     """Length of edges over their length in the first frame: largest, smallest, mean, or 99th percentile of all."""
     return spread([deformation.stretches(body) for body in deformables(recording, measure.of)], measure.stat)
 
 
-def _strain(recording: Recording, measure: measures.Strain) -> Array:
+def _strain(recording: RecordedCase, measure: measures.Strain) -> Array:
     """sqrt(2/3 E':E') of the Green-Lagrange strain E: largest, smallest, mean, or 99th percentile of all elements."""
     return spread([deformation.strains(body) for body in deformables(recording, measure.of)], measure.stat)
 
@@ -121,25 +121,25 @@ def spread(values: Sequence[Array], stat: str) -> Array:
     return np.partition(rows, at, axis=1)[:, at].astype(float) if rows.size else np.zeros(len(rows))
 
 
-def _wrinkling(recording: Recording, measure: measures.Wrinkling) -> Array:
+def _wrinkling(recording: RecordedCase, measure: measures.Wrinkling) -> Array:
     """Mean of |k1| + |k2| over the area of all cloths."""
     found = [curvature.curvatures(body) for body in deformables(recording, measure.of)]
     return np.sum([total for total, _ in found], axis=0) / np.sum([area for _, area in found], axis=0)
 
 
-def _folded_area(recording: Recording, measure: measures.FoldedArea) -> Array:
+def _folded_area(recording: RecordedCase, measure: measures.FoldedArea) -> Array:
     """Sum over cloths of the area of all layers, seen along the axis, less that of the shadow."""
     bodies = deformables(recording, measure.of)
     return np.sum([folds.folded_area(body, "xyz".index(measure.axis)) for body in bodies], axis=0)
 
 
-def _self_penetration(recording: Recording, measure: measures.SelfPenetration) -> Array:
+def _self_penetration(recording: RecordedCase, measure: measures.SelfPenetration) -> Array:
     """Largest over cloths of their thickness less the distance of the nearest two points that are no neighbours."""
     bodies = deformables(recording, measure.of)
     return np.max([folds.self_penetration(body, recording.thickness(body)) for body in bodies], axis=0)
 
 
-def _share_in(recording: Recording, measure: measures.ShareIn) -> Array:
+def _share_in(recording: RecordedCase, measure: measures.ShareIn) -> Array:
     """Sum of m_i over points in the region or on its surface, over the sum of m_i over all points."""
     inside, mass = np.zeros(recording.states.frames), 0.0
     for body in deformables(recording, measure.of):
@@ -148,7 +148,7 @@ def _share_in(recording: Recording, measure: measures.ShareIn) -> Array:
     return inside / mass
 
 
-def _gap(recording: Recording, measure: measures.Gap) -> Array:
+def _gap(recording: RecordedCase, measure: measures.Gap) -> Array:
     """Smallest signed distance between the points of one body and the solids of another, or the points of another."""
     first, second = recording.cast.select(measure.of), recording.cast.select(measure.to)
     if any(target.soft is None for target in first):
@@ -165,7 +165,7 @@ def _gap(recording: Recording, measure: measures.Gap) -> Array:
     return best
 
 
-def depth(recording: Recording, targets: Sequence[Target], others: Sequence[Target] | None) -> Array:
+def depth(recording: RecordedCase, targets: Sequence[Target], others: Sequence[Target] | None) -> Array:
     """Return how deep points of bodies that deform are in rigid solids [m], (F,); 0 where none is in any.
 
     Args:
@@ -187,7 +187,7 @@ def depth(recording: Recording, targets: Sequence[Target], others: Sequence[Targ
     return deepest
 
 
-def gap(recording: Recording, body: Deformable, others: Sequence[Target], limit: float = np.inf) -> Nearest:
+def gap(recording: RecordedCase, body: Deformable, others: Sequence[Target], limit: float = np.inf) -> Nearest:
     """Return how near a body comes to the nearest of others [m], in each frame; deeper is more negative.
 
     Args:
@@ -208,7 +208,7 @@ def gap(recording: Recording, body: Deformable, others: Sequence[Target], limit:
     return found
 
 
-MEASURES: dict[str, Callable[[Recording, Any], Array]] = {
+MEASURES: dict[str, Callable[[RecordedCase, Any], Array]] = {
     "volume": _volume,
     "stretch": _stretch,
     "strain": _strain,

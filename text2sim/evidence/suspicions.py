@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.evidence.recorded_case import Recording
+from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.selection import base_name
 from text2sim.recording.states import Array
 
@@ -29,7 +29,7 @@ PULLED = 1.5
 """Length of a thread of cloth over that at rest."""
 
 
-def suspicions(recording: Recording, found: dict[str, dict[str, Any]]) -> list[str]:
+def suspicions(recording: RecordedCase, found: dict[str, dict[str, Any]]) -> list[str]:
     """Return what looks wrong, a sentence for each, the worst copy of a body only.
 
     Args:
@@ -48,7 +48,7 @@ def suspicions(recording: Recording, found: dict[str, dict[str, Any]]) -> list[s
     return rows + _beyond_the_grid(recording)
 
 
-def _beyond_the_grid(recording: Recording) -> list[str]:
+def _beyond_the_grid(recording: RecordedCase) -> list[str]:
     """Rigid bodies that leave the space in which they feel the bodies of a solver, after having been in it."""
     rows, states = [], recording.states
     domain = next((body.domain for body in states.deformables if body.solver == "mpm" and body.domain), None)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from text2sim.recording.film_record import Look
+from text2sim.recording.film_record import SurfaceLook
 from text2sim.rendering.finishes import MILKY, finish_of
 from text2sim.rendering.tone import linear
 
@@ -32,7 +32,7 @@ class Material:
     """sRGB, instead of the colour."""
 
 
-def material_of(look: Look, *, two_sided: bool, has_uvs: bool) -> Material:
+def material_of(look: SurfaceLook, *, two_sided: bool, has_uvs: bool) -> Material:
     """Return the surface of a body.
 
     Args:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from text2sim.exchange.materials import Material, material_of
 from text2sim.recording.chunks import DAMAGED
-from text2sim.recording.film_record import Look, Part, Recording, SoftPart, read_recording
+from text2sim.recording.film_record import FilmRecord, Part, SoftPart, SurfaceLook, read_recording
 from text2sim.rendering.meshes import Mesh, read_mesh
 from text2sim.spec_schema.errors import RunError
 from text2sim.templates.shading import Shell
@@ -59,7 +59,7 @@ class Figure:
         material: Its surface.
     """
 
-    def __init__(self, part: SoftPart, recording: Recording):
+    def __init__(self, part: SoftPart, recording: FilmRecord):
         assert recording.states.soft is not None
         self.body, self.kind, self.spacing = part.body, part.kind, float(part.row["spacing"])
         self._soft = recording.states.soft
@@ -184,7 +184,7 @@ def keys(values: Array) -> Indices:
     return np.flatnonzero(needed)
 
 
-def _seen(look: Look) -> bool:
+def _seen(look: SurfaceLook) -> bool:
     return look.visible and look.opacity > 0
 
 
@@ -197,7 +197,7 @@ def _plain_mesh(path: Path) -> Mesh:
     return Mesh(vertices[shell.worn], shell.faces.astype(np.int64), shell.normals(vertices).astype(float), worn)
 
 
-def _opened(folder: Path) -> Recording:
+def _opened(folder: Path) -> FilmRecord:
     """Read a recording of which nothing lies outside its folder: it may come from somebody else."""
     try:
         recording = read_recording(folder)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from text2sim.recording.film_record import Recording
+from text2sim.recording.film_record import FilmRecord
 from text2sim.templates.cadence import frames, reels
 from text2sim.templates.cameras import Cameras, View, basis
 
@@ -35,7 +35,7 @@ class Track:
         return np.array([view.pos for view in self.views]), turns
 
 
-def camera_tracks(recording: Recording) -> dict[str, Track]:
+def camera_tracks(recording: FilmRecord) -> dict[str, Track]:
     """Return the cameras of a recording's films by name, each over the time that its shots show.
 
     Of a moment that is shown twice, as in a replay in slow motion, the first time counts.

@@ -25,10 +25,10 @@ from text2sim.harness.sources import film_code, judge_code, simulation_code
 from text2sim.recording.inventory import JUDGED, RECORDED, take
 from text2sim.recording.record import COMPLETE, RunRecord, write_atomically
 from text2sim.recording.run_files import read_evidence
-from text2sim.runtime.ability import check_ability, needs_cuda
 from text2sim.runtime.child import Limits
 from text2sim.runtime.lock import RunLock
 from text2sim.runtime.machine import device_kind, missing_libraries, versions
+from text2sim.runtime.machine_check import check_ability, needs_cuda
 from text2sim.runtime.outcome import read_status
 from text2sim.runtime.program import Finished, run_program
 from text2sim.runtime.progress import Clock, OnProgress, ignore

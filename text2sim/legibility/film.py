@@ -13,7 +13,7 @@ from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras, project
 
 if TYPE_CHECKING:
-    from text2sim.recording.film_record import Recording
+    from text2sim.recording.film_record import FilmRecord
 
 Array = NDArray[Any]
 Row = dict[str, Any]
@@ -38,7 +38,7 @@ class Watcher:
         painted: Where finished pictures come from, for contrast; that of plain colours if left out.
     """
 
-    def __init__(self, recording: "Recording", painted: Painted | None = None):
+    def __init__(self, recording: "FilmRecord", painted: Painted | None = None):
         self.recording, self._painted = recording, painted
         self.recorded = Recorded(recording)
         self.cameras = Cameras(recording.film, recording.states)

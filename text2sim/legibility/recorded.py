@@ -13,7 +13,7 @@ from text2sim.legibility.sight import Sight, Things, look
 from text2sim.templates.cameras import View as FilmView
 
 if TYPE_CHECKING:
-    from text2sim.recording.film_record import Look, Part, Recording
+    from text2sim.recording.film_record import FilmRecord, Part, SurfaceLook
 
 Array = NDArray[Any]
 
@@ -42,7 +42,7 @@ class Recorded:
         colors: sRGB of each, 0 to 1, shape (m, 3).
     """
 
-    def __init__(self, recording: "Recording", budget: int = BUDGET, grains: int = GRAINS):
+    def __init__(self, recording: "FilmRecord", budget: int = BUDGET, grains: int = GRAINS):
         self.recording, self._budget, self._grains = recording, budget, grains
         parts = [part for part in recording.parts if _shown(part.look)]
         soft = [part for part in recording.soft if _shown(part.look)]
@@ -170,5 +170,5 @@ def coarse(vertices: Array, faces: Array, most: int) -> Array:
         cells = max(int(cells * 0.7), 2)
 
 
-def _shown(look: "Look") -> bool:
+def _shown(look: "SurfaceLook") -> bool:
     return look.visible and look.opacity > 0

@@ -1,11 +1,15 @@
 """All rules, in the order in which they are listed."""
 
-from text2sim.lint.contact import bounce, creep, nets, ploughing, sliding, tunnelling
+from text2sim.lint.contact import bounce, creep, nets, sliding, tunnelling
+from text2sim.lint.contact import driven_through as ploughing
 from text2sim.lint.film import cameras, empty, leaving, viewpoints
 from text2sim.lint.joints import angles, following, holding, idle, joints, ropes
-from text2sim.lint.numbers import densities, limits, magnitudes, masses, meshes, steps, stiffness, twice
+from text2sim.lint.numbers import counted_twice as twice
+from text2sim.lint.numbers import densities, limits, magnitudes, masses, meshes, steps, stiffness
 from text2sim.lint.rule import EXAMPLE_BASE, Rule
-from text2sim.lint.script import at_rest, beginnings, contradictions, energy, names, outcomes, pushes, script, soon
+from text2sim.lint.script import at_rest, contradictions, energy, names, outcomes, pushes, script
+from text2sim.lint.script import events_at_start as beginnings
+from text2sim.lint.script import too_early as soon
 from text2sim.lint.soft import (
     acting,
     cloths,
@@ -16,12 +20,13 @@ from text2sim.lint.soft import (
     ipc,
     proportions,
     records,
-    room,
     sap,
     starts,
     walls,
 )
-from text2sim.lint.start import edges, floor, nowhere, overlap, selfcontact
+from text2sim.lint.soft import solver_domain as room
+from text2sim.lint.start import edges, floor, overlap, selfcontact
+from text2sim.lint.start import unsupported as nowhere
 
 __all__ = ["EARLIER", "EXAMPLE_BASE", "RULES", "Rule", "find_rule"]
 

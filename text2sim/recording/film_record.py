@@ -25,7 +25,7 @@ SAME = 0.01
 
 
 @dataclass(frozen=True)
-class Look:
+class SurfaceLook:
     """Surface of a body."""
 
     color: Rgb
@@ -49,7 +49,7 @@ class Part:
     pos: tuple[float, ...]
     """In the link's frame [m]."""
     quat: tuple[float, ...]
-    look: Look
+    look: SurfaceLook
 
 
 @dataclass(frozen=True)
@@ -62,11 +62,11 @@ class SoftPart:
     row: dict[str, Any]
     """What the layout says of it."""
     geometry: Path
-    look: Look
+    look: SurfaceLook
 
 
 @dataclass(frozen=True)
-class Recording:
+class FilmRecord:
     """A recorded run, ready to be filmed."""
 
     folder: Path
@@ -89,7 +89,7 @@ class Recording:
         return list(dict.fromkeys([*(part.body for part in self.parts), *(part.body for part in self.soft)]))
 
 
-def read_recording(folder: Path, plan: "Plan | None" = None) -> Recording:
+def read_recording(folder: Path, plan: "Plan | None" = None) -> FilmRecord:
     """Read a run's folder.
 
     Args:
@@ -126,7 +126,7 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> Recording:
     except (*DAMAGED, AttributeError) as error:
         raise RunError(f"{folder}: not the recording of a run ({error!r})") from error
     held = {row["body"] for row in rows if row["fixed"]} - {row["body"] for row in rows if not row["fixed"]}
-    return Recording(folder, film, states, parts, soft, frozenset(held))
+    return FilmRecord(folder, film, states, parts, soft, frozenset(held))
 
 
 def _program(folder: Path, plan: "Plan | None") -> tuple[dict[str, Any], dict[str, Any]]:
@@ -180,16 +180,16 @@ def _dressed(colors: list[Paint], looks: dict[str, Any] | list[dict[str, Any]]) 
     return found
 
 
-def _look(folder: Path, look: dict[str, Any] | None, painted: dict[str, Any]) -> Look:
+def _look(folder: Path, look: dict[str, Any] | None, painted: dict[str, Any]) -> SurfaceLook:
     *color, opacity = painted["color"]
     picture = folder / "geometry" / painted["texture"] if "texture" in painted else None
     if look is None:
-        return Look((color[0], color[1], color[2]), opacity, picture=picture)
+        return SurfaceLook((color[0], color[1], color[2]), opacity, picture=picture)
     if look.get("picture"):
         picture = folder / "program" / look["picture"]
         picture = picture if picture.is_file() else None
     red, green, blue = look["color"]
-    return Look((red, green, blue), look["opacity"], look["finish"], look["visible"], picture)
+    return SurfaceLook((red, green, blue), look["opacity"], look["finish"], look["visible"], picture)
 
 
 def _soft(folder: Path, states: States, looks: dict[str, Any]) -> list[SoftPart]:

@@ -17,7 +17,7 @@ from text2sim.spec_schema.models.scene import Domain
 from text2sim.spec_schema.models.space import BoxRegion, Region, SphereRegion
 
 MESH_FILE = re.compile(r"\w{1,128}\.npz\Z")
-MANY = 64
+MAX_CORNERS = 64
 """Meshes with more corners than this are reduced to their convex hulls, which reach just as far."""
 
 
@@ -63,7 +63,7 @@ class Geometry:
 
 
 def _hull(vertices: Array) -> Array:
-    if len(vertices) <= MANY:
+    if len(vertices) <= MAX_CORNERS:
         return vertices
     from scipy.spatial import ConvexHull, QhullError  # slow to import, and rarely needed
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from text2sim.legibility.recorded import Recorded, raster_view
 from text2sim.legibility.sight import Things, look
-from text2sim.recording.film_record import Recording
+from text2sim.recording.film_record import FilmRecord
 from text2sim.templates.cameras import View, framed
 from text2sim.templates.viewpoints import place
 
@@ -57,7 +57,7 @@ class Candidate:
     """What it loses for being unusual."""
 
 
-class Jury:
+class Scorer:
     """Judges cameras of a recorded run.
 
     Args:
@@ -67,7 +67,7 @@ class Jury:
         within: Space in which bodies are followed [m]: its lowest and highest corner; None for everywhere.
     """
 
-    def __init__(self, recording: Recording, subjects: Sequence[str], times: Sequence[float], within: Any = None):
+    def __init__(self, recording: FilmRecord, subjects: Sequence[str], times: Sequence[float], within: Any = None):
         self.recording, self.within = recording, within
         self.recorded = Recorded(recording, COARSE, GRAINS)
         names, statics = self.recorded.names, self.recorded.statics
@@ -179,7 +179,7 @@ def directions() -> list[tuple[tuple[float, float, float], float]]:
     return found
 
 
-def best(jury: Jury, frames: Sequence[tuple[str, ...]], keep: int = 4) -> list[tuple[float, Candidate]]:
+def best(jury: Scorer, frames: Sequence[tuple[str, ...]], keep: int = 4) -> list[tuple[float, Candidate]]:
     """Return the best cameras with their scores, the best first: ways and frames first, then lenses for the best.
 
     Args:

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from text2sim.recording.film_record import Recording
+from text2sim.recording.film_record import FilmRecord
 from text2sim.recording.run_files import read_measures
 from text2sim.rendering import tone
 from text2sim.rendering.backdrop import clearness
@@ -65,7 +65,7 @@ class Filming:
 
     def __init__(
         self,
-        recording: Recording,
+        recording: FilmRecord,
         quality: str = "draft",
         *,
         size: tuple[int, int] | None = None,

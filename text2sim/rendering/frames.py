@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.recording.film_record import Recording
+from text2sim.recording.film_record import FilmRecord
 from text2sim.rendering.trace import Quality
 from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras
@@ -31,7 +31,7 @@ class Digests:
         size: Width and height [pixels].
     """
 
-    def __init__(self, recording: Recording, quality: Quality, size: tuple[int, int]):
+    def __init__(self, recording: FilmRecord, quality: Quality, size: tuple[int, int]):
         self._recording, self._quality = recording, quality
         self._cameras = Cameras(recording.film, recording.states)
         parts = [

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.recording.film_record import Look, Part, Recording
+from text2sim.recording.film_record import FilmRecord, Part, SurfaceLook
 from text2sim.rendering.backdrop import backdrop_mesh
 from text2sim.rendering.finishes import material, needs_uvs
 from text2sim.rendering.lights import dome, emitters, gradient
@@ -50,7 +50,7 @@ class Stage:
         recording: Of the run.
     """
 
-    def __init__(self, recording: Recording):
+    def __init__(self, recording: FilmRecord):
         self.recording, film = recording, recording.film
         self.backdrop = film["backdrop"] | {"level": self._level()}
         self._fixed: dict[str, Any] = {"type": "scene"}
@@ -65,13 +65,13 @@ class Stage:
         states = recording.states.soft
         self._soft = None if states is None else SoftBodies(recording.soft, states)
 
-    def _floor_look(self) -> tuple[Look, set[str]]:
+    def _floor_look(self) -> tuple[SurfaceLook, set[str]]:
         """Return how the backdrop looks, and which planes of the scene it takes the place of.
 
         A plane of the scene ends somewhere, which shows. So the backdrop takes over its look as well.
         """
         recording, level = self.recording, self.backdrop["level"]
-        look = Look(recording.film["background"], finish=BACKDROP_FINISH)
+        look = SurfaceLook(recording.film["background"], finish=BACKDROP_FINISH)
         if self.backdrop["kind"] == "none" or level is None:
             return look, set()
         flat = [
@@ -142,7 +142,7 @@ class Stage:
         return lambda bsdf: mesh_shape("backdrop", bsdf, mesh.vertices, mesh.faces, mesh.normals, colors=colors)
 
 
-def _is_plane(part: Part, recording: Recording, level: float) -> bool:
+def _is_plane(part: Part, recording: FilmRecord, level: float) -> bool:
     """Whether a part is a plane on which things stand, at this height [m]."""
     pos, quat = recording.states.poses(0.0)
     with np.load(part.mesh) as mesh:

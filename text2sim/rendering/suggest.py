@@ -12,9 +12,9 @@ from text2sim.legibility.sight import contrast
 from text2sim.legibility.summary import summarise
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.subjects import subjects
-from text2sim.recording.film_record import Recording
+from text2sim.recording.film_record import FilmRecord
 from text2sim.recording.run_files import read_events
-from text2sim.rendering.candidates import Candidate, Jury, best
+from text2sim.rendering.candidates import Candidate, Scorer, best
 from text2sim.rendering.film import Filming
 from text2sim.spec_schema.changes.operation import Operation
 from text2sim.spec_schema.loaded import LoadedCase
@@ -55,7 +55,7 @@ class Proposal:
     """Cameras."""
 
 
-def suggest(recording: Recording, loaded: LoadedCase, tell: Callable[[str], None]) -> Proposal:
+def suggest(recording: FilmRecord, loaded: LoadedCase, tell: Callable[[str], None]) -> Proposal:
     """Return a camera and light for a run.
 
     Args:
@@ -72,7 +72,7 @@ def suggest(recording: Recording, loaded: LoadedCase, tell: Callable[[str], None
     )
     derived = resolve_case(bare).plan.render["cameras"]["main"]["frame"]
     times = _moments(recording)
-    jury = Jury(recording, subjects(facts), times, derived["within"])
+    jury = Scorer(recording, subjects(facts), times, derived["within"])
     chosen = _frames(jury, derived["bodies"])
     tell(f"trying cameras at {len(times)} moments")
     ranked = best(jury, chosen)
@@ -99,7 +99,7 @@ def suggest(recording: Recording, loaded: LoadedCase, tell: Callable[[str], None
     )  # fmt: skip
 
 
-def _moments(recording: Recording) -> list[float]:
+def _moments(recording: FilmRecord) -> list[float]:
     """Times [s] spread over the film, and the first times of events."""
     film = recording.film
     pictures = frames(film, reels(film)[MAIN], recording.last)
@@ -111,14 +111,14 @@ def _moments(recording: Recording) -> list[float]:
     return sorted({round(t, 6) for t in [*times, *list(first.values())[:EVENTS]]})
 
 
-def _camera_at(film: dict[str, Any], recording: Recording, t: float) -> tuple[str, float, float]:
+def _camera_at(film: dict[str, Any], recording: FilmRecord, t: float) -> tuple[str, float, float]:
     """Return the camera of the film as it is, its moment nearest to a time [s], and how far it has come."""
     pictures = frames(film, reels(film)[MAIN], recording.last)
     frame = min(pictures, key=lambda frame: abs(frame.t - t))
     return frame.camera, frame.t, frame.part
 
 
-def _frames(jury: Jury, derived: Sequence[str]) -> list[tuple[str, ...]]:
+def _frames(jury: Scorer, derived: Sequence[str]) -> list[tuple[str, ...]]:
     """Return what a camera may frame: what one that nobody placed does, all that moves, what the script is about."""
     names, statics = jury.recorded.names, jury.recorded.statics
     usual = tuple(name for name in derived if name in names)
@@ -127,7 +127,7 @@ def _frames(jury: Jury, derived: Sequence[str]) -> list[tuple[str, ...]]:
     return [frame for frame in dict.fromkeys([usual, moving, meant]) if frame]
 
 
-def _words(candidate: Candidate, jury: Jury) -> dict[str, Any]:
+def _words(candidate: Candidate, jury: Scorer) -> dict[str, Any]:
     """Return a camera in the words of the language."""
     words: dict[str, Any] = {
         "kind": "still",
@@ -152,13 +152,13 @@ def _with_render(loaded: LoadedCase, render: dict[str, Any]) -> LoadedCase:
     return replace(loaded, case=loaded.case.model_copy(update={"render": made}))
 
 
-def _filmed(recording: Recording, loaded: LoadedCase, render: dict[str, Any]) -> Recording:
+def _filmed(recording: FilmRecord, loaded: LoadedCase, render: dict[str, Any]) -> FilmRecord:
     """The recording, filmed as is proposed."""
     kept = {key: value for key, value in _written(loaded).items() if key not in ("cameras", "shots")}
     return replace(recording, film=resolve_case(_with_render(loaded, kept | render)).plan.render)
 
 
-def _lit(recording: Recording, loaded: LoadedCase, render: dict[str, Any], jury: Jury) -> float:
+def _lit(recording: FilmRecord, loaded: LoadedCase, render: dict[str, Any], jury: Scorer) -> float:
     """Return how well bodies stand out in a light: contrast in traced pictures, less what is too dark or too bright."""
     shown = _filmed(recording, loaded, render)
     filming, watcher = Filming(shown, "draft", size=TRIAL, samples=4), Watcher(shown)

@@ -9,7 +9,7 @@ from text2sim.spec_schema.arithmetic.resolution import Resolver
 from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.case import Case
-from text2sim.spec_schema.names.salvage import further_problems
+from text2sim.spec_schema.names.partial_check import further_problems
 from text2sim.spec_schema.reuse.migration import migrate
 from text2sim.spec_schema.reuse.overlay import NOTHING, Overlay, needs_layers
 from text2sim.spec_schema.text.document import Document, Path, parse_document, pointer

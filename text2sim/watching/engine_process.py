@@ -114,7 +114,7 @@ def _empty_dispatchers() -> None:
     dispatcher._cached_args = dispatcher._cached_kwargs = dispatcher._cached_impl = None
 
 
-class Desk:
+class CommandLoop:
     """Takes orders from the standard input, and gives news on the standard output."""
 
     def __init__(self) -> None:
@@ -172,7 +172,7 @@ class Desk:
                 self._running[1].append(0)
 
 
-def simulate(warm: Warm, desk: Desk, order: dict[str, Any]) -> dict[str, Any]:
+def simulate(warm: Warm, desk: CommandLoop, order: dict[str, Any]) -> dict[str, Any]:
     """Carry out an order; return what came of it."""
     number, folder, out = order["order"], Path(order["program"]), Path(order["out"])
     scene, program = None, None
@@ -209,7 +209,7 @@ def _failure(error: Any, program: Any | None) -> dict[str, Any]:
 def main() -> None:
     """Carry out orders until the input ends."""
     sys.dont_write_bytecode = True
-    desk = Desk()
+    desk = CommandLoop()
     warm = Warm(Path(sys.argv[1]))
     desk.started = True
     desk.tell(ready=True, memory=_memory())

@@ -7,7 +7,7 @@ from typing import Any
 
 from text2sim.watching.child import Child
 from text2sim.watching.judging import Key
-from text2sim.watching.take import Take, Version
+from text2sim.watching.live_run import LiveRun, Version
 
 MODULE = "text2sim.watching.painter"
 DEATHS = 3
@@ -51,7 +51,7 @@ class Painting:
         if self._child is None and self._deaths < DEATHS:
             self._child = Child("painter", self._module, [], self._folder / "painter.log", self._inbox)
 
-    def film(self, take: Take, version: Version) -> None:
+    def film(self, take: LiveRun, version: Version) -> None:
         """Film a take, as far as it is recorded and as it goes on, the way that a version wants it filmed."""
         self.key = (take.number, version.plan.render_digest)
         self.start()

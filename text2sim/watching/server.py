@@ -12,7 +12,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib import resources
 from typing import Any
 
-from text2sim.watching.board import Board
+from text2sim.watching.page_state import PageState
 
 HOST = "127.0.0.1"
 LISTENERS = 16
@@ -26,7 +26,7 @@ _FILM = re.compile(r"film/([\w.-]{1,100}\.mp4)\Z")
 class PageServer:
     """Serves one board."""
 
-    def __init__(self, board: Board, port: int = 0) -> None:
+    def __init__(self, board: PageState, port: int = 0) -> None:
         token = secrets.token_urlsafe(18)
         nonce = secrets.token_urlsafe(12)
         page = resources.files("text2sim.watching").joinpath("page.html").read_text("utf-8")
@@ -49,7 +49,7 @@ class PageServer:
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
     block_on_close = False
-    board: Board
+    board: PageState
     token: str
     nonce: str
     page: bytes

@@ -11,15 +11,16 @@ from typing import Any
 from text2sim.runtime.progress import ProgressTail
 from text2sim.runtime.trouble import told
 from text2sim.templates.cadence import reels
-from text2sim.watching import engine, painting, wording
-from text2sim.watching.board import Board
+from text2sim.watching import engine, painting
+from text2sim.watching import page_text as wording
 from text2sim.watching.case_files import CaseFiles
 from text2sim.watching.child import News
 from text2sim.watching.engine import Engine
 from text2sim.watching.judging import Judge, Judged, Key
+from text2sim.watching.live_run import ENDED_WELL, LiveRun, Version, write_json
+from text2sim.watching.page_state import PageState
 from text2sim.watching.painting import Painting, Shown
-from text2sim.watching.parties import Checked, Listener
-from text2sim.watching.take import ENDED_WELL, Take, Version, write_json
+from text2sim.watching.protocols import Checked, Listener
 
 POLL = 0.05
 """Time [s] between looks at the files."""
@@ -60,7 +61,7 @@ class Session:
         case_file: Path,
         folder: Path,
         examine: Callable[[], Checked],
-        board: Board,
+        board: PageState,
         listener: Listener,
         options: Options,
     ) -> None:
@@ -74,7 +75,7 @@ class Session:
         self._version: Version | None = None
         self._saved = monotonic()
         self._takes = 0
-        self._take: Take | None = None
+        self._take: LiveRun | None = None
         self._progress: ProgressTail | None = None
         self._films = 0
         self._filmed: Key | None = None
@@ -180,14 +181,14 @@ class Session:
             return
         self.painting.cancel()
         self._takes += 1
-        self._take = take = Take(self._takes, self._folder / f"take-{self._takes}", version)
+        self._take = take = LiveRun(self._takes, self._folder / f"take-{self._takes}", version)
         take.seconds["check"] = monotonic() - version.saved
         take.write_inputs(version)
         self._progress = ProgressTail(take.folder / "progress.jsonl")
         self.engine.simulate(take.number, take.folder / "program", take.folder, self._options.timeout)
         self._board.show(words="building the scene", tone="busy", mark="…", stale=True, progress=None, timing="")
 
-    def _conclude(self, take: Take, version: Version, film: Key) -> None:
+    def _conclude(self, take: LiveRun, version: Version, film: Key) -> None:
         """Say, once, that everything is up to date."""
         filmed = self._filmed == film or bool(self.painting.trouble)
         key = (take.number, version.judge_digest, version.plan.render_digest)

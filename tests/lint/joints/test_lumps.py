@@ -6,7 +6,7 @@ import pytest
 
 from text2sim.compiler.shapes.piece import Piece, cone_piece, wall_pieces
 from text2sim.compiler.shapes.rotation import quat_from_axis_angle
-from text2sim.lint.joints.lumps import Lump, piece_lump, together
+from text2sim.lint.joints.piece_masses import Lump, piece_lump, together
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 O = (0.0, 0.0, 0.0)  # noqa: E741

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from text2sim.compiler.shapes.hulls import MANY
+from text2sim.compiler.shapes.hulls import MANY_VERTICES
 from text2sim.compiler.shapes.meshfile import load_mesh
 from text2sim.compiler.shapes.meshpaint import load_paint
 from text2sim.compiler.shapes.piece import Piece, cone_piece, outer_polygon_radius, ring_pieces, wall_pieces
@@ -271,7 +271,7 @@ def _reach_wall(shape: Tube | Cup | Funnel, u: Vec, folder: Path) -> float:
 def _reach_mesh(shape: Mesh, u: Vec, folder: Path) -> float:
     mesh = load_mesh(shape.file, folder)
     # The hull of many vertices is a little smaller than they are.
-    corners = mesh.vertices if len(mesh.vertices) > MANY else mesh.hull_vertices
+    corners = mesh.vertices if len(mesh.vertices) > MANY_VERTICES else mesh.hull_vertices
     return shape.scale * float((corners @ u).max())
 
 

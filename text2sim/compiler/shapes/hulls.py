@@ -8,7 +8,7 @@ from text2sim.spec_schema.errors import AssetError
 if TYPE_CHECKING:
     import numpy as np
 
-MANY = 20_000
+MANY_VERTICES = 20_000
 """Vertices from which on the hull is that of the outermost of them."""
 FLAT = 1e-6
 """Thickness over length of what is flat."""
@@ -25,7 +25,7 @@ def hull_of(points: "np.ndarray") -> tuple[Any, bool]:
     import numpy as np
     import trimesh
 
-    if len(points) > MANY:
+    if len(points) > MANY_VERTICES:
         points = _outermost(points)
     size = np.ptp(points, axis=0)
     try:

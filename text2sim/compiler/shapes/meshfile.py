@@ -8,10 +8,10 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.assets.answer_cache import meets, packed, remembered, unpacked
 from text2sim.assets.confined import confined
-from text2sim.assets.foreign import check_gltf, check_obj, foreign
-from text2sim.assets.remembered import meets, packed, remembered, unpacked
-from text2sim.assets.shelf import shelf_of
+from text2sim.assets.engine_assets import shelf_of
+from text2sim.assets.foreign_files import check_gltf, check_obj, foreign
 from text2sim.compiler.shapes.hulls import hull_of
 from text2sim.spec_schema.errors import AssetError
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.confined import confined
-from text2sim.assets.foreign import foreign
+from text2sim.assets.foreign_files import foreign
 from text2sim.compiler.shapes.meshfile import mesh_path, open_mesh, turn_upright
 from text2sim.spec_schema.errors import AssetError
 

@@ -22,7 +22,7 @@ Support = Callable[[Vec], Vec]
 """The point of a core that lies farthest in a direction."""
 Span = tuple[float, float]
 
-MANY = 64
+ARRAYS_FROM = 64
 """Corners from which on arrays are quicker than a loop."""
 _MEMORY = 256
 """Orientations of a piece that are remembered."""
@@ -122,7 +122,7 @@ def solids(pieces: Iterable[Piece], pos: Sequence[float], quat: Quaternion) -> l
 
 
 def _corners(corners: Sequence[Vec]) -> Support:
-    if len(corners) <= MANY:
+    if len(corners) <= ARRAYS_FROM:
 
         def support(d: Vec) -> Vec:
             a, b, c = d

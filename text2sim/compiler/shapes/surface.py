@@ -118,7 +118,7 @@ class LazyMesh(VisualMesh):
 
 def learn_digests(meshes: Iterable[VisualMesh]) -> None:
     """Let surfaces that are still to be made know their digests from an earlier time, if there was one."""
-    from text2sim.assets.remembered import remembered
+    from text2sim.assets.answer_cache import remembered
 
     lazy = [mesh for mesh in meshes if isinstance(mesh, LazyMesh) and "digest" not in mesh.__dict__]
     if not lazy:

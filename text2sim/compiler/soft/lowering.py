@@ -14,8 +14,8 @@ from text2sim.compiler.shapes.tets import tet_options
 from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.materials import made_of
 from text2sim.compiler.soft.meshes import MeshFiles
-from text2sim.compiler.soft.room import extents_of
 from text2sim.compiler.soft.scales import Scales
+from text2sim.compiler.soft.solver_domain import extents_of
 from text2sim.compiler.soft.solvers import FAMILIES, solver_of
 from text2sim.compiler.trees.tree import Tree
 from text2sim.spec_schema.models.scene import Scene

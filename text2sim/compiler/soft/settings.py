@@ -8,9 +8,9 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.geometry import Bounds
 from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.materials import DAMPING
-from text2sim.compiler.soft.room import Surroundings, floor_height, room, surroundings
 from text2sim.compiler.soft.scales import Scales
 from text2sim.compiler.soft.setup import FemSettings, MpmSettings, PbdSettings, SapSettings, SoftSettings
+from text2sim.compiler.soft.solver_domain import Surroundings, floor_height, room, surroundings
 from text2sim.compiler.soft.solvers import is_soft, solver_of
 from text2sim.compiler.soft.travel import Travel
 from text2sim.spec_schema.models.scene import Scene

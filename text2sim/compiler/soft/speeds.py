@@ -13,8 +13,8 @@ from typing import Any
 from text2sim.compiler.controls import Rows
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.schedules import largest
-from text2sim.compiler.soft.room import extents_of, floor_height
 from text2sim.compiler.soft.setup import MAX_SPEED
+from text2sim.compiler.soft.solver_domain import extents_of, floor_height
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind

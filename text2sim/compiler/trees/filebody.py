@@ -10,7 +10,7 @@ from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink
 from text2sim.spec_schema.models.bodies import Articulated, BallMount, HingeMount, JointOverride, SliderMount
 from text2sim.spec_schema.models.materials import Actuator
-from text2sim.spec_schema.names.cast import Parts
+from text2sim.spec_schema.names.name_table import Parts
 from text2sim.spec_schema.names.selectors import keys_for, spread_over
 
 

@@ -18,7 +18,7 @@ ENERGY_BOUND = 0.95
 """Largest substep times angular frequency of a bouncing contact at which the engine stays stable."""
 SCATTER_BOUND = 0.4
 """The same for a restitution that is met within 0.05, and contacts that gain next to no energy."""
-CRISP = 0.02
+MAX_BOUNCE_TIME = 0.02
 """Longest time [s] for which a bouncing contact may last without a warning."""
 
 
@@ -43,8 +43,8 @@ def _bounce(facts: Facts, rule: str) -> Iterator[Problem]:
                 f"{pi * time / step:.0f} substeps; it would be met with scene.substeps of {needed} or more"
             )
             yield facts.problem(rule, where, text)
-    elif pi * time > CRISP and rule == "soft-bounce":
-        needed = ceil(dt * pi / (CRISP * CRISPNESS))
+    elif pi * time > MAX_BOUNCE_TIME and rule == "soft-bounce":
+        needed = ceil(dt * pi / (MAX_BOUNCE_TIME * CRISPNESS))
         text = (
             f"contacts that bounce last {pi * time:.2g} s and are soft; with scene.substeps of {needed} or more they "
             "would be crisp"

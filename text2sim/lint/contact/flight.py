@@ -19,7 +19,7 @@ RESTING = 0.002
 """What has something so near [m] below it does not fall."""
 SWEEPS = 4000
 """Sweeps in a case, which take half a second; the ways of what is left are not known."""
-MANY = 200
+ARRAYS_FROM = 200
 """Things from which on they are looked through with arrays."""
 LEGS = (8, 40)
 """As many straight legs at least and at most make a way."""
@@ -109,7 +109,7 @@ class _Flights:
 
     def _about(self, room: Bounds) -> list[tuple[Copy, Bounds]]:
         """Everything that a box may meet, and little else; of many, arrays tell a hundred times sooner."""
-        if len(self.others) < MANY:
+        if len(self.others) < ARRAYS_FROM:
             return self.others
         import numpy as np
 

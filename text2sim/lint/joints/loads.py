@@ -17,8 +17,8 @@ from text2sim.compiler.trees.tree import StandingLink, tree_links
 from text2sim.lint.contact.flight import flight_of
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
-from text2sim.lint.joints.lumps import Lump, together
 from text2sim.lint.joints.motors import Powered
+from text2sim.lint.joints.piece_masses import Lump, together
 from text2sim.lint.joints.swing import Swing, pull_of
 
 MOVED = 1e-6

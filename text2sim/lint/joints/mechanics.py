@@ -13,7 +13,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
 from text2sim.compiler.trees.tree import StandingLink, Tree, tree_links
 from text2sim.lint.facts import Facts
-from text2sim.lint.joints.lumps import NOTHING, Lump, lump_of, piece_lump, together
+from text2sim.lint.joints.piece_masses import NOTHING, Lump, lump_of, piece_lump, together
 from text2sim.lint.joints.swing import Swing, far_from, pull_of
 from text2sim.spec_schema.names.selectors import keys_for
 from text2sim.spec_schema.text.document import Path

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Iterator
 
+from text2sim.compiler.rope_frequencies import SWING, taut_frequencies
 from text2sim.compiler.settings import TAUT_STEP
-from text2sim.compiler.taut import SWING, taut_frequencies
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem

@@ -7,7 +7,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Motor
 from text2sim.compiler.shapes.rotation import Vec, vector_cross
 from text2sim.compiler.trees.tree import TreeJoint
-from text2sim.lint.joints.lumps import Lump
+from text2sim.lint.joints.piece_masses import Lump
 
 
 @dataclass(frozen=True)

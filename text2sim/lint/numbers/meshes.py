@@ -13,7 +13,7 @@ from text2sim.spec_schema.models.bodies import Articulated, Chain
 from text2sim.spec_schema.models.shapes import Compound, Mesh
 from text2sim.spec_schema.text.document import Path
 
-MANY = 25_000
+MANY_TRIANGLES = 25_000
 """Triangles from which on taking a mesh apart is worth a word."""
 
 
@@ -144,12 +144,12 @@ def _slow(facts: Facts) -> Iterator[Problem]:
         if use.shape.collision != "decompose":
             continue
         faces = len(load_mesh(use.shape.file, facts.folder).faces)
-        if faces > MANY:
+        if faces > MANY_TRIANGLES:
             # Measured with a bumpy ring on one core: 7 s for 6,400 triangles, 21 s for 25,600, 51 s for 102,400.
             seconds = 7 * (faces / 6400) ** 0.72
             text = (
                 f"to take `{use.shape.file}`, with {faces:,} triangles, apart into convex pieces, the engine needs "
-                f"about {seconds:.0f} s before the first run; reduce it to some {MANY // 5:,} triangles"
+                f"about {seconds:.0f} s before the first run; reduce it to some {MANY_TRIANGLES // 5:,} triangles"
             )
             yield facts.problem("slow-mesh", (*use.where, "collision"), text)
 
@@ -217,7 +217,7 @@ bodies:
         reason=f"""\
 With `collision: decompose` the engine finds convex pieces (CoACD) before the first run, and keeps them on this machine.
 That takes some 7 s for 6,400 triangles, 20 s for 25,000 and 50 s for 100,000 (measured, one core). Reported above
-{MANY:,}.""",
+{MANY_TRIANGLES:,}.""",
         way_out="Use a simplified mesh, or shapes of the language: a `compound`, a `cup`, a `tube`.",
         example="""\
 bodies:

@@ -15,8 +15,8 @@ from typing import Any
 from text2sim.compiler.placing.placement import Copy
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
+from text2sim.lint.script.event_bounds import happening_of
 from text2sim.lint.script.gaps import gap, height
-from text2sim.lint.script.happenings import happening_of
 from text2sim.lint.script.outcomes import asked_of
 from text2sim.lint.script.starts import resting
 from text2sim.lint.script.targets import targets_of
@@ -26,7 +26,7 @@ from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.controls import Attach, Release
 from text2sim.spec_schema.models.expectations import Expect
 
-MANY = 2_000
+MAX_PAIRS = 2_000
 """Pairs of bodies that are looked at, at most."""
 AIR = 0.02
 """Room [m] below a body from which on it is in the air."""
@@ -130,7 +130,7 @@ def _measure(facts: Facts, expect: Expect) -> bool:
 
 def _may_touch(facts: Facts, between: tuple[str, str]) -> bool:
     first, second = (targets_of(facts).select(selector) for selector in between)
-    if len(first) * len(second) > MANY:
+    if len(first) * len(second) > MAX_PAIRS:
         return True
     return any(gap(facts, a.copy, b.copy) < 1e-3 for a, b in product(first, second) if a.label != b.label)
 

@@ -19,7 +19,7 @@ from text2sim.compiler.schedules import start_of
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
-from text2sim.lint.script.standing import all_still
+from text2sim.lint.script.initial_rest import all_still
 from text2sim.lint.script.starts import norm
 from text2sim.spec_schema.models.bodies import DEFORMABLE, Driven
 from text2sim.spec_schema.models.controls import Force, Impulse

@@ -14,7 +14,7 @@ from text2sim.lint.script.outcomes import Asked, asked_of, bound_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.expectations import Expect
-from text2sim.spec_schema.names.circles import find_circles
+from text2sim.spec_schema.names.reference_cycles import find_circles
 
 Wish = tuple[str, Expect, Asked]
 

@@ -13,14 +13,14 @@ from math import degrees, inf, radians
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.angles import in_degrees
 from text2sim.lint.rule import Rule
-from text2sim.lint.script.happenings import happening_of
+from text2sim.lint.script.event_bounds import happening_of
 from text2sim.lint.script.values import Values, values_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.text.document import Path
 
-HAIR = 1e-9
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ def asked_of(expect: Expect, duration: float) -> Asked:
     high = inf if expect.below is None else expect.below
     if expect.equals is not None and expect.tolerance is not None:
         # The ends are allowed here: a hair more than the tolerance has no end.
-        width = expect.tolerance * (1 + HAIR) + HAIR
+        width = expect.tolerance * (1 + ROUNDING) + ROUNDING
         low, high = max(low, expect.equals - width), min(high, expect.equals + width)
     if expect.at is not None:
         at = {"start": 0.0, "end": duration}.get(str(expect.at), expect.at)
@@ -140,9 +140,9 @@ def _too_early(facts: Facts, expect: Expect) -> tuple[str, str]:
             return f"`{expect.event}` happens at {inside[0]:g} s: the case itself says so", "never"
         return "", ""
     if expect.within is not None:
-        if known.at is not None and known.at and not first - HAIR <= known.at[0] <= last + HAIR:
+        if known.at is not None and known.at and not first - ROUNDING <= known.at[0] <= last + ROUNDING:
             return f"`{expect.event}` first happens at {known.at[0]:g} s: the case itself says so", "within"
-        if last < known.earliest - HAIR:
+        if last < known.earliest - ROUNDING:
             return f"`{expect.event}` cannot happen before {known.earliest:g} s, after which it is looked for", "within"
     if expect.count is not None and known.at is not None:
         low, high = (expect.count, expect.count) if isinstance(expect.count, int) else expect.count

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from text2sim.compiler.schedules import start_of
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.script.happenings import happening_of
+from text2sim.lint.script.event_bounds import happening_of
 from text2sim.lint.script.values import subjects, values_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.controls import Drive

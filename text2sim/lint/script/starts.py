@@ -13,9 +13,9 @@ from text2sim.lint.script.targets import Target, targets_of
 from text2sim.spec_schema.models.space import BoxRegion, SphereRegion
 
 COLUMN = {"x": 0, "y": 1, "z": 2}
-HAIR = 1e-4
+ROUNDING = 1e-4
 """Relative error of values at the start: the engine counts in 32 bits."""
-MANY = 10_000
+MAX_PAIRS = 10_000
 """Pairs of bodies whose distances are looked at, at most."""
 
 
@@ -55,7 +55,7 @@ def _reduced(measure: Any, values: list[float]) -> float | None:
     if measure.stat == "count":
         above = -inf if measure.above is None else measure.above
         below = inf if measure.below is None else measure.below
-        if any(min(abs(v - above), abs(v - below)) <= HAIR * max(1.0, abs(v)) for v in values):
+        if any(min(abs(v - above), abs(v - below)) <= ROUNDING * max(1.0, abs(v)) for v in values):
             return None
         return float(sum(above < value < below for value in values))
     if measure.stat == "range":
@@ -129,7 +129,7 @@ def _extent(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | No
 
 def _distance(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
     first, second = (targets_of(facts).select(selector) for selector in measure.between)
-    if len(first) * len(second) > MANY:
+    if len(first) * len(second) > MAX_PAIRS:
         return None
     return min((dist(a.origin, b.origin) for a in first for b in second if a.label != b.label), default=None)
 

@@ -14,7 +14,7 @@ from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.joints.swing import Swing
 from text2sim.lint.script.reach import reach_of
-from text2sim.lint.script.starts import COLUMN, HAIR, start_of
+from text2sim.lint.script.starts import COLUMN, ROUNDING, start_of
 from text2sim.lint.script.targets import Target, targets_of
 from text2sim.spec_schema.models import measures
 
@@ -115,7 +115,7 @@ def _values(facts: Facts, measure: Any) -> Values:
     frozen = _frozen(measure, targets)
     if frozen and start is not None:
         low, high, why = start, start, frozen
-    error = HAIR * max(1.0, abs(start or 0.0))
+    error = ROUNDING * max(1.0, abs(start or 0.0))
     if measure.kind == "extent" and (box := facts.box(targets[0].copy)) is not None:
         error += ROUND * max(b - a for a, b in zip(*box, strict=True))
     unit = "" if stat == "count" else UNITS.get(measure.kind, "")
@@ -212,7 +212,7 @@ def _of_joints(facts: Facts, measure: Any, targets: list[Target]) -> Values:
     if measure.kind == "joint_force":
         return _of_motor(facts, targets, swings, force)
     if measure.kind == "joint_velocity":
-        return Values(start=0.0, error=HAIR, frozen=frozen, unit=f"{unit}/s")
+        return Values(start=0.0, error=ROUNDING, frozen=frozen, unit=f"{unit}/s")
     starts = {swing.start for swing in swings}
     start = starts.pop() if len(starts) == 1 else None
     low, high, why = FREE
@@ -220,7 +220,7 @@ def _of_joints(facts: Facts, measure: Any, targets: list[Target]) -> Values:
         least, most = min(a for a, _ in limits), max(b for _, b in limits)
         slack = 0.1 * (most - least) + 0.005
         low, high, why = least - slack, most + slack, f"its range is {least:.4g} to {most:.4g} {unit}"
-    return Values(low, high, why, start, HAIR, frozen, unit)
+    return Values(low, high, why, start, ROUNDING, frozen, unit)
 
 
 def _of_motor(facts: Facts, targets: list[Target], swings: list[Swing], unit: str) -> Values:
@@ -228,9 +228,9 @@ def _of_motor(facts: Facts, targets: list[Target], swings: list[Swing], unit: st
     file = any(getattr(target.copy.model, "file", None) is not None for target in targets)
     if not file and not any((t.copy.name, t.link or t.copy.body) in driven for t in targets):
         why = "no control drives this joint, so that its motor gives no force"
-        return Values(0.0, 0.0, why, 0.0, HAIR, why, unit)
+        return Values(0.0, 0.0, why, 0.0, ROUNDING, why, unit)
     limits = [swing.motor.max_force if swing.motor is not None else None for swing in swings]
     most = max((limit for limit in limits if limit is not None), default=inf)
     if any(limit is None for limit in limits):
         return Values(unit=unit)
-    return Values(-most * (1 + HAIR), most * (1 + HAIR), f"its motor gives at most {most:g} {unit}", unit=unit)
+    return Values(-most * (1 + ROUNDING), most * (1 + ROUNDING), f"its motor gives at most {most:g} {unit}", unit=unit)

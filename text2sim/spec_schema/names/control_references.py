@@ -15,7 +15,7 @@ from text2sim.spec_schema.models.controls import (
     Release,
     Torque,
 )
-from text2sim.spec_schema.names.cast import Cast, Member
+from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.selectors import parse_selector
 from text2sim.spec_schema.names.soft_control_references import (
     WORLD,
@@ -27,7 +27,7 @@ from text2sim.spec_schema.names.soft_control_references import (
 from text2sim.spec_schema.text.document import Path
 
 
-def check_controls(cast: Cast) -> None:
+def check_controls(cast: NameTable) -> None:
     """Check every control."""
     duration = cast.loaded.case.scene.duration
     for name, control in cast.loaded.case.actions.controls.items():
@@ -54,7 +54,7 @@ def check_controls(cast: Cast) -> None:
             cast.report((*where, "during"), message, "empty-span")
 
 
-def joint_of(cast: Cast, member: Member) -> Any:
+def joint_of(cast: NameTable, member: Member) -> Any:
     """The joint that a member names: that of its mount, or of one of its links; None if it names none."""
     model = member.model
     if member.part is not None and member.name in cast.parts:
@@ -66,7 +66,7 @@ def joint_of(cast: Cast, member: Member) -> Any:
     return None
 
 
-def check_joint(cast: Cast, where: Path, member: Member, purpose: str) -> Any:
+def check_joint(cast: NameTable, where: Path, member: Member, purpose: str) -> Any:
     """Return the hinge or slider that a member names, or report that there is none.
 
     Args:
@@ -113,7 +113,7 @@ def check_joint(cast: Cast, where: Path, member: Member, purpose: str) -> Any:
     return None
 
 
-def moving_joints(cast: Cast, body: str, model: Articulated) -> list[str]:
+def moving_joints(cast: NameTable, body: str, model: Articulated) -> list[str]:
     """Names of the hinges and sliders of an articulated body."""
     joints = {name: link.joint for name, link in (model.links or {}).items()}
     if body in cast.parts:
@@ -121,7 +121,7 @@ def moving_joints(cast: Cast, body: str, model: Articulated) -> list[str]:
     return [name for name, joint in joints.items() if isinstance(joint, HingeMount | SliderMount)]
 
 
-def _check_initial_velocity(cast: Cast, where: Path, control: InitialVelocity) -> None:
+def _check_initial_velocity(cast: NameTable, where: Path, control: InitialVelocity) -> None:
     member = cast.find(control.body, (*where, "body"), parts=False)
     if member is None:
         return
@@ -136,7 +136,7 @@ def _check_initial_velocity(cast: Cast, where: Path, control: InitialVelocity) -
     cast.report((*where, "body"), message, "not-free")
 
 
-def _check_push(cast: Cast, where: Path, control: Impulse | Force | Torque) -> None:
+def _check_push(cast: NameTable, where: Path, control: Impulse | Force | Torque) -> None:
     member = cast.find(control.body, (*where, "body"))
     if member is not None:
         check_push_kind(cast, where, control, member)
@@ -146,7 +146,7 @@ def _check_push(cast: Cast, where: Path, control: Impulse | Force | Torque) -> N
         cast.report((*where, "body"), message, "not-dynamic")
 
 
-def _check_drive(cast: Cast, where: Path, control: Drive) -> None:
+def _check_drive(cast: NameTable, where: Path, control: Drive) -> None:
     events = cast.loaded.case.actions.events
     if control.on is not None and control.on not in events:
         message = f"there is no event `{control.on}`"
@@ -159,7 +159,7 @@ def _check_drive(cast: Cast, where: Path, control: Drive) -> None:
             return
 
 
-def _check_motor(cast: Cast, where: Path, control: Drive, member: Member) -> None:
+def _check_motor(cast: NameTable, where: Path, control: Drive, member: Member) -> None:
     joint = check_joint(cast, (*where, "joint"), member, "drive")
     if joint is None:
         return
@@ -175,7 +175,7 @@ def _check_motor(cast: Cast, where: Path, control: Drive, member: Member) -> Non
         cast.report((*where, "velocity"), message, "no-gain", key=True)
 
 
-def _check_attach(cast: Cast, where: Path, name: str, control: Attach) -> None:
+def _check_attach(cast: NameTable, where: Path, name: str, control: Attach) -> None:
     body = cast.find(control.body, (*where, "body"))
     target: Member | None = None
     for text in _targets(cast, name, control):
@@ -201,7 +201,7 @@ def _check_attach(cast: Cast, where: Path, name: str, control: Attach) -> None:
         cast.report((*where, "to"), f"copies are attached one to one, and {counts}", "pairs")
 
 
-def _targets(cast: Cast, name: str, control: Attach) -> list[str]:
+def _targets(cast: NameTable, name: str, control: Attach) -> list[str]:
     """What the first and the last copy is attached to."""
     model = cast.bodies.get(parse_selector(control.body).body)
     if _to_world(cast, control):
@@ -218,12 +218,12 @@ def _targets(cast: Cast, name: str, control: Attach) -> list[str]:
     return [control.to, copy.to] if isinstance(copy, Attach) else found
 
 
-def _to_world(cast: Cast, control: Attach) -> bool:
+def _to_world(cast: NameTable, control: Attach) -> bool:
     """Whether something is to be held where it is."""
     return control.to == WORLD and WORLD not in cast.bodies and WORLD not in cast.statics
 
 
-def _check_release(cast: Cast, where: Path, control: Release) -> None:
+def _check_release(cast: NameTable, where: Path, control: Release) -> None:
     controls = cast.loaded.case.actions.controls
     attach = controls.get(control.attach)
     if not isinstance(attach, Attach):

@@ -3,10 +3,10 @@
 from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models import events, measures
 from text2sim.spec_schema.models.controls import Attach, Release
-from text2sim.spec_schema.names.cast import Cast
-from text2sim.spec_schema.names.circles import find_circles
 from text2sim.spec_schema.names.control_references import check_joint
 from text2sim.spec_schema.names.measure_references import CONTACT_KINDS, check_contacts_recorded, measured
+from text2sim.spec_schema.names.name_table import NameTable
+from text2sim.spec_schema.names.reference_cycles import find_circles
 from text2sim.spec_schema.names.soft_control_references import deforms
 from text2sim.spec_schema.text.document import Path
 
@@ -14,7 +14,7 @@ NEVER = "never-released"
 """Id of what is wrong where an event waits for a release that no control makes."""
 
 
-def check_events(cast: Cast) -> None:
+def check_events(cast: NameTable) -> None:
     """Check every event."""
     script = cast.loaded.case.actions
     for name, event in script.events.items():
@@ -36,7 +36,7 @@ def check_events(cast: Cast) -> None:
         cast.report(("actions", "events", circle[0], "after"), message, "circular-after")
 
 
-def _check_pair(cast: Cast, where: Path, event: events.ContactEvent | events.SeparationEvent) -> None:
+def _check_pair(cast: NameTable, where: Path, event: events.ContactEvent | events.SeparationEvent) -> None:
     found = [cast.find(selector, (*where, "between", index), many=True) for index, selector in enumerate(event.between)]
     first, second = found
     if any(member is not None and deforms(member) for member in found):
@@ -54,7 +54,7 @@ def _check_pair(cast: Cast, where: Path, event: events.ContactEvent | events.Sep
         cast.report((*where, "between"), f"nothing is left to physics here: {why}", "driven-subject")
 
 
-def _check_threshold(cast: Cast, where: Path, event: events.ThresholdEvent) -> None:
+def _check_threshold(cast: NameTable, where: Path, event: events.ThresholdEvent) -> None:
     measures = cast.loaded.case.actions.measures
     measure = measures.get(event.measure)
     if measure is None:
@@ -65,14 +65,14 @@ def _check_threshold(cast: Cast, where: Path, event: events.ThresholdEvent) -> N
         cast.report((*where, "measure"), message, "driven-subject")
 
 
-def prescribed(cast: Cast, measure: measures.Measure) -> bool:
+def prescribed(cast: NameTable, measure: measures.Measure) -> bool:
     """Whether a measure only repeats the motion that the case prescribes."""
     members = measured(cast, measure)
     moved_by_the_case = bool(members) and not any(member.dynamic for member in members)
     return measure.kind not in CONTACT_KINDS and moved_by_the_case and any(member.driven for member in members)
 
 
-def _check_released(cast: Cast, where: Path, event: events.ReleasedEvent) -> None:
+def _check_released(cast: NameTable, where: Path, event: events.ReleasedEvent) -> None:
     controls = cast.loaded.case.actions.controls
     attaches = [name for name, control in controls.items() if isinstance(control, Attach)]
     if event.attach not in attaches:
@@ -86,7 +86,7 @@ def _check_released(cast: Cast, where: Path, event: events.ReleasedEvent) -> Non
 
 
 def _check_subject(
-    cast: Cast,
+    cast: NameTable,
     where: Path,
     event: events.RestEvent | events.LeftDomainEvent | events.RegionEvent | events.JointLimitEvent,
 ) -> None:

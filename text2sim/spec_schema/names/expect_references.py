@@ -3,12 +3,12 @@
 from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.expectations import Expect
-from text2sim.spec_schema.names.cast import Cast
 from text2sim.spec_schema.names.event_references import prescribed
+from text2sim.spec_schema.names.name_table import NameTable
 from text2sim.spec_schema.text.document import Path
 
 
-def check_expectations(cast: Cast) -> None:
+def check_expectations(cast: NameTable) -> None:
     """Check every expectation."""
     for name, expect in cast.loaded.case.actions.expect.items():
         where: Path = ("actions", "expect", name)
@@ -18,7 +18,7 @@ def check_expectations(cast: Cast) -> None:
             _check_measure(cast, where, expect)
 
 
-def _check_event(cast: Cast, where: Path, expect: Expect) -> None:
+def _check_event(cast: NameTable, where: Path, expect: Expect) -> None:
     events = cast.loaded.case.actions.events
     duration = cast.loaded.case.scene.duration
     for field in ("event", "before"):
@@ -36,7 +36,7 @@ def _check_event(cast: Cast, where: Path, expect: Expect) -> None:
         cast.report((*where, "count"), "nothing can happen less than 0 times", "impossible")
 
 
-def _check_measure(cast: Cast, where: Path, expect: Expect) -> None:
+def _check_measure(cast: NameTable, where: Path, expect: Expect) -> None:
     measures = cast.loaded.case.actions.measures
     duration = cast.loaded.case.scene.duration
     measure = measures.get(expect.measure or "")

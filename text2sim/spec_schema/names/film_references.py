@@ -5,7 +5,7 @@ from typing import Any
 from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.regions import BodyPoint
-from text2sim.spec_schema.names.cast import Cast
+from text2sim.spec_schema.names.name_table import NameTable
 from text2sim.spec_schema.text.document import Path
 
 MAX_FILMED = 100_000
@@ -14,7 +14,7 @@ DERIVED = "main"
 """Name of the camera that a case gets which has none."""
 
 
-def check_film(cast: Cast) -> None:
+def check_film(cast: NameTable) -> None:
     """Check what the render section refers to."""
     render = cast.loaded.case.render
     for section, things in (("cameras", render.cameras), ("lights", render.lights)):
@@ -32,7 +32,7 @@ def check_film(cast: Cast) -> None:
         cast.report(("render", "quality"), message, "no-final", severity="warning")
 
 
-def _check_targets(cast: Cast, where: Path, thing: Any) -> None:
+def _check_targets(cast: NameTable, where: Path, thing: Any) -> None:
     for key in ("body", "look_at", "focus", "at"):
         target = getattr(thing, key, None)
         if isinstance(target, BodyPoint):
@@ -46,7 +46,7 @@ def _check_targets(cast: Cast, where: Path, thing: Any) -> None:
             cast.report((*where, "frame", i), message, "endless-frame")
 
 
-def _check_shots(cast: Cast) -> None:
+def _check_shots(cast: NameTable) -> None:
     scene, render = cast.loaded.case.scene, cast.loaded.case.render
     known = list(render.cameras) or [DERIVED]
     start, end = span_of(render.during, scene.duration)
@@ -68,7 +68,7 @@ def _check_shots(cast: Cast) -> None:
             cast.report((*where, "to"), message, "after-end", severity="warning")
 
 
-def _check_length(cast: Cast) -> None:
+def _check_length(cast: NameTable) -> None:
     scene, render = cast.loaded.case.scene, cast.loaded.case.render
     start, end = span_of(render.during, scene.duration)
     if start >= scene.duration:

@@ -2,8 +2,8 @@
 
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Net, Ragdoll, Rigid, Rope
-from text2sim.spec_schema.names.cast import Cast, Member
 from text2sim.spec_schema.names.control_references import check_joint
+from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.soft_control_references import deforms
 from text2sim.spec_schema.names.soft_measure_references import check_gap, check_other_side, check_soft_measure
 from text2sim.spec_schema.text.document import Path
@@ -14,7 +14,7 @@ _OF_STATICS = (*CONTACT_KINDS, "position", "extent")
 """Measures of something that never moves which still say something."""
 
 
-def check_measures(cast: Cast) -> None:
+def check_measures(cast: NameTable) -> None:
     """Check every measure."""
     for name, measure in cast.loaded.case.actions.measures.items():
         where: Path = ("actions", "measures", name)
@@ -44,9 +44,9 @@ def check_measures(cast: Cast) -> None:
             _check_subject(cast, where, measure, member)
 
 
-def measured(cast: Cast, measure: measures.Measure) -> list[Member]:
+def measured(cast: NameTable, measure: measures.Measure) -> list[Member]:
     """The bodies that a measure is about, without selectors that mean nothing: those are reported already."""
-    quiet = Cast(cast.loaded, counts=cast.counts)
+    quiet = NameTable(cast.loaded, counts=cast.counts)
     if isinstance(measure, measures.Distance):
         selectors = measure.between
     elif isinstance(measure, measures.Gap):
@@ -57,14 +57,14 @@ def measured(cast: Cast, measure: measures.Measure) -> list[Member]:
     return [member for member in found if member is not None]
 
 
-def check_contacts_recorded(cast: Cast, where: Path) -> None:
+def check_contacts_recorded(cast: NameTable, where: Path) -> None:
     """Report that there will be no contacts to look at."""
     if not cast.loaded.case.scene.record.contacts:
         message = "needs contacts, and `scene.record.contacts` is false"
         cast.report(where, message, "contacts-not-recorded", key=True)
 
 
-def _check_distance(cast: Cast, where: Path, measure: measures.Distance) -> None:
+def _check_distance(cast: NameTable, where: Path, measure: measures.Distance) -> None:
     members = [
         cast.find(selector, (*where, "between", index), many=True) for index, selector in enumerate(measure.between)
     ]
@@ -73,7 +73,7 @@ def _check_distance(cast: Cast, where: Path, measure: measures.Distance) -> None
         cast.report((*where, "between", 1), f"`{first.text}` has no distance from itself", "itself")
 
 
-def _check_subject(cast: Cast, where: Path, measure: measures.Measure, member: Member) -> None:
+def _check_subject(cast: NameTable, where: Path, measure: measures.Measure, member: Member) -> None:
     if check_soft_measure(cast, where, measure, member):
         return
     if isinstance(measure, measures.Bend):
@@ -96,7 +96,7 @@ def _check_subject(cast: Cast, where: Path, measure: measures.Measure, member: M
         cast.report(where, message, "needs-stat", key=True)
 
 
-def _check_bend(cast: Cast, where: Path, measure: measures.Bend, member: Member) -> None:
+def _check_bend(cast: NameTable, where: Path, measure: measures.Bend, member: Member) -> None:
     model = member.model
     mounted = isinstance(model, Rigid) and model.mount.kind in ("hinge", "ball")
     if not (mounted or isinstance(model, Articulated | Chain | Net | Rope | Ragdoll)):

@@ -8,13 +8,13 @@ from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import Articulated, Rigid
 from text2sim.spec_schema.models.place_rules import contradictions
 from text2sim.spec_schema.models.placement import Place
-from text2sim.spec_schema.names.cast import Cast, Member, Parts
-from text2sim.spec_schema.names.circles import find_circles
 from text2sim.spec_schema.names.control_references import check_controls
 from text2sim.spec_schema.names.event_references import check_events
 from text2sim.spec_schema.names.expect_references import check_expectations
 from text2sim.spec_schema.names.film_references import check_film
 from text2sim.spec_schema.names.measure_references import check_measures
+from text2sim.spec_schema.names.name_table import Member, NameTable, Parts
+from text2sim.spec_schema.names.reference_cycles import find_circles
 from text2sim.spec_schema.names.selectors import parse_selector
 from text2sim.spec_schema.names.time_references import check_time
 from text2sim.spec_schema.names.tree_references import check_mount, check_tree
@@ -36,7 +36,7 @@ def check_references(
     Returns:
         What is wrong, in the order of the file. Whatever needs geometry is left to the compiler.
     """
-    cast = Cast(loaded, parts or {}, counts=counts or {})
+    cast = NameTable(loaded, parts or {}, counts=counts or {})
     _check_names(cast)
     _check_places(cast)
     check_time(cast)
@@ -53,7 +53,7 @@ def check_references(
     return sort_problems(cast.problems)
 
 
-def _check_names(cast: Cast) -> None:
+def _check_names(cast: NameTable) -> None:
     for name in cast.bodies:
         if name in cast.statics:
             line = cast.loaded.line(("scene", "statics", name))
@@ -61,7 +61,7 @@ def _check_names(cast: Cast) -> None:
             cast.report(("bodies", name), message, "duplicate-name", key=True)
 
 
-def _check_places(cast: Cast) -> None:
+def _check_places(cast: NameTable) -> None:
     targets: dict[str, str] = {}
     roots: dict[str, Path] = {}
     for section, models in ((("scene", "statics"), cast.statics), (("bodies",), cast.bodies)):
@@ -77,7 +77,7 @@ def _check_places(cast: Cast) -> None:
         cast.report((*roots[circle[0]], "place"), message, "circular-place", key=True)
 
 
-def _check_place(cast: Cast, where: Path, name: str, model: Any) -> Member | None:
+def _check_place(cast: NameTable, where: Path, name: str, model: Any) -> Member | None:
     """Check one place; return what it is in relation to."""
     place: Place = model.place
     for key, message in contradictions(place):

@@ -4,7 +4,7 @@ from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models.bodies import DEFORMABLE, Rigid
 from text2sim.spec_schema.models.controls import Attach, Force, Impulse, Release, Torque
 from text2sim.spec_schema.models.regions import BodyRegion
-from text2sim.spec_schema.names.cast import Cast, Member
+from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.text.document import Path
 
 WORLD = "world"
@@ -17,7 +17,7 @@ def deforms(member: Member) -> bool:
     return getattr(member.model, "kind", None) in DEFORMABLE
 
 
-def check_push_kind(cast: Cast, where: Path, control: Impulse | Force | Torque, member: Member) -> None:
+def check_push_kind(cast: NameTable, where: Path, control: Impulse | Force | Torque, member: Member) -> None:
     """Report what a force, torque or blow says that its body does not have."""
     if not deforms(member):
         for key in ("region", "drag"):
@@ -42,7 +42,7 @@ def check_push_kind(cast: Cast, where: Path, control: Impulse | Force | Torque, 
             cast.report((*where, "frame"), message, "soft-frame", key=True)
 
 
-def check_attach_kind(cast: Cast, where: Path, control: Attach, body: Member, target: Member | None) -> bool:
+def check_attach_kind(cast: NameTable, where: Path, control: Attach, body: Member, target: Member | None) -> bool:
     """Report what an attachment says that its bodies cannot do; return whether there is anything to pair.
 
     Args:
@@ -95,7 +95,7 @@ def _moves_freely(target: Member) -> bool:
     return getattr(model, "kind", None) in ("chain", "rope", "ragdoll") or getattr(model, "base", None) == "free"
 
 
-def check_release_moment(cast: Cast, where: Path, control: Release, attach: Attach) -> None:
+def check_release_moment(cast: NameTable, where: Path, control: Release, attach: Attach) -> None:
     """Report a release that comes too early, or on nothing."""
     events = cast.loaded.case.actions.events
     if control.on is not None and control.on not in events:

@@ -1,7 +1,7 @@
 """Which bodies a measure can be taken of: some need points that move by themselves, others a frame or forces."""
 
 from text2sim.spec_schema.models import measures
-from text2sim.spec_schema.names.cast import Cast, Member
+from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.soft_control_references import deforms
 from text2sim.spec_schema.text.document import Path
 
@@ -36,7 +36,7 @@ FORCES = ("contact_force", "contact_count")
 """Measures of contacts, of which the engine tells those of rigid bodies alone."""
 
 
-def check_soft_measure(cast: Cast, where: Path, measure: measures.Measure, member: Member) -> bool:
+def check_soft_measure(cast: NameTable, where: Path, measure: measures.Measure, member: Member) -> bool:
     """Report what is wrong between a measure and the kind of body that it is of; return whether anything was.
 
     Args:
@@ -65,13 +65,13 @@ def check_soft_measure(cast: Cast, where: Path, measure: measures.Measure, membe
     return False
 
 
-def check_other_side(cast: Cast, where: Path, measure: measures.Measure, other: Member) -> None:
+def check_other_side(cast: NameTable, where: Path, measure: measures.Measure, other: Member) -> None:
     """Report a body that deforms where contact forces between rigid bodies are meant (`by`)."""
     if measure.kind in FORCES and deforms(other):
         cast.report((*where, "by"), _untold(other), "contacts-not-recorded")
 
 
-def check_gap(cast: Cast, where: Path, gap: measures.Gap) -> None:
+def check_gap(cast: NameTable, where: Path, gap: measures.Gap) -> None:
     """Check both sides of a gap: one has to deform, and it has to be another than the other."""
     first, second = cast.find(gap.of, (*where, "of")), cast.find(gap.to, (*where, "to"))
     if first is None or second is None:
@@ -83,7 +83,7 @@ def check_gap(cast: Cast, where: Path, gap: measures.Gap) -> None:
         cast.report((*where, "of"), message, "measure-kind")
 
 
-def _report_kind(cast: Cast, where: Path, kind: str, member: Member) -> None:
+def _report_kind(cast: NameTable, where: Path, kind: str, member: Member) -> None:
     words = kind.replace("_", " ")
     own = getattr(member.model, "kind", "static")
     known = WAYS.get((kind, own if own in ("soft", "cloth") else "grains")) if deforms(member) else None

@@ -1,6 +1,6 @@
 """Whether the times of a case fit together, and ask for no more than anybody can wait for."""
 
-from text2sim.spec_schema.names.cast import Cast
+from text2sim.spec_schema.names.name_table import NameTable
 from text2sim.spec_schema.text.document import Path
 
 MAX_STEPS = 10_000_000
@@ -9,7 +9,7 @@ MAX_RECORDED = 1_000_000
 """Recorded frames of a run."""
 
 
-def check_time(cast: Cast) -> None:
+def check_time(cast: NameTable) -> None:
     """Check the time step and the rate of recording."""
     scene = cast.loaded.case.scene
     duration, rate = scene.duration, cast.loaded.case.record_rate
@@ -24,6 +24,6 @@ def check_time(cast: Cast) -> None:
         cast.report(("scene", "record", "rate"), message, "rate")
 
 
-def _check_amount(cast: Cast, where: Path, noun: str, amount: float, most: int) -> None:
+def _check_amount(cast: NameTable, where: Path, noun: str, amount: float, most: int) -> None:
     if amount > most:
         cast.report(where, f"makes {amount:.3g} {noun}; at most {most:,} are possible", "too-many", key=True)

@@ -6,15 +6,15 @@ from typing import Any
 
 from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models.bodies import Articulated, HingeMount, Link, Rigid, SliderMount
-from text2sim.spec_schema.names.cast import Cast
-from text2sim.spec_schema.names.circles import find_circles
+from text2sim.spec_schema.names.name_table import NameTable
+from text2sim.spec_schema.names.reference_cycles import find_circles
 from text2sim.spec_schema.names.selectors import named_by
 from text2sim.spec_schema.text.document import Path
 
 WORLD = "world"
 
 
-def check_tree(cast: Cast, name: str, body: Articulated) -> None:
+def check_tree(cast: NameTable, name: str, body: Articulated) -> None:
     """Check the links, joints, loops and start positions of one body."""
     root: Path = ("bodies", name)
     links = body.links
@@ -35,13 +35,13 @@ def check_tree(cast: Cast, name: str, body: Articulated) -> None:
             _check_range(cast, (*root, "links", link, "joint", _range_field(model.joint)), model.joint, 0.0)
 
 
-def check_mount(cast: Cast, name: str, body: Rigid) -> None:
+def check_mount(cast: NameTable, name: str, body: Rigid) -> None:
     """Check that a body on a hinge or slider starts within the range of its joint."""
     if isinstance(body.mount, HingeMount | SliderMount):
         _check_range(cast, ("bodies", name, "mount", _range_field(body.mount)), body.mount, 0.0)
 
 
-def _check_file(cast: Cast, root: Path, body: Articulated, joints: Mapping[str, Any]) -> None:
+def _check_file(cast: NameTable, root: Path, body: Articulated, joints: Mapping[str, Any]) -> None:
     for name, change in body.joints.items():
         where = (*root, "joints", name)
         meant = named_by(name, joints)
@@ -57,7 +57,7 @@ def _check_file(cast: Cast, root: Path, body: Articulated, joints: Mapping[str, 
     _check_initial(cast, root, body, joints)
 
 
-def _check_roots(cast: Cast, root: Path, links: dict[str, Link]) -> None:
+def _check_roots(cast: NameTable, root: Path, links: dict[str, Link]) -> None:
     first: str | None = None
     for name, link in links.items():
         where = (*root, "links", name)
@@ -85,7 +85,7 @@ def _check_roots(cast: Cast, root: Path, links: dict[str, Link]) -> None:
         cast.report((*root, "links"), "one link, the root, must have no parent", "tree", key=True)
 
 
-def _check_loops(cast: Cast, root: Path, body: Articulated, links: dict[str, Link]) -> None:
+def _check_loops(cast: NameTable, root: Path, body: Articulated, links: dict[str, Link]) -> None:
     for name, loop in body.loops.items():
         where = (*root, "loops", name, "between")
         for index, link in enumerate(loop.between):
@@ -99,7 +99,7 @@ def _check_loops(cast: Cast, root: Path, body: Articulated, links: dict[str, Lin
             cast.report(where, "a loop is between two different links", "tree")
 
 
-def _check_initial(cast: Cast, root: Path, body: Articulated, joints: Mapping[str, Any]) -> None:
+def _check_initial(cast: NameTable, root: Path, body: Articulated, joints: Mapping[str, Any]) -> None:
     for name, value in body.initial.items():
         where = (*root, "initial", name)
         movable = [link for link, joint in joints.items() if isinstance(joint, HingeMount | SliderMount)]
@@ -115,7 +115,7 @@ def _check_initial(cast: Cast, root: Path, body: Articulated, joints: Mapping[st
                 break
 
 
-def _check_range(cast: Cast, where: Path, joint: HingeMount | SliderMount, value: float) -> None:
+def _check_range(cast: NameTable, where: Path, joint: HingeMount | SliderMount, value: float) -> None:
     low, high, start, unit = _start_and_range(joint, value)
     if not low <= start <= high:
         message = f"starts outside its range: {start:.5g} {unit} is not from {low:g} to {high:g}"

@@ -15,7 +15,7 @@ from text2sim.spec_schema.models.prefab_models import PrefabFile, Use
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.sweep_models import Sweep
 from text2sim.spec_schema.vocabulary.docstrings import field_docs, model_doc
-from text2sim.spec_schema.vocabulary.reach import ROOTS
+from text2sim.spec_schema.vocabulary.slot_path import ROOTS
 from text2sim.spec_schema.vocabulary.slots import ENTRY, meant
 from text2sim.spec_schema.vocabulary.words import Slot, bounds_of, fields_of, is_model, kinds_of, slot_of
 

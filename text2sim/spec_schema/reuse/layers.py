@@ -15,7 +15,7 @@ from text2sim.spec_schema.reuse.trees import Tree, mapping, merge, moved, put
 from text2sim.spec_schema.text.document import Document, Node, Origin, Path, parse_document, parse_pointer, sites_of
 from text2sim.spec_schema.text.nodes import Derived
 from text2sim.spec_schema.text.source import Source, check_source
-from text2sim.spec_schema.vocabulary.reach import ROOTS, Astray, Face, Faces, follow
+from text2sim.spec_schema.vocabulary.slot_path import ROOTS, Face, Faces, NoSuchSlot, follow
 
 if TYPE_CHECKING:
     from text2sim.spec_schema.reuse.arguments import Argument
@@ -206,7 +206,7 @@ def _set(tree: Tree, words: str, source: Source, start: int, faces: Faces) -> Tr
     value = _value(text, wrong, offset)
     try:
         follow(tree.data, path, faces, new=isinstance(value.data, dict))
-    except Astray as error:
+    except NoSuchSlot as error:
         at = sum(len(f"{step}") + 1 + isinstance(step, int) for step in path[: error.step])
         raise wrong(min(at, max(len(name) - 1, 0)), str(error), "unknown-path", error.hint) from None
     line, column = Document(source, tree.data, tree.node, {}).place(path)

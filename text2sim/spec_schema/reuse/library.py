@@ -18,7 +18,7 @@ from text2sim.spec_schema.reuse.trees import Tree
 from text2sim.spec_schema.text.document import Document, Path, parse_document
 from text2sim.spec_schema.text.source import MAX_BYTES, Source, read_source
 from text2sim.spec_schema.vocabulary.diagnosis import diagnose
-from text2sim.spec_schema.vocabulary.reach import Face
+from text2sim.spec_schema.vocabulary.slot_path import Face
 from text2sim.spec_schema.vocabulary.words import bounds_of, slot_of
 
 FOLDER = "prefabs"

@@ -11,7 +11,16 @@ from text2sim.spec_schema.errors import Problem, nearest
 from text2sim.spec_schema.models.base import Name
 from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.text.document import Document, Path
-from text2sim.spec_schema.vocabulary.reach import ROOTS, Face, Faces, Opening, is_entry, opening, root_slots, slot_entry
+from text2sim.spec_schema.vocabulary.slot_path import (
+    ROOTS,
+    Face,
+    Faces,
+    Opening,
+    is_entry,
+    opening,
+    root_slots,
+    slot_entry,
+)
 from text2sim.spec_schema.vocabulary.words import Slot, bounds_of, fields_of, noun_of, show, slot_of
 
 _NAME = re.compile(bounds_of(slot_of(Name))["pattern"])

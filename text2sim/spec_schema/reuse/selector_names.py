@@ -6,7 +6,7 @@ from typing import Any, get_args, get_origin
 
 from text2sim.spec_schema.models.base import Selector
 from text2sim.spec_schema.reuse.trees import Tree, mapping
-from text2sim.spec_schema.vocabulary.reach import opening, slot_entry
+from text2sim.spec_schema.vocabulary.slot_path import opening, slot_entry
 from text2sim.spec_schema.vocabulary.words import Slot, noun_of, slot_of
 
 _NOUN = noun_of(slot_of(Selector))

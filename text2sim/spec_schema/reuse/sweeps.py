@@ -15,7 +15,7 @@ from text2sim.spec_schema.text.document import Document, Path, parse_document
 from text2sim.spec_schema.text.source import Source, check_source
 from text2sim.spec_schema.text.writing import flow_text
 from text2sim.spec_schema.vocabulary.diagnosis import diagnose
-from text2sim.spec_schema.vocabulary.reach import Astray, Faces, follow
+from text2sim.spec_schema.vocabulary.slot_path import Faces, NoSuchSlot, follow
 
 
 def check_sweeps(document: Document, faces: Faces) -> list[Problem]:
@@ -53,7 +53,7 @@ def _check_axis(document: Document, path: Path, values: list[Any], faces: Faces)
     """Find what is wrong with one axis of a grid."""
     try:
         follow(document.data, parse_dotted(str(path[-1])), faces, new=any(isinstance(value, dict) for value in values))
-    except Astray as error:
+    except NoSuchSlot as error:
         return [document.problem(path, str(error), key=True, rule="unknown-path", hint=error.hint)]
     except ValueError as error:
         return [document.problem(path, f"`{path[-1]}`: {error}", key=True, rule="form")]

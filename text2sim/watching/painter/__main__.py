@@ -16,7 +16,7 @@ from text2sim.watching.painter.context import NoOpenGL, open_context
 from text2sim.watching.painter.film import Order, Studio, Superseded
 
 
-class Desk:
+class CommandLoop:
     """Takes orders and gives news."""
 
     def __init__(self) -> None:
@@ -50,7 +50,7 @@ class Desk:
 
 def main() -> None:
     """Carry out orders until the input ends."""
-    desk = Desk()
+    desk = CommandLoop()
     try:
         gl = open_context()
         studio = Studio(gl)

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.watching.painter.context import Canvas
+from text2sim.watching.painter.live_states import LiveStates
 from text2sim.watching.painter.props import Props
-from text2sim.watching.painter.recording import Recording
 from text2sim.watching.painter.script import Script, projection
 from text2sim.watching.painter.shaders import Shader
 from text2sim.watching.painter.video import Video
@@ -65,7 +65,7 @@ class Studio:
         Raises:
             Superseded: if nobody wants it any more.
         """
-        script, recording = Script(order.script), Recording(order.out)
+        script, recording = Script(order.script), LiveStates(order.out)
         size = _size(script.resolution, order.width)
         with ExitStack() as stack:
             canvas = Canvas(self._gl, *size)
@@ -90,7 +90,7 @@ class Studio:
         name: str,
         video: Video,
         script: Script,
-        recording: Recording,
+        recording: LiveStates,
         canvas: Canvas,
         props: Props,
         ahead: float,
@@ -142,7 +142,7 @@ class _Glimpses:
         self._path.unlink(missing_ok=True)
 
 
-def _wait(recording: Recording, wanted: Callable[[], bool], until: Callable[[], bool]) -> None:
+def _wait(recording: LiveStates, wanted: Callable[[], bool], until: Callable[[], bool]) -> None:
     """Wait for states; return also when no more will come."""
     while True:
         if not wanted():

@@ -39,7 +39,7 @@ LONGEST = 600.0
 """[s]: nothing comes after that."""
 ROUNDS = 4
 """Leaving out a value, then an entry but for its place, then that; what it hides may come to light once."""
-MANY = 200
+MAX_PROBLEMS = 200
 """Where more is wrong than this, there is enough to do."""
 
 
@@ -58,7 +58,7 @@ def further_problems(loaded: LoadedCase, problems: Iterable[Problem], validate: 
     for _ in range(ROUNDS):
         before = set(spoilt)
         ordered = sorted(wrong, key=len, reverse=True)
-        if len(wrong) > MANY or not all([_leave_out(data, path, before, spoilt, hopeless) for path in ordered]):
+        if len(wrong) > MAX_PROBLEMS or not all([_leave_out(data, path, before, spoilt, hopeless) for path in ordered]):
             return []
         case, found = validate(data)
         if case is not None:

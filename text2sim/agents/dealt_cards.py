@@ -19,7 +19,7 @@ OFFERED = 6
 
 
 @dataclass
-class Deck:
+class DealtCards:
     """The library, or nothing."""
 
     library: "Library | None"

@@ -13,7 +13,7 @@ from text2sim.compiler.shapes.geometry import Bounds
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.compiler.soft.travel import FARTHEST, NOWHERE, Travel
-from text2sim.compiler.trees.anatomy import tree_extents
+from text2sim.compiler.trees.link_trees import tree_extents
 from text2sim.spec_schema.models.scene import Scene
 
 FLUID_SPREAD = 1.5

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from text2sim.agents.attempts import Attempt
-from text2sim.agents.replies import Plan
+from text2sim.agents.replies import CasePlan
 
 State = Literal["accepted", "impossible", "gave_up", "spent", "failed"]
 
@@ -34,4 +34,4 @@ class Outcome:
     why: str
     best: Attempt | None = None
     unresolved: list[str] = field(default_factory=list)
-    plan: Plan | None = None
+    plan: CasePlan | None = None

@@ -7,7 +7,7 @@ from text2sim.spec_schema.errors import Problem
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
     from text2sim.spec_schema.loaded import LoadedCase
-    from text2sim.watching.take import Take
+    from text2sim.watching.live_run import LiveRun
 
 
 class Checked(Protocol):
@@ -61,5 +61,5 @@ class Listener(Protocol):
     def trouble(self, words: str, problem: Problem | None) -> None:
         """Something went wrong; `problem` says at which line of the case, if that is known."""
 
-    def done(self, take: "Take", evidence: dict[str, Any] | None, no_film: str) -> None:
+    def done(self, take: "LiveRun", evidence: dict[str, Any] | None, no_film: str) -> None:
         """States, film and judgement are up to date; `no_film` says why there is none."""

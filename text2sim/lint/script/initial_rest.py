@@ -17,7 +17,7 @@ from text2sim.lint.parts import Part
 from text2sim.lint.start.escape import upright
 from text2sim.spec_schema.models.bodies import DEFORMABLE
 
-MANY = 300
+MAX_BODIES = 300
 """Bodies that are looked at, at most."""
 HINT = 1e-4
 """Slope of the directions in which the corners of an underside are looked for."""
@@ -42,7 +42,7 @@ def _still(facts: Facts) -> bool:
     case = facts.case
     x, y, z = case.scene.gravity
     bodies = [copy for name in case.bodies for copy in facts.placed[name]]
-    if x or y or z > 0 or len(bodies) > MANY or any(body.kind in DEFORMABLE for body in case.bodies.values()):
+    if x or y or z > 0 or len(bodies) > MAX_BODIES or any(body.kind in DEFORMABLE for body in case.bodies.values()):
         return False
     loose = []
     for copy in bodies:

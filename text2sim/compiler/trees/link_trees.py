@@ -16,7 +16,7 @@ from text2sim.compiler.trees.tree import Tree, tree_bounds, tree_pieces
 from text2sim.spec_schema.errors import AssetError, Problem
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Net, Ragdoll, Rope
-from text2sim.spec_schema.names.cast import Parts
+from text2sim.spec_schema.names.name_table import Parts
 
 KEPT = 16
 _RECENT: list[tuple[Any, Path, Tree]] = []

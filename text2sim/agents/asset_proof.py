@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from text2sim.agents.casework import examine, said
-from text2sim.agents.replies import Plan
-from text2sim.assets.keeping import FOLDER, digest, keep
+from text2sim.agents.assembly import examine, said
+from text2sim.agents.replies import CasePlan
 from text2sim.assets.manifest import Asset, Control, read_manifest, register
+from text2sim.assets.safe_write import FOLDER, digest, keep
 from text2sim.spec_schema.errors import AssetError, MachineError
 from text2sim.spec_schema.text.canonical import format_text
 
@@ -26,7 +26,7 @@ class Proof:
     notes: tuple[str, ...] = ()
 
 
-def tried(name: str, body: dict[str, Any], plan: Plan, case: Path, prompt: str) -> Proof:
+def tried(name: str, body: dict[str, Any], plan: CasePlan, case: Path, prompt: str) -> Proof:
     """Try a body by itself, and put it into the manifest if it is sound; what was tried before is not tried again.
 
     Args:
@@ -63,7 +63,7 @@ def tried(name: str, body: dict[str, Any], plan: Plan, case: Path, prompt: str) 
     return proof
 
 
-def _document(name: str, body: dict[str, Any], plan: Plan) -> dict[str, Any]:
+def _document(name: str, body: dict[str, Any], plan: CasePlan) -> dict[str, Any]:
     scene: dict[str, Any] = {"duration": 0.3, "dt": 0.005, "statics": {"floor": {"shape": {"kind": "plane"}}}}
     return {"text2sim": 2, "name": "trial", "params": plan.params, "scene": scene, "bodies": {name: body}}
 

@@ -16,7 +16,7 @@ SHARE = 0.05
 """Part of a body's mass from which on it matters."""
 LATTICE = 8
 """Points along each side of what two boxes share, at which it is looked who is there."""
-MANY = 150
+MAX_PAIRS = 150
 """Pairs of pieces that are looked at in a body, at most."""
 _WAYS: tuple[Vec, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -37,7 +37,7 @@ def _twice(facts: Facts) -> Iterator[Problem]:
         boxes = [_box(piece) for piece in pieces]
         for (a, box_a), (b, box_b) in combinations(zip(pieces, boxes, strict=True), 2):
             low, high = tuple(map(max, box_a[0], box_b[0])), tuple(map(min, box_a[1], box_b[1]))
-            if a.part == b.part or any(p >= q for p, q in zip(low, high, strict=True)) or looked >= MANY:
+            if a.part == b.part or any(p >= q for p, q in zip(low, high, strict=True)) or looked >= MAX_PAIRS:
                 continue
             looked += 1
             pair = (a.part or "", b.part or "")

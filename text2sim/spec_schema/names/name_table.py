@@ -67,7 +67,7 @@ class Member:
 
 
 @dataclass
-class Cast:
+class NameTable:
     """The bodies and statics of a case, and what has been found wrong so far."""
 
     loaded: LoadedCase

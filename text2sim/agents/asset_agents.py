@@ -8,11 +8,11 @@ from typing import Annotated, Any
 from pydantic import Field, StringConstraints
 
 from text2sim.agents import language
-from text2sim.agents.asking import Desk, Wrong, typed
+from text2sim.agents.asset_proof import Proof, tried
+from text2sim.agents.conversation import Conversation, Wrong, typed
 from text2sim.agents.inputs import told
 from text2sim.agents.planning import Request, plan_text
-from text2sim.agents.proving import Proof, tried
-from text2sim.agents.replies import Answer, Asset, Line, Lines, Plan
+from text2sim.agents.replies import Answer, Asset, CasePlan, Line, Lines
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 
@@ -52,7 +52,7 @@ class Supplies:
     """What the Writers have to know of them."""
 
 
-def supply(desk: Desk, asset: Asset, plan: Plan, request: Request, case: Path) -> Supplies:
+def supply(desk: Conversation, asset: Asset, plan: CasePlan, request: Request, case: Path) -> Supplies:
     """Have one asset made.
 
     Args:
@@ -66,7 +66,7 @@ def supply(desk: Desk, asset: Asset, plan: Plan, request: Request, case: Path) -
     return maker(desk, asset, plan, request, case)
 
 
-def _mechanism(desk: Desk, asset: Asset, plan: Plan, request: Request, case: Path) -> Supplies:
+def _mechanism(desk: Conversation, asset: Asset, plan: CasePlan, request: Request, case: Path) -> Supplies:
     proofs: list[Proof] = []
 
     def check(answer: MechanismAnswer) -> None:
@@ -88,7 +88,7 @@ def _mechanism(desk: Desk, asset: Asset, plan: Plan, request: Request, case: Pat
     return Supplies({asset.body: answer.body}, [" ".join([words, *answer.controls, *probed, *proofs[-1].notes])])
 
 
-def _shape(desk: Desk, asset: Asset, plan: Plan, request: Request, case: Path) -> Supplies:
+def _shape(desk: Conversation, asset: Asset, plan: CasePlan, request: Request, case: Path) -> Supplies:
     kind = plan.bodies[asset.body].kind
     takes = language.shapes_of(kind) or language.shapes_of("rigid")
 
@@ -141,7 +141,7 @@ def _generated(name: str, wish: MeshWish, case: Path) -> dict[str, Any]:
     return {"kind": "mesh", "file": added.asset.file}
 
 
-def _question(asset: Asset, plan: Plan, request: Request, receiver: str = "") -> str:
+def _question(asset: Asset, plan: CasePlan, request: Request, receiver: str = "") -> str:
     return render(
         "asset_ask",
         request=request.text,

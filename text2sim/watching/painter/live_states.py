@@ -9,7 +9,7 @@ import numpy as np
 from text2sim.watching.painter.rotation import slerp
 
 
-class Recording:
+class LiveStates:
     """The states of a run folder as far as they have come.
 
     Attributes:

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from text2sim.watching.parties import Checked
-from text2sim.watching.take import Take
+from text2sim.watching.live_run import LiveRun
+from text2sim.watching.protocols import Checked
 
 EXCERPT = 300
 """Longest line of a case that the page shows [characters]."""
@@ -38,7 +38,7 @@ def findings(evidence: dict[str, Any] | None) -> dict[str, Any]:
     }
 
 
-def closing(take: Take, evidence: dict[str, Any] | None, no_film: str) -> dict[str, Any]:
+def closing(take: LiveRun, evidence: dict[str, Any] | None, no_film: str) -> dict[str, Any]:
     """How a take ended, and what was found."""
     if take.state != "finished" or evidence is None:
         words, good = take.message or take.state.replace("_", " "), False
@@ -50,7 +50,7 @@ def closing(take: Take, evidence: dict[str, Any] | None, no_film: str) -> dict[s
     return {"words": words, "tone": "good" if good else "bad", "mark": "✓" if good else "✗", "progress": None}
 
 
-def timing(take: Take) -> str:
+def timing(take: LiveRun) -> str:
     """What was done, and how long that took."""
     seconds = take.seconds
     words = [f"simulated in {seconds['simulate']:.2f} s"] if "simulate" in seconds else []

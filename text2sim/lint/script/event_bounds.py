@@ -17,7 +17,7 @@ from text2sim.lint.script.values import values_of
 from text2sim.spec_schema.models.bodies import Articulated
 from text2sim.spec_schema.models.controls import Release
 
-MANY = 2_000
+MAX_PAIRS = 2_000
 """Pairs of bodies that are looked at, at most."""
 
 
@@ -66,7 +66,7 @@ def _contact(facts: Facts, event: Any) -> Happening:
     if event.kind == "separation" and event.for_ > facts.case.scene.duration:
         duration = facts.case.scene.duration
         return Happening(f"it needs {event.for_:g} s without a touch, and the run takes {duration:g} s")
-    if not first or not second or len(first) * len(second) > MANY:
+    if not first or not second or len(first) * len(second) > MAX_PAIRS:
         return Happening()
     reach, why = reach_of(facts), ""
     for a in first:

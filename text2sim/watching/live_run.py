@@ -52,7 +52,7 @@ class Version:
 
 
 @dataclass
-class Take:
+class LiveRun:
     """One simulation."""
 
     number: int

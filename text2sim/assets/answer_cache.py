@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 ASKED = ("mujoco", "numpy", "pymeshlab", "trimesh", "yourdfpy")
 """Packages on whose versions answers depend."""
-MANY = 1000
+MAX_ANSWERS = 1000
 """Answers that are kept; then the oldest go."""
 LARGE = 16 * 1024**2
 """Bytes of an answer that is not kept, nor read."""
@@ -114,8 +114,8 @@ def folder() -> Path:
 
 def _tidy(where: Path) -> None:
     rows = list(where.iterdir())
-    if len(rows) > MANY:
-        for path in sorted(rows, key=lambda path: path.stat().st_mtime)[: len(rows) - MANY]:
+    if len(rows) > MAX_ANSWERS:
+        for path in sorted(rows, key=lambda path: path.stat().st_mtime)[: len(rows) - MAX_ANSWERS]:
             path.unlink(missing_ok=True)
 
 

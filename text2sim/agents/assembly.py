@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from text2sim.agents.replies import SECTIONS, Plan
+from text2sim.agents.replies import SECTIONS, CasePlan
 from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.loaded import LoadedCase
@@ -59,7 +59,7 @@ def examine(text: str, path: Path) -> Examination:
     return found
 
 
-def case_text(plan: Plan, request: str, params: Mapping[str, Any], sections: Mapping[str, Any]) -> str:
+def case_text(plan: CasePlan, request: str, params: Mapping[str, Any], sections: Mapping[str, Any]) -> str:
     """Put a case together, in the canonical form.
 
     The Planner's measures, events and expectations come first among those of the Action Writer, and stand whatever that
@@ -73,7 +73,7 @@ def case_text(plan: Plan, request: str, params: Mapping[str, Any], sections: Map
     return format_text(json.dumps({**document, "actions": actions}, ensure_ascii=False))
 
 
-def whole_actions(plan: Plan, section: Mapping[str, Any]) -> Data:
+def whole_actions(plan: CasePlan, section: Mapping[str, Any]) -> Data:
     """Return a section of actions with the Planner's measures, events and expectations put in."""
     actions = dict(section)
     for part in FROZEN_PARTS:
@@ -86,7 +86,7 @@ def whole_actions(plan: Plan, section: Mapping[str, Any]) -> Data:
 
 
 def section_faults(
-    section: str, data: Any, plan: Plan, path: Path, prefabs: Mapping[str, Any] | None = None
+    section: str, data: Any, plan: CasePlan, path: Path, prefabs: Mapping[str, Any] | None = None
 ) -> list[str]:
     """Say what is wrong with the form of one section, while the others are not there yet.
 

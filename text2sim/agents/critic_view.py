@@ -6,11 +6,11 @@ from pathlib import Path
 
 from text2sim.agents import revising
 from text2sim.agents.attempts import Attempt, changed
-from text2sim.agents.brief import attempts_table, judgement
 from text2sim.agents.criticism import Exhibit
 from text2sim.agents.facts import Fact
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.restyling import physics
+from text2sim.agents.run_summary import attempts_table, judgement
 from text2sim.spec_schema.errors import Text2SimError
 
 GLANCE = 800

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from text2sim.agents import language
 
 
-class Shelf:
+class PageRequests:
     """Serves pages.
 
     Args:

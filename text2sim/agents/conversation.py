@@ -53,7 +53,7 @@ class BudgetSpent(RunError):
     """Nothing more may be asked."""
 
 
-class Desk:
+class Conversation:
     """Where questions are put: which model answers for which role, what was asked before, and what it all cost.
 
     Args:

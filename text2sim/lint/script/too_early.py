@@ -21,7 +21,7 @@ from text2sim.lint.script.values import values_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
 
-MANY = 2_000
+MAX_PAIRS = 2_000
 """Pairs of bodies that are looked at, at most."""
 
 
@@ -75,7 +75,7 @@ def _way(facts: Facts, event: Any) -> float:
     """Shortest way [m] that some body has to go before an event happens; 0 if that is not known."""
     if event.kind == "contact":
         first, second = (targets_of(facts).select(selector) for selector in event.between)
-        if len(first) * len(second) > MANY:
+        if len(first) * len(second) > MAX_PAIRS:
             return 0.0
         return min((_gap(facts, a, b) for a, b in product(first, second) if a.label != b.label), default=0.0)
     if event.kind == "enters":

@@ -8,19 +8,19 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.agents import language
-from text2sim.agents.asking import Desk, Wrong, typed
-from text2sim.agents.casework import FROZEN_PARTS, PLANNERS, names_in, section_faults
-from text2sim.agents.replies import SECTIONS, Plan, Refer
+from text2sim.agents.assembly import FROZEN_PARTS, PLANNERS, names_in, section_faults
+from text2sim.agents.conversation import Conversation, Wrong, typed
+from text2sim.agents.page_requests import PageRequests
+from text2sim.agents.replies import SECTIONS, CasePlan, Refer
 from text2sim.agents.revising import mapping
 from text2sim.agents.roles import ROLES, render, writer_prompt
-from text2sim.agents.shelf import Shelf
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.spec_schema.changes.patch import PatchError, apply_operations, same
 from text2sim.spec_schema.text.canonical import format_text
 
 
 def write_section(
-    desk: Desk, section: str, plan: Plan, request: str, supplied: str, cards: str, path: Path
+    desk: Conversation, section: str, plan: CasePlan, request: str, supplied: str, cards: str, path: Path
 ) -> dict[str, Any]:
     """Have a section written for the first time.
 
@@ -49,13 +49,15 @@ def write_section(
     def read(data: Any) -> dict[str, Any]:
         return _section_of(data, section, plan, path)
 
-    return desk.ask(section, writer_prompt(ROLES[section], language.rules(brief=True)), question, read, more=Shelf())
+    return desk.ask(
+        section, writer_prompt(ROLES[section], language.rules(brief=True)), question, read, more=PageRequests()
+    )
 
 
 def change_section(
-    desk: Desk,
+    desk: Conversation,
     section: str,
-    plan: Plan,
+    plan: CasePlan,
     case: Mapping[str, Any],
     instruction: str,
     problems: Sequence[str],
@@ -108,10 +110,12 @@ def change_section(
             return _patched(data["patch"], section, case, plan, path)
         return _section_of(data, section, plan, path, mapping(case, "prefabs"))
 
-    return desk.ask(section, writer_prompt(ROLES[section], language.rules(brief=True)), question, read, more=Shelf())
+    return desk.ask(
+        section, writer_prompt(ROLES[section], language.rules(brief=True)), question, read, more=PageRequests()
+    )
 
 
-def plan_for(section: str, plan: Plan) -> str:
+def plan_for(section: str, plan: CasePlan) -> str:
     """Return what of a plan the Writer of a section needs, as YAML: nothing that stands elsewhere in its letter."""
     data: dict[str, Any] = {"event": plan.event, "duration": plan.duration}
     if plan.mode:
@@ -136,7 +140,7 @@ def plan_for(section: str, plan: Plan) -> str:
     return yaml_text({key: row for key, row in data.items() if row})
 
 
-def reading(section: str, plan: Plan) -> str:
+def reading(section: str, plan: CasePlan) -> str:
     """Return the pages that the Writer of a section gets for a plan."""
     brief = plan.briefs.get(section, "")  # type: ignore[call-overload]
     kinds = _kinds_for(section, plan, " ".join([brief, *plan.shared]))
@@ -146,7 +150,7 @@ def reading(section: str, plan: Plan) -> str:
     return pages
 
 
-def _kinds_for(section: str, plan: Plan, words: str) -> set[str]:
+def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
     """Kinds that a Writer will need: of its own bodies, and what its brief names."""
     if section not in ("scene", "bodies"):
         said = set(re.findall(r"[a-z][a-z_]+", words.lower()))
@@ -159,7 +163,7 @@ def _kinds_for(section: str, plan: Plan, words: str) -> set[str]:
     return found
 
 
-def needed_kinds(plan: Plan) -> set[str]:
+def needed_kinds(plan: CasePlan) -> set[str]:
     """Return the kinds of bodies, shapes, mounts, measures and events that a plan names."""
     found = set(plan.mode)
     for body in plan.bodies.values():
@@ -173,14 +177,14 @@ def needed_kinds(plan: Plan) -> set[str]:
     return found
 
 
-def _prefabs_of(plan: Plan) -> set[str]:
+def _prefabs_of(plan: CasePlan) -> set[str]:
     from text2sim.spec_schema.reuse.catalogue import examples
 
     return {word for body in plan.bodies.values() for word in (body.kind, body.shape)} & set(examples())
 
 
 def _section_of(
-    data: Any, section: str, plan: Plan, path: Path, prefabs: Mapping[str, Any] | None = None
+    data: Any, section: str, plan: CasePlan, path: Path, prefabs: Mapping[str, Any] | None = None
 ) -> dict[str, Any]:
     """Take the section out of an answer."""
     if not isinstance(data, dict):
@@ -198,7 +202,7 @@ def _section_of(
     return inner
 
 
-def _own(section: str, data: dict[str, Any], plan: Plan) -> dict[str, Any]:
+def _own(section: str, data: dict[str, Any], plan: CasePlan) -> dict[str, Any]:
     """Leave out what the Planner has put in: it stands as it is."""
     if section != "actions":
         return data
@@ -219,7 +223,7 @@ def _own(section: str, data: dict[str, Any], plan: Plan) -> dict[str, Any]:
     return kept
 
 
-def _patched(operations: Any, section: str, case: Mapping[str, Any], plan: Plan, path: Path) -> dict[str, Any]:
+def _patched(operations: Any, section: str, case: Mapping[str, Any], plan: CasePlan, path: Path) -> dict[str, Any]:
     if not isinstance(operations, list):
         raise Wrong(["/patch: has to be a list of operations"])
     wrong = [

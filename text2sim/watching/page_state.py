@@ -5,7 +5,7 @@ import threading
 from typing import Any
 
 
-class Board:
+class PageState:
     """A record that the session changes and that pages follow."""
 
     def __init__(self, **content: Any) -> None:

@@ -7,15 +7,15 @@ from typing import Any
 from text2sim.compiler.placing.placement import Copy
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.script.happenings import happening_of
-from text2sim.lint.script.standing import all_still
+from text2sim.lint.script.event_bounds import happening_of
+from text2sim.lint.script.initial_rest import all_still
 from text2sim.lint.script.starts import depth_inside
 from text2sim.lint.script.targets import targets_of
 from text2sim.lint.script.values import values_of
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.spec_schema.errors import Problem
 
-MANY = 2_000
+MAX_PAIRS = 2_000
 """Pairs of bodies that are looked at, at most."""
 TOUCH = 1e-4
 """Gap [m] at which bodies touch from the first step on."""
@@ -35,7 +35,7 @@ def _beginnings(facts: Facts) -> Iterator[Problem]:
 
 def _contact(facts: Facts, event: Any) -> str:
     first, second = (targets_of(facts).select(selector) for selector in event.between)
-    if len(first) * len(second) > MANY or any(target.link is not None for target in (*first, *second)):
+    if len(first) * len(second) > MAX_PAIRS or any(target.link is not None for target in (*first, *second)):
         return ""
     gaps = facts.own(Gaps)
     for a, b in product(first, second):

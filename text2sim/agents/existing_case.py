@@ -1,18 +1,18 @@
 """How a case that is there already enters the loop: to be mended, or to be changed as somebody wishes."""
 
 from text2sim.agents import revising
+from text2sim.agents.assembly import examine, said
 from text2sim.agents.attempts import Attempt
-from text2sim.agents.casework import examine, said
 from text2sim.agents.deciding import as_decision, open_case
-from text2sim.agents.loop import Loop
-from text2sim.agents.outcome import Outcome
-from text2sim.agents.replies import Fragments, Opening, Plan, PlannedBody
+from text2sim.agents.loop import AgentLoop
+from text2sim.agents.loop_result import Outcome
+from text2sim.agents.replies import CasePlan, Fragments, Opening, PlannedBody
 from text2sim.agents.requirements import of_wish, take_apart
 from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.errors import RunError
 
 
-def amend(loop: Loop, text: str, *, run_first: bool) -> Outcome:
+def amend(loop: AgentLoop, text: str, *, run_first: bool) -> Outcome:
     """Bring a case to do what somebody wishes.
 
     Args:
@@ -28,7 +28,7 @@ def amend(loop: Loop, text: str, *, run_first: bool) -> Outcome:
     return loop.ending(lambda: _amended(loop, text, run_first))
 
 
-def _amended(loop: Loop, text: str, run_first: bool) -> Outcome:
+def _amended(loop: AgentLoop, text: str, run_first: bool) -> Outcome:
     loop.require(of_wish(loop.request.text, lambda: take_apart(loop.desk, loop.request.text, loop.request.images)))
     evidence, problems = _present_state(loop, text, run_first)
     shown = "\n\n".join(part for part in (evidence, "\n".join(problems)) if part)
@@ -43,7 +43,7 @@ def _amended(loop: Loop, text: str, run_first: bool) -> Outcome:
     return loop.work(_opened(loop, text, opening), "as was wished")
 
 
-def planned(text: str, fallback: str) -> Plan:
+def planned(text: str, fallback: str) -> CasePlan:
     """Return the plan that a case that is there already stands for."""
     try:
         data = revising.data_of(text)
@@ -62,7 +62,7 @@ def planned(text: str, fallback: str) -> Plan:
                 kind="static", shape=_kind(row.get("shape") if isinstance(row, dict) else None)
             )
         checks = Fragments.model_validate({part: actions.get(part) or {} for part in ("measures", "events", "expect")})
-        return Plan(
+        return CasePlan(
             name=str(data.get("name") or fallback),
             event=" ".join(str(data.get("prompt") or "").split())[:2000],
             duration=float(duration) if isinstance(duration, int | float) and duration else 4.0,  # it may be `${…}`
@@ -79,7 +79,7 @@ def _kind(row: object) -> str:
     return str(row.get("kind") or "") if isinstance(row, dict) else ""
 
 
-def _present_state(loop: Loop, text: str, run_first: bool) -> tuple[str, list[str]]:
+def _present_state(loop: AgentLoop, text: str, run_first: bool) -> tuple[str, list[str]]:
     """What the case does now, or why it cannot be run."""
     examined = examine(text, loop.path)
     if examined.errors:
@@ -95,7 +95,7 @@ def _present_state(loop: Loop, text: str, run_first: bool) -> tuple[str, list[st
     return attempt.evidence, attempt.problems
 
 
-def _opened(loop: Loop, text: str, opening: Opening) -> str:
+def _opened(loop: AgentLoop, text: str, opening: Opening) -> str:
     """Do what the Planner has decided; from then on the expectations stand."""
     checks = loop.agreement.plan.checks
     expect = {name: row for name, row in checks.expect.items() if name not in opening.drop} | opening.checks.expect

@@ -8,14 +8,14 @@ from typing import Any, TypeVar
 
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
-from text2sim.agents.asking import Desk, RoleFailed
-from text2sim.agents.casework import whole_actions
-from text2sim.agents.deck import Deck
+from text2sim.agents.assembly import whole_actions
+from text2sim.agents.asset_agents import Supplies, merged, supply
+from text2sim.agents.conversation import Conversation, RoleFailed
+from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.journal import Emit
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import SECTIONS, Asset, Refer, Route
-from text2sim.agents.supplying import Supplies, merged, supply
-from text2sim.agents.writing import change_section, write_section
+from text2sim.agents.section_writer import change_section, write_section
 
 T = TypeVar("T")
 TOGETHER = 4
@@ -27,8 +27,8 @@ REFERRED = "Mend what you are told, and change nothing else; refer it on if it i
 class Workshop:
     """Where sections are written and changed."""
 
-    desk: Desk
-    deck: Deck
+    desk: Conversation
+    deck: DealtCards
     agreement: Agreement
     request: Request
     path: Path

@@ -29,7 +29,7 @@ Faces = Callable[[Any], Face]
 """Says what can be changed of a prefab, by name."""
 
 
-class Astray(Exception):
+class NoSuchSlot(Exception):
     """A path that leads nowhere.
 
     Attributes:
@@ -146,13 +146,15 @@ def follow(data: Any, path: Path, faces: Faces, *, new: bool = False) -> None:
         new: Whether what is to be set is a mapping, which may stand under a new name.
 
     Raises:
-        Astray: If it leads nowhere.
+        NoSuchSlot: If it leads nowhere.
     """
     slots, value, missing = root_slots(), data, False
     for index, step in enumerate(path):
         here = f"`{dotted(path[:index])}`" if index else "a case"
         if isinstance(value, str) and "${" in value:
-            raise Astray(index, f"{here} is the expression `{value[:60]}`: set it as a whole, or what it is made of")
+            raise NoSuchSlot(
+                index, f"{here} is the expression `{value[:60]}`: set it as a whole, or what it is made of"
+            )
         if isinstance(step, int):
             _check_item(value, step, index, here, missing)
             assert isinstance(value, list)
@@ -160,9 +162,9 @@ def follow(data: Any, path: Path, faces: Faces, *, new: bool = False) -> None:
             continue
         if isinstance(value, list):
             most = f" to {here.strip('`')}[{len(value) - 1}]" if len(value) > 1 else ""
-            raise Astray(index, f"{here} is a list; its items are {here.strip('`')}[0]{most}")
+            raise NoSuchSlot(index, f"{here} is a list; its items are {here.strip('`')}[0]{most}")
         if value is not None and not isinstance(value, dict):
-            raise Astray(index, f"{here} is {show(value)}, and nothing is in it")
+            raise NoSuchSlot(index, f"{here} is {show(value)}, and nothing is in it")
         found = opening(slots, [value], path[:index], faces)
         inner = found.inner(step)
         known: list[str] = list(value or ()) if found.names and not found.fields else list(found.fields)
@@ -172,7 +174,7 @@ def follow(data: Any, path: Path, faces: Faces, *, new: bool = False) -> None:
         if inner is None or (found.names and step not in (value or {}) and not _may_be_new(path, index, new)):
             named = bool(found.names) and index > 0
             message = _made(step, value, path[:index], faces) or _nothing(step, here, known, named)
-            raise Astray(index, message, nearest(step, known))
+            raise NoSuchSlot(index, message, nearest(step, known))
         missing = not isinstance(value, dict) or step not in value
         slots, value = inner, value[step] if isinstance(value, dict) and not missing else None
 
@@ -204,9 +206,9 @@ def _nothing(step: str, here: str, known: list[str], named: bool) -> str:
 
 def _check_item(value: Any, step: int, index: int, here: str, missing: bool) -> None:
     if missing or value is None:
-        raise Astray(index, f"{here} is left out in the case: set it as a whole")
+        raise NoSuchSlot(index, f"{here} is left out in the case: set it as a whole")
     if not isinstance(value, list):
-        raise Astray(index, f"{here} is {show(value)}, not a list")
+        raise NoSuchSlot(index, f"{here} is {show(value)}, not a list")
     if step >= len(value):
         last = f"{here.strip('`')}[{len(value) - 1}]"
-        raise Astray(index, f"{here} has {len(value)} items, the last is {last}" if value else f"{here} is empty")
+        raise NoSuchSlot(index, f"{here} has {len(value)} items, the last is {last}" if value else f"{here} is empty")
