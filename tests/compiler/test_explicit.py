@@ -107,12 +107,11 @@ def test_places_masses_and_default_colours_are_told() -> None:
     assert comments["scene", "statics", "post", "look"] == "derived: what never moves"
 
 
-def test_the_light_that_nobody_gave_is_written_out_and_what_the_recording_decides_is_not() -> None:
+def test_what_the_case_and_the_recording_decide_of_a_film_is_not_written_out() -> None:
     case = case_of(CASE)
     render = explicit(case).data["render"]
     assert not {"cameras", "shots", "speed", "during"} & set(render)
-    assert render["lighting"] == "studio"
-    assert render["background"] == list(case.plan.render["background"])
+    assert not {"lighting", "background", "exposure"} & set(render)
     assert again(case).plan.render == case.plan.render
 
 

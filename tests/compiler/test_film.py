@@ -103,7 +103,7 @@ def test_a_lens_is_a_field_of_view():
     assert b["focus"] == pytest.approx((0.5, 0, 0.05)), "of several bodies, their middle"
 
 
-@pytest.mark.parametrize("lighting", ["studio", "overcast", "golden_hour", "dark_stage"])
+@pytest.mark.parametrize("lighting", ["studio", "daylight", "sunlight", "overcast", "golden_hour", "dark_stage"])
 @pytest.mark.parametrize("camera", ["from: [0, -5, 1]", "from: [5, 0, 1]"])
 def test_a_studio_is_built_around_the_camera(lighting, camera):
     made = film(f"{{lighting: {lighting}, cameras: {{a: {{kind: still, {camera}, look_at: [0, 0, 0]}}}}}}")
@@ -112,7 +112,7 @@ def test_a_studio_is_built_around_the_camera(lighting, camera):
     assert first["direction"][2] < 0
     assert np.dot(first["direction"][:2], ahead) > 0, "the key light does not shine into the camera"
     assert 0.3 < made["gain"] < 3
-    assert made["backdrop"]["kind"] in ("cyclorama", "ground", "horizon")
+    assert made["backdrop"]["kind"] in ("wall", "cyclorama", "ground", "horizon")
     assert made["backdrop"]["planes"] == ["floor"]
     # The wall begins to rise at half of its radius; lamps, which shine downwards, are nearer in plan than their distance.
     assert made["backdrop"]["radius"] > 1.9 * max(light.get("distance", 0) for light in made["lights"].values())

@@ -10,7 +10,8 @@ from typing import Any
 from pydantic import BaseModel
 
 from text2sim.compiler.build import Resolution
-from text2sim.compiler.film_lights import BRIGHT, STUDIOS, is_undecided
+from text2sim.compiler.film_lights import STUDIOS
+from text2sim.compiler.film_places import DECIDED, is_chosen
 from text2sim.compiler.folding import escaped, folded
 from text2sim.compiler.looks import default_color, finish_of_body
 from text2sim.compiler.masses import masses
@@ -182,13 +183,15 @@ def _add_render(found: Explicit, resolution: Resolution) -> None:
         for key in left:
             render.pop(key, None)
         found.comments["render",] = f"{', '.join(left)} follow from what is recorded"
-    case = resolution.loaded.case
-    if is_undecided(case.render):
-        render["background"], render["exposure"] = list(plan["background"]), BRIGHT
-        found.comments["render", "background"] = "derived: what moves stands out"
-        found.comments["render", "exposure"] = "derived"
-    if not render["lights"]:
-        studio = STUDIOS[resolution.loaded.case.render.lighting]
+    given = resolution.loaded.case.render
+    if is_chosen(given):
+        for key in sorted(DECIDED):
+            render.pop(key, None)
+        found.comments["render", "supports"] = "place and light are chosen from the case"
+    elif given.setting is not None and "lighting" not in given.model_fields_set:
+        render.pop("lighting", None)
+    elif not render["lights"]:
+        studio = STUDIOS[given.lighting]
         found.comments["render", "lighting"] = f"means {', '.join(studio.lights)}, on: {studio.backdrop}"
 
 

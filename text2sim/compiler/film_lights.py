@@ -4,7 +4,8 @@ from math import cos, dist, hypot, pi, radians, sin
 from typing import Any, NamedTuple
 
 from text2sim.compiler.film_cameras import Ground, extent, ground_planes, resolve_target
-from text2sim.compiler.looks import STAGE, has_glass, oklab, worn_by
+from text2sim.compiler.film_places import adapted, floor_of, place_of
+from text2sim.compiler.looks import STAGE
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.colors import rgb
 from text2sim.spec_schema.models.lights import Environment, Lamp, Light, Sky, Softbox, Spot, Sun
@@ -16,16 +17,6 @@ SOFT = 0.35
 """Its side, in distances."""
 ROOM = 8.0
 """Radius of a cyclorama, in radii of the scene: lamps stand inside, and light the wall as well."""
-
-
-BACKDROPS = ("#d7dbdf", "#dcd3c6", "#8c97a1", "#59646e")
-"""Of a studio whose background nobody chose, the most usual first: one before which all that moves is seen."""
-DECIDED = {"lighting", "lights", "backdrop", "background", "ambient", "exposure", "tone"}
-"""What says something about light."""
-USUAL = 0.035
-"""What each step down that list has to gain in contrast."""
-BRIGHT = 0.3
-"""Stops that a studio gets where nobody has said anything about light: seamless paper looks like paper."""
 
 
 class Studio(NamedTuple):
@@ -56,6 +47,29 @@ STUDIOS = {
         "#c9ced4",
         0.35,
         0.25,
+    ),
+    # Of places that have a wall: a large window beside the camera, a bright room, a light edge from behind.
+    "daylight": Studio(
+        {
+            "key": _softbox((0.75, 0.5, -1.15), 2.6, "#fff7ee"),
+            "rim": _softbox((-0.7, -0.7, -1.5), 0.9, "#e3ecff"),
+            "front": Sun(kind="sun", direction=(-0.25, 1.0, -0.3), strength=0.75, angle_deg=35.0),
+            "fill": Environment(kind="environment", color="#f4f6fa", horizon="#eeeae4", strength=0.3),
+        },
+        "wall",
+        "#e8e0d2",
+        0.45,
+        0.05,
+    ),
+    "sunlight": Studio(
+        {
+            "sun": Sun(kind="sun", direction=(0.75, 0.5, -1.1), strength=2.9, color="#fff1dc", angle_deg=3.0),
+            "sky": Environment(kind="environment", color="#a9c6e8", horizon="#e6edf2", strength=0.5),
+        },
+        "horizon",
+        "#dbe4ea",
+        0.45,
+        0.2,
     ),
     "overcast": Studio(
         {
@@ -97,7 +111,8 @@ def resolve_light(render: Render, ground: Ground, camera: dict[str, Any]) -> dic
         ground: The scene at its start.
         camera: The first one, as numbers: studios are built around it.
     """
-    studio = STUDIOS[render.lighting]
+    place = place_of(render, ground)
+    studio = STUDIOS[render.lighting if place is None or "lighting" in render.model_fields_set else place.lighting]
     center, radius = extent(ground)
     lights = {name: _light(light, ground, center, radius) for name, light in render.lights.items()}
     if not lights:
@@ -110,9 +125,10 @@ def resolve_light(render: Render, ground: Ground, camera: dict[str, Any]) -> dic
             if light["kind"] == "environment":
                 light["strength"] = render.ambient
     stops = render.exposure + (studio.stops if not render.lights else 0.0)
-    background = render.background or studio.background
-    if is_undecided(render):
-        background, stops = _apart(ground), stops + BRIGHT
+    background = render.background or (place.behind if place else studio.background)
+    floor = floor_of(place, ground, radius) if place else None
+    if floor is not None and not render.lights:
+        stops += adapted(floor)
     planes = [copy for copy in ground_planes(ground) if copy.model.look.color in (None, STAGE)]
     levels = [copy.pos[2] for copy in ground_planes(ground)]
     return {
@@ -121,33 +137,16 @@ def resolve_light(render: Render, ground: Ground, camera: dict[str, Any]) -> dic
         "lights": lights,
         "gain": round(2.0**stops * _gain(lights, center), 4),
         "backdrop": {
-            "kind": render.backdrop or studio.backdrop,
+            "kind": render.backdrop or (place.backdrop if place else studio.backdrop),
             "level": max(levels) if levels else None,
             "center": center,
             "radius": round(ROOM * radius, 3),
             "planes": [copy.name for copy in planes],
+            **({"floor": floor} if floor else {}),
+            **({"sky": color_of(place.sky)} if place and place.sky and not render.background else {}),
+            "supports": render.supports == "posts",
         },
     }
-
-
-def _apart(ground: Ground) -> str:
-    """Return the backdrop before which the colours of all that moves stand out most; glass counts as white."""
-    colors = [oklab(rgba[:3]) for name in ground.moving for copy in ground.placed[name] for rgba in worn_by(copy)] + [
-        oklab((1.0, 1.0, 1.0)) for copies in ground.placed.values() for copy in copies if has_glass(copy)
-    ]
-    if not colors:
-        return BACKDROPS[0]
-
-    def told(k: int) -> float:
-        away = sorted(dist(oklab(rgb(BACKDROPS[k])), color) for color in dict.fromkeys(colors))
-        return 0.6 * away[0] + 0.4 * sum(away) / len(away) - USUAL * k
-
-    return BACKDROPS[max(range(len(BACKDROPS)), key=told)]
-
-
-def is_undecided(render: Render) -> bool:
-    """Return whether a case says neither how it is lit nor where it is seen from."""
-    return not (render.model_fields_set & DECIDED or render.cameras)
 
 
 def color_of(color: Any) -> tuple[float, float, float]:

@@ -1,4 +1,4 @@
-"""What stands around the scene: a seamless studio wall, or ground without an end.
+"""What stands around the scene: a floor and a wall, a seamless studio wall, or ground without an end.
 
 As in a studio the wall stands only where a camera looks. The open sides let light out and in, which makes a picture
 cheaper: in a closed room no path of light ends before its longest length.
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from text2sim.rendering.meshes import Mesh, joined, revolved
+from text2sim.templates.cameras import basis
 
 Array = NDArray[np.floating]
 
@@ -31,14 +32,75 @@ HAZY = {"ground": 0.8, "horizon": 1.2}
 """Distance from the camera at which ground without an end is lost in haze, in radii of the stage."""
 LOST = 1.5
 """Where ground without an end ends all the same, in distances of haze: less than a hundredth of it would be seen."""
+OVERHEAD = 0.5
+"""Sine of the height at which a sky has its full colour."""
 WHOLE = 0.999
 """Alpha of a pixel that sees something everywhere."""
 SUNK = 1e-4
 """How far the floor lies below the level on which things stand [m], so that both are not in one place."""
 
 
+SPREAD = np.radians(40.0)
+"""How far from their middle cameras may look for one straight wall to be behind the scene for all of them."""
+DEEP, SHALLOW = 5.0, 2.2
+"""Farthest and nearest distance of a straight wall, in radii of what the film is about,"""
+BEYOND, MOST = 0.7, 99.0
+"""and how far behind this part [%] of all that is seen it stands."""
+WIDE, TALL, COVE = 9.0, 3.2, 0.05
+"""Width and height of a straight wall, and the radius of its curve to the floor, in its distances."""
+FALLOFF = 0.3
+"""How much darker a wall is at its far ends than in its middle, where the subject stands before it."""
+
+
+def wall_mesh(backdrop: dict[str, Any], eyes: Iterable[Array], things: Array, stage: float) -> tuple[Mesh, Array]:
+    """Return a wall behind the scene and how bright it is at each vertex, 0 to 1.
+
+    It is straight, or round if cameras look in too many directions for one straight wall.
+
+    Args:
+        backdrop: As the film section has it resolved, with a level.
+        eyes: Where cameras stand, now and then [m].
+        things: Places of all that is seen, over all of the time [m], shape (n, 3).
+        stage: Radius of what the film is about [m].
+    """
+    eyes = list(eyes)
+    ways = np.subtract(backdrop["center"][:2], np.array([np.asarray(eye, float)[:2] for eye in eyes]).reshape(-1, 2))
+    ways = ways[np.hypot(*ways.T) > 1e-6]
+    ways /= np.hypot(*ways.T)[:, None]
+    ahead = ways.mean(axis=0) if len(ways) else np.zeros(2)
+    if np.linalg.norm(ahead) < 0.5 or (ways @ ahead / np.linalg.norm(ahead)).min() < np.cos(SPREAD):
+        made = _round_wall(backdrop, eyes, max(float(backdrop["radius"]), _farthest(backdrop, eyes) * CLEARANCE / NEAR))
+        x, y = backdrop["center"][:2]
+        placed = made.vertices + (x, y, backdrop["level"] - SUNK)
+        return Mesh(placed, made.faces, made.normals), np.ones(len(placed))
+    ahead /= np.linalg.norm(ahead)
+    depths = (things[:, :2] - backdrop["center"][:2]) @ ahead
+    # What strays farthest passes through it: it stands where the many end.
+    reach = float(np.percentile(depths, MOST)) if len(depths) else 0.0
+    away = float(np.clip(reach + BEYOND * stage, SHALLOW * stage, DEEP * stage))
+    cove, height = COVE * away, TALL * away
+    turn = np.linspace(0, np.pi / 2, 9)
+    rise = np.append(cove - cove * np.cos(turn), np.linspace(cove, height, 24)[1:])
+    depth = np.append(away - cove + cove * np.sin(turn), np.full(23, away))
+    lean = np.append(np.cos(turn), np.zeros(23))
+    side = np.linspace(-WIDE / 2, WIDE / 2, 49) * away
+    across = np.array([ahead[1], -ahead[0]])
+    flat = side[:, None, None] * across + depth[None, :, None] * ahead
+    vertices = np.concatenate([flat, np.broadcast_to(rise[None, :, None], (*flat.shape[:2], 1))], axis=2)
+    normals = np.concatenate([-np.sqrt(1 - lean**2)[:, None] * ahead, lean[:, None]], axis=1)
+    normals = np.broadcast_to(normals, vertices.shape)
+    k = np.arange(len(side) * len(rise)).reshape(len(side), len(rise))
+    corners = [k[:-1, :-1].ravel(), k[1:, :-1].ravel(), k[1:, 1:].ravel(), k[:-1, 1:].ravel()]
+    faces = np.concatenate([np.stack([corners[i] for i in row], axis=1) for row in ((0, 2, 1), (0, 3, 2))])
+    far = (side[:, None] / (2.2 * away)) ** 2 + (rise[None] / (1.6 * away)) ** 2
+    bright = 1 - FALLOFF * (1 - np.exp(-far))
+    x, y = backdrop["center"][:2]
+    placed = vertices.reshape(-1, 3) + (x, y, backdrop["level"] - SUNK)
+    return Mesh(placed, faces, normals.reshape(-1, 3)), bright.ravel()
+
+
 def backdrop_mesh(backdrop: dict[str, Any], eyes: Iterable[Array]) -> Mesh | None:
-    """Return the mesh of a backdrop; None if there is none.
+    """Return the mesh of a backdrop, without the wall of `wall`; None if there is none.
 
     Args:
         backdrop: As the film section has it resolved.
@@ -47,22 +109,15 @@ def backdrop_mesh(backdrop: dict[str, Any], eyes: Iterable[Array]) -> Mesh | Non
     kind, eyes = backdrop["kind"], list(eyes)
     if kind == "none" or backdrop["level"] is None:
         return None
-    bounded = kind == "cyclorama"
-    if bounded:
+    if kind in ("cyclorama", "wall"):
         radius = max(float(backdrop["radius"]), _farthest(backdrop, eyes) * CLEARANCE / NEAR)
     else:
         off = [np.hypot(*np.subtract(eye, backdrop["center"])[:2]) for eye in eyes]
         radius = LOST * HAZY[kind] * float(backdrop["radius"]) + max(off, default=0.0)
     rings = radius * np.geomspace(0.05, 1.0, STEPS)
     made = _turned(np.column_stack([np.append(0.0, rings), np.zeros(STEPS + 1)]), np.tile([0.0, 1.0], (STEPS + 1, 1)))
-    if bounded:
-        bend, near = FILLET * radius, NEAR * radius
-        turn = np.linspace(0, np.pi / 2, STEPS)
-        curve = np.stack([near + bend * np.sin(turn), bend - bend * np.cos(turn)], axis=1)
-        slopes = np.stack([-np.sin(turn), np.cos(turn)], axis=1)
-        top = [(near + bend, WALL * radius + bend)]
-        wall = _turned(np.concatenate([curve, top]), np.concatenate([slopes, slopes[-1:]]))
-        made = joined([made, _open(wall, backdrop, eyes)])
+    if kind == "cyclorama":
+        made = joined([made, _round_wall(backdrop, eyes, radius)])
     x, y = backdrop["center"][:2]
     return Mesh(made.vertices + (x, y, backdrop["level"] - SUNK), made.faces, made.normals)
 
@@ -81,6 +136,37 @@ def clearness(backdrop: dict[str, Any], depth: Array, alpha: Array) -> Array:
     # At the edge of the ground a pixel sees it in some samples only: it is as far away as what is beside it.
     away = np.where(alpha < WHOLE, maximum_filter(depth, size=3), depth)
     return np.exp(-((away / far) ** 4))
+
+
+def sky(backdrop: dict[str, Any], background: Array, view: Any, size: tuple[int, int]) -> Array:
+    """Return what is seen where nothing is, in sRGB: one colour, shape (3,), or a sky, shape (h, 1 or w, 3).
+
+    Args:
+        backdrop: As the film section has it resolved; `sky` is the colour overhead.
+        background: Colour at the horizon.
+        view: Of the film's camera.
+        size: Width and height of the picture [pixels].
+    """
+    if "sky" not in backdrop:
+        return np.asarray(background, float)
+    right, up, ahead = (np.array(axis) for axis in basis(view.pos, view.look_at, view.up))
+    width, height = size
+    tall = np.tan(np.radians(view.fov) / 2)
+    y = tall * (1 - 2 * (np.arange(height) + 0.5) / height)[:, None, None]
+    x = tall * width / height * (2 * (np.arange(width) + 0.5) / width - 1)[None, :, None]
+    rays = ahead + x * right + y * up
+    rise = np.clip(rays[..., 2:] / np.linalg.norm(rays, axis=-1, keepdims=True), 0.0, 1.0)
+    return background + (np.asarray(backdrop["sky"]) - background) * np.clip(rise / OVERHEAD, 0.0, 1.0) ** 0.7
+
+
+def _round_wall(backdrop: dict[str, Any], eyes: Iterable[Array], radius: float) -> Mesh:
+    bend, near = FILLET * radius, NEAR * radius
+    turn = np.linspace(0, np.pi / 2, STEPS)
+    curve = np.stack([near + bend * np.sin(turn), bend - bend * np.cos(turn)], axis=1)
+    slopes = np.stack([-np.sin(turn), np.cos(turn)], axis=1)
+    top = [(near + bend, WALL * radius + bend)]
+    wall = _turned(np.concatenate([curve, top]), np.concatenate([slopes, slopes[-1:]]))
+    return _open(wall, backdrop, eyes)
 
 
 def _turned(profile: Array, slopes: Array) -> Mesh:

@@ -16,7 +16,7 @@ import numpy as np
 from text2sim.recording.film_record import FilmRecord
 from text2sim.recording.run_files import read_measures
 from text2sim.rendering import tone
-from text2sim.rendering.backdrop import clearness
+from text2sim.rendering.backdrop import clearness, sky
 from text2sim.rendering.frames import Digests, save, sweep
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.scene import Stage, sensor
@@ -128,13 +128,15 @@ class Filming:
     def trace(self, frame: Frame) -> Traced:
         """Trace one picture."""
         start = perf_counter()
-        stage, moments = self.stage, []
+        stage, moments, view = self.stage, [], None
         for t, part in frame.moments(self._how.blur):
             view = self._cameras.view(frame.camera, t, part)
             moments.append((stage.at(t), sensor(view, self.size)))
         update = perf_counter() - start
         made = trace(moments, self._how, self.recording.film["gain"])
         made.seconds["update"] = update
+        film = self.recording.film
+        made.behind = sky(film["backdrop"], film["background"], view, self.size)
         return made
 
     def develop(self, traced: Traced) -> Any:
@@ -142,7 +144,8 @@ class Filming:
         film = self.recording.film
         shown = tone.developed(traced.radiance, film["gain"], film.get("tone", "agx"))
         alpha = traced.alpha * clearness(film["backdrop"], traced.depth, traced.alpha)
-        return tone.bytes_of(tone.over(shown, alpha, film["background"]))
+        behind = film["background"] if traced.behind is None else traced.behind
+        return tone.bytes_of(tone.over(shown, alpha, behind))
 
     def finished(self, frame: Frame, format: Format = "png") -> Path:
         """Return where a picture lies, or would lie."""

@@ -11,15 +11,19 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.compiler.film_lights import ROOM as ROOMY
 from text2sim.recording.film_record import FilmRecord, Part, SurfaceLook
-from text2sim.rendering.backdrop import backdrop_mesh
+from text2sim.rendering.backdrop import backdrop_mesh, wall_mesh
 from text2sim.rendering.finishes import material, needs_uvs
+from text2sim.rendering.floors import floor_material
 from text2sim.rendering.lights import dome, emitters, gradient
 from text2sim.rendering.meshes import Mesh
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.rigid import batches, matrices
 from text2sim.rendering.shapes import mesh_shape, shaded
 from text2sim.rendering.soft import SoftBodies
+from text2sim.rendering.supports import COLOR as POSTS
+from text2sim.rendering.supports import supports
 from text2sim.rendering.tone import linear
 from text2sim.templates.cadence import frames, reels
 from text2sim.templates.cameras import Cameras, View, basis
@@ -55,12 +59,16 @@ class Stage:
         self.backdrop = film["backdrop"] | {"level": self._level()}
         self._fixed: dict[str, Any] = {"type": "scene"}
         self._floor, replaced = self._floor_look()
-        mesh = backdrop_mesh(self.backdrop, self._eyes())
-        self._backdrop = None if mesh is None else self._make_backdrop(mesh)
-        if self._backdrop is not None:
-            self._fixed["backdrop"] = self._backdrop(material(self._floor.finish, two_sided=True))
+        self._backdrop = self._make_backdrop()
         center, radius = np.asarray(self.backdrop["center"], float), float(self.backdrop["radius"])
         self._fixed |= emitters(film["lights"], center, radius)
+        posts = None
+        if self.backdrop.get("supports") and self.backdrop["level"] is not None:
+            posts = supports(recording, float(self.backdrop["level"]), replaced | set(self.backdrop["planes"]))
+        if posts is not None:
+            painted = _painted("supports", posts, np.broadcast_to(linear(np.array(POSTS)), posts.vertices.shape))
+            self._backdrop["supports"] = painted, material("painted", two_sided=True)
+        self._fixed |= {name: make(bsdf) for name, (make, bsdf) in self._backdrop.items()}
         self._rigid = batches([part for part in recording.parts if part.body not in replaced], recording.statics)
         states = recording.states.soft
         self._soft = None if states is None else SoftBodies(recording.soft, states)
@@ -127,8 +135,7 @@ class Stage:
         shapes |= {batch.name: batch.shape(pos, quat, black) for batch in self._rigid if not batch.is_clear}
         if self._soft is not None:
             shapes |= self._soft.shapes(around, black)
-        if self._backdrop is not None:
-            shapes["backdrop"] = self._backdrop(black)
+        shapes |= {name: make(black) for name, (make, _) in self._backdrop.items()}
         # What glass mirrors besides lamps is the lit room, which is black here: its brightness comes from above, and
         # fades towards the floor, or a flat pane would mirror a hard line between the two.
         film = self.recording.film
@@ -136,10 +143,36 @@ class Stage:
         shapes["dome"] = dome(gradient(room, np.zeros(3)))
         return Moment(solid, mitsuba().load_dict(self._fixed | shapes, optimize=False))
 
-    def _make_backdrop(self, mesh: Mesh) -> Callable[[Any], Any]:
+    def _make_backdrop(self) -> dict[str, tuple[Callable[[Any], Any], Any]]:
+        """Return what makes the floor and the wall of any material, and the material of each."""
+        eyes, backdrop = self._eyes(), self.backdrop
+        mesh = backdrop_mesh(backdrop, eyes)
+        if mesh is None:
+            return {}
+        floor = backdrop.get("floor")
+        bare = material(self._floor.finish, two_sided=True)
+        laid = bare if floor is None else floor_material(floor["pattern"], floor["color"], floor["tile"])
         color, _ = shaded(self._floor.color, self._floor.finish)
-        colors = np.broadcast_to(color, (len(mesh.vertices), 3))
-        return lambda bsdf: mesh_shape("backdrop", bsdf, mesh.vertices, mesh.faces, mesh.normals, colors=colors)
+        made = {"backdrop": (_painted("backdrop", mesh, np.broadcast_to(color, mesh.vertices.shape)), laid)}
+        if backdrop["kind"] == "wall":
+            wall, bright = wall_mesh(backdrop, eyes, self._places(), float(backdrop["radius"]) / ROOMY)
+            color = linear(np.asarray(self.recording.film["background"])) * bright[:, None]
+            made["wall"] = (_painted("wall", wall, color), material(BACKDROP_FINISH, two_sided=True))
+        return made
+
+    def _places(self) -> Any:
+        """Return outermost points of all that is seen, over all of the time [m], shape (n, 3)."""
+        states, planes = self.recording.states, self.backdrop["planes"]
+        bodies = [body for body in self.recording.bodies if body not in planes]
+        times = states.time[:: max(1, len(states.time) // EYES)]
+        clouds = [states.bounds(bodies, float(t)) for t in times] if bodies else []
+        points = np.concatenate([np.zeros((0, 3)), *clouds])
+        return points[np.isfinite(points).all(axis=1)]
+
+
+def _painted(name: str, mesh: Mesh, colors: Any) -> Callable[[Any], Any]:
+    uvs = mesh.vertices[:, :2]
+    return lambda bsdf: mesh_shape(name, bsdf, mesh.vertices, mesh.faces, mesh.normals, colors=colors, uvs=uvs)
 
 
 def _is_plane(part: Part, recording: FilmRecord, level: float) -> bool:

@@ -55,8 +55,8 @@ def linear(srgb: Array) -> Array:
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
-def over(picture: Array, alpha: Array, color: tuple[float, float, float]) -> Array:
-    """Return a picture (h, w, 3) that stops being opaque before a plain colour, both in sRGB."""
+def over(picture: Array, alpha: Array, color: tuple[float, float, float] | Array) -> Array:
+    """Return a picture (h, w, 3) that stops being opaque before a plain colour or a picture, both in sRGB."""
     return picture * alpha[..., None] + np.asarray(color) * (1 - alpha[..., None])
 
 

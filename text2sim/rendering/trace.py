@@ -70,6 +70,8 @@ class Traced:
     """Distance from the camera [m], 0 where there is nothing, shape (h, w)."""
     seconds: dict[str, float]
     """Time [s] by part."""
+    behind: Array | None = None
+    """What is seen where nothing is, in sRGB; the background if None."""
 
 
 def trace(moments: Sequence[tuple[Moment, Any]], quality: Quality, gain: float, *, denoise: bool = True) -> Traced:

@@ -20,7 +20,7 @@ MANY, OUTLIERS = 20, 0.02
 """Of this many bodies or more, this part of their places may be cut off by an edge of the picture: one shard that flies
 off must not make all others small."""
 AZIMUTHS = (-61, -119, -75, -105, -90, -30, -150, 0, 180, 119, 61, 90)
-ELEVATIONS = {22: 0.0, 32: 0.01, 12: 0.03, 50: 0.07}
+ELEVATIONS = {13: 0.0, 19: 0.02, 8: 0.03, 27: 0.07, 42: 0.14}
 """Angles [deg] of ways to a camera: from +x round, and above the horizon with what is lost by it. What is usual comes
 first."""
 HABIT, BACK = 0.006, 0.06

@@ -52,6 +52,7 @@ BACKDROP = {
     "center": (0.0, -1.0867, 0.42),
     "radius": 13.861,
     "planes": [],
+    "supports": True,
 }
 GAIN = 0.8044  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"

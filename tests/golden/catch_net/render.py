@@ -31,41 +31,50 @@ SHOTS = [
     {"name": "rest", "camera": "main", "from": 1.6, "to": 2.8, "speed": 1.0, "hold": 0.0},
 ]
 
-BACKGROUND = (0.7882, 0.8078, 0.8314)
-AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
+BACKGROUND = (0.9098, 0.8784, 0.8235)
+AMBIENT = 0.45  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
     "key": {
         "kind": "softbox",
-        "strength": 3.2,
-        "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.4633, 0.7419, -1.0),
+        "strength": 2.6,
+        "color": (1.0, 0.9686, 0.9333),
+        "direction": (0.4406, 0.7864, -1.15),
         "at": (0.0, 0.0, 1.6884),
         "distance": 11.37,
         "size": 3.979,
     },
     "rim": {
         "kind": "softbox",
-        "strength": 1.1,
-        "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.1251, -1.0744, -1.4),
+        "strength": 0.9,
+        "color": (0.8902, 0.9255, 1.0),
+        "direction": (-0.3051, -0.9418, -1.5),
         "at": (0.0, 0.0, 1.6884),
         "distance": 11.37,
         "size": 3.979,
     },
+    "front": {
+        "kind": "sun",
+        "strength": 0.75,
+        "color": (1.0, 1.0, 1.0),
+        "direction": (-0.6774, 0.7769, -0.3),
+        "angle": 0.61087,
+    },
     "fill": {
         "kind": "environment",
-        "strength": 0.12,
-        "color": (0.9333, 0.9529, 0.9804),
-        "horizon": (0.8745, 0.8902, 0.9098),
+        "strength": 0.3,
+        "color": (0.9569, 0.9647, 0.9804),
+        "horizon": (0.9333, 0.9176, 0.8941),
     },
 }
 BACKDROP = {
-    "kind": "cyclorama",
+    "kind": "wall",
     "level": 0.0,
     "center": (0.0, 0.0, 1.6884),
     "radius": 22.739,
     "planes": [],
+    "floor": {"pattern": "slabs", "color": (0.7255, 0.749, 0.7686), "tile": 1.0},
+    "supports": True,
 }
-GAIN = 1.0466  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 0.7721  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -61,6 +61,7 @@ BACKDROP = {
     "center": (0.0, 0.0, 0.0),
     "radius": 7.592,
     "planes": [],
+    "supports": True,
 }
 GAIN = 1.2885  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"

@@ -63,6 +63,7 @@ BACKDROP = {
     "center": (0.8693, 0.0, 0.42),
     "radius": 17.62,
     "planes": [],
+    "supports": True,
 }
 GAIN = 1.2022  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"

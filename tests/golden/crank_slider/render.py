@@ -63,6 +63,7 @@ BACKDROP = {
     "center": (0.22, -0.01, -0.155),
     "radius": 4.821,
     "planes": [],
+    "supports": True,
 }
 GAIN = 1.2885  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"

@@ -61,6 +61,7 @@ BACKDROP = {
     "center": (0.0, 0.0, 1.615),
     "radius": 19.34,
     "planes": [],
+    "supports": True,
 }
 GAIN = 1.2022  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"

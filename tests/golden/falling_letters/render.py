@@ -30,41 +30,50 @@ SHOTS = [
     {"name": "fall", "camera": "main", "from": 0.0, "to": 1.9, "speed": 0.45, "hold": 0.0},
 ]
 
-BACKGROUND = (0.7882, 0.8078, 0.8314)
-AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
+BACKGROUND = (0.9098, 0.8784, 0.8235)
+AMBIENT = 0.45  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
     "key": {
         "kind": "softbox",
-        "strength": 3.2,
-        "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.6329, 0.6037, -1.0),
+        "strength": 2.6,
+        "color": (1.0, 0.9686, 0.9333),
+        "direction": (0.622, 0.6524, -1.15),
         "at": (0.0, 0.02, 0.5586),
         "distance": 6.521,
         "size": 2.282,
     },
     "rim": {
         "kind": "softbox",
-        "strength": 1.1,
-        "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.3878, -1.0098, -1.4),
+        "strength": 0.9,
+        "color": (0.8902, 0.9255, 1.0),
+        "direction": (-0.5293, -0.8366, -1.5),
         "at": (0.0, 0.02, 0.5586),
         "distance": 6.521,
         "size": 2.282,
     },
+    "front": {
+        "kind": "sun",
+        "strength": 0.75,
+        "color": (1.0, 1.0, 1.0),
+        "direction": (-0.4634, 0.9207, -0.3),
+        "angle": 0.61087,
+    },
     "fill": {
         "kind": "environment",
-        "strength": 0.12,
-        "color": (0.9333, 0.9529, 0.9804),
-        "horizon": (0.8745, 0.8902, 0.9098),
+        "strength": 0.3,
+        "color": (0.9569, 0.9647, 0.9804),
+        "horizon": (0.9333, 0.9176, 0.8941),
     },
 }
 BACKDROP = {
-    "kind": "cyclorama",
+    "kind": "wall",
     "level": 0.0,
     "center": (0.0, 0.02, 0.5586),
     "radius": 13.042,
     "planes": [],
+    "floor": {"pattern": "slabs", "color": (0.9255, 0.9373, 0.949), "tile": 0.5},
+    "supports": True,
 }
-GAIN = 1.0466  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 0.6292  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -64,6 +64,7 @@ BACKDROP = {
     "center": (0.0, 0.0, 0.725),
     "radius": 12.826,
     "planes": [],
+    "supports": True,
 }
 GAIN = 1.2885  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"

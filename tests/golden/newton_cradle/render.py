@@ -63,6 +63,7 @@ BACKDROP = {
     "center": (0.0, 0.0, 0.7264),
     "radius": 11.385,
     "planes": [],
+    "supports": True,
 }
 GAIN = 1.381  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"

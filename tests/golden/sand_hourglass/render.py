@@ -64,6 +64,7 @@ BACKDROP = {
     "center": (0.0, 0.0, 0.1835),
     "radius": 4.65,
     "planes": [],
+    "supports": True,
 }
 GAIN = 1.1858  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"

@@ -62,6 +62,7 @@ BACKDROP = {
     "center": (0.0, 0.0, -0.05),
     "radius": 14.283,
     "planes": [],
+    "supports": True,
 }
 GAIN = 1.0466  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"

@@ -61,6 +61,7 @@ BACKDROP = {
     "center": (-0.064, 0.0, 0.0),
     "radius": 3.804,
     "planes": [],
+    "supports": True,
 }
 GAIN = 1.5428  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"

@@ -62,6 +62,7 @@ BACKDROP = {
     "center": (0.1756, 0.0, 0.7257),
     "radius": 10.886,
     "planes": [],
+    "supports": True,
 }
 GAIN = 1.2022  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"

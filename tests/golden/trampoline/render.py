@@ -62,6 +62,7 @@ BACKDROP = {
     "center": (0.0, 0.0, 1.065),
     "radius": 16.958,
     "planes": [],
+    "supports": True,
 }
 GAIN = 1.2022  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"

@@ -61,6 +61,7 @@ BACKDROP = {
     "center": (0.0, 0.0, -0.1729),
     "radius": 10.474,
     "planes": [],
+    "supports": True,
 }
 GAIN = 1.1064  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"

@@ -50,6 +50,7 @@ BACKDROP = {
     "center": (-0.3586, 0.79, 1.6375),
     "radius": 22.81,
     "planes": [],
+    "supports": True,
 }
 GAIN = 0.7922  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"

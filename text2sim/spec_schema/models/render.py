@@ -90,16 +90,26 @@ class Render(Model):
     quality: Literal["preview", "final"] = "preview"
     """A run makes the rasterised preview, in a moment; `text2sim render` makes path-traced films of a run. `final` says
     that this is what counts."""
-    lighting: Literal["studio", "overcast", "golden_hour", "dark_stage"] = "studio"
+    setting: Literal["studio", "workshop", "warehouse", "room", "kitchen", "tabletop", "street", "meadow"] | None = None
+    """The place: floor, what is behind, and the light that belongs there; each can be said below instead. `studio`: a
+    pale polished floor and wall. `workshop`: concrete slabs, a warm wall. `warehouse`: the same, cooler and darker.
+    `room`: floor boards. `kitchen`: tiles. `tabletop`: fine boards, for what fits on a table. `street`: asphalt, sun
+    and sky. `meadow`: grass, sun and sky. A ground that was given a colour or a finish keeps it. If nothing is said
+    about light or backdrop either, it is chosen from the case."""
+    supports: Literal["posts", "none"] = "posts"
+    """Whether what stands in the air without anything below it, and never moves, gets thin posts down to the floor
+    where nothing moves past. Path traced only."""
+    lighting: Literal["studio", "daylight", "sunlight", "overcast", "golden_hour", "dark_stage"] = "studio"
     """Lights, backdrop and background in one word, each of which can be said below instead. `studio`: a large soft lamp
-    beside the camera, a cool rim light, little else, on a seamless grey cyclorama. `overcast`: shadowless, under a
-    bright cloud. `golden_hour`: a low warm sun. `dark_stage`: a spot from above, on black."""
+    beside the camera, a cool rim light, little else, on a seamless grey cyclorama. `daylight`: a large window beside
+    the camera, a bright room, a wall. `sunlight`: sun and sky. `overcast`: shadowless, under a bright cloud.
+    `golden_hour`: a low warm sun. `dark_stage`: a spot from above, on black."""
     lights: dict[Name, Light] = Field(default_factory=dict, max_length=20)
     """By name, instead of those of `lighting`."""
-    backdrop: Literal["cyclorama", "ground", "horizon", "none"] | None = None
-    """What is under and behind everything. `cyclorama`: a floor that curves up into a seamless wall. `ground`: a floor
-    that fades into the background. `horizon`: ground and sky. `none`: the ground of the scene and the background.
-    The preview draws none of them."""
+    backdrop: Literal["wall", "cyclorama", "ground", "horizon", "none"] | None = None
+    """What is under and behind everything. `wall`: a floor, and a wall behind the scene. `cyclorama`: a floor that
+    curves up into a seamless wall. `ground`: a floor that fades into the background. `horizon`: ground and sky. `none`:
+    the ground of the scene and the background. The preview draws none of them."""
     background: Color | None = None
     """Colour of the backdrop, and behind everything."""
     ambient: NonNegative | None = Field(default=None, le=100.0)

@@ -1,0 +1,106 @@
+"""Places: floors, walls, posts below what hangs in the air, and how bright a picture is."""
+
+import numpy as np
+import pytest
+from filmed import MakeRun
+
+from text2sim.compiler.build import plan_case
+from text2sim.recording.film_record import read_recording
+from text2sim.rendering import tone
+from text2sim.rendering.backdrop import wall_mesh
+from text2sim.rendering.film import Filming
+from text2sim.rendering.floors import SURFACES, texture
+from text2sim.rendering.supports import Fixed, posts
+from text2sim.spec_schema.load import load_text
+
+CASE = """
+text2sim: 2
+name: drop
+scene: {duration: 0.4, statics: {floor: {shape: {kind: plane}LOOK}}}
+bodies: {box: {kind: rigid, shape: {kind: box, size: [0.6, 0.6, 0.6]}, pose: {pos: [0, 0, 0.5]}}}
+render: RENDER
+"""
+BACKDROP = {"kind": "wall", "level": 0.0, "center": (0.0, 0.0, 0.5), "radius": 8.0}
+CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+QUADS = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+
+
+def film(render="{}", look=""):
+    return plan_case(load_text(CASE.replace("RENDER", render).replace("LOOK", look))).render
+
+
+def box(half, pos, tilt=0.0):
+    c, s = np.cos(tilt), np.sin(tilt)
+    placed = CORNERS * half @ np.array([(c, 0, s), (0, 1, 0), (-s, 0, c)]).T + pos
+    return Fixed(np.array([placed[list(q)] for a, b, c, d in QUADS for q in ((a, b, c), (a, c, d))]))
+
+
+def test_a_place_is_chosen_where_nothing_is_said_of_light_or_backdrop():
+    assert film()["backdrop"]["floor"]["pattern"] == "slabs"
+    assert film("{cameras: {a: {kind: still, from: [0, -3, 1], look_at: box}}}")["backdrop"]["kind"] == "wall"
+    assert "floor" not in film("{lighting: overcast}")["backdrop"]
+    assert film("{setting: street}")["backdrop"]["sky"] != film("{setting: street}")["background"]
+    wood = film("{setting: street}", ", look: {color: oak, finish: wood}")["backdrop"]["floor"]
+    assert wood["pattern"] == "boards", "the ground of a case keeps its finish"
+    assert film("{setting: meadow, background: red}")["background"] == (1, 0, 0)
+
+
+def test_a_dark_floor_makes_the_picture_brighter():
+    assert film(look=", look: {color: black}")["gain"] > film()["gain"] > film(look=", look: {color: white}")["gain"]
+
+
+@pytest.mark.parametrize("pattern", SURFACES)
+def test_a_texture_keeps_the_colour_and_has_no_seam(pattern):
+    made = texture(pattern)
+    assert made.mean(axis=(0, 1)) == pytest.approx(1.0)
+    rows = np.abs(np.diff(made, axis=0)).mean(axis=(1, 2))
+    seam = np.abs(made[0] - made[-1]).mean()
+    assert seam <= 1.2 * rows.max()
+
+
+def test_the_wall_is_straight_and_behind_the_scene_but_round_about_a_camera_that_goes_round():
+    things = np.array([(0.0, 1.0, 0.5)])
+    wall, bright = wall_mesh(BACKDROP, [np.array([0.0, -4.0, 1.0])], things, 1.0)
+    assert wall.vertices[:, 1].min() > 1.5
+    assert np.ptp(wall.vertices[wall.vertices[:, 2] > 1][:, 1]) < 1e-9
+    assert bright.max() == pytest.approx(1.0, abs=0.01)
+    assert (wall.normals @ (0.0, -1.0, 0.3) > 0).all()
+    turns = np.linspace(0, 2 * np.pi, 8, endpoint=False)
+    round_about = [np.array([4 * np.cos(a), 4 * np.sin(a), 1.0]) for a in turns]
+    assert np.ptp(wall_mesh(BACKDROP, round_about, things, 1.0)[0].vertices[:, 1]) > 8
+
+
+def test_what_hangs_in_the_air_gets_posts_where_nothing_moves():
+    ramp = box((1.0, 0.3, 0.03), (0, 0, 0.8), 0.3)
+    made = posts([ramp], 0.0, [])
+    assert made is not None
+    assert made.vertices[:, 2].min() == 0
+    assert made.vertices[:, 2].max() < 1.15
+    corners = {(round(float(np.sign(x)), 0), round(float(np.sign(y)), 0)) for x, y, _ in made.vertices}
+    assert len(corners) == 4
+    ball = (np.array([(0.8, 0.2, 0.3)]), np.eye(3)[None], np.full((1, 3), 0.2))
+    fewer = posts([ramp], 0.0, [ball])
+    assert fewer is not None
+    assert len(fewer.vertices) < len(made.vertices)
+    assert not ((fewer.vertices[:, :2] > 0).all(axis=1)).any(), "the ball passes there"
+
+
+def test_what_stands_or_leans_or_holds_on_to_something_gets_none():
+    stands = box((0.3, 0.3, 0.3), (0, 0, 0.3))
+    assert posts([stands], 0.0, []) is None
+    peg = box((0.05, 0.3, 0.05), (0, -0.59, 0.5))
+    assert posts([stands, peg], 0.0, []) is None, "it holds on to what stands"
+
+
+@pytest.mark.usefixtures("tracer")
+def test_a_picture_without_a_render_section_uses_the_tonal_range(make_run: MakeRun) -> None:
+    run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.3)}})
+    case = load_text(CASE.replace("RENDER", "{}").replace("LOOK", ""))
+    recording = read_recording(run, plan_case(case))
+    filming = Filming(recording, "draft", size=(64, 36))
+    shown = filming.develop(filming.trace(filming.reels()[0].frames[0])) / 255 @ tone.LUMA
+    floor, behind = np.median(shown[-8:]), np.median(shown[:4])
+    assert 0.45 < floor < 0.68
+    assert behind > floor + 0.03, "the background is told from the floor"
+    assert np.percentile(shown, 99) < 0.93
+    assert np.percentile(shown, 5) > 0.1

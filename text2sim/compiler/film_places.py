@@ -1,0 +1,136 @@
+"""Places in which a film takes place: a floor, what is behind it, and the light that belongs there.
+
+A place is chosen from the case where nobody has said how it is lit or what is behind it. Nothing here touches physics.
+"""
+
+from math import dist, floor, log2, log10
+from typing import Any, NamedTuple
+
+from text2sim.compiler.film_cameras import Ground, extent, ground_planes
+from text2sim.compiler.looks import STAGE, has_glass, oklab, worn_by
+from text2sim.spec_schema.models.colors import rgb
+from text2sim.spec_schema.models.render import Render
+
+
+class Place(NamedTuple):
+    """What a word for a place means."""
+
+    lighting: str
+    """The light of it, a row of `film_lights.STUDIOS`."""
+    backdrop: str
+    pattern: str
+    """Of its floor, a row of `rendering/floors.py`."""
+    floor: str
+    behind: str
+    """Colour of its wall, or of the sky at the horizon."""
+    sky: str = ""
+    """Colour of the sky overhead."""
+
+
+PLACES = {
+    "studio": Place("daylight", "wall", "polished", "#b4b7ba", "#e3e6e8"),
+    "workshop": Place("daylight", "wall", "slabs", "#9c9a96", "#e8e0d2"),
+    "warehouse": Place("daylight", "wall", "slabs", "#858a8e", "#c3ccd3"),
+    "room": Place("daylight", "wall", "boards", "#b07f50", "#ece6da"),
+    "kitchen": Place("daylight", "wall", "tiles", "#b9b4ac", "#d6e2df"),
+    "tabletop": Place("daylight", "wall", "boards", "#b98f62", "#e2e6e8"),
+    "street": Place("sunlight", "horizon", "asphalt", "#8b8d90", "#dbe4ea", "#8fb4d9"),
+    "meadow": Place("sunlight", "horizon", "grass", "#7f9a4e", "#dde8ec", "#86b1de"),
+}
+DECIDED = {"lighting", "lights", "backdrop", "background", "ambient", "exposure", "tone", "setting"}
+"""What says something about light or about what is behind."""
+PAIRS = (
+    ("slabs", "#9c9a96", "#e8e0d2"),
+    ("slabs", "#979fa5", "#d5dee6"),
+    ("slabs", "#6f767d", "#9aa6b1"),
+    ("slabs", "#7c756b", "#b9ae9c"),
+)
+"""Floor and wall of a place that nobody chose, the most usual first."""
+USUAL = 0.03
+"""What each step down that list has to gain in contrast."""
+SMALL = 0.3
+"""Radius [m] of a scene that is as small as what stands on a table: its floor has no joints."""
+OF_FINISH = {
+    "concrete": "slabs",
+    "wood": "boards",
+    "ceramic": "tiles",
+    "brick": "tiles",
+    "sand": "sand",
+    "smooth": "polished",
+}
+"""Pattern of a ground that was given a finish."""
+JOINTS = {"slabs": (0.5, 2.0), "boards": (0.02, 0.2), "tiles": (0.05, 0.5), "asphalt": (0.5, 2.0), "grass": (0.5, 2.0)}
+"""How far apart [m] the joints of a pattern may be, or how large what repeats itself may be."""
+SHARE = 0.45
+"""The same, in radii of the scene."""
+MIDDLE, USED_TO, BOUND = 0.33, 0.4, 0.6
+"""Brightness of a floor to which lights belong, which part of the difference of another one is made up for, and most
+stops of that."""
+
+
+def is_chosen(render: Render) -> bool:
+    """Return whether a place is chosen from the case: it says neither how it is lit nor what is behind it."""
+    return not render.model_fields_set & DECIDED
+
+
+def place_of(render: Render, ground: Ground) -> Place | None:
+    """Return where a film takes place; None if the case has its own light or backdrop and names no place."""
+    if render.setting is not None:
+        return PLACES[render.setting]
+    if not is_chosen(render):
+        return None
+    green = [rgb(copy.model.look.color) for copy in ground_planes(ground) if isinstance(copy.model.look.color, str)]
+    if any(g > 1.1 * r and g > 1.2 * b for r, g, b in green):
+        return PLACES["meadow"]
+    pattern, color, behind = PAIRS[max(range(len(PAIRS)), key=lambda k: _apart(k, ground))]
+    if extent(ground)[1] < SMALL:
+        pattern = "polished"
+    return PLACES["workshop"]._replace(pattern=pattern, floor=color, behind=behind)
+
+
+def adapted(floor: dict[str, Any]) -> float:
+    """Return stops by which a picture is brighter for a dark floor, and darker for a pale one: eyes get used to it."""
+    red, green, blue = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in floor["color"])
+    bright = 0.2126 * red + 0.7152 * green + 0.0722 * blue
+    return round(min(max(USED_TO * log2(MIDDLE / max(bright, 1e-3)), -BOUND), BOUND), 4)
+
+
+def floor_of(place: Place, ground: Ground, radius: float) -> dict[str, Any]:
+    """Return the floor of a place, as plain data: that of the scene where it was given a colour or a finish.
+
+    Args:
+        place: The place.
+        ground: The scene at its start.
+        radius: Of the scene [m].
+    """
+    pattern, color = place.pattern, place.floor
+    for copy in ground_planes(ground):
+        look = copy.model.look
+        pattern = OF_FINISH.get(look.finish, pattern)
+        if look.color not in (None, STAGE):
+            color = next(iter(worn_by(copy)))[:3]
+    low, high = JOINTS.get(pattern, (0.1, 2.0))
+    return {"pattern": pattern, "color": _rounded(color), "tile": _pleasant(min(max(SHARE * radius, low), high))}
+
+
+def _apart(k: int, ground: Ground) -> float:
+    """How much all that moves stands out before a floor and its wall; glass counts as white."""
+    colors = [oklab(rgba[:3]) for name in ground.moving for copy in ground.placed[name] for rgba in worn_by(copy)] + [
+        oklab((1.0, 1.0, 1.0)) for copies in ground.placed.values() for copy in copies if has_glass(copy)
+    ]
+    if not colors:
+        return -k
+    behind = [oklab(rgb(color)) for color in PAIRS[k][1:]]
+    away = sorted(min(dist(one, color) for one in behind) for color in dict.fromkeys(colors))
+    return 0.6 * away[0] + 0.4 * sum(away) / len(away) - USUAL * k
+
+
+def _pleasant(length: float) -> float:
+    """Return the length of the row 1, 2, 5, 10, … that is nearest below."""
+    decade = 10.0 ** floor(log10(length))
+    return round(next(step for step in (5, 2, 1) if step * decade <= length * 1.0001) * decade, 6)
+
+
+def _rounded(color: Any) -> tuple[float, float, float]:
+    red, green, blue = rgb(color) if isinstance(color, str) else color
+    return (round(red, 4), round(green, 4), round(blue, 4))

@@ -1,0 +1,113 @@
+"""What the floor of a place is like: slabs with joints, boards, tiles, asphalt, grass, as textures we compute.
+
+A texture repeats itself without a seam, and its mean is the colour of the floor.
+"""
+
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
+
+from text2sim.rendering.renderer import mitsuba
+from text2sim.rendering.tone import linear
+
+Array = NDArray[np.floating]
+
+TEXELS = 1024
+
+
+class Surface(NamedTuple):
+    """A pattern of a floor."""
+
+    tiles: int
+    """How many of them the texture covers, along each side."""
+    roughness: float
+    specular: float
+    contrast: float
+    """Of its unevenness, as a part of its brightness: one standard deviation."""
+
+
+SURFACES = {
+    "polished": Surface(4, 0.32, 0.45, 0.008),
+    "slabs": Surface(4, 0.5, 0.3, 0.045),
+    "boards": Surface(8, 0.42, 0.35, 0.06),
+    "tiles": Surface(8, 0.3, 0.4, 0.02),
+    "asphalt": Surface(2, 0.85, 0.2, 0.10),
+    "grass": Surface(2, 0.95, 0.1, 0.22),
+    "sand": Surface(4, 0.95, 0.1, 0.07),
+}
+PLAIN = "polished"
+
+
+def floor_material(pattern: str, color: tuple[float, float, float], tile: float) -> Any:
+    """Return the material of a floor, whose texture coordinates are metres.
+
+    Args:
+        pattern: One of `SURFACES`; a plain one if this version does not know it.
+        color: sRGB.
+        tile: Distance of joints [m].
+    """
+    mi, surface = mitsuba(), SURFACES.get(pattern, SURFACES[PLAIN])
+    values = np.clip(texture(pattern) * linear(np.asarray(color, float)), 0.0, 0.95)
+    length = surface.tiles * tile
+    return mi.load_dict({
+        "type": "twosided",
+        "bsdf": {
+            "type": "principled",
+            "base_color": {
+                "type": "bitmap", "bitmap": mi.Bitmap(np.ascontiguousarray(values, np.float32)), "raw": True,
+                "to_uv": mi.ScalarTransform3f().scale([1 / length, 1 / length]),
+            },
+            "roughness": surface.roughness,
+            "specular": surface.specular,
+        },
+    })  # fmt: skip
+
+
+@cache
+def texture(pattern: str) -> Array:
+    """Return factors on a floor's linear colour, with mean 1, shape (TEXELS, TEXELS, 3)."""
+    surface = SURFACES.get(pattern, SURFACES[PLAIN])
+    chance = np.random.default_rng(sum(pattern.encode()))
+    across, along = np.meshgrid(np.arange(TEXELS), np.arange(TEXELS))
+    size = TEXELS // surface.tiles
+    tint = np.ones(3)
+    if pattern in ("slabs", "tiles"):
+        each = chance.normal(0, 0.035 if pattern == "slabs" else 0.012, (surface.tiles, surface.tiles))
+        made = 1 + surface.contrast * _clouds(chance, 1.6) + each[along // size, across // size]
+        edge = np.minimum(*(np.minimum(c % size, size - 1 - c % size) for c in (across, along)))
+        wide = 1.0 if pattern == "slabs" else 1.6
+        made *= 1 - (0.5 if pattern == "slabs" else 0.3) * np.exp(-((edge / wide) ** 2))
+    elif pattern == "boards":
+        row = along // size
+        shift = chance.integers(0, TEXELS, surface.tiles)
+        column = ((across + shift[row]) % TEXELS) // (TEXELS // 2)
+        each = chance.normal(0, 0.09, (surface.tiles, 2))[row, column]
+        grain = gaussian_filter(chance.standard_normal((TEXELS, TEXELS)), (1.2, 60), mode="wrap")
+        made = 1 + surface.contrast * grain / grain.std() + each
+        ends = ((across + shift[row]) % TEXELS) % (TEXELS // 2)
+        edge = np.minimum(np.minimum(along % size, size - 1 - along % size), np.minimum(ends, TEXELS // 2 - 1 - ends))
+        made *= 1 - 0.55 * np.exp(-((edge / 1.2) ** 2))
+        tint = np.array([0.92, 1.0, 1.12])  # what is darker is warmer
+    elif pattern == "grass":
+        blades = gaussian_filter(chance.standard_normal((TEXELS, TEXELS)), 1.3, mode="wrap")
+        made = 1 + surface.contrast * (0.55 * _clouds(chance, 1.5) + 0.85 * blades / blades.std())
+        tint = np.array([1.1, 1.0, 1.2])
+    elif pattern in ("asphalt", "sand"):
+        grit = gaussian_filter(chance.standard_normal((TEXELS, TEXELS)), 1.0, mode="wrap")
+        made = 1 + surface.contrast * (0.9 * grit / grit.std() + 0.35 * _clouds(chance, 1.6))
+    else:
+        made = 1 + surface.contrast * _clouds(chance, 1.8)
+    made = np.clip(made, 0.15, 2.0)[..., None] ** tint
+    return made / made.mean(axis=(0, 1))
+
+
+def _clouds(chance: np.random.Generator, slope: float) -> Array:
+    """Return noise with a spectrum of 1 / f^slope, standard deviation 1."""
+    f = np.fft.fftfreq(TEXELS) * TEXELS
+    size = np.maximum(np.hypot(f[None], f[:, None]), 2.0)
+    made = np.fft.ifft2(np.fft.fft2(chance.standard_normal((TEXELS, TEXELS))) / size**slope).real
+    made -= made.mean()
+    return made / made.std()

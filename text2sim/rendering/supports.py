@@ -1,0 +1,243 @@
+"""What stands below things that never move and hang in the air: thin posts, drawn and nothing else.
+
+Statics that touch are one thing. It needs posts if its middle is not above what it has on the floor. Posts stand under
+the corners of its largest part, where nothing moves past in all of the recording; where they would be in the way
+everywhere, rods hold it from above.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.recording.film_record import FilmRecord
+from text2sim.rendering.meshes import Mesh, joined, read_mesh, revolved
+from text2sim.rendering.rigid import matrices
+
+Array = NDArray[np.floating]
+
+COLOR = (0.44, 0.46, 0.48)
+MOMENTS = 60
+"""Of the recording at which is asked where moving things are."""
+TOUCH = 0.01
+"""Gap, in sizes of the smaller, at which two statics still are one thing."""
+NEAR = 0.03
+"""Height over the floor, in sizes of a thing, at which it still stands on it."""
+STEADY = 0.15
+"""How far its middle may be beyond what stands on the floor, in sizes."""
+LOW = 0.08
+"""Shortest post, in sizes of what it carries."""
+INSET, SLIM, SMALL = 0.12, 0.22, 0.3
+"""How far from the edge posts stand, in lengths; width over length below which they stand in one row; length over
+height below which there is one post, with a foot."""
+THICK = 0.014
+"""Radius of a post, in its heights, between the two parts of the width that it carries:"""
+LEAST, MOST = 0.03, 0.12
+FREE = 2.5
+"""Distance of what moves from the middle of a post, in its radii."""
+CEILING = 6.0
+"""How far up rods go, in sizes of what hangs from them."""
+SIDES = 24
+CLEAR = 0.4
+"""Opacity below which a thing seems to be nothing."""
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """Something that never moves."""
+
+    corners: Array
+    """Of its triangles, in the world [m], shape (n, 3, 3)."""
+
+    @property
+    def low(self) -> Array:
+        """Lowest corner of the upright box around it [m], shape (3,)."""
+        return self.corners.min(axis=(0, 1))
+
+    @property
+    def high(self) -> Array:
+        """Highest corner [m]."""
+        return self.corners.max(axis=(0, 1))
+
+    @property
+    def size(self) -> float:
+        """Longest side of that box [m]."""
+        return float(np.max(self.high - self.low))
+
+
+def supports(recording: FilmRecord, level: float, planes: set[str]) -> Mesh | None:
+    """Return the posts of all statics that need some; None if none does.
+
+    Args:
+        recording: Of the run.
+        level: Height of the floor [m].
+        planes: Statics without an end.
+    """
+    pos, quat = recording.states.poses(float(recording.states.time[0]))
+    turns = matrices(quat)
+    found: dict[str, list[Array]] = {}
+    for part in recording.parts:
+        seen = part.look.visible and part.look.opacity >= CLEAR
+        if part.body not in recording.statics or part.body in planes or not seen:
+            continue
+        mesh = read_mesh(part.mesh)
+        local = mesh.vertices @ matrices(np.array([part.quat]))[0].T + part.pos
+        placed = local @ turns[part.link].T + pos[part.link]
+        found.setdefault(part.body, []).append(placed[mesh.faces])
+    things = [Fixed(np.concatenate(corners)) for corners in found.values()]
+    moving = [body for body in recording.bodies if body not in recording.statics]
+    return posts(things, level, _boxes(recording, moving) if moving else [])
+
+
+def posts(things: list[Fixed], level: float, moving: list[tuple[Array, Array, Array]]) -> Mesh | None:
+    """Return the posts of all things that need some; None if none does.
+
+    Args:
+        things: All that never moves, but for the floor.
+        level: Height of the floor [m].
+        moving: Middles (n, 3) [m], axes (n, 3, 3) and half sizes (n, 3) [m] of boxes around all that moves, at each of
+            some moments.
+    """
+    made = []
+    for group in _groups(things):
+        if _is_steady(group, level):
+            continue
+        largest = max(group, key=lambda thing: float(np.prod((thing.high - thing.low)[:2])))
+        made += _under(largest, level, things, moving) or _over(largest, things, moving)
+    return joined(made) if made else None
+
+
+def _boxes(recording: FilmRecord, moving: list[str]) -> list[tuple[Array, Array, Array]]:
+    states = recording.states
+    boxes = states.boxes(moving)
+    times = states.time[np.unique(np.linspace(0, len(states.time) - 1, MOMENTS).round().astype(int))]
+    return [states.placed(boxes, float(t)) for t in times] if boxes.names else []
+
+
+def _groups(things: list[Fixed]) -> list[list[Fixed]]:
+    """Return things that touch each other together, by the boxes around them."""
+    group = list(range(len(things)))
+    ends = [(thing.low, thing.high, thing.size) for thing in things]
+    for i, (low, high, size) in enumerate(ends):
+        for j, (first, last, other) in enumerate(ends[:i]):
+            gap = TOUCH * min(size, other)
+            if group[i] != group[j] and ((low <= last + gap) & (high >= first - gap)).all():
+                old, new = group[i], group[j]
+                group = [new if one == old else one for one in group]
+    return [[thing for thing, one in zip(things, group, strict=True) if one == k] for k in dict.fromkeys(group)]
+
+
+def _is_steady(group: list[Fixed], level: float) -> bool:
+    """Whether the middle of a group is above what it has on the floor, or nearly."""
+    corners = np.concatenate([thing.corners for thing in group])
+    size = float(np.max(np.ptp(corners.reshape(-1, 3), axis=0)))
+    standing = corners.reshape(-1, 3)
+    standing = standing[standing[:, 2] < level + NEAR * size][:, :2]
+    if not len(standing):
+        return False
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    middle = (corners.mean(axis=1)[:, :2] * area[:, None]).sum(axis=0) / area.sum()
+    turns = np.linspace(0, np.pi, 16, endpoint=False)
+    ways = np.stack([np.cos(turns), np.sin(turns)])
+    on, at = standing @ ways, middle @ ways
+    return bool(((at >= on.min(axis=0) - STEADY * size) & (at <= on.max(axis=0) + STEADY * size)).all())
+
+
+def _under(thing: Fixed, level: float, things: list[Fixed], moving: list[Any]) -> list[Mesh]:
+    spots, width = _spots(thing, float(thing.low[2]) - level)
+    made = []
+    for x, y in spots:
+        heights = _crossed(thing, x, y)
+        if not len(heights):
+            continue
+        top = float(heights.min())
+        below = [z for other in things if other is not thing for z in _crossed(other, x, y) if z < top]
+        foot = max([level, *below])
+        long = top - foot
+        radius = float(np.clip(THICK * long, LEAST * width, MOST * width))
+        if long > LOW * thing.size and _is_free(np.array([x, y, foot]), np.array([x, y, top]), radius, moving):
+            made.append(_post(x, y, foot, top, radius, flared=len(spots) == 1))
+    return made
+
+
+def _over(thing: Fixed, things: list[Fixed], moving: list[Any]) -> list[Mesh]:
+    """Rods that come down from above."""
+    spots, width = _spots(thing, 0.0)
+    made = []
+    for x, y in spots:
+        heights = _crossed(thing, x, y)
+        if not len(heights):
+            continue
+        top = float(heights.max())
+        end = top + CEILING * thing.size
+        radius = LEAST * width
+        above = any((_crossed(other, x, y) > top).any() for other in things if other is not thing)
+        if not above and _is_free(np.array([x, y, top]), np.array([x, y, end]), radius, moving):
+            made.append(_post(x, y, top, end, radius, flared=False))
+    return made
+
+
+def _spots(thing: Fixed, height: float) -> tuple[Array, float]:
+    """Return where posts may stand (n, 2) [m], and the width of what they carry [m]."""
+    flat = thing.corners.reshape(-1, 3)[:, :2]
+    middle = (flat.min(axis=0) + flat.max(axis=0)) / 2
+    turns = np.radians(np.arange(0, 90, 3.0))
+    frames = [np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]]) for a in turns]
+    axes = min(frames, key=lambda frame: float(np.prod(np.ptp(flat @ frame.T, axis=0))))
+    turned = flat @ axes.T
+    low, high = turned.min(axis=0), turned.max(axis=0)
+    if high[0] - low[0] < high[1] - low[1]:
+        axes, low, high = axes[::-1], low[::-1], high[::-1]
+    middle, (length, width) = (low + high) / 2, high - low
+    inset = INSET * length
+    u = length / 2 - inset
+    v = width / 2 - min(inset, 0.25 * width)
+    if length < SMALL * height:
+        local = np.zeros((1, 2))
+    elif width < SLIM * length:
+        local = np.array([(-u, 0.0), (u, 0.0)])
+    else:
+        local = np.array([(-u, -v), (-u, v), (u, -v), (u, v)])
+    return (middle + local) @ axes, float(width)
+
+
+def _crossed(thing: Fixed, x: float, y: float) -> Array:
+    """Return the heights [m] at which an upright line crosses a thing."""
+    if not ((thing.low[:2] <= (x, y)) & (thing.high[:2] >= (x, y))).all():
+        return np.zeros(0)
+    a, b, c = np.moveaxis(thing.corners, 1, 0)
+    u, v, w = b[:, :2] - a[:, :2], c[:, :2] - a[:, :2], np.array([x, y]) - a[:, :2]
+    area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    flat = np.abs(area) < 1e-14
+    area = np.where(flat, 1.0, area)
+    s = (w[:, 0] * v[:, 1] - w[:, 1] * v[:, 0]) / area
+    t = (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]) / area
+    met = ~flat & (s >= -1e-9) & (t >= -1e-9) & (s + t <= 1 + 1e-9)
+    return (a[:, 2] + s * (b[:, 2] - a[:, 2]) + t * (c[:, 2] - a[:, 2]))[met]
+
+
+def _is_free(start: Array, end: Array, radius: float, moving: list[Any]) -> bool:
+    """Whether nothing that moves ever comes near a line."""
+    for centers, axes, half in moving:
+        origin = np.einsum("ni,nij->nj", start - centers, axes)
+        along = np.einsum("i,nij->nj", end - start, axes)
+        along = np.where(np.abs(along) < 1e-12, 1e-12, along)
+        room = half + FREE * radius
+        a, b = (-room - origin) / along, (room - origin) / along
+        first, last = np.minimum(a, b).max(axis=1), np.maximum(a, b).min(axis=1)
+        if (np.maximum(first, 0.0) < np.minimum(last, 1.0)).any():
+            return False
+    return True
+
+
+def _post(x: float, y: float, foot: float, top: float, radius: float, *, flared: bool) -> Mesh:
+    """Return a post; one that stands alone has a foot."""
+    profile, slopes = [(radius, foot), (radius, top)], [(1.0, 0.0), (1.0, 0.0)]
+    made = revolved(np.array(profile), np.array(slopes), sides=SIDES)
+    if flared:
+        wide, thick = min(7 * radius, 0.4 * (top - foot)), 0.8 * radius
+        rim = revolved(np.array([(wide, foot), (wide, foot + thick)]), np.array(slopes), sides=2 * SIDES)
+        disc = np.array([(0.0, foot + thick), (wide, foot + thick)])
+        made = joined([made, rim, revolved(disc, np.array([(0.0, 1.0), (0.0, 1.0)]), sides=2 * SIDES)])
+    return Mesh(made.vertices + (x, y, 0.0), made.faces, made.normals)
