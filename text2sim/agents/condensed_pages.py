@@ -59,12 +59,16 @@ def kinds_line_by_line(section: Section) -> str:
     examples = load_examples().get(section.examples, {})
     lines = [f"## {section.title}", plain(section.intro).strip()]
     models = section_kinds(section.models)
-    for base in shared_bases(list(models.values())):
+    bases = shared_bases(list(models.values()))
+    for base in bases:
         having = [f"`{kind}`" for kind, model in models.items() if issubclass(model, base)]
-        names = ", ".join(f"`{key}`" for key, *_ in field_rows(base))
-        lines.append(f"{', '.join(having)}: {names}")
+        inherited = [other for other in bases if other is not base and issubclass(base, other)]
+        names = ", ".join(f"`{key}`" for key, *_ in field_rows(base, inherited))
+        if names:
+            lines.append(f"{', '.join(having) if len(having) < len(models) else f'every {section.noun}'}: {names}")
     for kind, model in models.items():
-        text = " ".join(examples.get(kind, "").split()).partition(": ")[2]
+        text = " ".join(examples.get(kind, "").strip().partition("}\n")[0].split()).partition(": ")[2]
+        text += "}" * (text.count("{") - text.count("}"))
         own = [f"`{key}`" for key, _, default, _ in field_rows(model, shared_bases(list(models.values())))
                if default != "required" and f"{key}:" not in text]  # fmt: skip
         more = f"; also {', '.join(own)}" if own else ""

@@ -28,7 +28,7 @@ READS: dict[str, tuple[str, ...]] = {
     "render": ("`render`: the film", "Shots and overlays", "Cameras", "Lights"),
 }  # fmt: skip
 """Titles of the pages that each reader gets."""
-INDEXED = ("`bodies`: the actors", "Shapes", "Shapes of cloth", "Mounts", "Controls", "Copies", "Cameras")
+INDEXED = ("`bodies`: the actors", "Shapes", "Shapes of cloth", "Mounts", "Controls", "Copies")
 """Pages of which the Planner sees what kinds there are."""
 MPM = frozenset({"soft", "granular", "liquid", "snow"})
 JOINTED = frozenset({"articulated", "hinge", "slider", "ball", "rope", "chain", "net", "ragdoll"})
@@ -52,6 +52,17 @@ PAGES_NEEDED: dict[str, frozenset[str]] = {
     "Regions on bodies": frozenset({"cloth", "soft", "point", "region", "corner", "edge", "face"}),
 }  # fmt: skip
 """Pages that are there only if one of these is needed."""
+DEFORMING = MPM | {"cloth"}
+SOFT_FIELDS = ("touch_soft", "soft_reach")
+"""Fields of rigid bodies that only what deforms feels."""
+PLANNED = ("Measures", "Events", "Expectations", "Regions of space")
+"""Pages about what the Planner has put into the script: its Writer needs them only for more of its own."""
+MORE = "The plan's measures, events and expectations are put in for you. For more of your own, `read` the kind"
+PLACES = (
+    "Or `place: {on: table, at: [0.3, 0], clearance: 0.002}`, let down until it touches; there are `above`, `below`, "
+    "`inside`, `left_of`, `right_of`, `in_front_of`, `behind`, `beside`, `around`, `touching`, too: "
+    "`read: [Poses and places]`."
+)
 USUAL = frozenset({"ramp", "still"})
 """Kinds that are described to everybody who reads their page."""
 SHORTEST = 4
@@ -74,6 +85,9 @@ def pages(reader: str, kinds: Collection[str] | None = None) -> str:
     parts = []
     for section in _sections(READS[reader]):
         needs = PAGES_NEEDED.get(section.title)
+        if wanted is not None and reader == "actions" and section.title in PLANNED:
+            if isinstance(section.models, tuple) or not wanted & set(section_kinds(section.models)):
+                continue
         if wanted is not None and needs is not None and not needs & wanted:
             continue
         only = wanted
@@ -81,10 +95,16 @@ def pages(reader: str, kinds: Collection[str] | None = None) -> str:
             only = _models(section, wanted)
             if not only:
                 continue
-        parts.append(section_brief(section, only))
+        if wanted is not None and reader == "scene" and section.title == "Poses and places":
+            parts.append(f"{section_brief(section, {'Pose'}, intro=False)}\n{PLACES}")
+        else:
+            parts.append(section_brief(section, only))
+    if wanted is not None and reader == "actions":
+        parts.append(f"{MORE}, or `Expectations`: {kinds_to_expect_with()}.")
     if reader in ("bodies", "scene"):
         parts.append(f"Colours: `#rrggbb`, or a name: those of CSS, and {', '.join(OWN_COLORS)}.")
-    return "\n\n".join(parts)
+    text = "\n\n".join(parts)
+    return text if wanted is None or wanted & DEFORMING else _SOFT_ROWS.sub("", text)
 
 
 @cache
@@ -100,7 +120,13 @@ def to_plan_with() -> str:
 @cache
 def kinds_to_expect_with() -> str:
     """The names of kinds of measures and of events."""
-    return ", ".join(kind for title in ("Measures", "Events") for kind in _kinds_of(title))
+    return ", ".join(measured_kinds())
+
+
+@cache
+def measured_kinds() -> tuple[str, ...]:
+    """Kinds of measures and of events."""
+    return tuple(kind for title in ("Measures", "Events") for kind in _kinds_of(title))
 
 
 def _models(section: Section, wanted: Collection[str] | None) -> set[str]:
@@ -298,6 +324,9 @@ def _kinds_of(title: str) -> tuple[str, ...]:
 def _sections(titles: Iterable[str]) -> list[Section]:
     by_title = {section.title: section for section in SECTIONS}
     return [by_title[title] for title in titles]
+
+
+_SOFT_ROWS = re.compile(rf"^- `(?:{'|'.join(SOFT_FIELDS)})`.*\n", re.MULTILINE)
 
 
 def _first(text: str) -> str:

@@ -18,6 +18,13 @@ from text2sim.agents.yaml_text import yaml_text
 from text2sim.spec_schema.changes.patch import PatchError, apply_operations, same
 from text2sim.spec_schema.text.canonical import format_text
 
+AS_WORDS = frozenset({"ball", "line", "free", "text", "still", "rest", "leaves", "turns"})
+"""Kinds that are hardly ever meant by the words: a ball is no ball joint."""
+GIST = 200
+"""Characters of what a body is, for the one who only films it."""
+PUSHES = frozenset({"wind", "drag", "attraction", "vortex", "turbulence"})
+"""Controls on what deforms alone: words of every day, where nothing does."""
+
 
 def write_section(
     desk: Conversation, section: str, plan: CasePlan, request: str, supplied: str, cards: str, path: Path
@@ -127,13 +134,15 @@ def plan_for(section: str, plan: CasePlan) -> str:
     for name, body in plan.bodies.items():
         row = body.model_dump(mode="json", exclude_defaults=True)
         # A render writer needs names and what they are; the stage, what stands on it but not how it is made.
+        if section == "render" and len(body.what) > GIST:
+            row["what"] = f"{body.what[:GIST]} …"
         bodies[name] = {"kind": body.kind} if mine and body.kind not in mine else row
     data["bodies"] = bodies
     if section != "render":
         data["shared"] = plan.shared
     if section == "actions":
         data["checks"] = {part: getattr(plan.checks, part) for part in FROZEN_PARTS if getattr(plan.checks, part)}
-    else:
+    elif section != "scene":
         data["must come true"] = list(plan.says.values())
     if section in ("bodies", "render") and plan.assumptions:
         data["assumptions"] = plan.assumptions
@@ -154,7 +163,14 @@ def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
     """Kinds that a Writer will need: of its own bodies, and what its brief names."""
     if section not in ("scene", "bodies"):
         said = set(re.findall(r"[a-z][a-z_]+", words.lower()))
-        return needed_kinds(plan) | language.kinds_in(said - set(plan.bodies)) - {"ball"}  # a name is no kind
+        given = needed_kinds(plan.model_copy(update={"checks": type(plan.checks)()}))
+        found = given | language.kinds_in(said - set(plan.bodies)) - {"ball"}  # a name is no kind
+        if not given & (language.DEFORMING | {"pbd"}):
+            found -= PUSHES
+        if section == "actions":  # what is measured is the Planner's; of what is said, only what a brief calls by name
+            brief = set(re.findall(r"[a-z][a-z_]+", plan.briefs.get("actions", "").lower()))
+            found -= set(language.measured_kinds()) - brief
+        return found
     statics = section == "scene"
     own = {name: body for name, body in plan.bodies.items() if (body.kind == "static") == statics}
     found = needed_kinds(plan.model_copy(update={"bodies": own, "checks": type(plan.checks)()}))
@@ -168,8 +184,7 @@ def needed_kinds(plan: CasePlan) -> set[str]:
     found = set(plan.mode)
     for body in plan.bodies.values():
         words = set(re.findall(r"[a-z][a-z_]+", f"{body.kind} {body.shape} {body.mount} {body.what}".lower()))
-        # A ball is hardly ever a ball joint.
-        found |= {body.kind, body.shape, body.mount} | (words & language.known_kinds() - {"ball"})
+        found |= {body.kind, body.shape, body.mount} | (words & language.known_kinds() - AS_WORDS)
         if body.count > 1:
             found |= {"line", "grid", "stack", "ring"} if not words & language.COPIES else set()
     for part in ("measures", "events"):
