@@ -14,7 +14,7 @@ from text2sim.agents.facts import Fact
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import CasePlan, Critique, Mark
 from text2sim.agents.requirements import Requirement, of_wish, score, take_apart
-from text2sim.agents.run_summary import attempts_table, judgement
+from text2sim.agents.run_summary import attempts_table, evidence_text, judgement
 
 REQUIRED = {
     "red": Requirement(what="the lid is red", importance=1),
@@ -111,3 +111,31 @@ def test_earlier_judgements_and_the_way_of_expectations_are_told() -> None:
     assert "could not be applied: on bodies: no" in told
     rows = attempts_table([(1, {"open": {"ok": False, "why": "12 deg"}}), (2, {"open": {"ok": True, "why": "90 deg"}})])
     assert "| `open` | MISSED: 12 deg | true: 90 deg |" in rows
+
+
+def test_the_critic_reads_who_did_work_and_nothing_that_is_within_bounds(tmp_path: Path) -> None:
+    energy = {
+        "start": 1.0, "max": 9.0, "max_at": 0.5, "end": 7.0, "not_counted": [], "work_until_max": 8.0,
+        "works": {"motors": {"drum": 6.5, "idle": 0.0}, "controls": {"shove": -0.25}},
+    }  # fmt: skip
+    small = {"between": ["a", "b"], "time": 0.1, "unit": "m"}
+    rest = {"expect": {}, "measures": {}, "events": {}, "contacts": {"episodes": 4}, "driven": ["sled"]}
+    evidence: dict[str, Any] = rest | {
+        "energy": energy,
+        "penetration": small | {"value": 1e-4},
+        "joint_limits": [{"joint": "lid", "end": "upper", "by": 1e-3, "unit": "rad"}],
+        "off_path": [{"copy": "sled", "value": 1e-5, "unit": "m"}],
+        "speeds": {"a": {"linear": {"max": 0.0, "at": 0.0}}},
+    }
+    told = evidence_text(tmp_path, evidence, {"state": "finished"}, ())
+    assert "work in all: motor `drum` 6.5 J, control `shove` -0.25 J; motors until then 8 J" in told
+    assert "driven" in told
+    for word in ("penetration", "joint_limits", "off_path", "speeds", "contacts", "idle"):
+        assert word not in told
+    worse = evidence | {
+        "penetration": small | {"value": 0.02},
+        "off_path": [{"copy": "sled", "value": 0.3, "unit": "m"}],
+    }
+    told = evidence_text(tmp_path, worse, {"state": "finished"}, ())
+    assert "penetration: at most 0.02 m, `a` and `b`, at 0.1 s" in told
+    assert "off_path: [{copy: sled, value: 0.3" in told

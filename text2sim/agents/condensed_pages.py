@@ -57,7 +57,7 @@ def section_brief(section: Section, only: Collection[str] | None = None, *, intr
 def kinds_line_by_line(section: Section) -> str:
     """Return a page with a line and an example for each kind: enough to use most of them."""
     examples = load_examples().get(section.examples, {})
-    lines = [f"## {section.title}", plain(section.intro).strip()]
+    lines = [f"## {section.title}", plain(section.intro).strip(), "Written `NAME: {kind: KIND, …}`:"]
     models = section_kinds(section.models)
     bases = shared_bases(list(models.values()))
     for base in bases:
@@ -67,7 +67,9 @@ def kinds_line_by_line(section: Section) -> str:
         if names:
             lines.append(f"{', '.join(having) if len(having) < len(models) else f'every {section.noun}'}: {names}")
     for kind, model in models.items():
+        # Of an example what the kind asks for: `{of: ball, axis: z}`.
         text = " ".join(examples.get(kind, "").strip().partition("}\n")[0].split()).partition(": ")[2]
+        text = text.replace(f"kind: {kind}, ", "").replace(f"kind: {kind}", "")
         text += "}" * (text.count("{") - text.count("}"))
         own = [f"`{key}`" for key, _, default, _ in field_rows(model, shared_bases(list(models.values())))
                if default != "required" and f"{key}:" not in text]  # fmt: skip

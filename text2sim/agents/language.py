@@ -53,15 +53,18 @@ PAGES_NEEDED: dict[str, frozenset[str]] = {
 }  # fmt: skip
 """Pages that are there only if one of these is needed."""
 DEFORMING = MPM | {"cloth"}
-SOFT_FIELDS = ("touch_soft", "soft_reach")
-"""Fields of rigid bodies that only what deforms feels."""
+SOFT_FIELDS = ("touch_soft", "soft_reach", "mpm", "pbd", "fem", "ipc")
+"""Fields that only what deforms feels."""
 PLANNED = ("Measures", "Events", "Expectations", "Regions of space")
 """Pages about what the Planner has put into the script: its Writer needs them only for more of its own."""
 MORE = "The plan's measures, events and expectations are put in for you. For more of your own, `read` the kind"
 PLACES = (
-    "Or `place: {on: table, at: [0.3, 0], clearance: 0.002}`, let down until it touches; there are `above`, `below`, "
-    "`inside`, `left_of`, `right_of`, `in_front_of`, `behind`, `beside`, `around`, `touching`, too: "
-    "`read: [Poses and places]`."
+    "Or `place`, one of the two; it goes by true shapes: `on: table` (let down until it touches), `inside: cup` (let "
+    "down in the hollow), `above`, `below`, `left_of`, `right_of`, `in_front_of`, `behind` (side against side), "
+    "`beside: wall`, `touching: egg` with `direction: [1, 1, 0]` (moved from there until they meet), `around: pole`. "
+    "What that leaves open is the middle of both, or `at: [x, y]` in the world, `at: {corner: [left, front]}` with "
+    "`inset`, `at: {edge: left}`, `align: top`; then `offset`, `clearance: 0.002` (the gap), `facing: table`. Copies "
+    'are placed as one pattern; `on: "plate[*]"` puts one on each. More: `read: [Poses and places]`.'
 )
 USUAL = frozenset({"ramp", "still"})
 """Kinds that are described to everybody who reads their page."""
@@ -95,7 +98,7 @@ def pages(reader: str, kinds: Collection[str] | None = None) -> str:
             only = _models(section, wanted)
             if not only:
                 continue
-        if wanted is not None and reader == "scene" and section.title == "Poses and places":
+        if wanted is not None and section.title == "Poses and places":
             parts.append(f"{section_brief(section, {'Pose'}, intro=False)}\n{PLACES}")
         else:
             parts.append(section_brief(section, only))

@@ -77,7 +77,7 @@ def system_prompt(role: Role, prompt: str = "", **values: Any) -> str:
     return render("system", title=role.title, duty=duty)
 
 
-def writer_prompt(role: Role, rules: str) -> str:
-    """Return the same for the Writer of a section."""
-    duty = render("write", section=role.owns, duty=render(role.duty), example=role.example, rules=rules)
+def writer_prompt(role: Role, rules: str, *, change: bool = False) -> str:
+    """Return the same for the Writer of a section, who writes it, or changes it."""
+    duty = render("write", section=role.owns, duty=render(role.duty), example=role.example, rules=rules, change=change)
     return render("system", title=role.title, duty=duty)

@@ -14,6 +14,14 @@ MEASURED = 7
 """Moments at which each measure is quoted."""
 ROWS = 30
 """Of a table, at most."""
+FEW = 6
+"""Rows about limits, paths and work."""
+OVERLAP = 5e-4
+"""Overlap [m] of rigid bodies that is not worth a line."""
+OVERSHOOT = {"m": 1e-3, "rad": 0.01}
+"""Of joints beyond their limits, and driven bodies off their path."""
+SLIGHT = 1e-6
+"""Work [J] that is none."""
 LOG = 1_500
 """Characters of the end of the log, of a run that did not finish."""
 
@@ -182,15 +190,28 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
     if energy:
         rows.append(
             f"- energy: {_g(energy['start'])} J first, at most {_g(energy['max'])} J at {_g(energy['max_at'])} s, "
-            f"{_g(energy['end'])} J at the end; motors gave {_g(energy.get('work_of_motors'))} J"
+            f"{_g(energy['end'])} J at the end"
+            + "".join(f"; {row}" for row in _works(energy))
             + "".join(f"; not counted: {row}" for row in energy.get("not_counted") or ())
         )
-    for name in ("penetration", "non_finite", "joint_limits", "driven", "off_path"):
-        if evidence.get(name):
-            rows.append(f"- {name}: {_small(evidence[name])}")
+    deepest = evidence.get("penetration") or {}
+    if (deepest.get("value") or 0.0) > OVERLAP:
+        between = " and ".join(f"`{name}`" for name in deepest["between"])
+        rows.append(f"- penetration: at most {_g(deepest['value'])} m, {between}, at {_g(deepest['time'])} s")
+    over = [row for row in evidence.get("joint_limits") or () if row["by"] > OVERSHOOT[row["unit"]]]
+    off = [row for row in evidence.get("off_path") or () if row["value"] > OVERSHOOT[row["unit"]]]
+    for name, found in (
+        ("non_finite", evidence.get("non_finite")),
+        ("joint_limits", over[:FEW]),
+        ("driven", evidence.get("driven")),
+        ("off_path", off[:FEW]),
+    ):
+        if found:
+            rows.append(f"- {name}: {_small(found)}")
     for body, row in list((evidence.get("speeds") or {}).items())[:ROWS]:
         linear = (row or {}).get("linear") or {}
-        rows.append(f"- speeds: `{body}` at most {_g(linear.get('max'))} m/s at {_g(linear.get('at'))} s")
+        if linear.get("max"):
+            rows.append(f"- speeds: `{body}` at most {_g(linear.get('max'))} m/s at {_g(linear.get('at'))} s")
     for body, row in list((evidence.get("deformables") or {}).items())[:ROWS]:
         told = [
             f"{name} {_worst(one)}"
@@ -201,10 +222,20 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
             told.append("it presses against the bounds of its solver")
         rows.append(f"- deformables: `{body}`, worst values: {', '.join(told) or 'none'}")
     rows += [f"- suspicions: {text}" for text in (evidence.get("suspicions") or [])[:ROWS]]
-    contacts = evidence.get("contacts") or {}
-    if contacts:
-        rows.append(f"- contacts: {contacts.get('episodes')} touches between bodies")
     return rows
+
+
+def _works(energy: Mapping[str, Any]) -> list[str]:
+    """Who gave how much: motors and forces, and what the motors had given when there was most."""
+    works = energy.get("works") or {}
+    told = [("motor", name, work) for name, work in (works.get("motors") or {}).items()]
+    told += [("control", name, work) for name, work in (works.get("controls") or {}).items()]
+    told = sorted((row for row in told if abs(row[2]) > SLIGHT), key=lambda row: -abs(row[2]))
+    if not told:
+        return []
+    rows = ", ".join(f"{what} `{name}` {_g(work)} J" for what, name, work in told[:FEW])
+    until = f"; motors until then {_g(energy['work_until_max'])} J" if works.get("motors") else ""
+    return [f"work in all: {rows}{until}"]
 
 
 def _worst(row: Mapping[str, Any]) -> str:

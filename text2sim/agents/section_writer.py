@@ -118,7 +118,11 @@ def change_section(
         return _section_of(data, section, plan, path, mapping(case, "prefabs"))
 
     return desk.ask(
-        section, writer_prompt(ROLES[section], language.rules(brief=True)), question, read, more=PageRequests()
+        section,
+        writer_prompt(ROLES[section], language.rules(brief=True), change=True),
+        question,
+        read,
+        more=PageRequests(),
     )
 
 

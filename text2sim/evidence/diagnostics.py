@@ -7,6 +7,7 @@ import numpy as np
 from text2sim.evidence import soft_diagnostics
 from text2sim.evidence.recorded_case import RecordedCase, links_of
 from text2sim.evidence.selection import base_name
+from text2sim.evidence.works import work_of_motors, work_of_pushes
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models.bodies import Rigid
 from text2sim.spec_schema.models.controls import Force, Impulse, InitialVelocity, Torque
@@ -34,24 +35,24 @@ def extremes(time: Array, values: Array) -> dict[str, Any]:
 def energy_account(recording: RecordedCase) -> dict[str, Any]:
     """Return the mechanical energy of all loose bodies over the run, and the work of the motors [J].
 
-    Work is the integral of the motors' force times velocity over hinges and sliders of loose bodies, by
-    trapezoids between frames, as exact as these are close. `change` is what the energy gained beyond that:
+    Work is the integral of force times velocity, of motors over hinges and sliders of loose bodies, and of forces and
+    torques, by trapezoids between frames, as exact as these are close. `change` is what the energy gained beyond that:
     friction, damping and impacts make it negative; if it is positive, it came from what is `not_counted`, or
     the solver made it up. Of bodies that deform, the kinetic energy of their points and that of their weight count.
     """
     states, cast = recording.states, recording.cast
     kinetic, potential = recording.energies(cast.loose)
     total = kinetic + potential
-    loose = {target.copy for target in cast.loose}
-    dofs = [j.dof[0] for j in states.joints if j.kind in ("hinge", "slider") and j.body in loose]
-    power = (
-        (states.dofs_force[:, dofs].astype(float) * states.dofs_velocity[:, dofs]).sum(axis=1) if dofs else 0.0 * total
-    )
-    work = float(np.trapezoid(power, states.time)) if states.frames > 1 else 0.0
+    power, motors = work_of_motors(recording)
+    work, pushed = sum(motors.values()), work_of_pushes(recording)
     row = extremes(states.time, total)
-    change = None if row["first"] is None else row["last"] - row["first"] - work
+    change = None if row["first"] is None else row["last"] - row["first"] - work - sum(pushed.values())
+    till = 0 if row["max_at"] is None else int(np.searchsorted(states.time, row["max_at"])) + 1
     controls = recording.case.actions.controls
-    pushes = [name for name, c in controls.items() if isinstance(c, (Force, Torque, Impulse, *FIELDS))]
+    pushes = [
+        name for name, c in controls.items() if isinstance(c, (Force, Torque, Impulse, *FIELDS)) and name not in pushed
+    ]
+    loose = {target.copy for target in cast.loose}
     not_counted = [f"work of the control `{name}`" for name in pushes]
     not_counted += [f"work of the driven body `{name}`" for name in cast.driven]
     if any(not link.fixed and link.mass <= 0 for link in states.links if link.body in loose):
@@ -61,6 +62,8 @@ def energy_account(recording: RecordedCase) -> dict[str, Any]:
     return {
         "unit": "J", "start": row["first"], "end": row["last"], "min": row["min"], "min_at": row["min_at"],
         "max": row["max"], "max_at": row["max_at"], "work_of_motors": work,
+        "work_until_max": float(np.trapezoid(power[:till], states.time[:till])) if till > 1 else 0.0,
+        "works": {"motors": motors, "controls": pushed},
         "change": change, "not_counted": not_counted,
     }  # fmt: skip
 
