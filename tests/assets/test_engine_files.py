@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from text2sim.assets import engine_assets as shelf
-from text2sim.assets.engine_assets import engine_assets, shelf_of
+from text2sim.assets import engine_files as shelf
+from text2sim.assets.engine_files import engine_assets, shelf_of
 from text2sim.assets.mechanism import load_mechanism
 from text2sim.compiler.build import resolve_case
 from text2sim.compiler.shapes.meshfile import load_mesh

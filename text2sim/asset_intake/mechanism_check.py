@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.asset_intake.tiny_case import BODY, first_of, tiny_case
-from text2sim.assets.engine_assets import rooted
+from text2sim.assets.engine_files import rooted
 from text2sim.assets.manifest import Control, Motor
 from text2sim.spec_schema.errors import AssetError, SpecError
 

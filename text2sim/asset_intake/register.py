@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 
-from text2sim.assets.engine_assets import PREFIX, rooted
+from text2sim.assets.engine_files import PREFIX, rooted
 from text2sim.assets.manifest import Asset, Origin, register
 from text2sim.assets.mechanism import load_mechanism
 from text2sim.assets.mesh_repair import Wish

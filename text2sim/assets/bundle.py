@@ -5,7 +5,7 @@ import re
 import struct
 from pathlib import Path
 
-from text2sim.assets.engine_assets import EngineAssets
+from text2sim.assets.engine_files import EngineAssets
 from text2sim.spec_schema.errors import AssetError
 
 MAX_FILE = 64 * 1024 * 1024

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.assets.bundle import Bundle, inside
-from text2sim.assets.engine_assets import PREFIX, shelf_of
+from text2sim.assets.engine_files import PREFIX, shelf_of
 from text2sim.assets.inspection import inspect_model
 from text2sim.assets.markup import parse_markup
 from text2sim.assets.mjcf import read_mjcf

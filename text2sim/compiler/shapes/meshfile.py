@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.answer_cache import meets, packed, remembered, unpacked
 from text2sim.assets.confined import confined
-from text2sim.assets.engine_assets import shelf_of
+from text2sim.assets.engine_files import shelf_of
 from text2sim.assets.foreign_files import check_gltf, check_obj, foreign
 from text2sim.compiler.shapes.hulls import hull_of
 from text2sim.spec_schema.errors import AssetError
