@@ -19,6 +19,7 @@ from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
+GOALS = {"simple": 40_000, "hard": 100_000, "small edit": 12_000, "make the ball red": 6_000}
 RECORDED = Path(__file__).resolve().parents[1] / "tests" / "agents" / "recorded"
 
 
@@ -58,7 +59,8 @@ def table() -> str:
             ", ".join(played["cards"]) or "–",
         ]
         rows.append("| " + " | ".join(map(str, cells)) + " |")
-    return "\n".join(rows)
+    goals = ", ".join(f"{sort} {tokens:,}" for sort, tokens in GOALS.items())
+    return "\n".join([*rows, "", f"Goals, in tokens of an accepted case: {goals}."])
 
 
 def replay(name: str, keep: Path | None = None, *, write: bool = False) -> str:

@@ -98,7 +98,9 @@ class AgentLoop:
         except StoppedError:
             raise KeyboardInterrupt from None
         except (RoleFailed, ModelError) as failed:
-            return self.outcome("failed", str(failed))
+            ended = self.outcome("failed", str(failed))
+            ended.unresolved += [row for row in getattr(failed, "reasons", ()) if row not in ended.unresolved]
+            return ended
 
     def work(self, text: str, cause: str) -> Outcome:
         """Bring a case to acceptance, beginning with a version of it.
@@ -127,7 +129,17 @@ class AgentLoop:
                 return self.outcome("gave_up", decision.why)
             before = attempt.text
             if decision.action == "plan_anew":
-                plan = self._planned_anew(decision.why)
+                try:
+                    plan = self._planned_anew(decision.why)
+                except RoleFailed as failed:  # the plan that there is stands, and is mended
+                    self.agreement.planned_anew = True
+                    self.workshop.referred.append(f"Planning anew came to nothing: {failed}")
+                    decision = self._decided(attempt, report)
+                    if decision.action == "give_up":
+                        return self.outcome("gave_up", decision.why)
+                    text, left_out = self._revised(attempt, decision)
+                    cause = "; ".join([decision.why, *left_out])
+                    continue
                 if plan.possible == "no":
                     return self.outcome("gave_up", plan.why)
                 text, cause = self._drafted(), f"planned anew: {decision.why}"
@@ -162,7 +174,19 @@ class AgentLoop:
     # --- first version ----------------------------------------------------------------------------------------
 
     def _drafted(self) -> str:
-        sections = self.workshop.drafted()
+        """Have the sections written; what a Writer cannot write after three tries is planned in a simpler way, once."""
+        try:
+            sections = self.workshop.drafted()
+        except RoleFailed as failed:
+            if self.agreement.planned_anew:
+                raise
+            try:
+                plan = self._planned_anew(f"{failed}. Plan it in a simpler way, so that this can be written.")
+            except RoleFailed as again:
+                raise RoleFailed(failed.role, [*failed.reasons, f"planned anew: {again}"]) from None
+            if plan.possible == "no":
+                raise
+            sections = self.workshop.drafted()
         plan = self.agreement.plan
         return case_text(plan, self.request.text, plan.params, sections)
 

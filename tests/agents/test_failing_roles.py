@@ -1,0 +1,85 @@
+"""A role that gives no usable answer three times does not lose what there is."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from text2sim.agents.conversation import RoleFailed
+from text2sim.agents.loop import AgentLoop
+from text2sim.agents.loop_result import Limits, Outcome
+
+SECTIONS = {"scene": {"duration": 1.0}, "bodies": {"ball": {"kind": "rigid"}}}
+
+
+def stub(drafts: list[Any], plans: list[Any], **more: Any) -> Any:
+    """A loop of which only what is asked for is there; lists say what comes of drafts and of planning anew."""
+
+    def taken(rows: list[Any]) -> Any:
+        row = rows.pop(0)
+        if isinstance(row, Exception):
+            raise row
+        return row
+
+    def planned(why: str) -> Any:
+        asked.append(why)
+        found = taken(plans)
+        loop.agreement.planned_anew = True
+        return found
+
+    asked: list[str] = []
+    plan = SimpleNamespace(
+        name="x", params={}, possible="yes", checks=SimpleNamespace(measures={}, events={}, expect={})
+    )
+    loop = SimpleNamespace(
+        agreement=SimpleNamespace(planned_anew=False, plan=plan, names=()),
+        workshop=SimpleNamespace(drafted=lambda: taken(drafts), referred=[]),
+        request=SimpleNamespace(text="a ball"), _planned_anew=planned, asked=asked, plan=plan, **more,
+    )  # fmt: skip
+    return loop
+
+
+def test_what_cannot_be_written_is_planned_in_a_simpler_way() -> None:
+    loop = stub([RoleFailed("bodies", ["/bodies/ball: no shape"]), SECTIONS], [SimpleNamespace(possible="yes")])
+    assert "ball" in AgentLoop._drafted(loop)
+    assert "the bodies gave no usable answer" in loop.asked[0]
+    assert "simpler" in loop.asked[0]
+
+
+def test_the_end_of_two_plans_says_all_reasons() -> None:
+    failed = [RoleFailed("bodies", ["/bodies/ball: no shape"]), RoleFailed("planner", ["/event: missing"])]
+    with pytest.raises(RoleFailed) as raised:
+        AgentLoop._drafted(stub(failed[:1], failed[1:]))
+    assert "no shape" in raised.value.reasons[0]
+    assert "/event: missing" in raised.value.reasons[1]
+    with pytest.raises(RoleFailed):
+        AgentLoop._drafted(stub([failed[0], failed[0]], [SimpleNamespace(possible="yes")]))
+
+
+def test_a_loop_that_fails_says_why_under_what_is_unresolved() -> None:
+    loop = SimpleNamespace(outcome=lambda state, why: Outcome(state, why))
+
+    def way() -> Outcome:
+        raise RoleFailed("planner", ["a", "b"])
+
+    ended = AgentLoop.ending(loop, way)  # type: ignore[arg-type]
+    assert (ended.state, ended.unresolved) == ("failed", ["a", "b"])
+
+
+def test_a_second_plan_that_fails_leaves_the_first_to_be_mended() -> None:
+    decisions = [
+        SimpleNamespace(action="plan_anew", why="a hinge is wrong"),
+        SimpleNamespace(action="repair", why="a slider"),
+        SimpleNamespace(action="give_up", why="enough"),
+    ]
+    texts: list[str] = []
+    loop = stub(
+        [], [RoleFailed("planner", ["/event: missing"])], made=[], desk=SimpleNamespace(attempt=0),
+        _try=lambda attempt: texts.append(attempt.text), _unbettered=lambda: None, limits=Limits(),
+        _decided=lambda attempt, report: decisions.pop(0), _revised=lambda attempt, decision: ("name: b\n", []),
+        outcome=lambda state, why: Outcome(state, why),
+    )  # fmt: skip
+    ended = AgentLoop.work(loop, "name: a\n", "first version")
+    assert (ended.state, ended.why) == ("gave_up", "enough")
+    assert texts == ["name: a\n", "name: b\n"]
+    assert "Planning anew came to nothing" in loop.workshop.referred[0]
