@@ -74,6 +74,7 @@ def test_what_is_wrong_is_wrong(validator, stage, edit):
 
 PARENTS = {
     "shapes": "/bodies/ball",
+    "sculpt_parts": "/bodies/ball/shape",
     "cloth_shapes": "/bodies/curtain",
     "mounts": "/bodies/ball",
     "places": "/bodies/ball",
@@ -104,7 +105,9 @@ def test_every_example_is_valid(validator, stage, section, kind):
     fragment = parse_document(Source(load_examples()[section][kind])).data
     parent = "/scene/statics/floor" if kind == "plane" else PARENTS[section]
     edits = {}
-    if section in FRAMES:
+    if section == "sculpt_parts":
+        edits[parent] = {"kind": "sculpt", "parts": fragment}
+    elif section in FRAMES:
         edits[parent] = {**FRAMES[section], **fragment}
     else:
         edits = {f"{parent}/{key}": value for key, value in fragment.items()}

@@ -18,9 +18,11 @@ OWN_COLORS = ("aluminium", "amber", "asphalt", "bone", "brass", "brick", "bronze
 """Colours that CSS has no name for."""
 READS: dict[str, tuple[str, ...]] = {
     "scene": ("`scene`: the stage", "Statics", "Settings of the scene", "Solvers of deformable bodies", "Shapes",
-              "Parts of a compound", "Poses and places", "Materials, joints and looks", "Copies"),
+              "Parts of a compound", "Parts of a sculpt", "Cross-sections", "Poses and places",
+              "Materials, joints and looks", "Copies"),
     "bodies": ("`bodies`: the actors", "Mounts", "Parts of articulated bodies and chains", "Motions", "Shapes",
-               "Shapes of cloth", "Parts of a compound", "Poses and places", "Copies", "Regions of space",
+               "Shapes of cloth", "Parts of a compound", "Parts of a sculpt", "Cross-sections", "Poses and places",
+              "Copies", "Regions of space",
                "Materials, joints and looks", "Materials of deformable bodies"),
     "actions": ("`actions`: the script", "Controls", "Schedules", "Measures", "Events", "Expectations",
                 "Regions of space", "Regions on bodies"),
@@ -47,7 +49,8 @@ NEEDED: dict[str, frozenset[str]] = {
 """Models of pages that are described if one of these kinds is needed; without any, always. Others on demand."""
 PAGES_NEEDED: dict[str, frozenset[str]] = {
     "Motions": frozenset({"driven"}), "Shapes of cloth": frozenset({"cloth"}), "Mounts": JOINTED | {"free", "fixed"},
-    "Parts of a compound": frozenset({"compound"}), "Copies": COPIES,
+    "Parts of a compound": frozenset({"compound"}), "Parts of a sculpt": frozenset({"sculpt"}),
+    "Cross-sections": frozenset({"sculpt"}), "Copies": COPIES,
     "Regions of space": frozenset({"packing", "enters", "leaves", "count_in", "share_in", "surface_in"}),
     "Regions on bodies": frozenset({"cloth", "soft", "point", "region", "corner", "edge", "face"}),
 }  # fmt: skip

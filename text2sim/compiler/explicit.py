@@ -220,7 +220,8 @@ def _add_look(found: Explicit, root: Path, model: Any, copies: list[Copy]) -> No
     """Write down the finish, and the colour of what was given none, unless its file may have one."""
     look = _at(found.data, root)["look"]
     look["finish"] = finish_of_body(model)
-    kinds = {part.shape.kind for part in getattr(copies[0].shape, "parts", {}).values()} if copies else set()
+    parts = getattr(copies[0].shape, "parts", {}).values() if copies else ()
+    kinds = {getattr(part, "shape", part).kind for part in parts}
     kinds.add(getattr(copies[0].shape, "kind", "") if copies else "")
     if isinstance(model, Articulated):
         kinds |= {link.shape.kind for link in (model.links or {}).values()}

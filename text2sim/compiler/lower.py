@@ -20,11 +20,12 @@ from text2sim.compiler.trees.articulated import articulated_tree
 from text2sim.compiler.trees.filebody import file_changes, file_motors, mechanism_tree
 from text2sim.compiler.trees.joints import joint_of
 from text2sim.compiler.trees.model_files import Ball, ModelFiles, Written, count_pieces
-from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink, TreeVisual, tree_balls
+from text2sim.compiler.trees.tree import Inertia, Tree, TreeGeom, TreeJoint, TreeLink, TreeVisual, tree_balls
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
 from text2sim.spec_schema.models.materials import Look, Material
 from text2sim.spec_schema.models.motion import Oscillate, Spin
 from text2sim.spec_schema.models.scene import Static
+from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Compound, Mesh, Part
 from text2sim.spec_schema.models.soft_bodies import Cloth, Granular, Liquid, Rope, Snow, Soft
 
@@ -113,7 +114,7 @@ class Lowering:
         else:
             axes = {f"slide_{a}": TreeJoint("slider", axis=self._local(copy, a), armature=IMMOVABLE) for a in "xyz"}
         link = self._link(copy, model.material, model.look)
-        link = TreeLink(link.name, joints=tuple(axes.items()), geoms=link.geoms, visuals=link.visuals)
+        link = replace(link, joints=tuple(axes.items()))
         return self._model(copy, Tree((link,)))
 
     @entity.register
@@ -181,7 +182,7 @@ class Lowering:
         made = self.alike.get(key)
         if made is None:
             link = self._link(copy, material, look)
-            link = TreeLink(link.name, joint=joint, geoms=link.geoms, visuals=link.visuals)
+            link = replace(link, joint=joint)
             made = self.alike[key] = self.models.write(copy.body, Tree((link,)))
         return self._entity_of(copy, made, rgba_of(look, copy) if plain else made.color)
 
@@ -255,24 +256,24 @@ class Lowering:
     # --- links ------------------------------------------------------------------------------------------------
 
     def _link(self, copy: Copy, material: Material, look: Look) -> TreeLink:
-        geoms, visuals = self._shaped(copy.shape, material, look, copy, copy.body)
-        return TreeLink(copy.body, geoms=geoms, visuals=visuals)
+        return self._shaped(copy.shape, material, look, copy, copy.body)
 
-    def _shaped(
-        self, shape: Any, material: Material, look: Look, copy: Copy, link: str
-    ) -> tuple[tuple[TreeGeom, ...], tuple[TreeVisual, ...]]:
+    def _shaped(self, shape: Any, material: Material, look: Look, copy: Copy, link: str) -> TreeLink:
+        """A link without joints, where its frame is."""
         geoms = self._geoms(shape, material, look, copy)
+        made = TreeLink(link, geoms=geoms, inertia=_inertia(shape, geoms))
         visuals = geometry.visual_mesh(shape, self.folder)
         if not look.visible:
-            return tuple(_hidden(g) for g in geoms), ()
+            return replace(made, geoms=tuple(_hidden(g) for g in geoms))
         if not visuals:
-            return geoms, ()
-        parts = shape.parts if isinstance(shape, Compound) else {}
+            return made
+        parts: dict[Any, Any] = shape.parts if isinstance(shape, Compound | Sculpt) else {}
         drawn = tuple(
             _drawn(mesh, (parts[mesh.part].look if mesh.part in parts else None) or look, copy) for mesh in visuals
         )
-        meshed = {mesh.part for mesh in visuals}
-        return tuple(_hidden(g) if g.piece.part in meshed else g for g in geoms), drawn
+        meshed = {mesh.part for mesh in visuals} | {None for _ in (shape,) if isinstance(shape, Sculpt)}
+        shown = tuple(_hidden(g) if g.piece.part in meshed else g for g in geoms)
+        return replace(made, geoms=shown, visuals=drawn)
 
     def _geoms(self, shape: Any, material: Material, look: Look, copy: Copy) -> tuple[TreeGeom, ...]:
         parts = shape.parts if isinstance(shape, Compound) else {}
@@ -292,7 +293,8 @@ class Lowering:
         Capsules overlap in a ring, and staves lack a little of a round wall: their density makes up for it, so that
         the whole weighs what the shape does. Of a mesh, the pieces are what there is.
         """
-        parts: dict[Any, Part] = shape.parts if isinstance(shape, Compound) else {None: Part(shape=shape)}
+        compound = isinstance(shape, Compound)
+        parts: dict[Any, Part] = shape.parts if compound else {None: Part.model_construct(shape=shape)}
         densities, total = {}, 0.0
         for name, part in parts.items():
             made: dict[str, float] = {}
@@ -319,16 +321,30 @@ class Lowering:
         return quat_rotate(quat_conjugate(copy.quat), vector_unit(axis))
 
 
+def _inertia(shape: Any, geoms: tuple[TreeGeom, ...]) -> Inertia | None:
+    """What a sculpt weighs: its surface says it, as its pieces overlap. They have its mass all the same."""
+    if not isinstance(shape, Sculpt):
+        return None
+    from text2sim.compiler.shapes.sculpting import sculpted
+
+    made = sculpted(shape)
+    mass = sum(geom.density * geom.piece.volume() for geom in geoms)
+    xx, yy, zz, xy, xz, yz = (moment * mass / made.volume for moment in made.inertia)
+    return Inertia(mass, made.center, (xx, yy, zz, xy, xz, yz))
+
+
 def _one_color(shape: Any) -> bool:
     """Whether everything of a shape has the colour of its body."""
     if isinstance(shape, Compound):
         return all(part.look is None and not isinstance(part.shape, Mesh) for part in shape.parts.values())
+    if isinstance(shape, Sculpt):
+        return all(part.look is None for part in shape.parts.values())
     return not isinstance(shape, Mesh)
 
 
 def _colors(shape: Any, look: Look, copy: Copy) -> list[Rgba]:
     """The colours of a body and of its parts, as a copy has them."""
-    looks = [part.look for part in shape.parts.values()] if isinstance(shape, Compound) else []
+    looks = [part.look for part in shape.parts.values()] if isinstance(shape, Compound | Sculpt) else []
     return [rgba_of(one, copy) for one in (look, *looks) if one is not None]
 
 

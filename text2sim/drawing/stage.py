@@ -108,12 +108,13 @@ class _Collector:
         """Take in what deforms, as it is at rest: its solver's points are not known before the engine has made them."""
         folder, prop = self.resolution.lowering.folder, self._prop(copy, color, finish, True, False)
         surfaces = cloth_surfaces(copy.shape, folder) or geometry.visual_mesh(copy.shape, folder)
-        if surfaces is None:
+        meshed = {mesh.part for mesh in surfaces or ()}
+        if surfaces is None or copy.shape.kind == "compound":
             for piece in geometry.pieces(copy.shape, folder):
-                self._piece(piece, copy.pos, copy.quat, prop)
-            return
+                if surfaces is None or piece.part not in meshed:
+                    self._piece(piece, copy.pos, copy.quat, prop)
         own = copy.shape.kind == "sheet" or copy.model.look.color is None
-        for mesh in surfaces:
+        for mesh in surfaces or ():
             key = _Key("surface", (mesh.digest, own and mesh.picture is not None))
             self._add(key, mesh, _Instance((1.0, 1.0, 1.0), copy.pos, copy.quat, prop))
 

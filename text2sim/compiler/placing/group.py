@@ -58,7 +58,7 @@ class Group:
     def _lowest(self, spot: Spot, axis: Vec) -> float:
         kind = None if spot.shape is None else spot.shape.kind
         upright = axis == (0.0, 0.0, 1.0) and not (spot.quat[1] or spot.quat[2])
-        if upright and kind not in (None, "compound"):
+        if upright and kind not in (None, "compound", "sculpt"):
             bottom = self.sizes.of(spot)[0][2]
         elif kind in SMOOTH:
             back = quat_conjugate(quat_between((0.0, 0.0, 1.0), axis))

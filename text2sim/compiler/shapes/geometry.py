@@ -22,6 +22,7 @@ from text2sim.compiler.shapes.rotation import (
 from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid, Rope
 from text2sim.spec_schema.models.scene import Static
+from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Compound, Cone, Cup, Ellipsoid, Funnel, Mesh, Sheet, Sketch, Text, Tube
 
 __all__ = [
@@ -86,6 +87,8 @@ def key_of(shape: Any, folder: Path) -> Any:
     if isinstance(shape, Compound):
         parts = (part.shape for part in shape.parts.values())
         return (shape.model_dump_json(exclude_defaults=True), *(_content(part, folder) for part in parts))
+    if isinstance(shape, Sculpt):
+        return shape.model_dump_json(exclude_defaults=True)
     return (*vars(shape).values(), _content(shape, folder))
 
 
@@ -122,6 +125,10 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
         from text2sim.compiler.shapes.flatforms import prisms
 
         return prisms(shape, folder)
+    if isinstance(shape, Sculpt):
+        from text2sim.compiler.shapes.sculpting import pieces_of
+
+        return pieces_of(shape)
     if isinstance(shape, Sheet):
         return [Piece("box", size=(*shape.size, SHEET))]
     if kind == "compound":
@@ -166,7 +173,7 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
     """Return the surfaces to draw instead of the pieces, or None where every piece draws itself.
 
     Of a compound only the parts that need one have a surface; it carries the part's name. A mesh has one for
-    each of its materials.
+    each of its materials, a sculpt one for each look, with the name of a part that has it.
 
     Raises:
         AssetError: if a mesh file cannot be used.
@@ -190,6 +197,10 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
             )  # fmt: skip
             for paint in load_paint(shape.file, folder)
         ]
+    if isinstance(shape, Sculpt):
+        from text2sim.compiler.shapes.sculpting import sculpted
+
+        return sculpted(shape).visuals()
     if not isinstance(shape, Drawn | Text | Sketch):
         return None
     key = key_of(shape, folder)
@@ -208,7 +219,8 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
 def volume(shape: Any, folder: Path) -> float:
     """Return the volume [m3] of the shape as described (its pieces may differ a little: `Piece.volume`).
 
-    Parts of a compound that overlap count twice; a mesh that is not closed counts as its convex hull.
+    Parts of a compound that overlap count twice (but see `solid_volume`); a mesh that is not closed counts as its
+    convex hull.
     """
     kind = shape.kind
     if kind == "compound":
@@ -232,9 +244,22 @@ def volume(shape: Any, folder: Path) -> float:
         from text2sim.compiler.shapes.glyphs import whole
 
         return whole(shape, folder).area * shape.depth
+    if isinstance(shape, Sculpt):
+        from text2sim.compiler.shapes.sculpting import sculpted
+
+        return sculpted(shape).volume
     if kind == "plane":
         raise ValueError("a plane has no volume")
     return pieces(shape, folder)[0].volume()
+
+
+def solid_volume(shape: Any, folder: Path) -> float:
+    """Return the volume [m3] of what deforms: of a compound, that of the union of its parts."""
+    if isinstance(shape, Compound):
+        from text2sim.compiler.shapes.joining import union
+
+        return float(union(shape, folder).volume())
+    return volume(shape, folder)
 
 
 # The reach of a shape along a direction u of its own frame: the largest u.x over its points x [m].
@@ -281,6 +306,12 @@ def _reach_flat(shape: Text | Sketch, u: Vec, folder: Path) -> float:
     return reach(shape, u, folder)
 
 
+def _reach_sculpt(shape: Sculpt, u: Vec, folder: Path) -> float:
+    from text2sim.compiler.shapes.sculpting import sculpted
+
+    return float((sculpted(shape).vertices @ u).max())
+
+
 def _reach_sheet(shape: Sheet, u: Vec, folder: Path) -> float:
     return (shape.size[0] * abs(u[0]) + shape.size[1] * abs(u[1]) + SHEET * abs(u[2])) / 2
 
@@ -309,6 +340,7 @@ _REACH: dict[str, Callable[[Any, Vec, Path], float]] = {
     "mesh": _reach_mesh,
     "text": _reach_flat,
     "sketch": _reach_flat,
+    "sculpt": _reach_sculpt,
     "sheet": _reach_sheet,
     "compound": _reach_compound,
 }

@@ -13,7 +13,8 @@ from text2sim.compiler.shapes.rings import Arc, profile, profile_of, turned
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_to_rows
 from text2sim.compiler.shapes.triangle_count import MAX_TRIANGLES, refuse_many
 from text2sim.spec_schema.errors import AssetError
-from text2sim.spec_schema.models.shapes import Box, Ellipsoid, Mesh, Sheet
+from text2sim.spec_schema.models.sculpts import Sculpt
+from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, Mesh, Sheet
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
@@ -44,7 +45,8 @@ def soft_surface(shape: Any, folder: Path, edge: float, *, coarsen: bool = True)
     """Return the surface of a shape in triangles whose edges are about `edge` [m] long.
 
     Args:
-        shape: Any solid shape, or a sheet. A mesh that is open is taken for cloth, and keeps its `uvs`.
+        shape: Any solid shape, of a compound the union of its parts, or a sheet. A mesh that is open is taken for
+            cloth, and keeps its `uvs`.
         folder: The case's folder.
         edge: Wanted length [m]. Round shapes have shorter edges where they would lose their form.
         coarsen: Whether the triangles of a mesh that are smaller than wanted are melted together.
@@ -72,6 +74,10 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
         from text2sim.compiler.shapes.remesh import file_surface
 
         return _made(*file_surface(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
+    if isinstance(shape, Sculpt | Compound):
+        from text2sim.compiler.shapes.joining import joined_surface
+
+        return _made(*joined_surface(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
     area = _area(shape, folder)
     refuse_many(area, edge)
     if isinstance(shape, Sheet):

@@ -120,7 +120,7 @@ def mass(copy: Copy, folder: Path) -> float:
     material = copy.model.material
     if isinstance(copy.model, Cloth):
         return material.area_density * area(copy.shape, folder)
-    return material.density * geometry.volume(copy.shape, folder)
+    return material.density * geometry.solid_volume(copy.shape, folder)
 
 
 def area(shape: Any, folder: Path) -> float:

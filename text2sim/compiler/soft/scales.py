@@ -77,6 +77,10 @@ def thickness(shape: Any, folder: Path) -> float:
     """
     if shape.kind in ("text", "sketch"):
         return min(shape.depth, STROKE * shape.height)
+    if shape.kind == "sculpt":
+        from text2sim.compiler.shapes.distances import form_of
+
+        return min(form_of(part).thin for part in shape.parts.values() if part.op == "add")
     return min(piece_thickness(piece) for piece in geometry.pieces(shape, folder))
 
 
@@ -107,7 +111,7 @@ def _mpm_cell(scene: Scene, copies: list[Copy], folder: Path, why: dict[str, str
         return given
     through = {copy.body: MPM_THROUGH if copy.model.kind == "soft" else FLOW_THROUGH for copy in copies}
     thin = [(thickness(copy.shape, folder) / through[copy.body], copy.body) for copy in copies]
-    volume = sum(geometry.volume(copy.shape, folder) for copy in copies)
+    volume = sum(geometry.solid_volume(copy.shape, folder) for copy in copies)
     (fine, body), coarse = min(thin), (volume / MPM_BUDGET) ** (1 / 3) / PARTICLE
     if fine >= coarse:
         why["mpm_cell"] = f"{through[body]} cells through the thinnest part of `{body}`"
@@ -139,7 +143,7 @@ def _edges(solver: str, copies: list[Copy], folder: Path, why: dict[str, str]) -
     """Edge [m] by body; all copies of a body alike."""
     edges: dict[str, float] = {}
     solids = [copy for copy in copies if copy.model.kind == "soft"]
-    volume = sum(geometry.volume(copy.shape, folder) for copy in solids)
+    volume = sum(geometry.solid_volume(copy.shape, folder) for copy in solids)
     # A regular tetrahedron of edge a has the volume a^3 / (6 sqrt(2)).
     coarse = (6 * sqrt(2) * volume / FEM_BUDGET) ** (1 / 3)
     for copy in copies:

@@ -1,17 +1,18 @@
 """Articulated bodies that are written in the case: a mapping of links becomes a tree."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from text2sim.compiler.shapes.rotation import quat_of
 from text2sim.compiler.trees.joints import joint_of
-from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink, TreeLoop, TreeVisual
+from text2sim.compiler.trees.tree import Tree, TreeJoint, TreeLink, TreeLoop
 from text2sim.spec_schema.models.bodies import Articulated
 from text2sim.spec_schema.models.materials import Look, Material
 from text2sim.spec_schema.names.selectors import spread_over
 
-Shaped = Callable[[str, Any, Material, Look], tuple[tuple[TreeGeom, ...], tuple[TreeVisual, ...]]]
-"""(link, shape, material, look) -> geoms and visuals."""
+Shaped = Callable[[str, Any, Material, Look], TreeLink]
+"""(link, shape, material, look) -> the link with what it is made of."""
 
 
 def articulated_tree(body: Articulated, shaped: Shaped) -> Tree:
@@ -23,18 +24,16 @@ def articulated_tree(body: Articulated, shaped: Shaped) -> Tree:
 
     def build(name: str) -> TreeLink:
         link = links[name]
-        geoms, visuals = shaped(name, link.shape, link.material or body.material, link.look or body.look)
+        bare = shaped(name, link.shape, link.material or body.material, link.look or body.look)
         if link.parent is None:
             joint = TreeJoint("free") if body.base == "free" else None
         else:
             joint = None if link.joint is None or link.joint.kind == "fixed" else joint_of(link.joint)
-        return TreeLink(
-            name,
+        return replace(
+            bare,
             pos=link.pose.pos,
             quat=quat_of(link.pose),
             joint=joint,
-            geoms=geoms,
-            visuals=visuals,
             children=tuple(build(child) for child in children.get(name, ())),
         )
 

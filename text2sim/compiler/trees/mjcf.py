@@ -90,6 +90,10 @@ class _Writer:
                 if value:
                     attributes[key] = number(value)
             ET.SubElement(body, "joint", attributes)
+        if link.inertia is not None:
+            mass, center, tensor = link.inertia
+            moments = " ".join(f"{x:.9g}" for x in tensor)  # small ones count
+            ET.SubElement(body, "inertial", mass=f"{mass:.9g}", pos=_row(center), fullinertia=moments)
         for index, geom in enumerate(link.geoms):
             self.geom(body, f"{link.name}_{index}", geom)
         for index, visual in enumerate(link.visuals):

@@ -12,6 +12,7 @@ from text2sim.compiler.files import Files
 from text2sim.compiler.looks import Rgba
 from text2sim.compiler.shapes.meshfile import load_mesh
 from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.sculpting import MARK, sculpted_obj
 from text2sim.compiler.shapes.surface import learn_digests
 from text2sim.compiler.trees.mjcf import write_mjcf
 from text2sim.compiler.trees.tree import Tree, link_colors, tree_balls, uncolored
@@ -117,7 +118,9 @@ class ModelFiles:
         return name
 
     def _mesh(self, file: str) -> str:
-        """Put the surface of a mesh file beside the models, as contact and mass need it."""
+        """Put the surface of a mesh file, or of a sculpt, beside the models, as contact and mass need it."""
+        if file.startswith(MARK):
+            return self._add(f"{file.removeprefix(MARK)[:12]}_whole.obj", lambda: sculpted_obj(file))
         mesh = load_mesh(file, self.folder)
         if mesh.flat:
             raise AssetError(f"mesh file `{file}` is flat: a body of links needs thickness")

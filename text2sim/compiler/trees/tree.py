@@ -60,6 +60,17 @@ class TreeJoint:
     spring: float = 0.0
 
 
+class Inertia(NamedTuple):
+    """What a link weighs, where its pieces, which overlap, do not say it."""
+
+    mass: float
+    """[kg]"""
+    center: Vec
+    """[m]"""
+    tensor: tuple[float, float, float, float, float, float]
+    """xx, yy, zz, xy, xz, yz [kg m2], about the centre."""
+
+
 @dataclass(frozen=True)
 class TreeLink:
     """A link; without a joint it is part of its parent, at the root it is held by the world."""
@@ -72,6 +83,7 @@ class TreeLink:
     """Several joints with names of their own (driven bodies slide along three axes), instead of `joint`."""
     geoms: tuple[TreeGeom, ...] = ()
     visuals: tuple[TreeVisual, ...] = ()
+    inertia: Inertia | None = None
     children: tuple["TreeLink", ...] = ()
 
     def all_joints(self) -> tuple[tuple[str, TreeJoint], ...]:

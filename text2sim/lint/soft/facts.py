@@ -94,7 +94,7 @@ class SoftFacts:
 
     def volume(self, body: SoftBody) -> float:
         """Volume [m3] at the start; 0 for cloth."""
-        return 0.0 if body.model.kind == "cloth" else geometry.volume(body.copy.shape, self.facts.folder)
+        return 0.0 if body.model.kind == "cloth" else geometry.solid_volume(body.copy.shape, self.facts.folder)
 
     def mass(self, body: SoftBody) -> float:
         """Mass [kg]."""

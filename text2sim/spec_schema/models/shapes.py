@@ -17,6 +17,7 @@ from text2sim.spec_schema.models.base import (
     Size3,
 )
 from text2sim.spec_schema.models.materials import Look
+from text2sim.spec_schema.models.sculpts import Sculpt
 
 Segments = Annotated[Integer, Field(ge=6, le=64)]
 
@@ -268,6 +269,7 @@ Shape = Annotated[
     | Mesh
     | Text
     | Sketch
+    | Sculpt
     | Compound,
     Field(discriminator="kind"),
 ]
@@ -286,11 +288,12 @@ StaticShape = Annotated[
     | Mesh
     | Text
     | Sketch
+    | Sculpt
     | Compound,
     Field(discriminator="kind"),
 ]
-SoftShape = SolidShape
-"""What deforms as a volume: any solid."""
+SoftShape = Shape
+"""What deforms as a volume: any solid, and of a compound the union of its parts."""
 ClothShape = Annotated[Sheet | Mesh, Field(discriminator="kind")]
 """A sheet, or a mesh that is an open surface."""
 Part.model_rebuild()

@@ -19,6 +19,7 @@ from text2sim.spec_schema.models import (
     render,
     repeat,
     scene,
+    sculpts,
     shapes,
     soft_materials,
     solvers,
@@ -227,6 +228,23 @@ render:
 ```
 """
 
+SCULPT = """\
+In `parts` of a sculpt. All are joined in their order, then all cuts are made, then it is painted. A fin or an ear is a
+flat ellipsoid or a loft, a limb, neck, tail or handle a `limb`, a trunk or a hull a `loft`, what a lathe makes a
+`revolve`.
+
+```yaml
+shape:
+  kind: sculpt
+  blend: 0.01
+  parts:
+    pot: {kind: revolve, smooth: true, profile: [[0.05, 0], [0.08, 0.04], [0.07, 0.1], [0.03, 0.12]]}
+    spout: {kind: limb, points: [[0.06, 0, 0.04], [0.11, 0, 0.07], [0.13, 0, 0.12]], radii: [0.02, 0.014, 0.01]}
+    handle: {kind: limb, points: [[-0.06, 0, 0.1], [-0.13, 0, 0.09], [-0.12, 0, 0.05], [-0.07, 0, 0.03]], radii: 0.009}
+    knob: {kind: ellipsoid, radii: [0.014, 0.014, 0.014], pose: {pos: [0, 0, 0.13]}, look: {color: gold}}
+    mouth: {kind: limb, op: cut, blend: 0.002, points: [[0.11, 0, 0.09], [0.14, 0, 0.15]], radii: 0.006}
+```"""
+
 LIGHTS = """\
 By name in `render.lights`, in place of those of `lighting`. Light says which way it goes. Its strength is an irradiance
 in units in which 3.14 makes a white sheet white. How bright the film is follows from the lights; `exposure` changes
@@ -296,6 +314,8 @@ SECTIONS = (
     Section("Shapes", "shape", 2, shapes.StaticShape, "In `shape`.", "shapes"),
     Section("Shapes of cloth", "shape of cloth", 3, shapes.ClothShape, "In `shape` of a cloth.", "cloth_shapes"),
     Section("Parts of a compound", "part", 3, (shapes.Part,), "In `parts`."),
+    Section("Parts of a sculpt", "part", 3, sculpts.AnySculptPart, SCULPT, "sculpt_parts"),
+    Section("Cross-sections", "section", 3, (sculpts.Section,), "In `sections` of a loft."),
     Section(
         "Poses and places",
         "pose",

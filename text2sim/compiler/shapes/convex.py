@@ -1,0 +1,105 @@
+"""Convex pieces of a sculpted shape, for contact: of each part, as few as follow the surface."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from text2sim.compiler.shapes.distances import Array
+from text2sim.spec_schema.models.sculpts import Sculpt
+
+if TYPE_CHECKING:
+    from text2sim.compiler.shapes.levelset import Placed
+
+MOST = 40
+"""Pieces of a shape; beyond that they follow the surface less closely."""
+OFF, CELLS = 0.012, 1.2
+"""How far a piece may stand out of the surface: a part of the longest side, or some cells."""
+WAYS = 80
+"""Directions in which a piece has a corner, at most."""
+
+
+def convex_pieces(
+    shape: Sculpt,
+    parts: "list[Placed]",
+    vertices: Array,
+    faces: Array,
+    field: Callable[[Array], Array],
+    cell: float,
+) -> list[Array]:
+    """Return the corners (k, 3) [m] of convex pieces.
+
+    Args:
+        shape: The shape.
+        parts: Its parts.
+        vertices: Of its surface [m].
+        faces: Of its surface.
+        field: Distance [m] from the surface, negative inside.
+        cell: Cell [m] of the grid on which it was made.
+    """
+    if shape.collision != "parts":
+        return [_corners(vertices)]
+    cut = any(one.part.op == "cut" for one in parts)
+    rows: list[list[Array]] = []
+    for one in parts:
+        if one.part.op != "add":
+            continue
+        bits = list(one.bits())
+        for k, atoms in enumerate(one.atoms()):
+            row = []
+            for atom in atoms:
+                kept = atom[field(atom) < 0.5 * cell] if cut else atom
+                if cut and len(kept) < len(atom):
+                    # What the cut has left of it: the surface of the cut within it, too.
+                    low, high = atom.min(0) - cell / 2, atom.max(0) + cell / 2
+                    inside = vertices[((vertices >= low) & (vertices <= high)).all(axis=1)]
+                    if len(inside):
+                        own = bits[k * len(one.form.bits) : (k + 1) * len(one.form.bits)]
+                        near = np.minimum.reduce([bit.distance(inside) for bit in own])
+                        kept = np.concatenate([kept, inside[near < cell / 2]])
+                if _solid(kept):
+                    row.append(kept)
+            rows.append(row)
+    low, high = vertices.min(0), vertices.max(0)
+    off = max(OFF * float((high - low).max()), CELLS * cell)
+    found: list[Array] = []
+    for _ in range(8):
+        found = [_corners(piece) for row in rows for piece in _joined(row, field, off)]
+        if len(found) <= MOST:
+            break
+        off *= 1.6
+    return found or [_corners(vertices)]
+
+
+def _solid(points: Array) -> bool:
+    return len(points) > 3 and np.linalg.matrix_rank(points - points[0], tol=1e-9) == 3
+
+
+def _joined(row: list[Array], field: Callable[[Array], Array], off: float) -> list[Array]:
+    """Join neighbours as long as their hull stays near the surface."""
+    found: list[Array] = []
+    for atom in row:
+        if found:
+            both = np.concatenate([found[-1], atom])
+            if _stays(both, field, off):
+                found[-1] = both
+                continue
+        found.append(atom)
+    return found
+
+
+def _stays(points: Array, field: Callable[[Array], Array], off: float) -> bool:
+    from scipy.spatial import ConvexHull
+
+    hull = ConvexHull(points)
+    a, b, c = (points[hull.simplices[:, k]] for k in range(3))
+    return bool((field(np.concatenate([(a + b + c) / 3, (a + b) / 2, (b + c) / 2, (c + a) / 2])) < off).all())
+
+
+def _corners(points: Array) -> Array:
+    """The points that lie farthest in directions spread over the sphere."""
+    k = np.arange(WAYS) + 0.5
+    z, turn = 1 - 2 * k / WAYS, k * np.pi * (1 + np.sqrt(5))
+    ring = np.sqrt(1 - z * z)
+    ways = np.concatenate([np.stack([ring * np.cos(turn), ring * np.sin(turn), z], 1), np.eye(3), -np.eye(3)])
+    return points[np.unique((points @ ways.T).argmax(axis=0))]

@@ -1,0 +1,364 @@
+"""Sculpted shapes as closed meshes: a field of signed distances on a grid, and its zero level.
+
+The grid is counted before it is made. Its level is a marching-cubes surface (Lewiner et al., 2003), cut along the
+borders of looks, then made simpler within a part of a cell by `manifold3d`, which also answers for its being closed.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from text2sim.compiler.shapes.distances import Bit, Form, form_of
+from text2sim.compiler.shapes.rotation import quat_of, quat_to_rows
+from text2sim.spec_schema.errors import AssetError
+from text2sim.spec_schema.models.sculpts import AnySculptPart, Sculpt
+
+Array = np.ndarray
+MAX_NODES = 1_500_000
+"""Nodes of the grid."""
+MAX_WORK = 40_000_000
+"""Distances that are computed: of every bit of a part, at the nodes in its box. Some seconds."""
+THROUGH = 5
+"""Cells through the thinnest part, where nothing else is said; at least `LEAST`."""
+LEAST = 1.6
+ALONG = 56
+"""Cells along the longest side, at least."""
+PAD = 2
+"""Cells around everything."""
+SLAB = 150_000
+"""Nodes that are worked on at once."""
+SIMPLER = 0.1
+"""How far the surface may move when it is made simpler, in cells."""
+FAR = 1e30
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A part in the frame of the shape."""
+
+    name: str
+    part: AnySculptPart
+    form: Form
+    blend: float
+
+    @cached_property
+    def frames(self) -> list[tuple[Array, Array, Array]]:
+        """Of the part and of its mirror image: position, columns of the frame, signs of the axes before that."""
+        turn = np.array(quat_to_rows(quat_of(self.part.pose)))
+        own = (np.array(self.part.pose.pos), turn, np.ones(3))
+        if self.part.mirror is None:
+            return [own]
+        signs = np.where(np.array(list("xyz")) == self.part.mirror, -1.0, 1.0)
+        return [own, (own[0], turn, signs)]
+
+    def bits(self) -> Iterator[Bit]:
+        """Its bits, with boxes in the frame of the shape."""
+        for pos, turn, signs in self.frames:
+            for bit in self.form.bits:
+                ends = np.array([bit.low, bit.high])
+                corners = np.array([ends[[i, j, k], [0, 1, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+                there = (corners @ turn.T + pos) * signs
+
+                def distance(p: Array, bit=bit, pos=pos, turn=turn, signs=signs) -> Array:
+                    return bit.distance((p * signs - pos) @ turn)
+
+                yield Bit(distance, there.min(0), there.max(0))
+
+    def distance(self, p: Array) -> Array:
+        """Distances (n,) of points (n, 3)."""
+        return np.minimum.reduce([bit.distance(p) for bit in self.bits()])
+
+    def atoms(self) -> Iterator[list[Array]]:
+        """Points of convex pieces, of the part and of its mirror image."""
+        for pos, turn, signs in self.frames:
+            yield [(atom @ turn.T + pos) * signs for atom in self.form.atoms]
+
+
+def placed_parts(shape: Sculpt) -> list[Placed]:
+    """Return the parts of a shape where they are."""
+    return [
+        Placed(name, part, form_of(part), shape.blend if part.blend is None else part.blend)
+        for name, part in shape.parts.items()
+    ]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Nodes on which the field lives."""
+
+    low: Array
+    """First node [m]."""
+    cell: float
+    """[m]"""
+    counts: tuple[int, int, int]
+
+    def box(self, low: Array, high: Array, more: float) -> tuple[slice, slice, slice]:
+        """Nodes within a box that is grown by `more` [m]."""
+        first = np.clip(np.floor((low - more - self.low) / self.cell), 0, self.counts).astype(int)
+        last = np.clip(np.ceil((high + more - self.low) / self.cell) + 1, 0, self.counts).astype(int)
+        return slice(first[0], last[0]), slice(first[1], last[1]), slice(first[2], last[2])
+
+    def points(self, box: tuple[slice, slice, slice]) -> Array:
+        """Places (n, 3) [m] of nodes."""
+        axes = [self.low[k] + self.cell * np.arange(one.start, one.stop) for k, one in enumerate(box)]
+        return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+
+
+def grid_of(shape: Sculpt, parts: list[Placed]) -> Grid:
+    """Choose the grid of a shape, as fine as its thinnest part wants it and the limits allow.
+
+    Raises:
+        AssetError: if there would be too many nodes, or a part would be lost between them.
+    """
+    added = [bit for one in parts if one.part.op == "add" for bit in one.bits()]
+    low, high = np.min([bit.low for bit in added], axis=0), np.max([bit.high for bit in added], axis=0)
+    boxes = [(bit, one.blend) for one in parts for bit in one.bits()]
+    size = float((high - low).max())
+
+    def made(cell: float) -> tuple[Grid, float, float]:
+        pad = (PAD + 0.5) * cell
+        counts = np.ceil((high - low + 2 * pad) / cell).astype(float) + 1
+        nodes = float(counts.prod())
+        if nodes > MAX_NODES:
+            return Grid(low, cell, (0, 0, 0)), nodes, 0.0
+        # Not on round numbers, where flat sides would lie on nodes.
+        grid = Grid(low - pad + 0.013 * cell, cell, tuple(counts.astype(int).tolist()))
+        work = sum(_size(grid.box(bit.low, bit.high, blend + PAD * cell)) for bit, blend in boxes)
+        return grid, nodes, float(work)
+
+    thinnest = min(parts, key=lambda one: one.form.thin)
+    cell = shape.detail or min(thinnest.form.thin / THROUGH, size / ALONG)
+    grid, nodes, work = made(cell)
+    finest = cell
+    while nodes > MAX_NODES or work > MAX_WORK:
+        finest *= 1.1
+        grid, nodes, work = made(finest)
+    if shape.detail is not None and finest > cell:
+        raise AssetError(
+            f"is made on a grid of at most {MAX_NODES:,} nodes: with a size of {size:.3g} m, `detail` can be "
+            f"{_up(finest):g} m or more (got {cell:g})"
+        )
+    if thinnest.form.thin < LEAST * grid.cell:
+        way = (
+            f"take a `detail` of {thinnest.form.thin / LEAST:.2g} m"
+            if shape.detail is not None
+            else "make a body of its own of it, or all of it smaller"
+        )
+        raise AssetError(
+            f"part `{thinnest.name}` is {thinnest.form.thin:.3g} m thin, and the cells of the grid are {grid.cell:.3g} "
+            f"m: it would be lost; make it {_up(LEAST * grid.cell):g} m or thicker, or {way}"
+        )
+    return grid
+
+
+def _size(box: tuple[slice, slice, slice]) -> int:
+    found = 1
+    for one in box:
+        found *= one.stop - one.start
+    return found
+
+
+def _up(value: float) -> float:
+    digits = 10.0 ** (np.floor(np.log10(value)) - 1)
+    return float(np.ceil(value / digits) * digits)
+
+
+def fillet(a: Array, b: Array, radius: float) -> Array:
+    """Join two fields with a fillet: of that radius where their surfaces meet at right angles."""
+    if radius <= 0:
+        return np.minimum(a, b)
+    return np.maximum(radius, np.minimum(a, b)) - np.hypot(np.maximum(radius - a, 0), np.maximum(radius - b, 0))
+
+
+def field_of(parts: list[Placed], grid: Grid) -> Array:
+    """Return the distances at the nodes: exact near the surface, some large number far from every part."""
+    field = np.full(grid.counts, FAR)
+    for one in [one for one in parts if one.part.op == "add"] + [one for one in parts if one.part.op == "cut"]:
+        bits = list(one.bits())
+        more = one.blend + PAD * grid.cell
+        whole = grid.box(np.min([b.low for b in bits], axis=0), np.max([b.high for b in bits], axis=0), more)
+        own = np.full(tuple(side.stop - side.start for side in whole), FAR)
+        for bit in bits:
+            box = grid.box(bit.low, bit.high, more)
+            rows = max(SLAB // max(_size((slice(0, 1), box[1], box[2])), 1), 1)
+            for start in range(box[0].start, box[0].stop, rows):
+                slab = (slice(start, min(start + rows, box[0].stop)), box[1], box[2])
+                here = tuple(slice(a.start - b.start, a.stop - b.start) for a, b in zip(slab, whole, strict=True))
+                found = bit.distance(grid.points(slab)).reshape(own[here].shape)
+                own[here] = np.minimum(own[here], found)
+        if one.part.op == "add":
+            field[whole] = fillet(field[whole], own, one.blend)
+        else:
+            field[whole] = -fillet(-field[whole], own, one.blend)
+    return field
+
+
+@dataclass(frozen=True, eq=False)
+class Cast:
+    """A shape that was made."""
+
+    vertices: Array
+    """(n, 3) float [m]"""
+    faces: Array
+    """(m, 3) int, counterclockwise from outside"""
+    normals: Array
+    """(n, 3) float: the slopes of the field"""
+    looks: Array
+    """(m,) int: which part gives a triangle its look; -1, the body."""
+    pieces: list[Array]
+    """Corners (k, 3) [m] of convex pieces."""
+
+
+def cast(shape: Sculpt) -> Cast:
+    """Make the mesh of a shape.
+
+    Raises:
+        AssetError: if it cannot be made within the limits, or is in several pieces.
+    """
+    from skimage.measure import marching_cubes
+
+    from text2sim.compiler.shapes.convex import convex_pieces
+
+    parts = placed_parts(shape)
+    grid = grid_of(shape, parts)
+    field = field_of(parts, grid)
+    if not (field < 0).any():
+        raise AssetError("has nothing left: its cuts take all of it")
+    # Nodes on the surface would make triangles without area.
+    near = 0.02 * grid.cell
+    field = np.where(np.abs(field) < near, np.where(field < 0, -near, near), field)
+    values = np.minimum(field, 8 * grid.cell).astype(np.float32)
+    vertices, faces, _, _ = marching_cubes(values, 0.0, gradient_direction="descent")
+    vertices = grid.low + grid.cell * vertices.astype(float)
+    vertices, looks, faces = _bordered(parts, vertices, faces.astype(np.int64), grid)
+    vertices, faces, looks = _simpler(vertices, faces, looks, grid.cell, parts)
+    pieces = convex_pieces(shape, parts, vertices, faces, lambda p: sampled(values, grid, p), grid.cell)
+    return Cast(vertices, faces, _slopes(values, grid, vertices), looks, pieces)
+
+
+def sampled(values: Array, grid: Grid, p: Array) -> Array:
+    """The field at points (n, 3), between its nodes; beyond them, large."""
+    from scipy.ndimage import map_coordinates
+
+    return map_coordinates(values, ((p - grid.low) / grid.cell).T, order=1, mode="constant", cval=8 * grid.cell)
+
+
+def _slopes(values: Array, grid: Grid, p: Array) -> Array:
+    step = 0.75 * grid.cell
+    found = np.stack(
+        [sampled(values, grid, p + step * way) - sampled(values, grid, p - step * way) for way in np.eye(3)], 1
+    )
+    return found / np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-12)
+
+
+def _bordered(parts: list[Placed], vertices: Array, faces: Array, grid: Grid) -> tuple[Array, Array, Array]:
+    """Cut triangles along the borders of looks; return vertices, the look of each triangle, triangles.
+
+    A border goes where two parts are equally near, or where what paints or cuts ends.
+    """
+    groups: list[list[int]] = [[]]
+    known = {"": 0}
+    firsts = [-1]
+    for index, one in enumerate(parts):
+        if one.part.look is None:
+            if one.part.op == "add":
+                groups[0].append(index)
+            continue
+        key = f"{one.part.op != 'add' and index}:{one.part.look.model_dump_json()}"
+        if key not in known:
+            known[key] = len(groups)
+            groups.append([])
+            firsts.append(index)
+        groups[known[key]].append(index)
+    if len(groups) == 1:
+        return vertices, np.full(len(faces), -1), faces
+    far = np.full(len(vertices), FAR)
+    away = np.stack(
+        [np.minimum.reduce([parts[i].distance(vertices) for i in group]) if group else far for group in groups]
+    )
+    over = np.array([first >= 0 and parts[first].part.op != "add" for first in firsts])
+    # The surface that a cut leaves lies on it, not in it.
+    away[over] -= np.array([0.6 * grid.cell * (parts[f].part.op == "cut") for f in np.array(firsts)[over]])[:, None]
+    label = np.where(over[:, None], FAR, away).argmin(0)
+    for k in np.flatnonzero(over):
+        label[away[k] < 0] = k
+    ahead = np.roll(faces, -1, axis=1)
+    mixed = label[faces] != label[ahead]
+    keys = np.minimum(faces, ahead) * len(vertices) + np.maximum(faces, ahead)
+    edges, of = np.unique(keys[mixed], return_inverse=True)
+    a, b = edges // len(vertices), edges % len(vertices)
+    la, lb = label[a], label[b]
+    top = np.maximum(la, lb)
+    low = np.minimum(la, lb)
+    # What lies over the rest ends at its own surface; parts that are joined share the middle.
+    fa = np.where(over[top], away[top, a], away[top, a] - away[low, a])
+    fb = np.where(over[top], away[top, b], away[top, b] - away[low, b])
+    t = np.clip(fa / np.where(fa == fb, 1.0, fa - fb), 0.1, 0.9)
+    middle = np.full(faces.shape, -1)
+    middle[mixed] = of + len(vertices)
+    points = np.concatenate([vertices, vertices[a] + t[:, None] * (vertices[b] - vertices[a])])
+    plain = ~mixed.any(axis=1)
+    found, labels = [faces[plain]], [label[faces[plain, 0]]]
+    two = mixed.sum(axis=1) == 2
+    # Turned so that the corner with a look of its own comes first: the edges at it are the mixed ones.
+    turn = np.argmax(~mixed[two], axis=1)[:, None]
+    order = (turn + 2 + np.arange(3)) % 3
+    row = np.flatnonzero(two)[:, None]
+    (p, q, r), (pq, _, rp) = faces[row, order].T, middle[row, order].T
+    for corners, own in (((p, pq, rp), p), ((pq, q, r), q), ((pq, r, rp), q)):
+        found.append(np.stack(corners, 1))
+        labels.append(label[own])
+    three = mixed.sum(axis=1) == 3
+    heart = len(points) + np.arange(int(three.sum()))
+    points = np.concatenate([points, points[faces[three]].mean(axis=1)])
+    for k in range(3):
+        corner, after, before = faces[three, k], middle[three, k], middle[three, (k + 2) % 3]
+        for corners in ((corner, after, heart), (corner, heart, before)):
+            found.append(np.stack(corners, 1))
+            labels.append(label[corner])
+    return points, np.array(firsts)[np.concatenate(labels)], np.concatenate(found)
+
+
+def _simpler(
+    vertices: Array, faces: Array, looks: Array, cell: float, parts: list[Placed]
+) -> tuple[Array, Array, Array]:
+    """Melt triangles together where the surface is flat; borders of looks stay."""
+    from manifold3d import Manifold, Mesh64
+
+    order = np.argsort(looks, kind="stable")
+    faces, looks = faces[order], looks[order]
+    names, first = np.unique(looks, return_index=True)
+    mesh = Mesh64(
+        vertices,
+        faces.astype(np.uint64),
+        run_index=np.append(3 * first, 3 * len(faces)).astype(np.uint64),
+        run_original_id=(names + 1).astype(np.uint32),
+    )
+    whole = Manifold(mesh)
+    if whole.is_empty():
+        raise AssetError(f"made no closed surface ({whole.status()}): move a part a little, or take another `detail`")
+    apart = [one for one in whole.decompose() if one.volume() > 0]
+    if len(apart) > 1:
+        least = min(apart, key=lambda one: one.volume())
+        box = np.array(least.bounding_box()).reshape(2, 3)
+        added = [one for one in parts if one.part.op == "add"]
+        near = min(added, key=lambda one: float(one.distance(box.mean(0)[None])[0]))
+        raise AssetError(
+            f"is in {len(apart)} pieces: the smallest, around {_place(box.mean(0))}, is of part `{near.name}`; move it "
+            "to the rest, or make a body of its own of it"
+        )
+    made = whole.simplify(SIMPLER * cell).to_mesh64()
+    ends = np.asarray(made.run_index, np.int64) // 3
+    found = np.empty(len(made.tri_verts), np.int64)
+    for k, name in enumerate(made.run_original_id):
+        found[ends[k] : ends[k + 1]] = int(name) - 1
+    points, net = np.asarray(made.vert_properties)[:, :3], np.asarray(made.tri_verts, np.int64)
+    # Along borders a vertex may stand several times: one is enough.
+    same, back = np.unique(points, axis=0, return_inverse=True)
+    return same, back.reshape(-1)[net], found
+
+
+def _place(p: Array) -> str:
+    return "(" + ", ".join(f"{x:.3g}" for x in p.tolist()) + ")"

@@ -1,0 +1,198 @@
+"""Sculpted shapes as the rest of the compiler asks for them; what was made is kept, here and in the user's cache."""
+
+from collections import OrderedDict
+from dataclasses import dataclass
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from text2sim.assets.remembered import meets, packed, remembered, unpacked
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.surface import VisualMesh
+from text2sim.spec_schema.models.sculpts import Sculpt
+
+# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
+if TYPE_CHECKING:
+    import numpy as np
+
+MARK = "sculpt:"
+"""Before the digest of a shape, where a piece names a file."""
+_MEMORY = 64
+_KNOWN: "OrderedDict[str, Sculpted]" = OrderedDict()
+_BY_DIGEST: "dict[str, Sculpted]" = {}
+
+
+@dataclass(frozen=True, eq=False)
+class Sculpted:
+    """A sculpted shape that was made."""
+
+    vertices: "np.ndarray"
+    """(n, 3) float [m]"""
+    faces: "np.ndarray"
+    """(m, 3) int, counterclockwise from outside"""
+    normals: "np.ndarray"
+    """(n, 3) float, unit length"""
+    looks: "np.ndarray"
+    """(m,) int: number of the part that gives a triangle its look; -1, the body"""
+    corners: "list[np.ndarray]"
+    """(k, 3) float [m]: of each convex piece"""
+    names: tuple[str, ...]
+    """Of the parts."""
+
+    @cached_property
+    def digest(self) -> str:
+        """Hash of the surface."""
+        return sha256(self.vertices.tobytes() + self.faces.tobytes()).hexdigest()
+
+    @cached_property
+    def volume(self) -> float:
+        """Enclosed volume [m3]."""
+        return self._moments[0]
+
+    @cached_property
+    def center(self) -> Vec:
+        """Centre of volume [m]."""
+        return self._moments[1]
+
+    @cached_property
+    def inertia(self) -> tuple[float, float, float, float, float, float]:
+        """Inertia [m5] about the centre, for a density of 1: xx, yy, zz, xy, xz, yz."""
+        return self._moments[2]
+
+    @cached_property
+    def _moments(self) -> tuple[float, Vec, tuple[float, float, float, float, float, float]]:
+        """By tetrahedra from the middle of the bounds to every triangle (Mirtich, 1996)."""
+        import numpy as np
+
+        middle = (self.vertices.min(0) + self.vertices.max(0)) / 2
+        corners = (self.vertices - middle)[self.faces]
+        six = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
+        volume = float(six.sum() / 6)
+        total = corners.sum(axis=1)
+        center = (six[:, None] * total).sum(0) / 24 / volume
+        # Second moment of a tetrahedron with a corner at the origin: V/20 (sum of corners' products + that of sums).
+        second = np.einsum("i,ija,ijb->ab", six, corners, corners) + np.einsum("i,ia,ib->ab", six, total, total)
+        second = second / 120 - volume * np.outer(center, center)
+        tensor = np.eye(3) * np.trace(second) - second
+        x, y, z = (center + middle).tolist()
+        (xx, xy, xz), (_, yy, yz), (_, _, zz) = tensor.tolist()
+        return volume, (x, y, z), (xx, yy, zz, xy, xz, yz)
+
+    def obj(self) -> str:
+        """Return the surface as the text of an .obj file."""
+        lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in (self.vertices + 0.0).tolist()]
+        lines += [f"f {a} {b} {c}" for a, b, c in (self.faces + 1).tolist()]
+        return "\n".join(lines) + "\n"
+
+    def visuals(self) -> list[VisualMesh]:
+        """Return the surface as it is drawn: a mesh for each look, with the name of a part that has it."""
+        import numpy as np
+
+        found = []
+        for look in np.unique(self.looks).tolist():
+            used, net = np.unique(self.faces[self.looks == look], return_inverse=True)
+            name = self.names[look] if look >= 0 else None
+            found.append(VisualMesh(self.vertices[used], net.reshape(-1, 3), self.normals[used], part=name))
+        return found
+
+
+def sculpted(shape: Sculpt) -> Sculpted:
+    """Return a shape, made.
+
+    Raises:
+        AssetError: if it cannot be made within the limits, or is in several pieces.
+    """
+    key = shape.model_dump_json(exclude_defaults=True)
+    found = _KNOWN.get(key)
+    if found is None:
+        found = _KNOWN[key] = _recalled(shape, key)
+        _BY_DIGEST[found.digest] = found
+        if len(_KNOWN) > _MEMORY:
+            _KNOWN.popitem(last=False)
+    _KNOWN.move_to_end(key)
+    return found
+
+
+def sculpted_obj(file: str) -> str:
+    """Return the surface that a piece names as its file."""
+    return _BY_DIGEST[file.removeprefix(MARK)].obj()
+
+
+def pieces_of(shape: Sculpt) -> list[Piece]:
+    """Return the convex pieces with which a shape touches others; for `decompose`, the whole.
+
+    Raises:
+        AssetError: if it cannot be made.
+    """
+    from scipy.spatial import ConvexHull
+
+    made = sculpted(shape)
+    found = []
+    for corners in made.corners:
+        hull = ConvexHull(corners)
+        used, net = _oriented(hull)
+        vertices = tuple((x, y, z) for x, y, z in corners[used].tolist())
+        faces = tuple((a, b, c) for a, b, c in net.tolist())
+        if shape.collision == "decompose":
+            piece = Piece("mesh", size=(1.0,), vertices=vertices, faces=faces, file=MARK + made.digest,
+                          enclosed=made.volume, decompose=True)  # fmt: skip
+        else:
+            piece = Piece("hull", vertices=vertices, faces=faces)
+        found.append(piece)
+    return found
+
+
+def _oriented(hull: Any) -> "tuple[np.ndarray, np.ndarray]":
+    """Corners that a hull uses, and its triangles among them, counterclockwise from outside."""
+    import numpy as np
+
+    net = hull.simplices.astype(np.int64)
+    a, b, c = (hull.points[net[:, k]] for k in range(3))
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
+    net[inward] = net[inward][:, ::-1]
+    used, index = np.unique(net, return_inverse=True)
+    return used, index.reshape(-1, 3)
+
+
+def _recalled(shape: Sculpt, key: str) -> Sculpted:
+    import numpy as np
+
+    here = Path(__file__).parent
+    sources = (here / name for name in ("distances.py", "levelset.py", "convex.py"))
+    question = (b"sculpt", key.encode(), *(path.read_bytes() for path in sources))
+    members = {"vertices": str, "faces": str, "normals": str, "looks": str, "corners": str, "ends": list}
+
+    def ask() -> dict[str, Any]:
+        from text2sim.compiler.shapes.levelset import cast
+
+        made = cast(shape)
+        ends = np.cumsum([len(piece) for piece in made.pieces]).tolist()
+        texts = (made.vertices, made.faces, made.normals, made.looks, np.concatenate(made.pieces))
+        return dict(zip(members, (*map(packed, texts), ends), strict=True))
+
+    found = remembered(question, members, ask)
+    made = _unpacked(found, tuple(shape.parts))
+    if made is None:  # what was kept is damaged
+        made = _unpacked(ask(), tuple(shape.parts))
+    assert made is not None
+    return made
+
+
+def _unpacked(found: dict[str, Any], names: tuple[str, ...]) -> Sculpted | None:
+    import numpy as np
+
+    arrays = [unpacked(found[name], kind, columns) for name, kind, columns in (
+        ("vertices", "f8", 3), ("faces", "i8", 3), ("normals", "f8", 3), ("looks", "i8", 1), ("corners", "f8", 3)
+    )]  # fmt: skip
+    vertices, faces, normals, looks, corners = arrays
+    if vertices is None or normals is None or looks is None or corners is None or faces is None:
+        return None
+    fits = meets(faces, vertices) and len(normals) == len(vertices) and len(looks) == len(faces)
+    ends = found["ends"]
+    if not fits or not all(isinstance(end, int) for end in ends) or ends[-1:] != [len(corners)]:
+        return None
+    if looks.min() < -1 or looks.max() >= len(names):
+        return None
+    return Sculpted(vertices, faces, normals, looks[:, 0], np.split(corners, ends[:-1]), names)
