@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from text2sim.assets import engine_files as shelf
+from text2sim.assets import engine_files
 from text2sim.assets.engine_files import engine_assets, shelf_of
 from text2sim.assets.mechanism import load_mechanism
 from text2sim.compiler.build import resolve_case
@@ -36,8 +36,8 @@ def assets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (root / "meshes" / "part.obj").write_text(PYRAMID)
     (tmp_path / "secret.obj").write_text(PYRAMID)
     (tmp_path / "secret.xml").write_text("<mujoco/>")
-    monkeypatch.setattr(shelf, "engine_assets", lambda: root.resolve())
-    shelf._listed.cache_clear()
+    monkeypatch.setattr(engine_files, "engine_assets", lambda: root.resolve())
+    engine_files._listed.cache_clear()
     return root
 
 
@@ -117,7 +117,7 @@ def test_a_model_of_the_engine_refers_to_its_own_files_only(assets: Path):
 
 
 def test_without_the_engine_the_place_in_the_case_is_said(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(shelf, "engine_assets", lambda: None)
+    monkeypatch.setattr(engine_files, "engine_assets", lambda: None)
     with pytest.raises(SpecError) as caught:
         resolve_case(load_text(CASE.replace("FILE", ARM)))
     (problem,) = caught.value.problems

@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from text2sim.harness.run import run_case
-from text2sim.runtime import machine
-from text2sim.runtime import machine_check as ability
+from text2sim.runtime import machine, machine_check
 from text2sim.runtime.machine_check import check_ability, needs_cuda
 from text2sim.service import exits
 from text2sim.spec_schema.errors import MachineError
@@ -42,7 +41,7 @@ def towel(variants: dict | None = None, overlay: Overlay | None = None) -> Loade
 
 @pytest.fixture
 def no_cuda(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ability, "ipc_obstacle", lambda: "there is no CUDA device here")
+    monkeypatch.setattr(machine_check, "ipc_obstacle", lambda: "there is no CUDA device here")
 
 
 @pytest.mark.usefixtures("no_cuda")
@@ -71,7 +70,7 @@ def test_nothing_is_left_behind(tmp_path: Path) -> None:
 
 
 def test_with_a_device_it_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ability, "ipc_obstacle", lambda: "")
+    monkeypatch.setattr(machine_check, "ipc_obstacle", lambda: "")
     check_ability(towel())
     assert needs_cuda(towel())
     assert not needs_cuda(towel(VARIANTS, Overlay(variants=("cpu",))))
@@ -94,7 +93,7 @@ def test_the_command_ends_with_the_exit_code_of_the_machine(
 ) -> None:
     from text2sim.cli.main import run
 
-    monkeypatch.setattr(ability, "ipc_obstacle", lambda: "there is no CUDA device here")
+    monkeypatch.setattr(machine_check, "ipc_obstacle", lambda: "there is no CUDA device here")
     path = tmp_path / "case.yaml"
     path.write_text(json.dumps(TOWEL | {"variants": VARIANTS}))
     monkeypatch.setattr("sys.argv", ["text2sim", "run", str(path), "--runs", str(tmp_path / "runs")])

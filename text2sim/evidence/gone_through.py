@@ -112,7 +112,7 @@ def _below(recording: RecordedCase, mover: _Piece, ground: _Piece) -> tuple[int,
     # Half its extent along the ground's normal.
     half = np.abs(ground.turn[:, None, :, 2] @ mover.turn)[:, 0] @ ((high - low) / 2)
     size = half_size(recording, ground.target.root)
-    over: Array = (np.abs(own[:, :2]) < size).all(axis=1)
+    over = np.all(np.abs(own[:, :2]) < size, axis=1)
     under = own[:, 2] < -half
     if not (under & over).any():
         return None

@@ -1,15 +1,21 @@
 """All rules, in the order in which they are listed."""
 
-from text2sim.lint.contact import bounce, creep, nets, sliding, tunnelling
-from text2sim.lint.contact import driven_through as ploughing
+from text2sim.lint.contact import bounce, creep, driven_through, nets, sliding, tunnelling
 from text2sim.lint.film import cameras, empty, leaving, viewpoints
 from text2sim.lint.joints import angles, following, holding, idle, joints, ropes
-from text2sim.lint.numbers import counted_twice as twice
-from text2sim.lint.numbers import densities, limits, magnitudes, masses, meshes, steps, stiffness
+from text2sim.lint.numbers import counted_twice, densities, limits, magnitudes, masses, meshes, steps, stiffness
 from text2sim.lint.rule import EXAMPLE_BASE, Rule
-from text2sim.lint.script import at_rest, contradictions, energy, names, outcomes, pushes, script
-from text2sim.lint.script import events_at_start as beginnings
-from text2sim.lint.script import too_early as soon
+from text2sim.lint.script import (
+    at_rest,
+    contradictions,
+    energy,
+    events_at_start,
+    names,
+    outcomes,
+    pushes,
+    script,
+    too_early,
+)
 from text2sim.lint.soft import (
     acting,
     cloths,
@@ -21,12 +27,11 @@ from text2sim.lint.soft import (
     proportions,
     records,
     sap,
+    solver_domain,
     starts,
     walls,
 )
-from text2sim.lint.soft import solver_domain as room
-from text2sim.lint.start import edges, floor, overlap, selfcontact
-from text2sim.lint.start import unsupported as nowhere
+from text2sim.lint.start import edges, floor, overlap, selfcontact, unsupported
 
 __all__ = ["EARLIER", "EXAMPLE_BASE", "RULES", "Rule", "find_rule"]
 
@@ -34,16 +39,16 @@ RULES: tuple[Rule, ...] = (
     *overlap.RULES,
     *selfcontact.RULES,
     *floor.RULES,
-    *nowhere.RULES,
+    *unsupported.RULES,
     *edges.RULES,
     *tunnelling.RULES,
-    *ploughing.RULES,
+    *driven_through.RULES,
     *sliding.RULES,
     *creep.RULES,
     *nets.RULES,
     *magnitudes.RULES,
     *densities.RULES,
-    *twice.RULES,
+    *counted_twice.RULES,
     *meshes.RULES,
     *stiffness.RULES,
     *bounce.RULES,
@@ -59,10 +64,10 @@ RULES: tuple[Rule, ...] = (
     *limits.RULES,
     *names.RULES,
     *script.RULES,
-    *beginnings.RULES,
+    *events_at_start.RULES,
     *outcomes.RULES,
     *contradictions.RULES,
-    *soon.RULES,
+    *too_early.RULES,
     *energy.RULES,
     *at_rest.RULES,
     *cameras.RULES,
@@ -73,7 +78,7 @@ RULES: tuple[Rule, ...] = (
     *starts.RULES,
     *walls.RULES,
     *grid.RULES,
-    *room.RULES,
+    *solver_domain.RULES,
     *cloths.RULES,
     *elements.RULES,
     *proportions.RULES,

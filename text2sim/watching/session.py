@@ -11,8 +11,7 @@ from typing import Any
 from text2sim.runtime.progress import ProgressTail
 from text2sim.runtime.trouble import told
 from text2sim.templates.cadence import reels
-from text2sim.watching import engine, painting
-from text2sim.watching import page_text as wording
+from text2sim.watching import engine, page_text, painting
 from text2sim.watching.case_files import CaseFiles
 from text2sim.watching.child import News
 from text2sim.watching.engine import Engine
@@ -125,9 +124,9 @@ class Session:
             self._board.show(words="internal error", tone="bad", mark="!", problems=[], progress=None)
             return
         self._valid, self._shown = version is not None, False
-        self._board.show(case=checked.name, problems=wording.problem_rows(checked))
+        self._board.show(case=checked.name, problems=page_text.problem_rows(checked))
         if version is None:
-            self._board.show(**wording.refusal(checked), stale=True)
+            self._board.show(**page_text.refusal(checked), stale=True)
         self._listener.checked(checked, monotonic() - self._saved)
         if version is None:
             return
@@ -201,10 +200,10 @@ class Session:
             return
         self._shown = True
         take.seconds["all"] = monotonic() - version.saved
-        self._board.show(**wording.findings(judged.evidence), stale=not self._valid)
+        self._board.show(**page_text.findings(judged.evidence), stale=not self._valid)
         if self._valid:
-            closing = wording.closing(take, judged.evidence, self.painting.trouble)
-            self._board.show(**closing, timing=wording.timing(take))
+            closing = page_text.closing(take, judged.evidence, self.painting.trouble)
+            self._board.show(**closing, timing=page_text.timing(take))
         if self._told == key:
             self._listener.status("nothing to do: neither physics, film nor expectations have changed")
             return
