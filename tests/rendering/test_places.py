@@ -40,8 +40,9 @@ def test_a_place_is_chosen_where_nothing_is_said_of_light_or_backdrop():
     assert film("{cameras: {a: {kind: still, from: [0, -3, 1], look_at: box}}}")["backdrop"]["kind"] == "wall"
     assert "floor" not in film("{lighting: overcast}")["backdrop"]
     assert film("{setting: street}")["backdrop"]["sky"] != film("{setting: street}")["background"]
-    wood = film("{setting: street}", ", look: {color: oak, finish: wood}")["backdrop"]["floor"]
-    assert wood["pattern"] == "boards", "the ground of a case keeps its finish"
+    oak = ", look: {color: oak, finish: wood}"
+    assert film(look=oak)["backdrop"]["floor"]["pattern"] == "boards", "the ground of a case keeps its finish"
+    assert film("{setting: street}", oak)["backdrop"]["floor"]["pattern"] == "asphalt", "unless a place is named"
     assert film("{setting: meadow, background: red}")["background"] == (1, 0, 0)
 
 

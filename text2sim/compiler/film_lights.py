@@ -51,15 +51,15 @@ STUDIOS = {
     # Of places that have a wall: a large window beside the camera, a bright room, a light edge from behind.
     "daylight": Studio(
         {
-            "key": _softbox((0.75, 0.5, -1.15), 2.6, "#fff7ee"),
+            "key": _softbox((0.75, 0.5, -1.15), 3.0, "#fff7ee"),
             "rim": _softbox((-0.7, -0.7, -1.5), 0.9, "#e3ecff"),
-            "front": Sun(kind="sun", direction=(-0.25, 1.0, -0.3), strength=0.75, angle_deg=35.0),
-            "fill": Environment(kind="environment", color="#f4f6fa", horizon="#eeeae4", strength=0.3),
+            "front": Sun(kind="sun", direction=(-0.25, 1.0, -0.3), strength=0.45, angle_deg=35.0),
+            "fill": Environment(kind="environment", color="#f4f6fa", horizon="#eeeae4", strength=0.17),
         },
         "wall",
         "#e8e0d2",
         0.45,
-        0.05,
+        -0.35,
     ),
     "sunlight": Studio(
         {
@@ -126,7 +126,7 @@ def resolve_light(render: Render, ground: Ground, camera: dict[str, Any]) -> dic
                 light["strength"] = render.ambient
     stops = render.exposure + (studio.stops if not render.lights else 0.0)
     background = render.background or (place.behind if place else studio.background)
-    floor = floor_of(place, ground, radius) if place else None
+    floor = floor_of(place, ground, radius, named=render.setting is not None) if place else None
     if floor is not None and not render.lights:
         stops += adapted(floor)
     planes = [copy for copy in ground_planes(ground) if copy.model.look.color in (None, STAGE)]

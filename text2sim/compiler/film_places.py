@@ -63,7 +63,7 @@ JOINTS = {"slabs": (0.5, 2.0), "boards": (0.02, 0.2), "tiles": (0.05, 0.5), "asp
 """How far apart [m] the joints of a pattern may be, or how large what repeats itself may be."""
 SHARE = 0.45
 """The same, in radii of the scene."""
-MIDDLE, USED_TO, BOUND = 0.33, 0.4, 0.6
+MIDDLE, USED_TO, BOUND = 0.33, 0.5, 0.7
 """Brightness of a floor to which lights belong, which part of the difference of another one is made up for, and most
 stops of that."""
 
@@ -95,16 +95,19 @@ def adapted(floor: dict[str, Any]) -> float:
     return round(min(max(USED_TO * log2(MIDDLE / max(bright, 1e-3)), -BOUND), BOUND), 4)
 
 
-def floor_of(place: Place, ground: Ground, radius: float) -> dict[str, Any]:
-    """Return the floor of a place, as plain data: that of the scene where it was given a colour or a finish.
+def floor_of(place: Place, ground: Ground, radius: float, *, named: bool) -> dict[str, Any]:
+    """Return the floor of a place, as plain data.
+
+    A place that nobody named keeps the ground of the scene where that was given a colour or a finish.
 
     Args:
         place: The place.
         ground: The scene at its start.
         radius: Of the scene [m].
+        named: Whether the case names the place.
     """
     pattern, color = place.pattern, place.floor
-    for copy in ground_planes(ground):
+    for copy in () if named else ground_planes(ground):
         look = copy.model.look
         pattern = OF_FINISH.get(look.finish, pattern)
         if look.color not in (None, STAGE):

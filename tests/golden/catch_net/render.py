@@ -36,7 +36,7 @@ AMBIENT = 0.45  # light from everywhere in the preview, which has none that is t
 LIGHTS = {
     "key": {
         "kind": "softbox",
-        "strength": 2.6,
+        "strength": 3.0,
         "color": (1.0, 0.9686, 0.9333),
         "direction": (0.4406, 0.7864, -1.15),
         "at": (0.0, 0.0, 1.6884),
@@ -54,14 +54,14 @@ LIGHTS = {
     },
     "front": {
         "kind": "sun",
-        "strength": 0.75,
+        "strength": 0.45,
         "color": (1.0, 1.0, 1.0),
         "direction": (-0.6774, 0.7769, -0.3),
         "angle": 0.61087,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.3,
+        "strength": 0.17,
         "color": (0.9569, 0.9647, 0.9804),
         "horizon": (0.9333, 0.9176, 0.8941),
     },
@@ -75,6 +75,6 @@ BACKDROP = {
     "floor": {"pattern": "slabs", "color": (0.7255, 0.749, 0.7686), "tile": 1.0},
     "supports": True,
 }
-GAIN = 0.7721  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 0.5596  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

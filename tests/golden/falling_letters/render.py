@@ -35,7 +35,7 @@ AMBIENT = 0.45  # light from everywhere in the preview, which has none that is t
 LIGHTS = {
     "key": {
         "kind": "softbox",
-        "strength": 2.6,
+        "strength": 3.0,
         "color": (1.0, 0.9686, 0.9333),
         "direction": (0.622, 0.6524, -1.15),
         "at": (0.0, 0.02, 0.5586),
@@ -53,14 +53,14 @@ LIGHTS = {
     },
     "front": {
         "kind": "sun",
-        "strength": 0.75,
+        "strength": 0.45,
         "color": (1.0, 1.0, 1.0),
         "direction": (-0.4634, 0.9207, -0.3),
         "angle": 0.61087,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.3,
+        "strength": 0.17,
         "color": (0.9569, 0.9647, 0.9804),
         "horizon": (0.9333, 0.9176, 0.8941),
     },
@@ -74,6 +74,6 @@ BACKDROP = {
     "floor": {"pattern": "slabs", "color": (0.9255, 0.9373, 0.949), "tile": 0.5},
     "supports": True,
 }
-GAIN = 0.6292  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 0.4334  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

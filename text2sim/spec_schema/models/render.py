@@ -94,8 +94,8 @@ class Render(Model):
     """The place: floor, what is behind, and the light that belongs there; each can be said below instead. `studio`: a
     pale polished floor and wall. `workshop`: concrete slabs, a warm wall. `warehouse`: the same, cooler and darker.
     `room`: floor boards. `kitchen`: tiles. `tabletop`: fine boards, for what fits on a table. `street`: asphalt, sun
-    and sky. `meadow`: grass, sun and sky. A ground that was given a colour or a finish keeps it. If nothing is said
-    about light or backdrop either, it is chosen from the case."""
+    and sky. `meadow`: grass, sun and sky. If nothing is said about light or backdrop either, it is chosen from the
+    case, and then a ground that was given a colour or a finish keeps it."""
     supports: Literal["posts", "none"] = "posts"
     """Whether what stands in the air without anything below it, and never moves, gets thin posts down to the floor
     where nothing moves past. Path traced only."""
