@@ -125,8 +125,6 @@ class AgentLoop:
             if attempt.number >= self.limits.attempts:
                 return self.outcome("spent", f"{attempt.number} attempts were made")
             decision = self._decided(attempt, report)
-            if decision.action == "give_up":
-                return self.outcome("gave_up", decision.why)
             before = attempt.text
             if decision.action == "plan_anew":
                 try:
@@ -135,15 +133,13 @@ class AgentLoop:
                     self.agreement.planned_anew = True
                     self.workshop.referred.append(f"Planning anew came to nothing: {failed}")
                     decision = self._decided(attempt, report)
-                    if decision.action == "give_up":
-                        return self.outcome("gave_up", decision.why)
-                    text, left_out = self._revised(attempt, decision)
-                    cause = "; ".join([decision.why, *left_out])
+                else:
+                    if plan.possible == "no":
+                        return self.outcome("gave_up", plan.why)
+                    text, cause = self._drafted(), f"planned anew: {decision.why}"
                     continue
-                if plan.possible == "no":
-                    return self.outcome("gave_up", plan.why)
-                text, cause = self._drafted(), f"planned anew: {decision.why}"
-                continue
+            if decision.action == "give_up":
+                return self.outcome("gave_up", decision.why)
             text, left_out = self._revised(attempt, decision)
             cause = "; ".join([decision.why, *left_out])
 

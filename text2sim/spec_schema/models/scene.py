@@ -84,7 +84,9 @@ class Scene(Model):
     dt: Positive = Field(default=0.01, le=0.1)
     """Time step [s]."""
     substeps: Annotated[Integer, Field(ge=1, le=200)] | None = None
-    """Solver steps in each time step; derived if left out."""
+    """Solver steps in each time step. If left out, steps of at most 5 ms with two loose bodies or more, 2.5 ms with
+    chains, nets and loops, 0.5 ms with restitution; shorter for taut ropes, and for what is fast
+    against the thinnest piece."""
     gravity: Vec3 = (0.0, 0.0, -9.81)
     """Acceleration [m/s2]."""
     seed: Annotated[Integer, Field(ge=0, le=2**31 - 1)] = 0

@@ -115,7 +115,8 @@ LINKS = 24
 class Rope(Placed):
     """A rope of capsule links on ball joints, straight at the start; pose is that of its first end.
 
-    Its links are named `link_0`, `link_1`, … from the first end on.
+    Its links are named `link_0`, `link_1`, … from the first end on. On a drum about a level axis a turn that no
+    pull holds flies off from `w^2 r > g` on (speed of turning w [rad/s], radius r).
     """
 
     kind: Literal["rope"]
