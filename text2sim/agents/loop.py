@@ -35,7 +35,9 @@ CONSIDER = (
     "`patch: []` if all of it is meant."
 )
 STANDSTILL = 2
-"""Attempts after the best one that may bring nothing, once everything expected has come true."""
+"""Attempts after the best one that may bring nothing, once everything expected has come true,"""
+FILMED = 5
+"""and so many if they only film a run again, which is cheap."""
 
 
 class AgentLoop:
@@ -152,7 +154,9 @@ class AgentLoop:
     def _unbettered(self) -> int | None:
         """The best attempt, if all that was expected came true in it and the last ones were no better."""
         best = max(self.made, key=lambda one: one.rank(self.agreement.names))
-        stale = len(self.made) - 1 - self.made.index(best)
+        before, later = self.made[: self.made.index(best) + 1], self.made[self.made.index(best) + 1 :]
+        fresh = {one.run or one.number for one in later} - {one.run for one in before}
+        stale = len(later) if len(later) >= FILMED else len(fresh)
         sound = best.state == "finished" and not best.missed([*self.agreement.names, *best.expect])
         return best.number if sound and stale >= STANDSTILL else None
 
@@ -319,18 +323,11 @@ class AgentLoop:
         offer = self.deck.offer(text, plan.mode, shows, plan_text(plan))
         report.referred, self.workshop.referred = self.workshop.referred, []
         report.left = self._left(attempt)
+        anew = not (before_run or self.agreement.planned_anew or self.only_if_accepted)
         decision = decide(
-            self.desk,
-            self.request,
-            self.agreement,
-            attempt.text,
-            self._history(),
-            report,
-            offer,
-            self.deck,
-            self.path,
-            anew=not (before_run or self.agreement.planned_anew or self.only_if_accepted),
-        )
+            self.desk, self.request, self.agreement, attempt.text, self._history(), report, offer, self.deck, self.path,
+            anew=anew,
+        )  # fmt: skip
         self.emit("decided", number=attempt.number, action=decision.action, why=decision.why, take=decision.take,
                   routes={route.section: route.instruction for route in decision.routes})  # fmt: skip
         return decision

@@ -1,10 +1,11 @@
-"""A role that gives no usable answer three times does not lose what there is."""
+"""When a loop goes on: roles that give no usable answer, attempts that bring nothing."""
 
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from text2sim.agents.attempts import Attempt
 from text2sim.agents.conversation import RoleFailed
 from text2sim.agents.loop import AgentLoop
 from text2sim.agents.loop_result import Limits, Outcome
@@ -83,3 +84,22 @@ def test_a_second_plan_that_fails_leaves_the_first_to_be_mended() -> None:
     assert (ended.state, ended.why) == ("gave_up", "enough")
     assert texts == ["name: a\n", "name: b\n"]
     assert "Planning anew came to nothing" in loop.workshop.referred[0]
+
+
+@pytest.mark.parametrize(
+    ("runs", "ended"),
+    [
+        (["b", "c"], 1),
+        (["a", "a"], None),
+        (["a", "b", "b"], None),
+        (["a", "b", "c"], 1),
+        (["", ""], 1),
+        (["a"] * 5, 1),
+        (["a"] * 4, None),
+    ],
+)
+def test_attempts_that_only_film_again_are_cheap(runs: list[str], ended: int | None) -> None:
+    made = [Attempt(k, "", "", state="finished", run=run) for k, run in enumerate(["a", *runs], 1)]
+    made[0].critique = {"verdict": "repair", "score": 90}
+    loop = SimpleNamespace(made=made, agreement=SimpleNamespace(names=()))
+    assert AgentLoop._unbettered(loop) == ended  # type: ignore[arg-type]
