@@ -32,6 +32,7 @@ def row(**values: Any) -> dict[str, Any]:
         ({"volume": 0.3}, "0.3 times the volume"),
         ({"inverted": 0.2}, "20 % of its tetrahedra"),
         ({"penetration": 0.03}, "30 mm deep in `plate`"),
+        ({"torn": 0.3}, "is torn (up to 30 % of it were off the largest piece)"),
         ({"against_bounds": 0.05}, "5 % of its points at the walls of the space of mpm"),
     ],
 )

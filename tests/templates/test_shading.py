@@ -48,3 +48,16 @@ def test_a_seam_of_the_texture_is_not_seen_in_the_light():
 def test_a_triangle_without_area_has_a_normal_all_the_same():
     shell = Shell(np.eye(3), np.array([[0, 1, 2]]))
     assert np.linalg.norm(shell.normals(np.zeros((3, 3))), axis=1) == pytest.approx([1, 1, 1])
+
+
+def test_a_triangle_that_spans_a_gap_is_not_whole():
+    from text2sim.templates.shading import Shell
+
+    vertices = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], float)
+    shell = Shell(vertices, np.array([(0, 1, 2), (1, 3, 2)]))
+    away = vertices + (vertices[:, :1] * (2, 0, 0)) * (vertices[:, 1:2] < 0.5)  # one corner goes 2 m off
+    assert shell.whole(vertices, 0.5).all()
+    assert shell.whole(away, 2.5).all(), "stretched, not torn"
+    apart = vertices.copy()
+    apart[3] += 3.0
+    assert shell.whole(apart, 1.0).tolist() == [True, False]

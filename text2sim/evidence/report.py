@@ -33,6 +33,7 @@ SOFT_WORDS = {
     "penetration": "deepest point in something rigid",
     "self_penetration": "nearest to itself, below its thickness",
     "speed": "fastest point",
+    "torn": "part that is off the largest piece",
     "against_bounds": "part of the points against the sides of their solver's space",
 }
 """What the table of deformable bodies says."""

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.evidence import deformation, folds
+from text2sim.evidence import deformation, folds, tearing
 from text2sim.evidence.deformation import DeformationError
 from text2sim.evidence.gaps import Cloud, nearest_solid
 from text2sim.evidence.leaks import KINDS, leaks
@@ -16,6 +16,8 @@ from text2sim.recording.states import Array
 
 LOOKED_AT = 4_000_000
 """Points of a body over all frames, at most, that are looked at; of longer runs, frames are left out evenly."""
+LOOKED_FOR_TEARS = 600_000
+"""The same where it is looked in how many pieces they are, which takes longer."""
 STUCK = 1e-4
 """Nearer than this to a side of its solver's space [m], a point lies against it."""
 
@@ -45,6 +47,10 @@ def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
         )  # fmt: skip
         depth, where = penetration(recording, thin)
         _worst(rows, "penetration", depth, _large, {"unit": "m", "copy": body.body}, time, where)
+        if body.kind == "soft" and body.solver == "mpm":
+            rarely = body.thinned(LOOKED_FOR_TEARS, states.frames)
+            times, torn = states.time[:: rarely.step], 1.0 - tearing.pieces(rarely)[1]
+            _worst(rows, "torn", torn, _large, {"unit": "", "copy": body.body, **first_torn(torn, times)}, times)
         if body.kind in KINDS:
             share, walls = leaks(recording, thin)
             _worst(rows, "leaked", share, _large, {"unit": "", "copy": body.body}, time, walls)
@@ -58,6 +64,12 @@ def penetration(recording: RecordedCase, body: Deformable) -> tuple[Array, list[
     solids = recording.shapes.of_links(links_of(rigid))
     found = nearest_solid(Cloud.of(body), recording.states, solids, 0.0)
     return 0.0 - found.value, [cast.label_of_link(solids[i][0]) if i >= 0 else "" for i in found.of]
+
+
+def first_torn(torn: Array, times: Array) -> dict[str, float]:
+    """Return when a body first lost a hundredth of itself: {since}, or nothing."""
+    off = np.flatnonzero(torn > tearing.LEAST)
+    return {"since": float(times[off[0]])} if len(off) else {}
 
 
 def _worst(

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.compiler.soft.regions import LAYER
-from text2sim.evidence import curvature, deformation, folds
+from text2sim.evidence import curvature, deformation, folds, tearing
 from text2sim.evidence.gaps import Nearest, nearest_cloud, nearest_solid
 from text2sim.evidence.recorded_case import RecordedCase, links_of
 from text2sim.evidence.selection import Target
@@ -26,6 +26,8 @@ UNITS = {
     "gap": "m",
     "self_penetration": "m",
     "share_in": "",
+    "pieces": "",
+    "largest_piece": "",
 }
 _AXES = list(AXES)
 _FLAT = 1e-6
@@ -208,6 +210,14 @@ def gap(recording: RecordedCase, body: Deformable, others: Sequence[Target], lim
     return found
 
 
+def _pieces(recording: RecordedCase, measure: measures.Pieces) -> Array:
+    return np.sum([tearing.pieces(body)[0] for body in deformables(recording, measure.of)], axis=0)
+
+
+def _largest_piece(recording: RecordedCase, measure: measures.LargestPiece) -> Array:
+    return np.min([tearing.pieces(body)[1] for body in deformables(recording, measure.of)], axis=0)
+
+
 MEASURES: dict[str, Callable[[RecordedCase, Any], Array]] = {
     "volume": _volume,
     "stretch": _stretch,
@@ -217,5 +227,7 @@ MEASURES: dict[str, Callable[[RecordedCase, Any], Array]] = {
     "gap": _gap,
     "self_penetration": _self_penetration,
     "share_in": _share_in,
+    "pieces": _pieces,
+    "largest_piece": _largest_piece,
 }
 """By kind; values are over frames, (F,)."""

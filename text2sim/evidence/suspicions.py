@@ -25,6 +25,8 @@ LEAKED = 0.01
 """Part of grains or a liquid that got through what holds it."""
 AT_WALLS = 0.01
 """Part of the points of a body at the walls of its solver's space."""
+TORN = 0.01
+"""Part of a soft body that is off the largest piece."""
 PULLED = 1.5
 """Length of a thread of cloth over that at rest."""
 
@@ -44,7 +46,7 @@ def suspicions(recording: RecordedCase, found: dict[str, dict[str, Any]]) -> lis
             if seen is not None and is_bad(seen["value"], row, spacing.get(name, np.inf)):
                 values = {"where": seen.get("in", ""), "solver": row["solver"], "mm": 1e3 * seen["value"]}
                 said = words.format(value=seen["value"], percent=100 * seen["value"], **values)
-                rows.append(f"`{seen['copy']}` {said} at {seen['at']:.3g} s")
+                rows.append(f"`{seen['copy']}` {said} at {seen.get('since', seen['at']):.3g} s")
     return rows + _beyond_the_grid(recording)
 
 
@@ -84,6 +86,12 @@ def _is_pulled(value: float, row: dict[str, Any], spacing: float) -> bool:
 _SIGNS: tuple[tuple[str, _Bad, str], ...] = (
     ("volume", _is_inflated, "has {value:.3g} times the volume that it had"),
     ("inverted", lambda value, row, spacing: value > TURNED, "has {percent:.2g} % of its tetrahedra inside out"),
+    (
+        "torn",
+        lambda value, row, spacing: value > TORN,
+        "is torn (up to {percent:.2g} % of it were off the largest piece), which its material knows nothing of: "
+        "particles two cells apart let go of each other; for the first time",
+    ),
     ("stretch", _is_pulled, "is drawn out to {value:.3g} times its length in places"),
     ("penetration", _is_deep, "is {mm:.3g} mm deep in `{where}`"),
     (

@@ -11,7 +11,7 @@ from text2sim.rendering.meshes import Mesh, boxed_uvs
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.rigid import read_picture
 from text2sim.rendering.shapes import mesh_shape, shaded
-from text2sim.templates.shading import Shell, enclosed, smooth_normals
+from text2sim.templates.shading import LETS_GO, Shell, enclosed, smooth_normals
 from text2sim.templates.soft_states import SoftStates
 
 Array = NDArray[np.floating]
@@ -44,6 +44,9 @@ class Surface:
         self.name, look = name, part.look
         shell = Shell(at_rest, arrays["faces"])
         self._shell = shell
+        # As in the preview, what would span a gap of a torn body is not there.
+        tears = part.kind == "soft" and part.row["solver"] == "mpm"
+        self._gap = LETS_GO * float(part.row["spacing"]) if tears else None
         uvs = arrays.get("uvs")
         uvs = uvs[shell.worn].astype(float) if uvs is not None and len(uvs) == len(at_rest) else None
         picture = None if look.picture is None or uvs is None else read_picture(look.picture)
@@ -77,8 +80,9 @@ class Surface:
     def shapes(self, vertices: Array, bsdf: Any = None) -> dict[str, Any]:
         """Return its mesh with its vertices at these places."""
         normals = self._shell.normals(vertices)[self._corners]
+        faces = self._faces if self._gap is None else self._faces[self._shell.whole(vertices, self._gap)]
         made = mesh_shape(
-            self.name, bsdf or self._bsdf, vertices[self._own], self._faces, normals,
+            self.name, bsdf or self._bsdf, vertices[self._own], faces, normals,
             colors=self._colors, shades=self._shades, uvs=self._uvs,
         )  # fmt: skip
         return {self.name: made}

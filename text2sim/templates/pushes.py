@@ -14,8 +14,9 @@ def set_velocity(body, linear, angular):
 class Push:
     """A force on the points of a region, which are chosen at the start. All of them get the same acceleration.
 
-    Per substep h their mean velocity v changes by `F / M h`; with a drag d it goes towards `F / d` as it would with
-    that force and `-d v` together: `dv = (F / d - v) (1 - exp(-d h / M))`. M is the mass of the points.
+    Per substep h a velocity v changes by `F / M h`; with a drag d, that of each point goes towards `F / d`, as it would
+    with its share of that force and of `-d v` together: `dv = (F / d - v) (1 - exp(-d h / M))`. M is the mass of the
+    points. Each has a drag of its own, so that one that runs ahead is held back, and those behind it are pulled on.
 
     Args:
         scene: The built scene, before its first step.
@@ -56,9 +57,8 @@ class Push:
         if self.drag == 0.0:
             change = self.now / self.mass * self.h
         else:
-            masses = self.points.masses[self.chosen]
-            mean = masses @ velocities[self.chosen] / self.mass
-            change = (self.now / self.drag - mean) * -np.expm1(-self.drag * self.h / self.mass)
+            change = self.now / self.drag - velocities[self.chosen]
+            change *= -np.expm1(-self.drag * self.h / self.mass)
         self._change(velocities, change)
 
     def _change(self, velocities, change):

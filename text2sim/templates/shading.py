@@ -4,6 +4,8 @@ import numpy as np
 
 SMOOTH = np.cos(np.radians(40.0))  # of the angle between triangles that are shaded as one surface
 
+LETS_GO = 2 / 0.64  # distances between particles of mpm: two cells of the grid, beyond which they are no longer tied
+
 
 class Shell:
     """Triangles for drawing: smooth where the surface is smooth at rest, with an edge where it has one.
@@ -20,6 +22,7 @@ class Shell:
     """
 
     def __init__(self, vertices: np.ndarray, faces: np.ndarray):
+        self._own, self._rest = faces, _lengths(vertices, faces)
         # Vertices in one place are one, whatever their texture coordinates are.
         places = np.unique(np.round(vertices, 7), axis=0, return_inverse=True)[1].ravel()[faces]
         side = _sides(vertices, faces, places)
@@ -34,6 +37,18 @@ class Shell:
         """Returns a unit normal for each drawn vertex, shape (m, 3), when the vertices are at these places (n, 3)."""
         triangles = vertices[self.worn][self.faces]
         return smooth_normals(triangles, self._corner_spot, len(self.worn))[self._drawn_spot]
+
+    def whole(self, vertices: np.ndarray, gap: float) -> np.ndarray:
+        """Returns which triangles have no edge that has grown by more than `gap` [m], shape (f,).
+
+        A body of particles has let go there: what would be drawn spans a gap.
+        """
+        return (_lengths(vertices, self._own) < self._rest + gap).all(axis=1)
+
+
+def _lengths(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    corners = vertices[faces]
+    return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
 
 
 def smooth_normals(triangles: np.ndarray, spots: np.ndarray, count: int) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 from genesis.ext import pyrender
 from genesis.utils.mesh import create_sphere
 from genesis.utils.particle import particles_to_mesh
-from shading import Shell, enclosed, smooth_normals
+from shading import LETS_GO, Shell, enclosed, smooth_normals
 from soft_states import SoftStates
 
 FINISH = {"metallicFactor": 0.2, "roughnessFactor": 0.8}  # as the rasterizer has it for rigid bodies
@@ -106,10 +106,16 @@ class _Surface(_Figure):
     def __init__(self, scene, row: dict, material, shell: Shell, uvs: np.ndarray | None):
         super().__init__(scene, row)
         self._material, self._shell, self._uvs = material, shell, uvs
+        self._gap = LETS_GO * row["spacing"] if row["kind"] == "soft" and row["solver"] == "mpm" else np.inf
+        self._whole = np.ones(len(shell.faces), bool)
 
     def show(self, vertices: np.ndarray) -> None:
         shell = self._shell
         positions, normals = vertices[shell.worn].astype(np.float32), shell.normals(vertices)
+        whole = shell.whole(vertices, self._gap) if np.isfinite(self._gap) else self._whole
+        if (whole != self._whole).any():  # it tears, or heals: what spans the gap is not there
+            self.clear()
+            self._whole = whole
         if self._nodes:
             self._update(self._nodes[0], pos=positions, normal=normals)
             return
@@ -117,7 +123,7 @@ class _Surface(_Figure):
         self._add(
             positions=positions,
             normals=normals,
-            indices=shell.faces,
+            indices=shell.faces[self._whole],
             # Pictures begin at the upper left.
             texcoord_0=None if uvs is None else uvs * np.array([1, -1]) + np.array([0, 1]),
             material=self._material,

@@ -145,8 +145,10 @@ def _of_one(facts: Facts, measure: Any, targets: list[Target]) -> Bounds:
         return 0.0, 180.0, "a tilt is 0 to 180 deg"
     if kind == "count_in":
         return 0.0, float(len(targets)), f"`{measure.of}` means {len(targets)}"
-    if kind == "share_in":
+    if kind in ("share_in", "largest_piece"):
         return 0.0, 1.0, "a share is 0 to 1"
+    if kind == "pieces":
+        return float(len(targets)), inf, f"there are {len(targets)} bodies"
     if kind == "stretch":
         return TINY, inf, "it is a length over a length, and 1 is unstretched"
     if kind == "contact_count" and measure.by is not None:

@@ -68,8 +68,8 @@ class Force(Model):
     """For bodies that deform: which part of it is pushed, chosen at the start and moving with it; the whole body if
     left out."""
     drag: NonNegative = 0.0
-    """For bodies that deform: resistance [N s/m] to the mean velocity of that part while the force acts, so that it
-    comes to `force / drag` and goes on with that."""
+    """For bodies that deform: resistance [N s/m] to the velocity of that part while the force acts, so that it comes to
+    `force / drag` and goes on with that. It acts on each point by its mass: one that runs ahead is held back."""
 
 
 class Torque(Model):

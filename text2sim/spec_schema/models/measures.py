@@ -9,7 +9,9 @@ from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.soft_measures import (
     FoldedArea,
     Gap,
+    LargestPiece,
     Measured,
+    Pieces,
     SelfPenetration,
     ShareIn,
     Strain,
@@ -264,6 +266,8 @@ Measure = Annotated[
     | FoldedArea
     | Gap
     | SelfPenetration
-    | ShareIn,
+    | ShareIn
+    | Pieces
+    | LargestPiece,
     Field(discriminator="kind"),
 ]

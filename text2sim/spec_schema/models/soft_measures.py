@@ -99,6 +99,28 @@ class SelfPenetration(Measured):
     """A cloth or its copies."""
 
 
+class Pieces(Measured):
+    """In how many pieces soft bodies are, each of a hundredth of the body or more: 1 for each body that is whole.
+
+    Particles of mpm that are two cells apart are no longer tied together. Bodies of fem never tear.
+    """
+
+    kind: Literal["pieces"]
+    of: Selector
+    """A soft body or its copies."""
+
+
+class LargestPiece(Measured):
+    """Mass of the largest piece of a soft body, as a part of the whole: 1 until it tears; of copies, the least.
+
+    A `threshold` event on it says when it tears.
+    """
+
+    kind: Literal["largest_piece"]
+    of: Selector
+    """A soft body or its copies."""
+
+
 class ShareIn(Measured):
     """Part (0 to 1) of the mass of bodies that lies in a region: how much sand has run through."""
 

@@ -8,6 +8,8 @@ from text2sim.spec_schema.text.document import Path
 KINDS: dict[str, tuple[str, ...]] = {
     "volume": ("soft",),
     "strain": ("soft",),
+    "pieces": ("soft",),
+    "largest_piece": ("soft",),
     "stretch": ("soft", "cloth"),
     "folded_area": ("cloth",),
     "wrinkling": ("cloth",),
@@ -17,6 +19,10 @@ KINDS: dict[str, tuple[str, ...]] = {
 """Kinds of body that have what is measured."""
 WAYS = {
     ("volume", "cloth"): "its area stays nearly the same: measure its `stretch`",
+    ("pieces", "cloth"): "its threads do not break",
+    ("largest_piece", "cloth"): "its threads do not break",
+    ("pieces", "grains"): "it is many from the start: measure the `share_in` a region",
+    ("largest_piece", "grains"): "it is many from the start: measure the `share_in` a region",
     ("strain", "cloth"): "it is all surface: measure its `stretch`",
     ("volume", "grains"): "it is particles without a surface: measure its `extent`, or the `share_in` a region",
     ("strain", "grains"): "it flows, and has no shape to go back to: measure its `extent`",

@@ -1,0 +1,58 @@
+"""In how many pieces a body of particles is.
+
+The grid of mpm ties particles together that are less than about two of its cells apart, and nothing else does: what is
+farther from all others is off, whatever it is made of. Pieces are what such ties connect.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+
+from text2sim.recording.deformables import Deformable
+from text2sim.recording.states import Array
+
+TIED = 2 / 0.64
+"""Two cells, in distances of particles."""
+NEAR = 1.8
+"""What is nearer than this is looked at first, in distances of particles: most bodies are in one piece by it."""
+LEAST = 0.01
+"""Part of a body from which on it counts as a piece; less are single particles that were lost."""
+
+
+@lru_cache(maxsize=8)
+def pieces(body: Deformable) -> tuple[Array, Array]:
+    """Return how many pieces of a hundredth of a body or more there are, and the largest one's part of it, both (F,).
+
+    All particles of a body weigh the same.
+    """
+    if body.solver != "mpm":  # elements hang together
+        return np.ones(len(body.points)), np.ones(len(body.points))
+    counts, largest = [], []
+    for points in body.points:
+        sizes = _sizes(points.astype(float), body.spacing) / len(points)
+        counts.append(max(int((sizes >= LEAST).sum()), 1))
+        largest.append(float(sizes.max()))
+    return np.array(counts, float), np.array(largest)
+
+
+def _sizes(points: Array, spacing: float) -> Array:
+    """Points in each piece."""
+    points = points[np.isfinite(points).all(axis=1)]
+    if not len(points):
+        return np.ones(1)
+    label = _labels(points, NEAR * spacing)
+    sizes = np.bincount(label)
+    if len(sizes) == 1:
+        return sizes
+    return np.bincount(_labels(points, TIED * spacing))
+
+
+def _labels(points: Array, reach: float) -> Array:
+    """The piece of each point."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    pairs = cKDTree(points).query_pairs(reach, output_type="ndarray")
+    ties = coo_matrix((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
+    return connected_components(ties, directed=False)[1]
