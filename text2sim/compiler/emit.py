@@ -53,6 +53,12 @@ FINISHES = {
     "silicone": (0.5, 0.0),
     "paper": (0.95, 0.0),
     "sand": (1.0, 0.0),
+    "cardboard": (0.95, 0.0),
+    "leather": (0.6, 0.0),
+    "felt": (1.0, 0.0),
+    "marble": (0.2, 0.0),
+    "jelly": (0.1, 0.0),
+    "peel": (0.4, 0.0),
 }
 
 
@@ -116,6 +122,7 @@ def _look(entity: EntityPlan, surface: Surface) -> dict[str, Any]:
         "finish": surface.finish,
         "visible": bool(entity.options.get("visualization", True)),
         "picture": surface.picture,
+        **surface.dress,
     }
 
 

@@ -84,12 +84,31 @@ def rgba_of(look: Look, copy: Copy) -> Rgba:
     return (round(red, 4), round(green, 4), round(blue, 4), look.opacity)
 
 
-def worn_by(copy: Copy) -> dict[Rgba, str]:
-    """Return the finish that goes with each colour of a copy: that of the body, of its parts and of its links."""
-    worn: dict[Rgba, str] = {}
+def worn_by(copy: Copy) -> dict[Rgba, Look]:
+    """Return the look that goes with each colour of a copy: that of the body, of its parts and of its links."""
+    worn: dict[Rgba, Look] = {}
     for look in looks_of(copy.model):
-        worn.setdefault(rgba_of(look, copy), look.finish)
+        worn.setdefault(rgba_of(look, copy), look)
     return worn
+
+
+def dress_of(look: Look) -> dict[str, Any]:
+    """Return what a look says besides colour and finish, as data: pattern, label, `alike` for copies."""
+    dress: dict[str, Any] = {}
+    if look.pattern is not None:
+        color = look.pattern.color
+        dress["pattern"] = {
+            "kind": look.pattern.kind,
+            "size": look.pattern.size,
+            "color": None if color is None else rgb(color),
+            "turned": look.pattern.turned,
+        }
+    if look.label is not None:
+        colors = {"ink": look.label.color, "plate": look.label.plate}
+        dress["label"] = {"text": look.label.text, **{k: None if c is None else rgb(c) for k, c in colors.items()}}
+    if look.vary is not None:
+        dress["alike"] = True
+    return dress
 
 
 def has_glass(copy: Copy) -> bool:

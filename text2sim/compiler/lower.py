@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.mechanism import Mechanism, Mechanisms, load_mechanism
 from text2sim.compiler.files import Files
-from text2sim.compiler.looks import Rgba, rgba_of, worn_by
+from text2sim.compiler.looks import Rgba, dress_of, rgba_of, worn_by
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
 from text2sim.compiler.shapes import geometry
@@ -196,7 +196,7 @@ class Lowering:
     ) -> EntityPlan:
         self.pieces += 1
         rho = generators.density_of(material, volume) if volume else None
-        surface = Surface(rgba_of(look, copy), look.finish)
+        surface = Surface(rgba_of(look, copy), look.finish, dress=dress_of(look))
         if not look.visible:
             options["visualization"] = False
         return EntityPlan(copy.name, morph, options, copy.pos, copy.quat, rho, material.friction, surface)
@@ -207,10 +207,11 @@ class Lowering:
 
     def _entity_of(self, copy: Copy, made: Written, color: Rgba | None) -> EntityPlan:
         self._take_in(copy, made.tree, made.balls, made.pieces)
-        surface = None if made.color is None or color is None else Surface(color, copy.model.look.finish)
+        own = copy.model.look
+        surface = None if made.color is None or color is None else Surface(color, own.finish, dress=dress_of(own))
         seen = {part.rgba for link in made.tree.links() for part in (*link.geoms, *link.visuals)}
-        finishes = {} if surface else worn_by(copy)
-        worn = tuple(Surface(rgba, finish) for rgba, finish in finishes.items() if rgba in seen)
+        looks = {} if surface else worn_by(copy)
+        worn = tuple(Surface(rgba, one.finish, dress=dress_of(one)) for rgba, one in looks.items() if rgba in seen)
         return EntityPlan(copy.name, "MJCF", dict(made.options), copy.pos, copy.quat, surface=surface, worn=worn)
 
     def _take_in(self, copy: Copy, tree: Tree, balls: list[Ball], pieces: int) -> None:
@@ -241,7 +242,8 @@ class Lowering:
                 self.unpowered.append(copy.name)
         if not model.look.visible:
             options["visualization"] = False
-        surface = Surface(rgba_of(model.look, copy), model.look.finish) if model.look.color is not None else None
+        look = model.look
+        surface = None if look.color is None else Surface(rgba_of(look, copy), look.finish, dress=dress_of(look))
         # An MJCF file says the friction of every geom, be it by MuJoCo's defaults; a URDF cannot.
         friction = model.material.friction if urdf or "friction" in model.material.model_fields_set else None
         rho = generators.density_of(model.material, 1.0) if urdf and mechanism.inertialess else None
@@ -294,7 +296,7 @@ class Lowering:
         the whole weighs what the shape does. Of a mesh, the pieces are what there is.
         """
         compound = isinstance(shape, Compound)
-        parts: dict[Any, Part] = shape.parts if compound else {None: Part.model_construct(shape=shape)}
+        parts: dict[Any, Part] = shape.solids if compound else {None: Part.model_construct(shape=shape)}
         densities, total = {}, 0.0
         for name, part in parts.items():
             made: dict[str, float] = {}

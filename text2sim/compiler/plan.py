@@ -23,6 +23,8 @@ class Surface:
     """Path in the program's folder of a picture that takes the place of the colour."""
     mode: str | None = None
     """How the engine is to draw it, where its own choice costs time; None for its own."""
+    dress: dict[str, Any] = field(default_factory=dict)
+    """Pattern, label, and whether copies are alike, for those who draw them; empty if there is nothing to say."""
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ def _is_placed(copy: Copy) -> bool:
 
 def _is_tilted(copy: Copy, up: Vec) -> bool:
     if isinstance(copy.shape, Compound):
-        return any(_is_off(p.shape, quat_multiply(copy.quat, quat_of(p.pose)), up) for p in copy.shape.parts.values())
+        return any(_is_off(p.shape, quat_multiply(copy.quat, quat_of(p.pose)), up) for p in copy.shape.solids.values())
     return _is_off(copy.shape, copy.quat, up)
 
 

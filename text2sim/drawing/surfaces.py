@@ -27,6 +27,12 @@ GLOSS: dict[str, tuple[float, float, float]] = {
     "silicone": (0.12, 20.0, 0.0),
     "paper": (0.0, 8.0, 0.0),
     "sand": (0.0, 8.0, 0.0),
+    "cardboard": (0.0, 8.0, 0.0),
+    "leather": (0.1, 16.0, 0.0),
+    "felt": (0.0, 8.0, 0.0),
+    "marble": (0.35, 70.0, 0.0),
+    "jelly": (0.5, 90.0, 0.0),
+    "peel": (0.2, 24.0, 0.0),
 }
 
 

@@ -12,6 +12,7 @@ from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError, SpecError
 from text2sim.templates.cadence import read_film
 from text2sim.templates.directing import directed
+from text2sim.templates.patterns import Dress, dress_in
 from text2sim.templates.playback import States
 
 if TYPE_CHECKING:
@@ -35,6 +36,10 @@ class SurfaceLook:
     visible: bool = True
     picture: Path | None = None
     """What it wears instead of its colour."""
+    dress: Dress | None = None
+    """Pattern and writing over its colour."""
+    alike: bool = False
+    """Whether copies have exactly this colour."""
 
 
 @dataclass(frozen=True)
@@ -189,7 +194,8 @@ def _look(folder: Path, look: dict[str, Any] | None, painted: dict[str, Any]) ->
         picture = folder / "program" / look["picture"]
         picture = picture if picture.is_file() else None
     red, green, blue = look["color"]
-    return SurfaceLook((red, green, blue), look["opacity"], look["finish"], look["visible"], picture)
+    color, alike = (red, green, blue), look.get("alike", False)
+    return SurfaceLook(color, look["opacity"], look["finish"], look["visible"], picture, dress_in(look), alike)
 
 
 def _soft(folder: Path, states: States, looks: dict[str, Any]) -> list[SoftPart]:

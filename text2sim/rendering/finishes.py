@@ -6,12 +6,15 @@ is not even, a texture blends from the colour to a darker or lighter shade of it
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from text2sim.rendering.renderer import mitsuba
+
+if TYPE_CHECKING:
+    from text2sim.rendering.dressing import Layer
 
 Array = NDArray[np.floating]
 
@@ -23,6 +26,8 @@ HAZE = 0.045
 """Part of the light that clear glass scatters, by which one sees that it is there."""
 MILKY = 0.45
 """Part of the light that frosted glass scatters; the rest goes straight through, so that its content is seen."""
+GEL = 0.7
+"""Part of what jelly does to light by which it shines through; the rest is thrown back, as by what is cloudy."""
 TINT = 0.62
 """The same of dark glass."""
 
@@ -46,7 +51,7 @@ class Finish:
     bump: float = 0.0
     """Depth of its relief, as a part of the tile."""
     kind: str = "solid"
-    """solid, clear, frosted or tinted."""
+    """solid, clear, frosted, tinted or gel."""
 
 
 FINISHES = {
@@ -69,6 +74,12 @@ FINISHES = {
     "silicone": Finish(0.45, 0.35, sheen=0.3, clearcoat=0.1),
     "paper": Finish(0.9, 0.1, texture="fibres", shade=0.94, tile=0.2),
     "sand": Finish(0.95, 0.1, texture="specks", shade=0.7, tile=0.12, bump=0.01),
+    "cardboard": Finish(0.9, 0.15, texture="flutes", shade=0.86, tile=0.25, bump=0.0008),
+    "leather": Finish(0.5, 0.45, sheen=0.2, texture="cells", shade=0.5, tile=0.12, bump=0.03),
+    "felt": Finish(1.0, 0.05, sheen=1.0, texture="fuzz", shade=0.72, tile=0.08, bump=0.02),
+    "marble": Finish(0.12, 0.55, clearcoat=0.8, texture="veins", shade=0.42, tile=0.7),
+    "jelly": Finish(0.08, 0.55, clearcoat=1.0, kind="gel"),
+    "peel": Finish(0.38, 0.5, clearcoat=0.35, texture="dimples", shade=0.82, tile=0.07, bump=0.035),
 }
 PLAIN = "rough"
 DEEP = 0.65
@@ -85,7 +96,14 @@ def finish_of(name: str) -> Finish:
     return FINISHES.get(name, FINISHES[PLAIN])
 
 
-def material(name: str, *, opacity: float = 1.0, two_sided: bool = False, picture: Array | None = None) -> Any:
+def material(
+    name: str,
+    *,
+    opacity: float = 1.0,
+    two_sided: bool = False,
+    picture: Array | None = None,
+    layer: "Layer | None" = None,
+) -> Any:
     """Return a material of Mitsuba, the same one for equal wishes: the renderer traces each for itself.
 
     Args:
@@ -93,8 +111,11 @@ def material(name: str, *, opacity: float = 1.0, two_sided: bool = False, pictur
         opacity: 1 is solid.
         two_sided: Whether its back is seen as well.
         picture: What it wears instead of its colour: sRGB with or without alpha, 0 to 1, upper row first.
+        layer: What lies over its colour.
     """
-    return _plain(name, opacity, two_sided) if picture is None else _made(name, opacity, two_sided, picture)
+    if picture is None and layer is None:
+        return _plain(name, opacity, two_sided)
+    return _made(name, opacity, two_sided, picture, layer)
 
 
 @cache
@@ -102,7 +123,7 @@ def _plain(name: str, opacity: float, two_sided: bool) -> Any:
     return _made(name, opacity, two_sided, None)
 
 
-def _made(name: str, opacity: float, two_sided: bool, picture: Array | None) -> Any:
+def _made(name: str, opacity: float, two_sided: bool, picture: Array | None, layer: "Layer | None" = None) -> Any:
     mi, finish = mitsuba(), finish_of(name)
     if finish.kind == "clear":
         haze = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": attribute(COLOR)}}
@@ -113,7 +134,17 @@ def _made(name: str, opacity: float, two_sided: bool, picture: Array | None) -> 
         milky = {"type": "twosided", "bsdf": _principled(finish, attribute(COLOR))}
         return mi.load_dict({"type": "mask", "opacity": TINT if finish.kind == "tinted" else MILKY, "bsdf": milky})
     made: dict[str, Any]
-    if picture is not None:
+    if finish.kind == "gel":
+        made = {
+            "type": "blendbsdf",
+            "weight": GEL,
+            "bsdf_0": _principled(finish, attribute(COLOR)) | {"flatness": 1.0},
+            "bsdf_1": {
+                "type": "principledthin", "base_color": attribute(COLOR), "roughness": 0.25, "spec_trans": 0.35,
+                "eta": 1.35, "diff_trans": 1.4,
+            },
+        }  # fmt: skip
+    elif picture is not None:
         made = _principled(finish, _bitmap(picture[..., :3], raw=False))
     elif finish.texture:
         weight = _bitmap(_pattern(finish.texture), raw=True, tile=finish.tile)
@@ -128,6 +159,8 @@ def _made(name: str, opacity: float, two_sided: bool, picture: Array | None) -> 
             made = {"type": "bumpmap", "texture": relief, "scale": finish.bump * finish.tile, "bsdf": made}
     else:
         made = _principled(finish, attribute(COLOR))
+    if layer is not None:
+        made = _under(layer, made, finish)
     if two_sided:
         made = {"type": "twosided", "bsdf": made}
     if picture is not None and picture.shape[-1] == 4 and picture[..., 3].min() < 1:
@@ -135,6 +168,20 @@ def _made(name: str, opacity: float, two_sided: bool, picture: Array | None) -> 
     if opacity < 1:
         made = {"type": "mask", "opacity": opacity, "bsdf": made}
     return mi.load_dict(made)
+
+
+def _under(layer: "Layer", made: dict[str, Any], finish: Finish) -> dict[str, Any]:
+    """Return a material with a layer over it."""
+    # A relief within a relief is wrong: the outer one hands its frame in local coordinates to the inner one.
+    if layer.relief is not None and made["type"] == "bumpmap":
+        made = made["bsdf"]
+    over = _bitmap(layer.picture[..., :3], raw=False, tile=layer.period)
+    alpha = _bitmap(layer.picture[..., 3:], raw=True, tile=layer.period)
+    both = {"type": "blendbsdf", "weight": alpha, "bsdf_0": made, "bsdf_1": _principled(finish, over)}
+    if layer.relief is None:
+        return both
+    relief = _bitmap(layer.relief, raw=True, tile=layer.period)
+    return {"type": "bumpmap", "texture": relief, "scale": layer.depth, "bsdf": both}
 
 
 def needs_uvs(name: str) -> bool:
@@ -158,7 +205,7 @@ def attribute(name: str) -> dict[str, Any]:
     return {"type": "mesh_attribute", "name": name}
 
 
-def _bitmap(values: Array, *, raw: bool, tile: float = 1.0) -> dict[str, Any]:
+def _bitmap(values: Array, *, raw: bool, tile: float | tuple[float, float] = 1.0) -> dict[str, Any]:
     mi = mitsuba()
     if values.ndim == 2:
         values = values[..., None]
@@ -167,7 +214,8 @@ def _bitmap(values: Array, *, raw: bool, tile: float = 1.0) -> dict[str, Any]:
         bitmap = mi.Bitmap(np.ascontiguousarray((values * 255 + 0.5).astype(np.uint8)))
     made: dict[str, Any] = {"type": "bitmap", "bitmap": bitmap, "raw": raw}
     if tile != 1.0:
-        made["to_uv"] = mi.ScalarTransform3f().scale([1 / tile, 1 / tile])
+        width, height = tile if isinstance(tile, tuple) else (tile, tile)
+        made["to_uv"] = mi.ScalarTransform3f().scale([1 / width, 1 / height])
     return made
 
 
@@ -193,7 +241,29 @@ def _pattern(name: str) -> Array:
         return _stretched(np.where(upper, over, under))
     if name == "fibres":
         return _stretched(_noise(chance, 0.8, (2.0, 6.0)))
+    if name == "flutes":  # of corrugated board, along v
+        waves = 0.5 + 0.5 * np.cos(2 * np.pi * 36 * np.arange(TEXELS) / TEXELS)
+        return _stretched(0.3 * waves[None] + _noise(chance, 0.7, (2.0, 5.0)))
+    if name == "veins":
+        bent = _noise(chance, 1.6, (1, 1.6))
+        return _stretched(np.minimum(np.abs(bent - 0.5), 0.12) + 0.06 * _noise(chance, 1.2, (1, 1)))
+    if name in ("cells", "dimples"):
+        return _pores(chance, 900 if name == "cells" else 420, hollow=name == "dimples")
+    if name == "fuzz":
+        return _stretched(_noise(chance, 0.35, (1, 1)))
     return _stretched(_noise(chance, 0.05, (1, 1)) ** 2)  # specks
+
+
+def _pores(chance: np.random.Generator, many: int, *, hollow: bool) -> Array:
+    """Return how far it is to the border of a cell, or to its middle, of cells about random points."""
+    from scipy.spatial import KDTree
+
+    spots = (np.stack(np.meshgrid(*[np.arange(int(many**0.5))] * 2), -1).reshape(-1, 2) + 0.5) / int(many**0.5)
+    spots = (spots + chance.uniform(-0.4, 0.4, spots.shape) / many**0.5) % 1
+    texels = (np.stack(np.meshgrid(*[np.arange(TEXELS)] * 2), -1).reshape(-1, 2) + 0.5) / TEXELS
+    away, _ = KDTree(spots, boxsize=1.0).query(texels, k=2)
+    near, next_ = away.reshape(TEXELS, TEXELS, 2).transpose(2, 0, 1) * many**0.5
+    return np.clip(near / 0.35, 0, 1) if hollow else np.clip((next_ - near) / 0.35, 0, 1) ** 0.5
 
 
 def _noise(chance: np.random.Generator, slope: float, stretch: tuple[float, float]) -> Array:

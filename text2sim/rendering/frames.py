@@ -14,7 +14,7 @@ from text2sim.rendering.trace import Quality
 from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras
 
-LOOKS = 8
+LOOKS = 9
 """Raised whenever this package draws the same thing differently."""
 ABANDONED = 3600.0
 """Time [s] after which nobody is writing a file any more."""
@@ -36,12 +36,12 @@ class Digests:
         self._cameras = Cameras(recording.film, recording.states)
         parts = [
             (p.body, p.link, p.mesh.name, p.pos, p.quat, p.look.color, p.look.opacity, p.look.finish, p.look.visible,
-             _content(p.look.picture))
+             _content(p.look.picture), p.look.dress, p.look.alike)
             for p in recording.parts
         ]  # fmt: skip
         soft = [
             (p.body, p.row, _content(p.geometry), p.look.color, p.look.opacity, p.look.finish, p.look.visible,
-             _content(p.look.picture))
+             _content(p.look.picture), p.look.dress, p.look.alike)
             for p in recording.soft
         ]  # fmt: skip
         film = {name: recording.film.get(name) for name in SHOWN}

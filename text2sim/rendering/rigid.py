@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from text2sim.recording.film_record import Part
+from text2sim.rendering.dressing import Layer, dressed, shifted, toned
 from text2sim.rendering.finishes import finish_of, material, needs_uvs, worn
 from text2sim.rendering.meshes import Mesh, boxed_uvs, read_mesh
 from text2sim.rendering.shapes import mesh_shape, shaded
@@ -24,6 +25,7 @@ class Wearing:
     picture: Path | None
     moves: bool
     has_uvs: bool
+    layer: Layer | None = None
 
 
 class Batch:
@@ -41,7 +43,7 @@ class Batch:
     def __init__(self, name: str, wearing: Wearing, parts: list[Part], meshes: list[Mesh]):
         self.name, self.moves, self.is_clear = name, wearing.moves, finish_of(wearing.finish).kind == "clear"
         picture = None if wearing.picture is None else read_picture(wearing.picture)
-        self._bsdf = material(wearing.finish, opacity=wearing.opacity, picture=picture)
+        self._bsdf = material(wearing.finish, opacity=wearing.opacity, picture=picture, layer=wearing.layer)
         sizes = [len(mesh.vertices) for mesh in meshes]
         starts = np.cumsum([0, *sizes[:-1]])
         self._faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)])
@@ -52,7 +54,7 @@ class Batch:
         )
         self._normals = np.concatenate([m.normals @ r.T for m, r in zip(meshes, turns, strict=True)])
         self._links = np.repeat([part.link for part in parts], sizes)
-        colors = [shaded(part.look.color, part.look.finish) for part in parts]
+        colors = [shaded(_color(part), part.look.finish) for part in parts]
         self._colors, self._shades = (np.repeat([row[i] for row in colors], sizes, axis=0) for i in (0, 1))
         self._made: Any = None
 
@@ -85,7 +87,8 @@ def batches(parts: list[Part], statics: frozenset[str]) -> list[Batch]:
         parts: They.
         statics: Bodies that never move.
     """
-    read: dict[tuple[Path, bool], Mesh] = {}
+    read: dict[Any, Mesh] = {}
+    laid: dict[Any, tuple[Mesh, Layer, bool]] = {}
     sorted_parts: dict[Wearing, list[tuple[Part, Mesh]]] = {}
     for part in parts:
         look = part.look
@@ -98,16 +101,33 @@ def batches(parts: list[Part], statics: frozenset[str]) -> list[Batch]:
             if key[1] and mesh.uvs is None:
                 mesh = boxed_uvs(mesh)
             read[key] = mesh
-        mesh = read[key]
+        mesh, layer = read[key], None
+        if look.dress is not None and finish_of(finish).kind != "clear":
+            own = part.mesh, look.dress, look.color, tuple(part.quat)
+            if own not in laid:
+                if part.mesh not in read:
+                    read[part.mesh] = read_mesh(part.mesh)
+                laid[own] = dressed(read[part.mesh], look.dress, look.color, matrices(np.array([part.quat]))[0])
+            mesh, layer, repeats = laid[own]
+            if repeats:
+                mesh = shifted(mesh, part.body, layer.unit)
+        elif key[1] and look.picture is None:
+            mesh = shifted(mesh, part.body, None)
         # A picture without coordinates to lay it out by is not seen.
-        picture = look.picture if mesh.uvs is not None else None
+        picture = look.picture if mesh.uvs is not None and layer is None else None
         opacity = 1.0 if finish_of(finish).kind != "solid" else look.opacity
-        wearing = Wearing(finish, opacity, picture, part.body not in statics, mesh.uvs is not None)
+        wearing = Wearing(finish, opacity, picture, part.body not in statics, mesh.uvs is not None, layer)
         sorted_parts.setdefault(wearing, []).append((part, mesh))
     return [
         Batch(f"rigid{k}", wearing, [part for part, _ in rows], [mesh for _, mesh in rows])
         for k, (wearing, rows) in enumerate(sorted_parts.items())
     ]
+
+
+def _color(part: Part) -> tuple[float, float, float]:
+    """Return the colour of a part; copies of a body are told apart a little."""
+    look = part.look
+    return look.color if look.alike or "[" not in part.body else toned(look.color, part.body, look.finish)
 
 
 def read_picture(path: Path) -> Array:

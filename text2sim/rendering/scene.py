@@ -86,7 +86,7 @@ class Stage:
             part for part in recording.parts if part.body in recording.statics and _is_plane(part, recording, level)
         ]
         planes = set(self.backdrop["planes"])
-        dressed = [part for part in flat if part.body not in planes and part.look.visible and part.look.picture is None]
+        dressed = [part for part in flat if part.body not in planes and part.look.visible and not _patterned(part.look)]
         if dressed:
             look = dressed[0].look
             if needs_uvs(look.finish):  # the grain of wood does not go up a wall, nor for as far as the eye sees
@@ -173,6 +173,10 @@ class Stage:
 def _painted(name: str, mesh: Mesh, colors: Any) -> Callable[[Any], Any]:
     uvs = mesh.vertices[:, :2]
     return lambda bsdf: mesh_shape(name, bsdf, mesh.vertices, mesh.faces, mesh.normals, colors=colors, uvs=uvs)
+
+
+def _patterned(look: SurfaceLook) -> bool:
+    return look.picture is not None or look.dress is not None
 
 
 def _is_plane(part: Part, recording: FilmRecord, level: float) -> bool:

@@ -134,7 +134,7 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
     if kind == "compound":
         return [
             piece.at(part.pose.pos, quat_of(part.pose), name)
-            for name, part in shape.parts.items()
+            for name, part in shape.solids.items()
             for piece in pieces(part.shape, folder)
         ]
     if kind == "plane":
@@ -182,7 +182,7 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
         found = [
             mesh.at(part.pose.pos, quat_of(part.pose), name)
             for name, part in shape.parts.items()
-            for mesh in visual_mesh(part.shape, folder) or ()
+            for mesh in visual_mesh(part.shape, folder) or ([surface(part.shape)] if part.decor else ())
         ]
         return found or None
     if isinstance(shape, Mesh):
@@ -224,7 +224,7 @@ def volume(shape: Any, folder: Path) -> float:
     """
     kind = shape.kind
     if kind == "compound":
-        return sum(volume(part.shape, folder) for part in shape.parts.values())
+        return sum(volume(part.shape, folder) for part in shape.solids.values())
     if kind == "mesh":
         return load_mesh(shape.file, folder).volume * shape.scale**3
     if kind == "cone":
@@ -318,7 +318,7 @@ def _reach_sheet(shape: Sheet, u: Vec, folder: Path) -> float:
 
 def _reach_compound(shape: Compound, u: Vec, folder: Path) -> float:
     best = -math.inf
-    for part in shape.parts.values():
+    for part in shape.solids.values():
         w, x, y, z = quat_of(part.pose)
         p = part.pose.pos
         away = p[0] * u[0] + p[1] * u[1] + p[2] * u[2]
@@ -428,7 +428,7 @@ def inner_floor(shape: Any) -> InnerFloor | None:
     """Return the lowest inner floor of a cup, tube or funnel (in a compound, an upright one), or None."""
     if isinstance(shape, Compound):
         floors = []
-        for part in shape.parts.values():
+        for part in shape.solids.values():
             floor, upright = (
                 inner_floor(part.shape),
                 quat_rotate(quat_of(part.pose), (0.0, 0.0, 1.0))[2] > 1 - 1e-9,

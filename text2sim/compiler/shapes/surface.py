@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_to_rows
-from text2sim.spec_schema.models.shapes import Box, Cone, Cup, Cylinder, Funnel, Torus, Tube
+from text2sim.spec_schema.models.shapes import Box, Capsule, Cone, Cup, Cylinder, Ellipsoid, Funnel, Sphere, Torus, Tube
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
@@ -140,14 +140,16 @@ Drawn = Box | Cylinder | Cone | Torus | Tube | Cup | Funnel
 """Shapes with edges: drawn by the engine from a model file they would be shaded as if they had none."""
 
 
-def surface(shape: Drawn) -> VisualMesh:
+def surface(shape: Any) -> VisualMesh:
     """Return the surface of a shape, smooth where it is round and sharp at its edges."""
     return LazyMesh(lambda: _surface(shape), shape.model_dump_json())
 
 
-def _surface(shape: Drawn) -> VisualMesh:
+def _surface(shape: Any) -> VisualMesh:
     if isinstance(shape, Box):
         return _box(shape)
+    if isinstance(shape, Sphere | Ellipsoid | Capsule):
+        return _egg(shape)
     if isinstance(shape, Torus):
         return _lathe_smooth(shape)
     h = shape.height / 2
@@ -179,6 +181,20 @@ def _box(box: Box) -> VisualMesh:
             normals += [normal] * 4
             faces += [(first, first + 1, first + 2), (first, first + 2, first + 3)]
     return VisualMesh(np.array(vertices) * np.array(box.size) / 2, np.array(faces), np.array(normals))
+
+
+def _egg(shape: Sphere | Ellipsoid | Capsule) -> VisualMesh:
+    """Turn a half circle about z, and draw it out to an ellipsoid or capsule."""
+    import numpy as np
+
+    made = _lathe([(math.sin(a), -math.cos(a)) for a in np.linspace(0, math.pi, BAR_SIDES + 1).tolist()])
+    points = made.vertices / np.linalg.norm(made.vertices, axis=1, keepdims=True)
+    if isinstance(shape, Capsule):
+        away = np.sign(points[:, 2:]) * (0, 0, shape.length / 2)
+        return replace(made, vertices=shape.radius * points + away, normals=points)
+    radii = np.array(shape.radii if isinstance(shape, Ellipsoid) else (shape.radius,) * 3)
+    normals = points / radii
+    return replace(made, vertices=points * radii, normals=normals / np.linalg.norm(normals, axis=1, keepdims=True))
 
 
 def _turns(sides: int) -> "tuple[np.ndarray, np.ndarray]":

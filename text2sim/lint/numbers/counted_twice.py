@@ -31,7 +31,7 @@ def _twice(facts: Facts) -> Iterator[Problem]:
             continue  # a prefab weighs what its maker measured, and its user cannot mend it
         copy, density = facts.placed[name][0], body.material.density or 1000.0
         pieces = [piece for piece in geometry.pieces(copy.shape, facts.loaded.folder) if piece.kind != "mesh"]
-        weights = {part: model.density or density for part, model in copy.shape.parts.items()}
+        weights = {part: model.density or density for part, model in copy.shape.solids.items()}
         whole = sum(piece.volume() * weights.get(piece.part or "", 0.0) for piece in pieces)
         shared, looked = dict[tuple[str, str], float](), 0
         boxes = [_box(piece) for piece in pieces]

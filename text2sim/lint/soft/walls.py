@@ -86,7 +86,7 @@ def _opening(shape: Any) -> float | None:
     if kind == "torus":
         return shape.radius - shape.bar_radius
     if kind == "compound":
-        return min((r for part in shape.parts.values() if (r := _opening(part.shape)) is not None), default=None)
+        return min((r for part in shape.solids.values() if (r := _opening(part.shape)) is not None), default=None)
     return None
 
 

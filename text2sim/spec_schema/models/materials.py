@@ -87,7 +87,41 @@ Finish = Literal[
     "silicone",
     "paper",
     "sand",
+    "cardboard",
+    "leather",
+    "felt",
+    "marble",
+    "jelly",
+    "peel",
 ]
+
+
+class Pattern(Model):
+    """What lies over the colour of a body: boards, tiles, print. Seen in path traced films."""
+
+    kind: Literal[
+        "planks", "bricks", "tiles", "checker", "gingham", "stripes", "dots", "carton", "crate", "book", "pips"
+    ]
+    """`planks` are boards with joints, and staves on what is round. `carton` has tape, arrows and an address,
+    `crate` a frame of boards, `book` covers, spine and pages; `pips` make a die of a cube, otherwise a domino.
+    These four are for boxes."""
+    size: Length | None = None
+    """Width [m] of a board, tile, stripe or square, length of a brick; as fits the body if left out."""
+    color: ColorName | None = None
+    """Of joints, mortar, tape, stripes, dots or pips; as goes with the body's if left out."""
+    turned: Bool = False
+    """True turns it by a right angle: boards and stripes, which run along the longest side, then run across."""
+
+
+class Label(Model):
+    """What is written on a body, on each large side of it."""
+
+    text: str = Field(min_length=1, max_length=24, pattern=r"^[^\x00-\x1f\x7f]*$")
+    """A number, a letter, a name; of a `book`, its title."""
+    color: ColorName | None = None
+    """Of the letters; as is read well if left out."""
+    plate: ColorName | None = None
+    """Of a disc or plate behind them; none if left out."""
 
 
 class Look(Model):
@@ -99,10 +133,15 @@ class Look(Model):
     finish: Finish = "rough"
     """Surface of the body. Grain, weave and brushing, what glass lets through and what metal reflects are seen in path
     traced films; the preview shows a finish by how it shines. A liquid that is given none is as clear as `glass`."""
+    pattern: Pattern | None = None
+    """What lies over the colour."""
+    label: Label | None = None
+    """What is written on it."""
     opacity: Fraction = 1.0
     """1 is solid, 0 is invisible."""
     vary: Vary | None = None
-    """Variation from copy to copy."""
+    """Variation from copy to copy. In path traced films copies differ a little by themselves; `vary: {}` makes them
+    alike."""
     visible: Bool = True
     """False leaves the body out of every picture."""
 

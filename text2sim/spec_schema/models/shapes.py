@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from text2sim.spec_schema.models.base import (
+    Bool,
     Density,
     Integer,
     Length,
@@ -195,6 +196,14 @@ class Part(Model):
     """Look, if it differs from the body's."""
     repeat: Multiple | None = None
     """So many of these parts, called `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
+    decor: Bool = False
+    """Only drawn, as hoops, handles, eyes and buttons are: it weighs nothing and touches nothing."""
+
+    @model_validator(mode="after")
+    def _weightless(self) -> "Part":
+        if self.decor and self.density is not None:
+            raise ValueError("what is only drawn (decor: true) has no density")
+        return self
 
 
 class Compound(Model):
@@ -203,6 +212,17 @@ class Compound(Model):
     kind: Literal["compound"]
     parts: dict[Name, Part] = Field(min_length=1, max_length=200)
     """The pieces by name."""
+
+    @model_validator(mode="after")
+    def _solid(self) -> "Compound":
+        if not self.solids:
+            raise ValueError("all its parts are only drawn (decor: true); one at least must have mass")
+        return self
+
+    @property
+    def solids(self) -> dict[str, Part]:
+        """The pieces that weigh and touch, by name."""
+        return {name: part for name, part in self.parts.items() if not part.decor}
 
 
 class Text(Model):

@@ -350,6 +350,8 @@ SECTIONS = (
             materials.JointDynamics,
             materials.Actuator,
             materials.Look,
+            materials.Pattern,
+            materials.Label,
             materials.Palette,
             materials.Vary,
         ),

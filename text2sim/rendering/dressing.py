@@ -1,0 +1,115 @@
+"""Patterns and writing on meshes: where they lie, and the picture that lies over the colour."""
+
+import random
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.rendering.meshes import Mesh
+from text2sim.templates.painting import painted, places
+from text2sim.templates.patterns import DEPTH, PLAIN, Dress, fitted, size_for, tile
+from text2sim.templates.unfolding import is_round, unfold
+
+Array = NDArray[np.floating]
+
+WEAR, EVEN_WEAR = 0.07, 0.03
+"""Largest difference in brightness between copies: of what grew or was burnt, and of what was made."""
+GROWN = ("wood", "cardboard", "brick", "concrete", "paper", "leather", "felt", "marble", "peel", "sand", "cloth")
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """What lies over the colour of a surface; equal ones are one."""
+
+    picture: Array
+    """sRGB with alpha, 0 to 1, shape (h, w, 4)."""
+    period: tuple[float, float]
+    """What it covers [m]; it is repeated."""
+    relief: Array | None = None
+    """0 to 1, shape (h, w)."""
+    depth: float = 0.0
+    """Of the relief [m]."""
+    unit: float | None = None
+    """Length [m] by which it may be shifted."""
+
+
+def dressed(mesh: Mesh, dress: Dress, own: tuple[float, float, float], turn: Array) -> tuple[Mesh, Layer, bool]:
+    """Lay a pattern on a mesh.
+
+    Args:
+        mesh: In the body's frame.
+        dress: The pattern.
+        own: Colour of the body, sRGB.
+        turn: From the mesh's frame to the link's, shape (3, 3).
+
+    Returns:
+        The mesh with texture coordinates in metres, the layer, and whether that repeats itself.
+    """
+    upright = dress.kind not in ("planks", "stripes")
+    vertices, normals = _upright(mesh, turn)
+    flat = unfold(vertices, mesh.faces, normals, upright=upright)
+    turned = flat.sheets[0].name == "side"
+    if dress.repeats:
+        extents = np.ptp(vertices, axis=0)
+        size = dress.size or size_for(dress.kind, extents, is_round=turned)
+        factors = np.array([fitted(dress.kind, size, sheet.width, sheet.height) for sheet in flat.sheets])
+        uvs = flat.uvs * factors[flat.sheet]
+        uvs = uvs[:, ::-1] if dress.turned else uvs
+        layer = _tiled(dress.kind, dress.color, () if dress.kind in PLAIN else own, not turned, size)
+    else:
+        left, _ = places(flat.sheets)
+        uvs = flat.uvs + np.stack([left[flat.sheet], np.zeros(len(flat.uvs))], axis=1)
+        layer = _painted(dress, tuple(flat.sheets), own)
+    return Mesh(mesh.vertices[flat.vertices], flat.faces, mesh.normals[flat.vertices], uvs), layer, dress.repeats
+
+
+def _upright(mesh: Mesh, turn: Array) -> tuple[Array, Array]:
+    """Return vertices and normals about their middle, z up as in the link, or along the axis of what is round.
+
+    The engine turns meshes of parts to their axes of inertia. A part that is askew in its link stays in its own frame.
+    """
+    square = np.round(turn)
+    square = square if np.abs(square - turn).max() < 1e-3 else np.eye(3)
+    vertices, normals = mesh.vertices @ square.T, mesh.normals @ square.T
+    vertices = vertices - (vertices.min(axis=0) + vertices.max(axis=0)) / 2
+    for order in ([0, 1, 2], [1, 2, 0], [2, 0, 1]):
+        if is_round(vertices[:, order], normals[:, order]):
+            return vertices[:, order], normals[:, order]
+    return vertices, normals
+
+
+@lru_cache(maxsize=64)
+def _tiled(kind: str, color: tuple[float, ...] | None, own: tuple[float, ...], joints: bool, size: float) -> Layer:
+    made = tile(kind, color, own, joints=joints)
+    width, height = (size * period for period in made.period)
+    return Layer(made.picture, (width, height), made.relief, DEPTH.get(kind, 0.0) * size, size)
+
+
+@lru_cache(maxsize=64)
+def _painted(dress: Dress, sheets: tuple, own: tuple[float, ...]) -> Layer:
+    _, period = places(list(sheets))
+    return Layer(painted(dress, list(sheets), own)[::-1], period)
+
+
+def shifted(mesh: Mesh, body: str, size: float | None) -> Mesh:
+    """Return a mesh on which a texture begins elsewhere than on other bodies.
+
+    Args:
+        mesh: With texture coordinates [m].
+        body: Name of the body.
+        size: Whole numbers of this length [m] only; any length if None.
+    """
+    chance = random.Random(body)
+    away = np.array([chance.uniform(0, 8), chance.uniform(0, 8)])
+    assert mesh.uvs is not None
+    return replace(mesh, uvs=mesh.uvs + (away if size is None else np.round(away) * size))
+
+
+def toned(color: tuple[float, float, float], body: str, finish: str) -> tuple[float, float, float]:
+    """Return the colour of a copy, which is a little lighter or darker than that of others."""
+    most = WEAR if finish in GROWN else EVEN_WEAR
+    factor = 1 + most * random.Random(f"tone {body}").uniform(-1, 1)
+    red, green, blue = (min(factor * x, 1.0) for x in color)
+    return red, green, blue

@@ -1,0 +1,118 @@
+"""Surfaces laid out flat, so that a pattern lies on a box face by face and runs around what is round."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+ROUND = 0.2
+"""Largest part of a normal along the tangent about z, of what is turned about z."""
+CAP = 0.9
+"""Part of a face's normal along z from which on it belongs to an end of what is round."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A face, or the side of what is round, laid flat."""
+
+    name: str
+    """`+x`, `-x`, ..., or `side`, or `top` and `bottom` of what is round."""
+    width: float
+    height: float
+    """[m]"""
+
+
+@dataclass(frozen=True)
+class Unfolded:
+    """A mesh laid flat."""
+
+    vertices: np.ndarray
+    """Vertex of the mesh behind each one that is laid flat, shape (n,)."""
+    faces: np.ndarray
+    """Over these, shape (f, 3)."""
+    sheet: np.ndarray
+    """Number of the sheet of each, shape (n,)."""
+    uvs: np.ndarray
+    """[m] from the lower left corner of its sheet, shape (n, 2)."""
+    sheets: list[Sheet]
+
+
+def is_round(vertices: np.ndarray, normals: np.ndarray) -> bool:
+    """Whether a mesh is turned about z."""
+    radius = np.hypot(vertices[:, 0], vertices[:, 1])
+    x, y, _ = np.ptp(vertices, axis=0)
+    out = radius > 0.05 * radius.max()
+    angles = np.unique(np.round(np.arctan2(vertices[out, 1], vertices[out, 0]), 3))
+    if abs(x - y) > 0.03 * max(x, y) or len(angles) < 12:
+        return False
+    along = (normals[out, 1] * vertices[out, 0] - normals[out, 0] * vertices[out, 1]) / radius[out]
+    return bool(np.abs(along).max() < ROUND)
+
+
+def unfold(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, *, upright: bool) -> Unfolded:
+    """Lay a mesh flat.
+
+    Args:
+        vertices: [m], shape (n, 3).
+        faces: Shape (f, 3).
+        normals: Of the vertices.
+        upright: Whether z is up on the sides of a box; otherwise up is along the longest side.
+    """
+    a, b, c = np.moveaxis(vertices[faces], 1, 0)
+    looks = np.cross(b - a, c - a)
+    looks /= np.maximum(np.linalg.norm(looks, axis=1, keepdims=True), 1e-30)
+    if is_round(vertices, normals):
+        sheet, uvs, sheets = _turned(vertices, faces, looks)
+    else:
+        sheet, uvs, sheets = _boxed(vertices, faces, looks, upright)
+    rows = np.column_stack([faces.ravel(), np.repeat(sheet, 3), np.round(uvs.reshape(-1, 2) * 1e6).astype(np.int64)])
+    own, first, index = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    return Unfolded(own[:, 0], index.reshape(-1, 3), own[:, 1], uvs.reshape(-1, 2)[first], sheets)
+
+
+def _boxed(vertices, faces, looks, upright):
+    low, size = vertices.min(axis=0), np.ptp(vertices, axis=0)
+    axis = np.abs(looks).argmax(axis=1)
+    side = np.take_along_axis(looks, axis[:, None], axis=1)[:, 0] < 0
+    sheet, uvs, sheets = 2 * axis + side, np.zeros((*faces.shape, 2)), []
+    for number in range(6):
+        k, sign = number // 2, 1.0 - 2.0 * (number % 2)
+        normal, up = sign * np.eye(3)[k], np.eye(3)[2 if k < 2 else 1]
+        if k == 2:
+            up = sign * up
+        if not upright and k != (longest := int(size.argmax())):
+            up = np.eye(3)[longest]
+        right = np.cross(up, normal)
+        mine = sheet == number
+        for way, column in ((right, 0), (up, 1)):
+            corner = np.where(way < 0, low + size, low)
+            uvs[mine, :, column] = (vertices[faces[mine]] - corner) @ way
+        sheets.append(Sheet("+-"[number % 2] + "xyz"[k], float(np.abs(right) @ size), float(np.abs(up) @ size)))
+    return sheet, uvs, sheets
+
+
+def _turned(vertices, faces, looks):
+    radius = np.hypot(vertices[:, 0], vertices[:, 1])
+    r, low, tall = radius.max(), vertices[:, 2].min(), np.ptp(vertices[:, 2])
+    away = np.linalg.norm(vertices - (0, 0, low + tall / 2), axis=1)
+    is_ball = np.ptp(away) < 0.02 * r
+    turn = np.arctan2(vertices[:, 1], vertices[:, 0])[faces] % (2 * np.pi)
+    pole = radius[faces] < 1e-4 * r
+    highest = np.where(pole, -1.0, turn).max(axis=1, keepdims=True)
+    turn = np.where(highest - turn > np.pi, turn + 2 * np.pi, turn)
+    weight = (~pole).sum(axis=1, keepdims=True)
+    middle = np.where(pole, 0.0, turn).sum(axis=1, keepdims=True) / np.maximum(weight, 1)
+    turn = np.where(pole, middle, turn)
+    if is_ball:
+        up = r * (np.arcsin(np.clip((vertices[:, 2] - low - tall / 2) / r, -1, 1)) + np.pi / 2)
+        height = np.pi * r
+    else:
+        up, height = vertices[:, 2] - low, tall
+    uvs = np.stack([turn * r, up[faces]], axis=-1)
+    sheet = np.zeros(len(faces), int)
+    if not is_ball:
+        sheet[looks[:, 2] > CAP], sheet[looks[:, 2] < -CAP] = 1, 2
+        flat = vertices[:, :2] + r
+        uvs[sheet == 1] = flat[faces[sheet == 1]]
+        uvs[sheet == 2] = (flat * (-1, 1) + (2 * r, 0))[faces[sheet == 2]]
+    sheets = [Sheet("side", 2 * np.pi * r, height), Sheet("top", 2 * r, 2 * r), Sheet("bottom", 2 * r, 2 * r)]
+    return sheet, uvs, sheets[: 1 if is_ball else 3]
