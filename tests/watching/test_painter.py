@@ -164,7 +164,12 @@ def test_states_are_read_as_they_are_written(written):
     assert recording.read() is True
     assert recording.read() is False
     assert len(recording.time) == 20
+    written.add(0.2, 0.3)
+    recording.read()
+    written.chunks -= 1  # the chunk in hand is written again when there is more of it
     written.add(0.2, 0.5)
+    recording.read()
+    assert len(recording.time) == 50
     written.add(0.5, 0.6)
     written.end()
     assert not recording.complete

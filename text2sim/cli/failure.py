@@ -1,16 +1,21 @@
 """What to say when a command cannot go on."""
 
-import errno
 import shlex
 import sys
+from contextlib import suppress
 
 from text2sim.cli.output import say, say_json, say_problems
 from text2sim.runtime.trouble import keep_details
 from text2sim.service import exits
 from text2sim.service.wording import reason
-from text2sim.spec_schema.errors import MachineError, SpecError, Text2SimError
+from text2sim.spec_schema.errors import SpecError, Text2SimError
 
-_MACHINE_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.ENOMEM, errno.EMFILE, errno.EIO})
+
+def fail_unheard(error: OSError) -> int:
+    """Return the exit code where standard output takes nothing any more; say so on the other, if that works."""
+    with suppress(OSError):
+        say(f"text2sim: standard output: {error.strerror}", to=sys.stderr)
+    return exits.MACHINE
 
 
 def fail(error: Exception, *, as_json: bool) -> int:
@@ -38,10 +43,7 @@ def fail(error: Exception, *, as_json: bool) -> int:
 
 
 def _fail_plainly(error: Text2SimError | OSError, *, as_json: bool) -> int:
-    code = exits.MACHINE if isinstance(error, MachineError) else exits.INPUT
-    message = reason(error)
-    if isinstance(error, OSError):
-        code = exits.MACHINE if error.errno in _MACHINE_ERRORS else exits.INPUT
+    code, message = exits.exit_of_error(error), reason(error)
     if as_json:
         say_json({"ok": False, "error": message})
     else:

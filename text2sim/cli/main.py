@@ -105,6 +105,10 @@ def run() -> None:
         sys.stdout = open("/dev/null" if sys.platform != "win32" else "NUL", "w")  # noqa: SIM115
         sys.exit(exits.OK)
     except Exception as error:
-        from text2sim.cli.failure import fail
+        from text2sim.cli.failure import fail, fail_unheard
 
-        sys.exit(fail(error, as_json="--json" in sys.argv))
+        try:
+            code = fail(error, as_json="--json" in sys.argv)
+        except OSError as unheard:
+            code = fail_unheard(unheard)
+        sys.exit(code)

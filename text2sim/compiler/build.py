@@ -22,7 +22,7 @@ from text2sim.compiler.soft.resolution import soft_lowering, soft_settings
 from text2sim.compiler.soft.setup import MAX_SPEED
 from text2sim.compiler.trees.generators import rope_frequency
 from text2sim.compiler.trees.link_trees import known_parts, named_parts, tree_extents, tree_standing
-from text2sim.spec_schema.errors import AssetError, Problem, SpecError
+from text2sim.spec_schema.errors import AssetError, Problem, SpecError, naming
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.names.references import check_references
 
@@ -128,7 +128,8 @@ def compile_case(loaded: LoadedCase, out: Path) -> Plan:
     for path, content in files.items():
         target = out / path
         target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(content)
+        with naming(target):
+            target.write_bytes(content)
     return plan
 
 

@@ -56,12 +56,17 @@ def gone_through(recording: RecordedCase) -> list[str]:
         if seen is not None and seen[0] < found.get(names, (recording.states.frames,))[0]:
             found[names] = (*seen, mover.target.copy, other.target.copy)
     rows = sorted(found.values())
-    said = [
+    said = [_said(recording, *row) for row in rows[:SAID]]
+    return said + ([f"the same is so of {len(rows) - SAID} more pairs of bodies"] if len(rows) > SAID else [])
+
+
+def _said(recording: RecordedCase, frame: int, what: str, mover: str, other: str) -> str:
+    if not frame:
+        return f"`{mover}` {what} `{other}` from the start"
+    return (
         f"`{mover}` {what} `{other}` at {recording.states.time[frame]:.3g} s: more substeps, or masses and sizes that "
         "are nearer to each other, would hold it"
-        for frame, what, mover, other in rows[:SAID]
-    ]
-    return said + ([f"the same is so of {len(rows) - SAID} more pairs of bodies"] if len(rows) > SAID else [])
+    )
 
 
 def _pieces(recording: RecordedCase) -> Iterator[_Piece]:
@@ -106,22 +111,23 @@ def _held_together(recording: RecordedCase) -> set[frozenset[str]]:
 
 
 def _below(recording: RecordedCase, mover: _Piece, ground: _Piece) -> tuple[int, str] | None:
-    """When a piece is wholly below a ground that it came from above, or was below from the start."""
+    """When the middle of a piece is below a ground that it came from above, or was below from the start."""
     own = _seen_from(ground, mover.middle)
     low, high = mover.solid.bounds
     # Half its extent along the ground's normal.
     half = np.abs(ground.turn[:, None, :, 2] @ mover.turn)[:, 0] @ ((high - low) / 2)
     size = half_size(recording, ground.target.root)
     over = np.all(np.abs(own[:, :2]) < size, axis=1)
-    under = own[:, 2] < -half
-    if not (under & over).any():
+    if own[0, 2] < -half[0]:
+        return (0, "is under") if over[0] else None
+    under = (own[:, 2] < 0.0) & over
+    if not under.any():
         return None
-    frame = int(np.argmax(under & over))
-    above = np.flatnonzero(own[:frame, 2] >= 0.0)
-    if not len(above):
-        return (frame, "is under") if under[0] else None
-    crossed = int(above[-1])
-    return (frame, "is through") if over[crossed] and over[crossed + 1] else None
+    frame = int(np.argmax(under))
+    if frame and not over[frame - 1]:
+        return None  # it came in from the side
+    wholly = np.flatnonzero(own[frame:, 2] < -half[frame:])
+    return (frame + int(wholly[0]), "is through") if len(wholly) else (frame, "is more than half in")
 
 
 def _inside(mover: _Piece, other: _Piece) -> tuple[int, str] | None:

@@ -25,7 +25,7 @@ from text2sim.harness.sources import film_code, judge_code, simulation_code
 from text2sim.recording.inventory import JUDGED, RECORDED, take
 from text2sim.recording.record import COMPLETE, RunRecord, write_atomically
 from text2sim.recording.run_files import read_evidence
-from text2sim.runtime.child import Limits
+from text2sim.runtime.child import THREADS, Limits
 from text2sim.runtime.lock import RunLock
 from text2sim.runtime.machine import device_kind, missing_libraries, versions
 from text2sim.runtime.machine_check import check_ability, needs_cuda
@@ -131,6 +131,7 @@ class _Engine:
             "templates": simulation_code(),
             "genesis": self.versions["genesis-world"],
             "device": "cuda" if self.device == "gpu" else "cpu",
+            "threads": str(THREADS),
         }
 
 

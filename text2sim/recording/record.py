@@ -2,9 +2,12 @@
 
 import json
 import os
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
+
+from text2sim.spec_schema.errors import naming
 
 FILE = "run.json"
 
@@ -95,7 +98,17 @@ class RunRecord:
 
 
 def write_atomically(path: Path, text: str) -> None:
-    """Write a file that is complete from the moment on at which it is there."""
+    """Write a file that is complete from the moment on at which it is there.
+
+    Raises:
+        OSError: with its name, if it cannot be written; then nothing is left of it.
+    """
     partial = path.with_name(f".{path.name}.{os.getpid()}")
-    partial.write_text(text, "utf-8", newline="")
-    os.replace(partial, path)
+    try:
+        with naming(path):
+            partial.write_text(text, "utf-8", newline="")
+            os.replace(partial, path)
+    except OSError:
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)
+        raise

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.service import exits
 from text2sim.service.wording import reason, shown
-from text2sim.spec_schema.errors import MachineError, Problem, SpecError, Text2SimError
+from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import NOTHING, Overlay
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ class Examined:
 
     def blame(self, error: Exception) -> None:
         """Take note of an error that its author, or the owner of the machine, can put right."""
-        self.exit = exits.MACHINE if isinstance(error, MachineError) else exits.INPUT
+        self.exit = exits.exit_of_error(error)
         self.problems = error.problems if isinstance(error, SpecError) else []
         self.failure = "" if self.problems else reason(error)
         self.collect_sources()

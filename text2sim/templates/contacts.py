@@ -52,8 +52,11 @@ class Contacts:
         if self._in_hand > CONTACTS_IN_HAND:
             self._sum()
 
-    def take(self) -> dict[str, np.ndarray]:
-        """Contacts since the last call: n pairs of touching links, over all steps, sorted by step, then by link.
+    def take(self, keep: bool = False) -> dict[str, np.ndarray]:
+        """Contacts since they were last taken: n pairs of touching links, over all steps, sorted by step, then by link.
+
+        Args:
+            keep: Whether the next call returns them again, with those that come until then.
 
         Returns:
             contact_step (n,): Step in which the pair touched, 1 being the first.
@@ -65,8 +68,9 @@ class Contacts:
             contact_count (n,): Points of contact, mean over the substeps, rounded up.
         """
         self._sum()
-        sums, self._sums = self._sums, []
-        return {name: np.concatenate([part[name] for part in sums]) for name in sums[0]}
+        taken = {name: np.concatenate([part[name] for part in self._sums]) for name in self._sums[0]}
+        self._sums = [taken] if keep else []
+        return taken
 
     def _sum(self) -> None:
         steps, sizes = np.array(self._steps or [(0, 0)]).T

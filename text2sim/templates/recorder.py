@@ -2,7 +2,8 @@
 
     OUT/progress.jsonl           one line per moment of progress
     OUT/states/layout.json       what the columns of the states mean
-    OUT/states/chunk_00000.npz   frames and contacts; each chunk is whole on disk before the next begins
+    OUT/states/chunk_00000.npz   frames and contacts; each chunk is whole on disk before the next begins, and the one
+                                 in hand is written every few seconds, as far as it has come
     OUT/geometry/index.json      link -> meshes, poses and colours, over geometry/<hash>.npz
 
 Bodies that deform are recorded by `soft.py`, which only programs with such bodies have.
@@ -22,7 +23,7 @@ from genesis.utils.misc import qd_to_numpy
 
 FRAMES_PER_CHUNK = 100
 BYTES_PER_CHUNK = 64_000_000
-SECONDS_PER_CHUNK = 5.0
+SECONDS_IN_HAND = 5.0
 PROGRESS_PERIOD = 0.2
 BEGAN = time.monotonic()
 
@@ -169,8 +170,10 @@ class Recorder:
         if step % self._every == 0:
             self._record(step * self._dt)
             self._progress("simulate", step * self._dt, self._duration)
-        if self._is_chunk_full() or time.monotonic() - self._flushed > SECONDS_PER_CHUNK:
+        if self._is_chunk_full():
             self._flush()
+        elif time.monotonic() - self._flushed > SECONDS_IN_HAND:
+            self._flush(whole=False)  # where a chunk ends must not depend on how quick the machine is
 
     def diverged(self, error: gs.GenesisException) -> Divergence | None:
         """Turns the solver's complaint about nan into a `Divergence`; None if `error` is about something else."""
@@ -239,9 +242,8 @@ class Recorder:
             return None
         return Divergence(self._link_bodies[fastest], "speed", t, float(speed[fastest]), self._speed_limit)
 
-    def _flush(self) -> None:
-        self._flushed = time.monotonic()
-        contacts = self._contacts.take()
+    def _flush(self, whole: bool = True) -> None:
+        contacts = self._contacts.take(keep=not whole)
         chunk = {}
         if self._frames:
             chunk = {name: np.stack([frame[name] for frame in self._frames]) for name in self._frames[0]}
@@ -252,10 +254,11 @@ class Recorder:
             chunk["links_pos"][:, self._shifted] -= rotate(quat, offsets[:, :3])
             chunk["links_quat"][:, self._shifted] = quat
             chunk = {name: array if name == "time" else array.astype(np.float32) for name, array in chunk.items()}
-        elif not len(contacts["contact_step"]):
-            return
-        write_npz(self._out / "states" / f"chunk_{self._chunk:05d}.npz", chunk | contacts)
-        self._frames, self._chunk = [], self._chunk + 1
+        if self._frames or len(contacts["contact_step"]):
+            write_npz(self._out / "states" / f"chunk_{self._chunk:05d}.npz", chunk | contacts)
+            if whole:
+                self._frames, self._chunk = [], self._chunk + 1
+        self._flushed = time.monotonic()
 
 
 def _reader(field):

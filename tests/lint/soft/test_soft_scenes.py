@@ -284,3 +284,15 @@ actions:
 """
     (found,) = findings(tmp_path, "weak-press", PRESS, stiff, waits)
     assert found.path == "/actions/controls/press"
+
+
+def test_a_layer_that_holds_no_particle_is_refused(tmp_path: Path) -> None:
+    film = """\
+bodies:
+  film: {kind: liquid, cell: 0.02, shape: {kind: box, size: [0.3, 0.3, %s]}, pose: {pos: [0, 0, 0.05]}}
+"""
+    (found,) = findings(tmp_path, "thin-soft-body", film % "1.0e-6")
+    assert found.severity == "error"
+    assert "no particle fits into it; make it 5 mm thick or more" in found.message
+    (found,) = findings(tmp_path, "thin-soft-body", film % "0.006")
+    assert found.severity == "warning"

@@ -15,6 +15,8 @@ from text2sim.spec_schema.errors import Problem
 COURANT, UNSTABLE = 0.5, 0.7
 """Part of a cell that a sound wave may cross in a substep; at 0.74 and 1.0 bars of 10 MPa diverged, with finite
 numbers, while 0.3 to 0.9 held for 0.25 s at 1 MPa."""
+EMPTY = 0.25
+"""Thickness [cells] of what holds no particle: they are half a cell apart."""
 THIN = 2.2
 """Cells through a body: strokes of 2.2 cells bent and held."""
 NEAR = 2.0
@@ -60,7 +62,12 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
             f"({length(soft.cell)}): it tears and keeps no shape; `scene.mpm.cell` {no_larger(thin / THIN)} gives it "
             f"{THIN:g}" + (f" (that is {(THIN / cells) ** 4:.2g} times as slow)" if cells > 0 else "")
         )
-        severity = "error" if cells < 1.0 and body.model.kind == "soft" else None
+        if cells < EMPTY:
+            text = (
+                f"`{body.name}` is {length(thin)} thick at its thinnest, {cells:.2g} cells of the mpm grid "
+                f"({length(soft.cell)}): no particle fits into it; make it {length(EMPTY * soft.cell)} thick or more"
+            )
+        severity = "error" if cells < (1.0 if body.model.kind == "soft" else EMPTY) else None
         where = ("scene", "mpm", "cell") if facts.case.scene.mpm.cell is not None else facts.said(body.body, "shape")
         yield facts.problem("thin-soft-body", where, text, key=True, severity=severity)
 
@@ -131,7 +138,8 @@ bodies:
         title="An mpm body is so thin that the grid cannot hold it together.",
         reason=f"""\
 A body needs {THIN:g} cells through its thinnest part (letters with such strokes fell, bent and held); with fewer it has
-no stiffness of its own against bending, and its parts separate. A soft body thinner than one cell is an error.""",
+no stiffness of its own against bending, and its parts separate. A soft body thinner than one cell is an error, and whatever is thinner than a quarter of one: it
+holds no particle.""",
         way_out="Make the grid finer with `scene.mpm.cell`, or the body thicker; or take `solver: fem`.",
         example="""\
 bodies:

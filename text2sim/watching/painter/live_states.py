@@ -22,6 +22,8 @@ class LiveStates:
         self._layout: dict[str, Any] | None = None
         self._links: dict[tuple[str, str | None], int] = {}
         self._chunks = 0
+        self._before = 0
+        """Frames of the chunks before the one that is read."""
         self.time = np.zeros(0)
         self._pos = np.zeros((0, 0, 3))
         self._quat = np.zeros((0, 0, 4))
@@ -35,17 +37,26 @@ class LiveStates:
             self.complete = complete
             return False
         parts = []
-        while (path := self._folder / "states" / f"chunk_{self._chunks:05d}.npz").is_file():
+        known = len(self.time) - self._before
+        while (path := self._chunk(self._chunks)).is_file():
+            last = not self._chunk(self._chunks + 1).is_file()  # it may still grow
             with np.load(path, allow_pickle=False) as chunk:
-                if "time" in chunk:
-                    parts.append([chunk[name].astype(float) for name in ("time", "links_pos", "links_quat")])
-            self._chunks += 1
+                frames = len(chunk["time"]) if "time" in chunk else 0
+                if frames > known:
+                    new = [chunk[name][known:].astype(float) for name in ("time", "links_pos", "links_quat")]
+                    parts.append(new)
+            if last:
+                break
+            self._chunks, self._before, known = self._chunks + 1, self._before + frames, 0
         if parts:
             before = [(self.time, self._pos, self._quat)] if len(self.time) else []
             columns = zip(*before, *parts, strict=True)
             self.time, self._pos, self._quat = (np.concatenate(column) for column in columns)
         self.complete = complete
         return bool(parts)
+
+    def _chunk(self, number: int) -> Path:
+        return self._folder / "states" / f"chunk_{number:05d}.npz"
 
     def poses(self, t: float) -> tuple[np.ndarray, np.ndarray]:
         """Positions [m], shape (L, 3), and orientations, shape (L, 4), of all links at time `t`."""
