@@ -138,8 +138,8 @@ bodies:
         title="An mpm body is so thin that the grid cannot hold it together.",
         reason=f"""\
 A body needs {THIN:g} cells through its thinnest part (letters with such strokes fell, bent and held); with fewer it has
-no stiffness of its own against bending, and its parts separate. A soft body thinner than one cell is an error, and whatever is thinner than a quarter of one: it
-holds no particle.""",
+no stiffness of its own against bending, and its parts separate. A soft body thinner than one cell is an error,
+and whatever is thinner than a quarter of one: it holds no particle.""",
         way_out="Make the grid finer with `scene.mpm.cell`, or the body thicker; or take `solver: fem`.",
         example="""\
 bodies:
