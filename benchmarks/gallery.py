@@ -2,6 +2,7 @@
 
     python benchmarks/gallery.py [CASE …] [--runs runs] [--docs docs] [--size 960x540] [--samples 36] [--page-only]
     text2sim run benchmarks/finishes && python benchmarks/gallery.py finishes
+    text2sim run benchmarks/patterns && python benchmarks/gallery.py patterns
 
 Takes the newest judged run of each case, renders the moment that tells what it is about with the case's camera and
 light as they are now, and writes the page from what lies there. Cases without a run keep the picture that they have.
@@ -75,7 +76,8 @@ def main() -> None:
 
 def plan_of(name: str) -> Plan:
     """Return the plan of a case as it is now."""
-    return plan_case(load_case((FINISHES if name == FINISHES.name else CASES / name) / "case.yaml"))
+    own = FINISHES.parent / name
+    return plan_case(load_case((own if (own / "case.yaml").is_file() else CASES / name) / "case.yaml"))
 
 
 def newest_run(runs: Path, name: str) -> Path | None:

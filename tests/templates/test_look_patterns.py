@@ -1,9 +1,15 @@
 """Patterns and writing: where they lie on a body, and what is in them."""
 
-import numpy as np
+from pathlib import Path
 
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from text2sim.compiler.shapes import geometry
 from text2sim.rendering.dressing import dressed, shifted, toned
 from text2sim.rendering.meshes import presentable
+from text2sim.spec_schema.models.shapes import Compound
 from text2sim.templates.painting import painted, places
 from text2sim.templates.patterns import TILES, Dress, dress_in, tile
 from text2sim.templates.unfolding import unfold
@@ -142,3 +148,20 @@ def test_looks_without_pattern_have_no_dress():
     assert dress_in({"color": [1, 1, 1], "finish": "wood"}) is None
     made = dress_in({"pattern": {"kind": "dots", "size": None, "color": [1, 0, 0], "turned": False}})
     assert made == Dress("dots", color=(1, 0, 0))
+
+
+def test_decor_is_drawn_and_neither_weighs_nor_touches():
+    ball, eye = {"kind": "sphere", "radius": 0.1}, {"kind": "sphere", "radius": 0.02}
+    parts = {"head": {"shape": ball}, "eye": {"shape": eye, "pose": {"pos": (0.1, 0, 0)}, "decor": True}}
+    dressed_up = Compound.model_validate({"kind": "compound", "parts": parts})
+    plain = Compound.model_validate({"kind": "compound", "parts": {"head": {"shape": ball}}})
+    for ask in (geometry.pieces, geometry.volume):
+        assert ask(dressed_up, Path()) == ask(plain, Path())
+    assert geometry.extents(dressed_up, (1, 0, 0, 0), Path()) == geometry.extents(plain, (1, 0, 0, 0), Path())
+    (drawn,) = geometry.visual_mesh(dressed_up, Path()) or ()
+    assert drawn.part == "eye"
+    assert np.allclose(np.linalg.norm(drawn.vertices - (0.1, 0, 0), axis=1), 0.02)
+    with pytest.raises(ValidationError, match="one at least must have mass"):
+        Compound.model_validate({"kind": "compound", "parts": {"eye": parts["eye"]}})
+    with pytest.raises(ValidationError, match="no density"):
+        Compound.model_validate({"kind": "compound", "parts": parts | {"eye": parts["eye"] | {"density": 10.0}}})
