@@ -64,7 +64,7 @@ STUDIOS = {
     "sunlight": Studio(
         {
             "sun": Sun(kind="sun", direction=(0.75, 0.5, -1.1), strength=2.9, color="#fff1dc", angle_deg=3.0),
-            "sky": Environment(kind="environment", color="#a9c6e8", horizon="#e6edf2", strength=0.5),
+            "sky": Environment(kind="environment", color="#a9c6e8", horizon="#e6edf2", strength=0.32),
         },
         "horizon",
         "#dbe4ea",

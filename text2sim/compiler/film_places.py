@@ -31,11 +31,11 @@ PLACES = {
     "studio": Place("daylight", "wall", "polished", "#b4b7ba", "#e3e6e8"),
     "workshop": Place("daylight", "wall", "slabs", "#9c9a96", "#e8e0d2"),
     "warehouse": Place("daylight", "wall", "slabs", "#858a8e", "#c3ccd3"),
-    "room": Place("daylight", "wall", "boards", "#b07f50", "#ece6da"),
+    "room": Place("daylight", "wall", "boards", "#a98762", "#ece6da"),
     "kitchen": Place("daylight", "wall", "tiles", "#b9b4ac", "#d6e2df"),
     "tabletop": Place("daylight", "wall", "boards", "#b98f62", "#e2e6e8"),
     "street": Place("sunlight", "horizon", "asphalt", "#8b8d90", "#dbe4ea", "#8fb4d9"),
-    "meadow": Place("sunlight", "horizon", "grass", "#7f9a4e", "#dde8ec", "#86b1de"),
+    "meadow": Place("sunlight", "horizon", "grass", "#74804f", "#dde8ec", "#86b1de"),
 }
 DECIDED = {"lighting", "lights", "backdrop", "background", "ambient", "exposure", "tone", "setting"}
 """What says something about light or about what is behind."""

@@ -15,14 +15,14 @@ Standing = tuple[Piece, Vec, Quaternion]
 DIRECTIONS = (
     # From the right in front of it, and somewhat above: what people are used to. Then from elsewhere, in the order
     # in which they are as good.
-    (0.55, -1.0, 0.5),
-    (-0.55, -1.0, 0.5),
+    (0.55, -1.0, 0.3),
+    (-0.55, -1.0, 0.3),
     (0.55, -1.0, 1.0),
     (-0.55, -1.0, 1.0),
-    (0.55, 1.0, 0.5),
-    (-0.55, 1.0, 0.5),
-    (1.0, -0.3, 0.5),
-    (-1.0, -0.3, 0.5),
+    (0.55, 1.0, 0.3),
+    (-0.55, 1.0, 0.3),
+    (1.0, -0.3, 0.3),
+    (-1.0, -0.3, 0.3),
     (0.4, -0.7, 1.8),
 )
 """Ways from the scene to a camera that nobody placed."""

@@ -20,7 +20,7 @@ MANY, OUTLIERS = 20, 0.02
 """Of this many bodies or more, this part of their places may be cut off by an edge of the picture: one shard that flies
 off must not make all others small."""
 AZIMUTHS = (-61, -119, -75, -105, -90, -30, -150, 0, 180, 119, 61, 90)
-ELEVATIONS = {13: 0.0, 19: 0.02, 8: 0.03, 27: 0.07, 42: 0.14}
+ELEVATIONS = {13: 0.0, 19: 0.03, 8: 0.04, 27: 0.12, 42: 0.25}
 """Angles [deg] of ways to a camera: from +x round, and above the horizon with what is lost by it. What is usual comes
 first."""
 HABIT, BACK = 0.006, 0.06
@@ -80,7 +80,10 @@ def _moments(times: np.ndarray, tracks: np.ndarray) -> np.ndarray:
 
 
 def _directions(given: Any, *, free: bool) -> list[tuple[tuple[float, float, float], float]]:
-    found = [(tuple(float(c) for c in given), 0.0)]
+    x, y, z = (float(c) for c in given)
+    above = math.degrees(math.atan2(z, math.hypot(x, y)))
+    losses = np.interp(above, sorted(ELEVATIONS), [ELEVATIONS[elevation] for elevation in sorted(ELEVATIONS)])
+    found = [((x, y, z), float(losses))]
     for elevation, loss in ELEVATIONS.items():
         for k, azimuth in enumerate(AZIMUTHS):
             up, turn = math.radians(elevation), math.radians(azimuth)

@@ -18,13 +18,13 @@ CAMERAS = {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
         "fov": 32.0,
-        "pos": (0.4751, -0.6829, 0.5338),
-        "look_at": (0.0914, 0.0148, 0.185),
+        "pos": (0.5159, -0.7562, 0.4126),
+        "look_at": (0.0941, 0.0108, 0.1825),
         "frame": {
             "bodies": ["bar", "block"],
             "margin": 0.08,
             "within": ((-7.914, -7.9863, -0.0467), (8.0863, 7.9863, 8.1863)),
-            "direction": (0.55, -1.0, 0.5),
+            "direction": (0.55, -1.0, 0.3),
         },
     },
 }
@@ -41,41 +41,50 @@ AUTO = {
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.8431, 0.8588, 0.8745)
-AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
+BACKGROUND = (0.9098, 0.8784, 0.8235)
+AMBIENT = 0.45  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
     "key": {
         "kind": "softbox",
-        "strength": 3.2,
-        "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.4403, 0.7557, -1.0),
+        "strength": 3.0,
+        "color": (1.0, 0.9686, 0.9333),
+        "direction": (0.4162, 0.7995, -1.15),
         "at": (0.0862, 0.0, 0.1612),
         "distance": 1.476,
         "size": 0.517,
     },
     "rim": {
         "kind": "softbox",
-        "strength": 1.1,
-        "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.092, -1.0777, -1.4),
+        "strength": 0.9,
+        "color": (0.8902, 0.9255, 1.0),
+        "direction": (-0.2761, -0.9507, -1.5),
         "at": (0.0862, 0.0, 0.1612),
         "distance": 1.476,
         "size": 0.517,
     },
+    "front": {
+        "kind": "sun",
+        "strength": 0.45,
+        "color": (1.0, 1.0, 1.0),
+        "direction": (-0.7009, 0.7558, -0.3),
+        "angle": 0.61087,
+    },
     "fill": {
         "kind": "environment",
-        "strength": 0.12,
-        "color": (0.9333, 0.9529, 0.9804),
-        "horizon": (0.8745, 0.8902, 0.9098),
+        "strength": 0.17,
+        "color": (0.9569, 0.9647, 0.9804),
+        "horizon": (0.9333, 0.9176, 0.8941),
     },
 }
 BACKDROP = {
-    "kind": "cyclorama",
+    "kind": "wall",
     "level": 0.0,
     "center": (0.0862, 0.0, 0.1612),
     "radius": 2.951,
     "planes": ["floor"],
+    "floor": {"pattern": "slabs", "color": (0.6118, 0.6039, 0.5882), "tile": 0.5},
+    "supports": True,
 }
-GAIN = 1.2885  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 0.7062  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -18,13 +18,13 @@ CAMERAS = {
         "kind": "still",
         "up": (0.0, 0.0, 1.0),
         "fov": 32.0,
-        "pos": (0.5672, -1.0323, 0.8513),
-        "look_at": (-0.0031, 0.0045, 0.3329),
+        "pos": (0.6066, -1.1029, 0.6672),
+        "look_at": (-0.0019, 0.0034, 0.3353),
         "frame": {
             "bodies": ["cloth", "ball"],
             "margin": 0.08,
             "within": ((-8.6725, -8.6725, -0.0641), (8.6725, 8.6725, 9.0725)),
-            "direction": (0.55, -1.0, 0.5),
+            "direction": (0.55, -1.0, 0.3),
         },
     },
 }
@@ -41,41 +41,50 @@ AUTO = {
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.349, 0.3922, 0.4314)
-AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
+BACKGROUND = (0.6039, 0.651, 0.6941)
+AMBIENT = 0.45  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
     "key": {
         "kind": "softbox",
-        "strength": 3.2,
-        "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.4403, 0.7558, -1.0),
+        "strength": 3.0,
+        "color": (1.0, 0.9686, 0.9333),
+        "direction": (0.4162, 0.7996, -1.15),
         "at": (0.0, 0.0, 0.3206),
         "distance": 1.872,
         "size": 0.655,
     },
     "rim": {
         "kind": "softbox",
-        "strength": 1.1,
-        "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.092, -1.0777, -1.4),
+        "strength": 0.9,
+        "color": (0.8902, 0.9255, 1.0),
+        "direction": (-0.276, -0.9507, -1.5),
         "at": (0.0, 0.0, 0.3206),
         "distance": 1.872,
         "size": 0.655,
     },
+    "front": {
+        "kind": "sun",
+        "strength": 0.45,
+        "color": (1.0, 1.0, 1.0),
+        "direction": (-0.701, 0.7557, -0.3),
+        "angle": 0.61087,
+    },
     "fill": {
         "kind": "environment",
-        "strength": 0.12,
-        "color": (0.9333, 0.9529, 0.9804),
-        "horizon": (0.8745, 0.8902, 0.9098),
+        "strength": 0.17,
+        "color": (0.9569, 0.9647, 0.9804),
+        "horizon": (0.9333, 0.9176, 0.8941),
     },
 }
 BACKDROP = {
-    "kind": "cyclorama",
+    "kind": "wall",
     "level": 0.0,
     "center": (0.0, 0.0, 0.3206),
     "radius": 3.745,
     "planes": ["floor"],
+    "floor": {"pattern": "slabs", "color": (0.4353, 0.4627, 0.4902), "tile": 0.5},
+    "supports": True,
 }
-GAIN = 1.2885  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 0.9521  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

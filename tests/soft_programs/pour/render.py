@@ -41,41 +41,50 @@ AUTO = {
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.349, 0.3922, 0.4314)
-AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
+BACKGROUND = (0.6039, 0.651, 0.6941)
+AMBIENT = 0.45  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
     "key": {
         "kind": "softbox",
-        "strength": 3.2,
-        "color": (1.0, 0.9647, 0.9255),
-        "direction": (0.6185, 0.6185, -1.0),
+        "strength": 3.0,
+        "color": (1.0, 0.9686, 0.9333),
+        "direction": (0.6063, 0.667, -1.15),
         "at": (0.0, 0.0, 0.0703),
         "distance": 1.998,
         "size": 0.699,
     },
     "rim": {
         "kind": "softbox",
-        "strength": 1.1,
-        "color": (0.8392, 0.8941, 1.0),
-        "direction": (-0.3638, -1.0186, -1.4),
+        "strength": 0.9,
+        "color": (0.8902, 0.9255, 1.0),
+        "direction": (-0.5093, -0.8489, -1.5),
         "at": (0.0, 0.0, 0.0703),
         "distance": 1.998,
         "size": 0.699,
     },
+    "front": {
+        "kind": "sun",
+        "strength": 0.45,
+        "color": (1.0, 1.0, 1.0),
+        "direction": (-0.4851, 0.9095, -0.3),
+        "angle": 0.61087,
+    },
     "fill": {
         "kind": "environment",
-        "strength": 0.12,
-        "color": (0.9333, 0.9529, 0.9804),
-        "horizon": (0.8745, 0.8902, 0.9098),
+        "strength": 0.17,
+        "color": (0.9569, 0.9647, 0.9804),
+        "horizon": (0.9333, 0.9176, 0.8941),
     },
 }
 BACKDROP = {
-    "kind": "cyclorama",
+    "kind": "wall",
     "level": 0.0,
     "center": (0.0, 0.0, 0.0703),
     "radius": 3.997,
     "planes": ["floor"],
+    "floor": {"pattern": "slabs", "color": (0.4353, 0.4627, 0.4902), "tile": 0.5},
+    "supports": True,
 }
-GAIN = 1.2885  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 0.9521  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}
