@@ -102,15 +102,14 @@ class Pattern(Model):
     kind: Literal[
         "planks", "bricks", "tiles", "checker", "gingham", "stripes", "dots", "carton", "crate", "book", "pips"
     ]
-    """`planks` are boards with joints, and staves on what is round. `carton` has tape, arrows and an address,
-    `crate` a frame of boards, `book` covers, spine and pages; `pips` make a die of a cube, otherwise a domino.
-    These four are for boxes."""
+    """`planks`: boards; staves on what is round. The last four are for boxes: tape and print, framed boards, covers
+    and pages, a die or domino."""
     size: Length | None = None
-    """Width [m] of a board, tile, stripe or square, length of a brick; as fits the body if left out."""
+    """Width [m] of a board, tile or stripe, length of a brick; by default as fits."""
     color: ColorName | None = None
-    """Of joints, mortar, tape, stripes, dots or pips; as goes with the body's if left out."""
+    """Of joints, tape, stripes or pips; by default as fits."""
     turned: Bool = False
-    """True turns it by a right angle: boards and stripes, which run along the longest side, then run across."""
+    """By 90 degrees: boards and stripes run along the longest side."""
 
 
 class Label(Model):
