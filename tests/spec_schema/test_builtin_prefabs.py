@@ -40,7 +40,7 @@ MASSES = {  # [kg], as it is; what shops say of such things
     "ragdoll": (70, 80),
     "wheel": (6, 12),
 }
-UNMEANT = {"overlap", "self-overlap", "static-overlap", "under-floor", "unsettled"}
+UNMEANT = {"overlap", "self-overlap", "under-floor", "on-edge", "falls-for-ever"}
 """Rules that must find nothing, whatever the parameters."""
 
 

@@ -1,1 +1,1 @@
-"""Planner, Writers and Critic: whoever writes and repairs cases with a language model. Not built yet."""
+"""From words to an accepted case: Reader, Planner, Writers, asset agents, Critic and Viewer, and the loop they work in."""
