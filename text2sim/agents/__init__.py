@@ -1,1 +1,1 @@
-"""From words to an accepted case: Reader, Planner, Writers, asset agents, Critic and Viewer, and the loop they work in."""
+"""From words to an accepted case: the roles, and the loop in which they plan, write, run, judge and decide."""
