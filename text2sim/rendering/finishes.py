@@ -26,8 +26,8 @@ HAZE = 0.045
 """Part of the light that clear glass scatters, by which one sees that it is there."""
 MILKY = 0.45
 """Part of the light that frosted glass scatters; the rest goes straight through, so that its content is seen."""
-GEL = 0.7
-"""Part of what jelly does to light by which it shines through; the rest is thrown back, as by what is cloudy."""
+GEL = 0.2
+"""Part of the light that jelly throws back, as what is cloudy does; the rest goes through it."""
 TINT = 0.62
 """The same of dark glass."""
 
@@ -135,15 +135,14 @@ def _made(name: str, opacity: float, two_sided: bool, picture: Array | None, lay
         return mi.load_dict({"type": "mask", "opacity": TINT if finish.kind == "tinted" else MILKY, "bsdf": milky})
     made: dict[str, Any]
     if finish.kind == "gel":
+        # What refracts lets one see into it; what scatters, its colour where it is thick.
+        clear = _principled(finish, attribute(COLOR)) | {"spec_trans": 0.9, "eta": 1.35, "roughness": 0.12}
         made = {
             "type": "blendbsdf",
             "weight": GEL,
-            "bsdf_0": _principled(finish, attribute(COLOR)) | {"flatness": 1.0},
-            "bsdf_1": {
-                "type": "principledthin", "base_color": attribute(COLOR), "roughness": 0.25, "spec_trans": 0.35,
-                "eta": 1.35, "diff_trans": 1.4,
-            },
-        }  # fmt: skip
+            "bsdf_0": {key: value for key, value in clear.items() if key != "specular"},
+            "bsdf_1": {"type": "twosided", "bsdf": _principled(finish, attribute(COLOR))},
+        }
     elif picture is not None:
         made = _principled(finish, _bitmap(picture[..., :3], raw=False))
     elif finish.texture:
@@ -161,7 +160,7 @@ def _made(name: str, opacity: float, two_sided: bool, picture: Array | None, lay
         made = _principled(finish, attribute(COLOR))
     if layer is not None:
         made = _under(layer, made, finish)
-    if two_sided:
+    if two_sided and finish.kind != "gel":
         made = {"type": "twosided", "bsdf": made}
     if picture is not None and picture.shape[-1] == 4 and picture[..., 3].min() < 1:
         made = {"type": "mask", "opacity": _bitmap(picture[..., 3:], raw=True), "bsdf": made}
