@@ -171,6 +171,7 @@ def test_where_bodies_stand_is_not_known_yet() -> None:
         ({"kind": "position", "of": "bob", "axis": "z"}, {"at": "end", "below": 5}),
         ({"kind": "distance", "between": ["bob", "mug"]}, {"at": "end", "above": 0.5}),
         ({"kind": "extent", "of": "pin", "axis": "z", "stat": "max"}, {"during": [1, 2], "below": 0.2}),
+        ({"kind": "distance", "between": ["bob", "mug"]}, {"during": [0.1, "end"], "below": 0.08}),
     ):
         changes = {"checks__measures__mine": measure, "checks__expect__mine": {"measure": "mine", **expect}}
         assert faults(PLAN, **changes) == []

@@ -1,7 +1,8 @@
 """The plan tried out before anybody writes: a case of stand-ins, which the checker reads as it will read the real one.
 
-Where bodies stand and how large they are is not known yet, so that a finding of the lint counts only if two quite
-different arrangements have it: then it follows from what measures and events are.
+Where bodies stand and how large they are is not known yet, so that a finding of the lint counts only if three quite
+different arrangements have it, one of them with everything in one place: then it follows from what measures and events
+are.
 """
 
 import json
@@ -135,8 +136,9 @@ def _text(plan: CasePlan, checks: Fragments, variant: int, *, loose: bool = Fals
 
 
 def _stand_in(body: PlannedBody, parts: list[str], k: int, variant: int, loose: bool) -> Data:
-    size = (0.01, 0.4)[variant]
-    place: Data = {"pose": {"pos": [(50.0, -7.0)[variant] * (k + 1), (0.0, -30.0)[variant], (40.0, -40.0)[variant]]}}
+    size = (0.01, 0.4, 0.2)[variant]
+    step, y, z = ((50.0, 0.0, 40.0), (-7.0, -30.0, -40.0), (0.001, 0.0, 1.0))[variant]  # far, far, all in one place
+    place: Data = {"pose": {"pos": [step * (k + 1), y, z]}}
     box = {"kind": "box", "size": [size, size, size]}
     if body.count > 1:
         place["repeat"] = {"kind": "line", "count": body.count, "step": [3 * size, 0, 0]}
@@ -225,8 +227,8 @@ def _by_definition(plan: CasePlan, path: Path) -> list[str]:
     if sum(body.count for body in plan.bodies.values()) > MAX_BODIES:
         return []
     checks = _without_joints(plan.checks)
-    first, second = (_found(_text(plan, checks, variant, loose=True), path) for variant in (0, 1))
-    again = {(problem.path, problem.rule) for problem in second}
+    first, *others = (_found(_text(plan, checks, variant, loose=True), path) for variant in range(3))
+    again = set.intersection(*({(problem.path, problem.rule) for problem in found} for found in others))
     return list(_rows(problem for problem in first if (problem.path, problem.rule) in again))
 
 
