@@ -104,6 +104,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
         holds=tuple(rows.holds),
         pushes=tuple(rows.pushes),
         fields=tuple(rows.fields),
+        removals=tuple(rows.removals),
         watches=tuple(watches),
         render=resolve_render(case.render, placed, tuple(case.bodies), scene.duration, lowering.balls, points),
         files=lowering.files,

@@ -8,7 +8,18 @@ from dataclasses import dataclass, field
 from text2sim.compiler.drives import Targets, add_drive, joint_drives, joints_named
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import Field, Hold, JointDrive, LaterDrive, Prescribed, Push, Velocity, Weld, Wrench
+from text2sim.compiler.plan import (
+    Field,
+    Hold,
+    JointDrive,
+    LaterDrive,
+    Prescribed,
+    Push,
+    Removal,
+    Velocity,
+    Weld,
+    Wrench,
+)
 from text2sim.compiler.schedules import constructor, oscillation, waypoint_functions
 from text2sim.compiler.selection import select, split
 from text2sim.compiler.shapes.regions import RegionError
@@ -34,6 +45,7 @@ from text2sim.spec_schema.models.controls import (
     Impulse,
     InitialVelocity,
     Release,
+    Remove,
     Torque,
 )
 from text2sim.spec_schema.models.motion import Oscillate, Spin
@@ -50,6 +62,7 @@ class Rows:
     drives: list[JointDrive] = field(default_factory=list)
     wrenches: list[Wrench] = field(default_factory=list)
     welds: list[Weld] = field(default_factory=list)
+    removals: list[Removal] = field(default_factory=list)
     holds: list[Hold] = field(default_factory=list)
     pushes: list[Push] = field(default_factory=list)
     fields: list[Field] = field(default_factory=list)
@@ -153,6 +166,8 @@ def _lower(
         rows.wrenches.append(
             Wrench(copy.name, part, start, end, force, torque, scale, control.frame == "body", point, line, name)
         )
+    elif isinstance(control, Remove):
+        rows.removals.append(Removal(copy.name, control.at, control.on, line, name))
     elif isinstance(control, Attach):
         for a, b in _pairs(control, copies):
             if a is copy:

@@ -7,7 +7,7 @@ from typing import Any
 from text2sim.compiler.literal import Code
 from text2sim.compiler.plan import Plan
 
-COPIED_ACTIONS = ("points.py", "holds.py", "pushes.py", "fields.py", "triggers.py")
+COPIED_ACTIONS = ("points.py", "holds.py", "pushes.py", "fields.py", "removals.py", "triggers.py")
 """Modules of the program that are copied where they are needed."""
 OWN_FIELDS = ("Attraction", "Changing", "Fields", "Whirl")
 """What `fields.py` has."""
@@ -38,6 +38,8 @@ def action_context(plan: Plan) -> dict[str, Any]:
         "fields": plan.fields,
         "scaled_fields": any(row.scale is not None for row in plan.fields),
         "changing_fields": [(number, row) for number, row in enumerate(plan.fields) if row.changes],
+        "removals": plan.removals,
+        "removed_on_event": any(row.event is not None for row in plan.removals),
         "watches": plan.watches,
         "prescribed": plan.prescribed,
         "acting": Code(", ".join(acting)),
@@ -64,6 +66,7 @@ def copied_actions(plan: Plan) -> list[str]:
         "holds.py": bool(plan.holds),
         "pushes.py": bool(plan.pushes or soft_velocities),
         "fields.py": bool(plan.fields),
+        "removals.py": bool(plan.removals),
         "triggers.py": bool(plan.watches),
     }
     return [name for name in COPIED_ACTIONS if needed[name]]

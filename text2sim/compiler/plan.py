@@ -189,6 +189,17 @@ class Weld:
 
 
 @dataclass(frozen=True)
+class Removal:
+    """A body that leaves the scene at a time [s], or at the first time of an event."""
+
+    entity: str
+    at: float | None
+    event: str | None
+    line: int
+    control: str
+
+
+@dataclass(frozen=True)
 class Hold:
     """Points of a deformable body that are held from a time on [s]."""
 
@@ -306,6 +317,7 @@ class Plan:
     holds: tuple[Hold, ...] = ()
     pushes: tuple[Push, ...] = ()
     fields: tuple[Field, ...] = ()
+    removals: tuple[Removal, ...] = ()
     watches: tuple[Watch, ...] = ()
     """In an order in which each comes after what it comes `after`."""
     changes: tuple[JointChange, ...] = ()

@@ -16,7 +16,7 @@ from text2sim.compiler.soft.solvers import contact_model, is_soft
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models import events, measures
-from text2sim.spec_schema.models.controls import Drive, Release
+from text2sim.spec_schema.models.controls import Drive, Release, Remove
 from text2sim.spec_schema.models.scene import Domain
 from text2sim.spec_schema.models.space import BoxRegion, Region, SphereRegion
 
@@ -41,7 +41,7 @@ def lower_watches(
     problems: list[Problem] = []
     writer = _Writer(loaded, copies, soft)
     for name, control in loaded.case.actions.controls.items():
-        if not isinstance(control, Release | Drive) or control.on is None:
+        if not isinstance(control, Release | Drive | Remove) or control.on is None:
             continue
         chain = [control.on]
         while (before := loaded.case.actions.events[chain[-1]].after) is not None:

@@ -17,7 +17,7 @@ from text2sim.evidence.soft_events import soft_episodes
 from text2sim.recording.geometry import depth_inside
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models import events
-from text2sim.spec_schema.models.controls import Attach, Release
+from text2sim.spec_schema.models.controls import Attach, Release, Remove
 
 LIMIT_TOUCH, LIMIT_LEAVE = 0.002, 0.02
 """Parts of a joint's range: nearer to its end it counts as arrived, and farther away as gone again."""
@@ -76,6 +76,9 @@ def find_events(recording: RecordedCase, series: Mapping[str, Series]) -> EventL
 def _needed(recording: RecordedCase, event: events.Event) -> set[str]:
     """Names of the events that have to be known first."""
     names = {event.after} if event.after is not None else set()
+    if isinstance(event, events.RemovedEvent):
+        control = recording.case.actions.controls.get(event.remove)
+        names |= {control.on} if isinstance(control, Remove) and control.on is not None else set()
     if isinstance(event, events.ReleasedEvent):
         names |= {c.on for c in _releases(recording, event) if c.on is not None}
     return names
@@ -87,6 +90,8 @@ def _search(
     try:
         if isinstance(event, events.ReleasedEvent):
             rows = _released(recording, event, log)
+        elif isinstance(event, events.RemovedEvent):
+            rows = _removed(recording, event)
         else:
             rows = _FINDERS[event.kind](recording, series, event, since)
     except (SelectionError, EventError) as error:
@@ -215,7 +220,7 @@ def _rest(recording: RecordedCase, series: Any, event: events.RestEvent, since: 
     speeds = [_speed(recording, target) for target in recording.cast.select(event.of)]
     if not len(time):
         return []
-    height = event.speed - np.max(speeds, axis=0)
+    height = event.speed - np.fmax.reduce(speeds, axis=0)  # nan of what has left the scene
     quiet = height >= 0
     edges = np.flatnonzero(np.diff(np.concatenate([[False], quiet, [False]]).astype(int)))
     rows = []
@@ -309,6 +314,16 @@ def _released(recording: RecordedCase, event: events.ReleasedEvent, log: EventLo
     times = [c.at if c.on is None else log.first(c.on) for c in _releases(recording, event)]
     end = recording.states.end + 1e-9
     return [{"time": t, "between": [attach.body, attach.to]} for t in times if t is not None and t <= end]
+
+
+def _removed(recording: RecordedCase, event: events.RemovedEvent) -> list[Occurrence]:
+    """The times at which the program took copies out of the scene."""
+    control = recording.case.actions.controls.get(event.remove)
+    if not isinstance(control, Remove):
+        raise EventError(f"there is no control `{event.remove}` of kind remove")
+    copies = [target.copy for target in recording.cast.select(control.body)]
+    removed = recording.states.removed
+    return [{"time": removed[copy], "of": copy} for copy in copies if copy in removed]
 
 
 _FINDERS: dict[str, Callable[[RecordedCase, Mapping[str, Series], Any, float], list[Occurrence]]] = {

@@ -98,6 +98,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
                 *held_up(driven),
                 *diagnostics.energy_from_nowhere(recording),
             ],
+            "removed": recording.states.removed,
             "driven": recording.cast.driven,
             "off_path": driven,
             "contacts": contacts,

@@ -106,6 +106,9 @@ def _value(recording: RecordedCase, measure: measures.Measure) -> tuple[Array, s
             )
         values = [_joint(recording, measure.kind, joint) for _, joint in joints]
         unit = _JOINT_UNITS[measure.kind][kinds.pop()]
+        values = [
+            np.where(recording.gone(joint.body), np.nan, row) for row, (_, joint) in zip(values, joints, strict=True)
+        ]
         return _reduce(measure, values), "" if measure.stat == "count" else unit
     if isinstance(measure, measures.Bend):
         values = [_bend(recording, joint) for joint in recording.cast.select_bends(measure.of)]
@@ -114,12 +117,14 @@ def _value(recording: RecordedCase, measure: measures.Measure) -> tuple[Array, s
     unit = "" if plain else _UNITS[measure.kind]
     if measure.kind in _PER_TARGET:
         targets = recording.cast.select(measure.of)  # type: ignore[union-attr]
-        return _reduce(measure, [_PER_TARGET[measure.kind](recording, measure, t) for t in targets]), unit
+        values = [_PER_TARGET[measure.kind](recording, measure, t) for t in targets]
+        values = [np.where(recording.gone(t.copy), np.nan, row) for row, t in zip(values, targets, strict=True)]
+        return _reduce(measure, values, there=np.stack([~recording.gone(t.copy) for t in targets])), unit
     return _COLLECTIVE[measure.kind](recording, measure), unit
 
 
-def _reduce(measure: Any, values: list[Array], what: str = "bodies") -> Array:
-    """Make one series of several copies.
+def _reduce(measure: Any, values: list[Array], what: str = "bodies", there: Array | None = None) -> Array:
+    """Make one series of several copies, of those that are `there`, shape (n, F), if some have left the scene.
 
     `max`, `min`, `mean` and `sum` are what they are called, `std` is sqrt(mean of (x - mean)^2), `range` is max - min,
     `count` is the number of those whose value is above and below the bounds.
@@ -133,6 +138,14 @@ def _reduce(measure: Any, values: list[Array], what: str = "bodies") -> Array:
         above = stack > (-np.inf if measure.above is None else measure.above)
         below = stack < (np.inf if measure.below is None else measure.below)
         return (above & below).sum(axis=0)
+    if there is not None and not there.all():
+        present = np.ma.masked_array(stack, ~there)
+        values = (
+            present.max(axis=0) - present.min(axis=0)
+            if measure.stat == "range"
+            else getattr(present, measure.stat)(axis=0)
+        )
+        return np.ma.filled(values, np.nan)
     if measure.stat == "range":
         return stack.max(axis=0) - stack.min(axis=0)
     return getattr(stack, measure.stat)(axis=0)
@@ -255,13 +268,25 @@ def _extent(recording: RecordedCase, measure: measures.Extent) -> Array:
     that deform reach as far as the vertices of their surface, or, without one, as their particles.
     """
     targets = recording.cast.select(measure.of)
-    low, high = reach(recording.states, recording.geometry, links_of(targets).tolist(), measure.axis)
+    low, high = _reached(recording, targets, measure.axis)
     for number in soft_of(targets):
         along = recording.states.deformables[number].seen[..., _COLUMN[measure.axis]]
         low, high = np.fmin(low, along.min(axis=1)), np.fmax(high, along.max(axis=1))
     if len(low) and np.isnan(low[0]):
         raise MeasureError(f"{measure.of} has no recorded shape")
     return {"min": low, "max": high, "range": high - low}[measure.stat]
+
+
+def _reached(recording: RecordedCase, targets: Sequence[Target], axis: str) -> tuple[Array, Array]:
+    """Return lowest and highest coordinate (F,) of the links of targets, as long as they are in the scene."""
+    leaving = [target for target in targets if target.copy in recording.states.removed]
+    staying = [target for target in targets if target not in leaving]
+    low, high = reach(recording.states, recording.geometry, links_of(staying).tolist(), axis)
+    for target in leaving:
+        ends = reach(recording.states, recording.geometry, links_of([target]).tolist(), axis)
+        below, above = (np.where(recording.gone(target.copy), np.nan, row) for row in ends)
+        low, high = np.fmin(low, below), np.fmax(high, above)
+    return low, high
 
 
 def _distance(recording: RecordedCase, measure: measures.Distance) -> Array:
@@ -273,10 +298,10 @@ def _distance(recording: RecordedCase, measure: measures.Distance) -> Array:
         keep = [i for i, other in enumerate(second) if (other.links, other.soft) != (target.links, target.soft)]
         if keep:
             gaps = np.linalg.norm(others[:, keep] - recording.origin(target)[:, None], axis=2)
-            nearest = np.minimum(nearest, gaps.min(axis=1))
+            nearest = np.fmin(nearest, np.fmin.reduce(gaps, axis=1))
     if np.isinf(nearest).all() and len(nearest):
         raise MeasureError(f"{' and '.join(measure.between)} are one body: there is no distance")
-    return nearest
+    return np.where(np.isinf(nearest), np.nan, nearest)
 
 
 def _contact_rows(recording: RecordedCase, of: str, by: str | None) -> tuple[Array, Array]:
@@ -362,7 +387,7 @@ def _momentum(recording: RecordedCase, measure: measures.Momentum) -> Array:
     """Sum of m v along an axis."""
     targets, axis, states = _targets(recording, measure.of), _COLUMN[measure.axis], recording.states
     links = links_of(targets)
-    total = states.vel[:, links, axis].astype(float) @ recording.masses[links]
+    total = (states.vel[:, links, axis] * recording.there(links)) @ recording.masses[links]
     for number in soft_of(targets):
         total = total + states.deformables[number].mass * states.soft_velocity[:, number, axis].astype(float)
     return total

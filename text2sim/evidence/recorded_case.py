@@ -57,6 +57,20 @@ class RecordedCase:
         local = np.array([self.states.links[i].com for i in links]).reshape(-1, 3)
         return self.states.pos[:, links] + rotate(self.states.quat[:, links].astype(float), local)
 
+    def gone(self, copy: str) -> Array:
+        """Whether a copy has left the scene, shape (F,)."""
+        return self.states.time > self.states.removed.get(copy, np.inf) + 1e-9
+
+    def there(self, links: Array) -> Array:
+        """1 where a link is in the scene, 0 where its body has left it, shape (F, n)."""
+        rows = [~self.gone(self.states.links[i].body) for i in links]
+        return np.array(rows, float).reshape(len(links), self.states.frames).T
+
+    def _unless_gone(self, target: Target, values: Array) -> Array:
+        if target.copy in self.states.removed:
+            values[self.gone(target.copy)] = np.nan
+        return values
+
     def kinetic(self, links: Array) -> Array:
         """Kinetic energy of links [J], shape (F, n): 1/2 m v.v + 1/2 w.I w.
 
@@ -98,7 +112,9 @@ class RecordedCase:
         energy that of its weight: what deformation stores is not in it.
         """
         links = links_of(targets)
-        kinetic, potential = self.kinetic(links).sum(axis=1), self.potential(links).sum(axis=1)
+        there = self.there(links)
+        kinetic = (self.kinetic(links) * there).sum(axis=1)
+        potential = (self.potential(links) * there).sum(axis=1)
         gravity = np.array(self.states.gravity)
         for number in soft_of(targets):
             body = self.states.deformables[number]
@@ -112,33 +128,38 @@ class RecordedCase:
         c is the common centre of mass and u its velocity; about a point [m] that is given, c is that, and u is zero.
         """
         links = links_of(targets)
-        masses, x, v = self.masses[links], self.centers(links), self.states.vel[:, links].astype(float)
+        there = self.there(links)
+        masses, x, v = self.masses[links] * there, self.centers(links), self.states.vel[:, links].astype(float)
         if about is not None:
             x = x - np.array(about)
-        elif masses.sum() > 0.0:
-            shares = masses / masses.sum()
-            x, v = x - (shares @ x)[:, None], v - (shares @ v)[:, None]
+        elif masses.any():
+            shares = (masses / np.maximum(masses.sum(axis=1, keepdims=True), 1e-300))[..., None]
+            x, v = x - (shares * x).sum(axis=1, keepdims=True), v - (shares * v).sum(axis=1, keepdims=True)
         quat = self.states.quat[:, links].astype(float)
         own = np.einsum(
             "nij,fnj->fni", self.inertias[links], rotate_back(quat, self.states.ang[:, links].astype(float))
         )
-        return (masses[:, None] * np.cross(x, v) + rotate(quat, own)).sum(axis=1)
+        return (masses[..., None] * np.cross(x, v) + there[..., None] * rotate(quat, own)).sum(axis=1)
 
     def velocity(self, target: Target) -> Array:
-        """Velocity of a target's centre of mass [m/s], world, shape (F, 3)."""
+        """Velocity of a target's centre of mass [m/s], world, shape (F, 3); nan once it has left the scene."""
         if target.soft is not None:
             return self.states.soft_velocity[:, target.soft].astype(float)
         links = np.array(target.links)
         weights = self.masses[links]
         if len(links) == 1 or weights.sum() <= 0:
-            return self.states.vel[:, target.root].astype(float)
-        return np.einsum("fni,n->fi", self.states.vel[:, links].astype(float), weights / weights.sum())
+            return self._unless_gone(target, self.states.vel[:, target.root].astype(float))
+        mean = np.einsum("fni,n->fi", self.states.vel[:, links].astype(float), weights / weights.sum())
+        return self._unless_gone(target, mean)
 
     def origin(self, target: Target) -> Array:
-        """Origin of a target's frame [m], world, shape (F, 3); of a body that deforms, its centre of mass."""
+        """Origin of a target's frame [m], world, shape (F, 3); of a body that deforms, its centre of mass.
+
+        Nan once it has left the scene.
+        """
         if target.soft is not None:
             return self.states.deformables[target.soft].center
-        return self.states.pos[:, target.root].astype(float)
+        return self._unless_gone(target, self.states.pos[:, target.root].astype(float))
 
 
 def links_of(targets: Sequence[Target]) -> Array:

@@ -69,7 +69,9 @@ class Recorded:
             owner.append(np.full(len(made), self._index[base_name(part.body)]))
             solid.append(np.full(len(made), hides(part.look.opacity, part.look.finish)))
         corners, owners = np.concatenate(triangles), np.concatenate(owner)
-        sound = np.isfinite(corners).all(axis=(1, 2))
+        there = np.ones(len(corners), bool)
+        there[: len(self._links)] = ~states.gone(t)[self._links]
+        sound = np.isfinite(corners).all(axis=(1, 2)) & there
         return Things(corners[sound], owners[sound], np.concatenate(solid)[sound], len(self.names))
 
     def sight(self, t: float, camera: FilmView, size: tuple[int, int]) -> Sight:

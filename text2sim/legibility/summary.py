@@ -6,6 +6,7 @@ from statistics import median
 from typing import Any
 
 from text2sim.legibility.film import SAMPLES, Row, Watcher, nearest_frame
+from text2sim.legibility.recorded import base_name
 from text2sim.legibility.sight import PIXELS, Sight
 from text2sim.templates.cadence import MAIN, Frame, frames, reels
 
@@ -108,6 +109,7 @@ def _about_film(watcher: Watcher, taken: list[Frame], rows: list[Row], last: flo
 
 def _about_bodies(watcher: Watcher, taken: list[Frame], rows: list[Row]) -> list[str]:
     found = []
+    removed = {base_name(copy) for copy in watcher.recording.states.removed}
     for name in watcher.moving:
         numbers, mine = _body(rows, name), [row["bodies"].get(name) for row in rows]
         there = [row for row in mine if row is not None]
@@ -119,7 +121,7 @@ def _about_bodies(watcher: Watcher, taken: list[Frame], rows: list[Row]) -> list
             continue
         if numbers["share"]["max"] < SMALL:
             found.append(f"`{name}` fills at most {_percent(numbers['share']['max'])} of the picture")
-        if mine[0] is not None and mine[-1] is None:
+        if mine[0] is not None and mine[-1] is None and name not in removed:
             found.append(f"`{name}` leaves the picture at {_last_seen(watcher, taken, rows, name):.2f} s")
         elif median(row["inside"] for row in there) < CUT:
             found.append(f"most of `{name}` is beyond the edges of the picture")

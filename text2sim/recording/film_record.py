@@ -130,7 +130,11 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> FilmRecord:
         raise RunError(f"{folder}: nothing was recorded ({error.strerror}: {error.filename})") from error
     except (*DAMAGED, AttributeError) as error:
         raise RunError(f"{folder}: not the recording of a run ({error!r})") from error
-    held = {row["body"] for row in rows if row["fixed"]} - {row["body"] for row in rows if not row["fixed"]}
+    held = (
+        {row["body"] for row in rows if row["fixed"]}
+        - {row["body"] for row in rows if not row["fixed"]}
+        - {*states.removed}
+    )
     return FilmRecord(folder, film, states, parts, soft, frozenset(held))
 
 

@@ -13,6 +13,7 @@ from text2sim.recording.deformables import Deformable, read_deformables
 from text2sim.recording.inventory import fault
 from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError
+from text2sim.templates.playback import read_removed
 
 __all__ = ["Array", "JointRecord", "LinkRecord", "RunStates"]
 
@@ -99,6 +100,8 @@ class RunStates:
     """Those that could be read, in order, without a gap."""
     deformables: tuple[Deformable, ...] = ()
     """Bodies that are points, not links, in the order of the arrays."""
+    removed: dict[str, float] = field(default_factory=dict)
+    """When bodies left the scene [s], by copy."""
     losses: tuple[str, ...] = ()
     """What could not be read, in words."""
     layout: dict[str, Any] = field(default_factory=dict, repr=False)
@@ -134,7 +137,8 @@ class RunStates:
             losses = [damage]
         chunks = Chunks(paths)
         bodies = tuple(body.recorded_in(chunks) for body in soft)
-        return cls(dt, every, (x, y, z), links, joints, chunks, bodies, (*losses, *soft_losses), layout)
+        removed = read_removed(folder)
+        return cls(dt, every, (x, y, z), links, joints, chunks, bodies, removed, (*losses, *soft_losses), layout)
 
     @property
     def frames(self) -> int:

@@ -125,8 +125,9 @@ class Scorer:
         for things in self._things:
             corners, owner = things.triangles[:, 0], things.owner
             sums = np.stack([np.bincount(owner, corners[:, i], count) for i in range(3)], axis=1)
-            middles.append(sums / np.maximum(np.bincount(owner, minlength=count), 1)[:, None])
-        return (np.diff(np.array(middles), axis=0) * self.weights[:, None]).reshape(-1, 3)
+            number = np.bincount(owner, minlength=count)
+            middles.append(sums / np.where(number > 0, number, np.nan)[:, None])  # nan where it is not there
+        return (np.nan_to_num(np.diff(np.array(middles), axis=0)) * self.weights[:, None]).reshape(-1, 3)
 
     def _across(self, ahead: Array) -> float:
         """Part of all motion that goes across the picture, 0 to 1."""

@@ -87,6 +87,8 @@ def film(scene, cameras: dict, out: Path, script: dict, *, samples: int = 8) -> 
         for frame in pictures:
             if scene.rigid_solver.n_qs:
                 scene.rigid_solver.set_qpos(states.qpos(frame.t))
+            if states.removed:
+                _hide(scene.rigid_solver, states, frame.t)
             if soft is not None:
                 soft.show(states.around(frame.t))
             camera = cameras[frame.camera]
@@ -110,6 +112,13 @@ def film(scene, cameras: dict, out: Path, script: dict, *, samples: int = 8) -> 
     if soft is not None:
         soft.close()
     write_json(out / "visibility.json", visibility)
+
+
+def _hide(solver, states: States, t: float) -> None:
+    """Draws what has left the scene where no camera sees it, and what has not where it was."""
+    chosen = [link.idx for link in solver.links if link.parent_idx < 0]
+    chosen = [k for k in chosen if states.layout["links"][k]["body"] in states.removed]
+    solver.set_base_links_pos(states.poses(t)[0][chosen], chosen, relative=True)
 
 
 def _open_opengl(scene, cameras: dict) -> None:

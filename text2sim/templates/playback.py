@@ -10,6 +10,9 @@ QUATERNION_AT = {"free": 3, "ball": 0}  # within the joint's slice of qpos
 # The 26 ways from the middle of a cube: the outermost points along them are what a frame has to show.
 WAYS = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], float)
 
+AWAY = np.array([0.0, 0.0, -1e5])
+"""Where what has left the scene is shown [m]: beyond what any camera sees."""
+
 TRACKED = 48
 """Most points of a body that deforms whose ways are told."""
 
@@ -40,6 +43,7 @@ class States:
         layout: Content of `layout.json`.
         time: Times of the recorded frames [s], shape (F,).
         soft: States of bodies that deform; None if there is none.
+        removed: When bodies left the scene [s], by copy.
     """
 
     def __init__(self, out: Path):
@@ -58,6 +62,7 @@ class States:
         self.soft = None
         if self.layout.get("deformables"):
             self.soft = _soft_states(self.layout["deformables"], chunks)
+        self.removed = read_removed(folder)
         self._links = {(link["body"], None): i for i, link in reversed(links) if link["link"] != "world"}
         self._links |= {(link["body"], link["link"]): i for i, link in links}
         self._chosen: dict[tuple[str, ...], tuple] = {}
@@ -81,8 +86,22 @@ class States:
         qpos[self._quaternions] = slerp(a[self._quaternions], b[self._quaternions], w)
         return qpos.astype(np.float32)
 
+    def gone(self, t: float) -> np.ndarray:
+        """Whether each link is of a body that has left the scene by time `t`, shape (L,)."""
+        left = {body for body, when in self.removed.items() if t > when + 1e-9}
+        return np.array([link["body"] in left for link in self.layout["links"]], bool)
+
     def poses(self, t: float) -> tuple[np.ndarray, np.ndarray]:
-        """Positions [m], shape (L, 3), and orientations, shape (L, 4), of the authored frames of all links."""
+        """Positions [m], shape (L, 3), and orientations, shape (L, 4), of the authored frames of all links.
+
+        What has left the scene is `AWAY`.
+        """
+        pos, quat = self._recorded(t)
+        if self.removed:
+            pos[self.gone(t)] = AWAY
+        return pos, quat
+
+    def _recorded(self, t: float) -> tuple[np.ndarray, np.ndarray]:
         i, j, w = self.around(t)
         pos = (1 - w) * self._pos[i].astype(float) + w * self._pos[j]
         return pos, slerp(self._quat[i].astype(float), self._quat[j].astype(float), w)
@@ -95,7 +114,7 @@ class States:
             t: Simulated time [s].
         """
         links, local, soft = self._named(bodies)
-        pos, quat = self.poses(t)
+        pos, quat = self._recorded(t)
         found = [pos[links] + _turned(quat[links], local)]
         found += [outermost(self._soft_points(row, t)) for row in soft]
         return np.concatenate(found)
@@ -103,7 +122,7 @@ class States:
     def tracks(self, bodies: list[str], t: float) -> np.ndarray:
         """The same points of bodies at every time [m], shape (n, 3): their ways can be told from them."""
         links, local, soft = self._named(bodies)
-        pos, quat = self.poses(t)
+        pos, quat = self._recorded(t)
         some = (self._soft_points(row, t) for row in soft)
         return np.concatenate([pos[links] + _turned(quat[links], local), *(p[:: -(-len(p) // TRACKED)] for p in some)])
 
@@ -137,7 +156,7 @@ class States:
 
     def placed(self, boxes: Boxes, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Middles [m], (n, 3), axes, in columns, (n, 3, 3), and half sizes [m], (n, 3), of boxes at time `t`."""
-        pos, quat = self.poses(t)
+        pos, quat = self._recorded(t)
         link, unit = np.maximum(boxes.link, 0), np.eye(3)
         centers = pos[link] + _turned(quat[link], boxes.center) if len(pos) else np.zeros((len(link), 3))
         axes = np.stack([_turned(boxes.quat, np.broadcast_to(axis, boxes.center.shape)) for axis in unit], axis=2)
@@ -185,6 +204,15 @@ class States:
         name = "soft_points" if row["surface"] is None else "soft_surface"
         first, last = row["points"] if row["surface"] is None else row["surface"]
         return self.soft.at(name, self.around(t))[first:last].astype(float)
+
+
+def read_removed(states: Path) -> dict[str, float]:
+    """When bodies left the scene [s], by copy; `states` is the folder of the recorded states."""
+    try:
+        rows = json.loads((states / "removed.json").read_text("utf-8"))
+        return {str(body): float(when) for body, when in rows.items()}
+    except (OSError, ValueError, TypeError, AttributeError, RecursionError):
+        return {}
 
 
 def outermost(points: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
     OUT/progress.jsonl           one line per moment of progress
     OUT/states/layout.json       what the columns of the states mean
+    OUT/states/removed.json      when bodies left the scene [s], by copy; only if some did
     OUT/states/chunk_00000.npz   frames and contacts; each chunk is whole on disk before the next begins, and the one
                                  in hand is written every few seconds, as far as it has come
     OUT/geometry/index.json      link -> meshes, poses and colours, over geometry/<hash>.npz
@@ -115,6 +116,7 @@ class Recorder:
         self._link_bodies = [names.get(link.entity.idx, link.entity.name) for link in self._solver.links]
         self._frames, self._chunk, self._step = [], 0, 0
         self._flushed = time.monotonic()
+        self.gone = {}  # when bodies left the scene [s], by copy
         links, dofs = self._solver.dyn_state.links, self._solver.dyn_state.dofs
         self._reads = {
             "links_pos": _reader(links.pos),
@@ -138,6 +140,7 @@ class Recorder:
         states.mkdir(parents=True, exist_ok=True)
         for stale in states.glob("chunk_*.npz"):
             stale.unlink()
+        (states / "removed.json").unlink(missing_ok=True)
         self._offsets = _link_offsets(self._solver)
         self._shifted = np.flatnonzero((self._offsets != IDENTITY).any(axis=1))
         expected = round(self._duration / self._dt) // self._every + 1
@@ -243,6 +246,8 @@ class Recorder:
         return Divergence(self._link_bodies[fastest], "speed", t, float(speed[fastest]), self._speed_limit)
 
     def _flush(self, whole: bool = True) -> None:
+        if self.gone:
+            write_json(self._out / "states" / "removed.json", self.gone)
         contacts = self._contacts.take(keep=not whole)
         chunk = {}
         if self._frames:

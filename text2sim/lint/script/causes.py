@@ -141,7 +141,7 @@ class Causes:
                 yield row.start, row.control, Push(row.start, row.start, gain)
 
     def _others(self) -> Iterator[Cause]:
-        """Drives, driven bodies, and what is let go."""
+        """Drives, driven bodies, what is let go, and what leaves the scene."""
         facts = self.facts
         for (entity, name), spans in spans_of(facts).items():
             swing = mechanics_of(facts).swing(facts.copies[entity], name)
@@ -156,6 +156,9 @@ class Causes:
         for weld in facts.rows.welds:
             if not weld.on:
                 yield weld.at, weld.control, Push(weld.at, weld.at, 0.0)
+        for removal in facts.rows.removals:
+            at = 0.0 if removal.at is None else removal.at  # an event may come at any time
+            yield at, removal.control, Push(at, at, 0.0)
 
 
 def causes_of(facts: Facts) -> Causes:

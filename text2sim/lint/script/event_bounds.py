@@ -15,7 +15,7 @@ from text2sim.lint.script.starts import depth_inside
 from text2sim.lint.script.targets import Target, targets_of
 from text2sim.lint.script.values import values_of
 from text2sim.spec_schema.models.bodies import Articulated
-from text2sim.spec_schema.models.controls import Release
+from text2sim.spec_schema.models.controls import Release, Remove
 
 MAX_PAIRS = 2_000
 """Pairs of bodies that are looked at, at most."""
@@ -146,6 +146,17 @@ def _released(facts: Facts, event: Any) -> Happening:
     return Happening("", times[0], tuple(times))
 
 
+def _removed(facts: Facts, event: Any) -> Happening:
+    control, duration = facts.case.actions.controls.get(event.remove), facts.case.scene.duration
+    times = sorted(r.at for r in facts.rows.removals if r.control == event.remove and r.at is not None)
+    times = [time for time in times if time <= duration]
+    if not isinstance(control, Remove) or control.on is not None:
+        return Happening()
+    if not times:
+        return Happening(f"`{event.remove}` comes after the end of the run ({duration:g} s)")
+    return Happening("", times[0], tuple(times))
+
+
 _WHY: dict[str, Callable[[Facts, Any], Happening]] = {
     "contact": _contact,
     "separation": _contact,
@@ -155,4 +166,5 @@ _WHY: dict[str, Callable[[Facts, Any], Happening]] = {
     "leaves": _region,
     "left_domain": _region,
     "released": _released,
+    "removed": _removed,
 }

@@ -162,6 +162,29 @@ class Release(Model):
         return self
 
 
+class Remove(Model):
+    """A body that leaves the scene, at a time or when something happens, and does not come back.
+
+    It is switched off where it is: nothing touches it any more, nothing moves it, and no picture shows it. What was
+    attached to it is free, its measures have no values from then on, and it is in no region. Evidence lists when it
+    went, under `removed`.
+    """
+
+    kind: Literal["remove"]
+    body: Selector
+    """A body of links, a driven body or a static, or copies of one."""
+    at: Seconds | None = None
+    """Time [s]."""
+    on: Name | None = None
+    """Name of an event: at its first time. The program itself has to see it come, as for `release`."""
+
+    @model_validator(mode="after")
+    def _one_moment(self) -> "Remove":
+        if (self.at is None) == (self.on is None):
+            raise ValueError("give exactly one of at, on")
+        return self
+
+
 Control = Annotated[
     InitialVelocity
     | Impulse
@@ -170,6 +193,7 @@ Control = Annotated[
     | Drive
     | Attach
     | Release
+    | Remove
     | Wind
     | Drag
     | Attraction

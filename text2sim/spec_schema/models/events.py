@@ -99,6 +99,14 @@ class ReleasedEvent(_Event):
     """Name of the control that attached it."""
 
 
+class RemovedEvent(_Event):
+    """Something leaves the scene; each copy counts."""
+
+    kind: Literal["removed"]
+    remove: Name
+    """Name of the control that removes it."""
+
+
 Event = Annotated[
     ContactEvent
     | SeparationEvent
@@ -107,6 +115,7 @@ Event = Annotated[
     | LeftDomainEvent
     | RegionEvent
     | JointLimitEvent
-    | ReleasedEvent,
+    | ReleasedEvent
+    | RemovedEvent,
     Field(discriminator="kind"),
 ]

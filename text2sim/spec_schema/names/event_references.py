@@ -2,7 +2,7 @@
 
 from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models import events, measures
-from text2sim.spec_schema.models.controls import Attach, Release
+from text2sim.spec_schema.models.controls import Attach, Release, Remove
 from text2sim.spec_schema.names.control_references import check_joint
 from text2sim.spec_schema.names.measure_references import CONTACT_KINDS, check_contacts_recorded, measured
 from text2sim.spec_schema.names.name_table import NameTable
@@ -28,6 +28,8 @@ def check_events(cast: NameTable) -> None:
             _check_threshold(cast, where, event)
         elif isinstance(event, events.ReleasedEvent):
             _check_released(cast, where, event)
+        elif isinstance(event, events.RemovedEvent):
+            _check_removed(cast, where, event)
         else:
             _check_subject(cast, where, event)
     following = {name: event.after for name, event in script.events.items() if event.after is not None}
@@ -83,6 +85,13 @@ def _check_released(cast: NameTable, where: Path, event: events.ReleasedEvent) -
     # A release of nothing that is known may be meant for this one; that it is wrong is said of it.
     if event.attach not in released and all(name in attaches for name in released):
         cast.report((*where, "attach"), f"no control releases `{event.attach}`", NEVER)
+
+
+def _check_removed(cast: NameTable, where: Path, event: events.RemovedEvent) -> None:
+    removals = [name for name, c in cast.loaded.case.actions.controls.items() if isinstance(c, Remove)]
+    if event.remove not in removals:
+        message = f"there is no control `{event.remove}` of kind remove"
+        cast.report((*where, "remove"), message, "unknown-remove", nearest(event.remove, removals))
 
 
 def _check_subject(

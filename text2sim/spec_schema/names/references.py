@@ -15,6 +15,7 @@ from text2sim.spec_schema.names.film_references import check_film
 from text2sim.spec_schema.names.measure_references import check_measures
 from text2sim.spec_schema.names.name_table import Member, NameTable, Parts
 from text2sim.spec_schema.names.reference_cycles import find_circles
+from text2sim.spec_schema.names.removal_references import check_removals
 from text2sim.spec_schema.names.selectors import parse_selector
 from text2sim.spec_schema.names.time_references import check_time
 from text2sim.spec_schema.names.tree_references import check_mount, check_tree
@@ -49,6 +50,7 @@ def check_references(
     check_measures(cast)
     check_events(cast)
     check_expectations(cast)
+    check_removals(cast)
     check_film(cast)
     return sort_problems(cast.problems)
 
