@@ -253,3 +253,40 @@ def test_balls_and_cylinders_roll_down_a_slope_without_slip(simulate, agree):
         creep = share * a * (1 - IMPEDANCE) / IMPEDANCE * WIDEST * 2 * DT / 2 * (1 + 1 / share)
         slip = trial.vel(body) @ down - 0.1 * trial.ang(body)[:, 1]
         agree(f"rolling {body}: slip v - w r [m/s]", slip[5:], 0.0, within=creep)
+
+
+PAIRS = """
+scene:
+  duration: 0.8
+  dt: 0.005
+  contact:
+    friction_cone: elliptic
+    pairs:
+      iced: {between: [slick, slope], friction: 0.1}
+      rough: {between: ["grip[1]", slope], friction: 0.9}
+      slow: {between: ["grip[2:4]", slope], friction: 0.2}
+      last: {between: [slope, "grip[3]"], friction: 0.3}
+  statics: {slope: {shape: {kind: plane}, pose: {euler_deg: [0, 20, 0]}, material: {friction: 0.5}}}
+bodies:
+  slick:
+    kind: rigid
+    shape: {kind: box, size: [0.2, 0.2, 0.04]}
+    material: {friction: 0.8}
+    pose: {pos: ["${0.0199 * sin(radians(20))}", -1, "${0.0199 * cos(radians(20))}"], euler_deg: [0, 20, 0]}
+  grip:
+    kind: rigid
+    shape: {kind: box, size: [0.2, 0.2, 0.04]}
+    material: {friction: 0.02}
+    pose: {pos: ["${0.0199 * sin(radians(20))}", "${i}", "${0.0199 * cos(radians(20))}"], euler_deg: [0, 20, 0]}
+    repeat: {kind: line, count: 4, step: [0, 0, 0]}
+"""
+
+
+def test_a_pair_rubs_with_its_own_coefficient(simulate, agree):
+    """On 20 deg a = g (sin s - mu cos s) where mu < tan s = 0.364, and it holds where mu is more."""
+    trial = simulate(PAIRS)
+    t, s = trial.time, np.radians(20)
+    for name, mu in {"slick": 0.1, "grip[0]": 0.5, "grip[1]": 0.9, "grip[2]": 0.2, "grip[3]": 0.3}.items():
+        way = np.linalg.norm(trial.pos(name) - trial.pos(name)[0], axis=1)
+        pull = max(0.0, G * (np.sin(s) - mu * np.cos(s)))
+        agree(f"pair friction {mu}: way down 20 deg [m]", way, pull * t * (t + DT) / 2, within=0.004)

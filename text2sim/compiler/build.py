@@ -1,5 +1,6 @@
 """From a loaded case to a plan, and from a plan to the program's folder."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,9 +12,10 @@ from text2sim.compiler.masses import known_speeds
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.lettering import letter_counts
 from text2sim.compiler.placing.placement import Copy, place_all
-from text2sim.compiler.plan import EntityPlan, Group, Plan
+from text2sim.compiler.plan import EntityPlan, Friction, Group, Plan
 from text2sim.compiler.release_events import lower_watches
 from text2sim.compiler.rope_frequencies import taut_frequencies
+from text2sim.compiler.selection import select
 from text2sim.compiler.settings import Settings, Traits, derive
 from text2sim.compiler.shapes.sizes import MAX_PIECES
 from text2sim.compiler.slopes import LINKED, has_slopes
@@ -104,6 +106,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
         holds=tuple(rows.holds),
         pushes=tuple(rows.pushes),
         fields=tuple(rows.fields),
+        frictions=tuple(_frictions(loaded, placed)),
         removals=tuple(rows.removals),
         watches=tuple(watches),
         render=resolve_render(case.render, placed, tuple(case.bodies), scene.duration, lowering.balls, points),
@@ -196,6 +199,14 @@ def _traits(
         bounciest=max(bounce.values(), default=0.0),
         swiftest=max((rope_frequency(copy.model) for copy in moving if copy.model.kind == "rope"), default=0.0),
     )
+
+
+def _frictions(loaded: LoadedCase, placed: dict[str, list[Copy]]) -> Iterator[Friction]:
+    for name, pair in loaded.case.scene.contact.pairs.items():
+        (first, link), (second, other) = (select(selector, placed) for selector in pair.between)
+        names = (tuple(copy.name for copy in copies) for copies in (first, second))
+        line = loaded.line(("scene", "contact", "pairs", name))
+        yield Friction(next(names), link, next(names), other, pair.friction, line)
 
 
 def _restitution(copy: Copy) -> float | None:

@@ -95,7 +95,8 @@ def emit(plan: Plan) -> dict[str, bytes]:
         except (TemplateError, TypeError, ValueError) as error:
             raise TemplateBug(f"{module}.j2: {error}") from error
     files = {name: text.encode() for name, text in _format(texts).items()}
-    copied = (*COPIED, *(COPIED_SOFT if plan.deformables else ()), *copied_actions(plan))
+    copied = [*COPIED, *(COPIED_SOFT if plan.deformables else ()), *copied_actions(plan)]
+    copied += ["friction.py"] if plan.frictions else []
     files |= {name: (TEMPLATES / name).read_bytes() for name in copied} | dict(plan.files)
     return files | {"looks.json": _looks(plan)}
 
@@ -185,6 +186,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         "unpowered": list(plan.unpowered),
         "initial": plan.initial,
         "contact": plan.contact,
+        "frictions": plan.frictions,
         **action_context(plan),
         "render": plan.render,
     }

@@ -189,6 +189,18 @@ class Weld:
 
 
 @dataclass(frozen=True)
+class Friction:
+    """Coefficient of friction between two sets of copies, or a link of each."""
+
+    first: tuple[str, ...]
+    first_link: str | None
+    second: tuple[str, ...]
+    second_link: str | None
+    friction: float
+    line: int
+
+
+@dataclass(frozen=True)
 class Removal:
     """A body that leaves the scene at a time [s], or at the first time of an event."""
 
@@ -317,6 +329,7 @@ class Plan:
     holds: tuple[Hold, ...] = ()
     pushes: tuple[Push, ...] = ()
     fields: tuple[Field, ...] = ()
+    frictions: tuple[Friction, ...] = ()
     removals: tuple[Removal, ...] = ()
     watches: tuple[Watch, ...] = ()
     """In an order in which each comes after what it comes `after`."""

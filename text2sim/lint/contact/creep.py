@@ -7,7 +7,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_cross
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.contact.flight import RESTING
-from text2sim.lint.contact.sliding import friction_of
+from text2sim.lint.contact.sliding import friction_between
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import apart
 from text2sim.lint.rule import Rule
@@ -57,7 +57,7 @@ def _creeping(facts: Facts) -> Iterator[Problem]:
                 continue
             for other, normal in supports:
                 slope = math.acos(min(1.0, sum(a * b for a, b in zip(normal, up, strict=True))))
-                friction = max(friction_of(copy), friction_of(other))
+                friction = friction_between(facts, copy, other)
                 if math.tan(slope) < friction and _lies_on(facts, copy, other, normal):
                     speed = creep_speed(pull, slope, friction, facts.settings.timeconst)
                     found.append((speed, slope, friction, copy, other))

@@ -83,15 +83,19 @@ def _slide(facts: Facts, row: Velocity, up: Vec) -> _Slide | None:
     if rising > 0.05:
         return None
     slip = math.hypot(*(v - rising * n for v, n in zip(velocity, normal, strict=True)))
-    friction = max(friction_of(copy), friction_of(support))
+    friction = friction_between(facts, copy, support)
     ease = SPHERE if getattr(copy.shape, "kind", None) == "sphere" else 1.0
     return _Slide(copy, support, row, slip, friction, friction * slip / (1 + ease * friction**2))
 
 
-def friction_of(copy: Copy) -> float:
-    """Return the coefficient of friction of a copy; 0 of what has no material."""
-    material = getattr(copy.model, "material", None)
-    return material.friction if material is not None else 0.0
+def friction_between(facts: Facts, one: Copy, other: Copy) -> float:
+    """Return the coefficient of friction of two copies: that of the pair, or the larger of theirs."""
+    for pair in reversed(facts.plan.frictions):
+        both = ((one.name, other.name), (other.name, one.name))
+        if pair.first_link is pair.second_link is None and any(a in pair.first and b in pair.second for a, b in both):
+            return pair.friction
+    materials = (getattr(copy.model, "material", None) for copy in (one, other))
+    return max(material.friction if material is not None else 0.0 for material in materials)
 
 
 def _support(facts: Facts, copy: Copy, up: Vec) -> tuple[Copy | None, Vec]:

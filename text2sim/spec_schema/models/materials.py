@@ -27,7 +27,8 @@ class Material(Model):
     mass: Mass | None = None
     """Mass [kg] of one copy, instead of `density`."""
     friction: Real = Field(default=0.5, ge=0.01, le=5.0)
-    """Coulomb coefficient. A pair of bodies slides with the larger of its two values."""
+    """Coulomb coefficient. A pair of bodies slides with the larger of its two values, unless
+    `scene.contact.pairs` has one for it."""
     restitution: Real | None = Field(default=None, ge=0.0, le=0.995)
     """Bounce: speed after over speed before, between two bodies of this material. The engine has no such
     coefficient; it is made from the damping of the contact, which needs a short time step."""

@@ -4,12 +4,21 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from text2sim.spec_schema.models.base import Bool, Bounds, Integer, Model, Name, Pose, Positive, Vec3
+from text2sim.spec_schema.models.base import Bool, Bounds, Integer, Model, Name, Pose, Positive, Real, Selector, Vec3
 from text2sim.spec_schema.models.materials import Look, Material
 from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.repeat import Repeat
 from text2sim.spec_schema.models.shapes import StaticShape
 from text2sim.spec_schema.models.solvers import Fem, Ipc, Mpm, Pbd
+
+
+class PairFriction(Model):
+    """Friction between two bodies that is not the larger of their own."""
+
+    between: tuple[Selector, Selector]
+    """Two bodies or statics, or copies or links of them."""
+    friction: Real = Field(ge=0.01, le=5.0)
+    """Coulomb coefficient."""
 
 
 class Contact(Model):
@@ -27,6 +36,9 @@ class Contact(Model):
     """Time [s] in which the solver undoes a penetration; at least two substeps. Smaller is stiffer."""
     max_pairs: Annotated[Integer, Field(ge=1, le=1_000_000)] | None = None
     """How many pairs of geometries may touch at once."""
+    pairs: dict[Name, PairFriction] = Field(default_factory=dict)
+    """Friction of pairs, by names of your own: `ice: {between: [puck, rink], friction: 0.02}`. Other pairs rub with the
+    larger of their two coefficients. Where several mean the same pair, the last counts."""
 
 
 class Solver(Model):

@@ -17,6 +17,7 @@ from text2sim.spec_schema.names.name_table import Member, NameTable, Parts
 from text2sim.spec_schema.names.reference_cycles import find_circles
 from text2sim.spec_schema.names.removal_references import check_removals
 from text2sim.spec_schema.names.selectors import parse_selector
+from text2sim.spec_schema.names.soft_control_references import deforms
 from text2sim.spec_schema.names.time_references import check_time
 from text2sim.spec_schema.names.tree_references import check_mount, check_tree
 from text2sim.spec_schema.text.document import Path
@@ -41,6 +42,7 @@ def check_references(
     _check_names(cast)
     _check_places(cast)
     check_time(cast)
+    _check_friction(cast)
     for name, body in cast.bodies.items():
         if isinstance(body, Articulated):
             check_tree(cast, name, body)
@@ -61,6 +63,23 @@ def _check_names(cast: NameTable) -> None:
             line = cast.loaded.line(("scene", "statics", name))
             message = f"`{name}` is the name of a static, too (line {line}); a name stands for one thing"
             cast.report(("bodies", name), message, "duplicate-name", key=True)
+
+
+def _check_friction(cast: NameTable) -> None:
+    contact = cast.loaded.case.scene.contact
+    for name, pair in contact.pairs.items():
+        where: Path = ("scene", "contact", "pairs", name)
+        if contact.model in ("sap", "ipc"):
+            message = f"contact model {contact.model} has its own friction, made of that of both bodies"
+            cast.report(where, message, "pair-friction", key=True)
+        found = [cast.find(selector, (*where, "between", k)) for k, selector in enumerate(pair.between)]
+        members = [member for member in found if member is not None]
+        for k, member in enumerate(members):
+            if deforms(member):
+                message = f"`{member.name}` deforms, and rubs as the material of what it touches says"
+                cast.report((*where, "between", k), message, "pair-friction")
+        if len(members) == 2 and all(member.static for member in members):
+            cast.report((*where, "between"), "two statics never touch each other", "pair-friction")
 
 
 def _check_places(cast: NameTable) -> None:

@@ -284,7 +284,7 @@ SECTIONS = (
         "Settings of the scene",
         "setting",
         3,
-        (scene.Contact, scene.Solver, scene.Record, scene.Domain),
+        (scene.Contact, scene.PairFriction, scene.Solver, scene.Record, scene.Domain),
         "In `contact`, `solver`, `record`, `domain`.",
     ),
     Section(
