@@ -26,6 +26,8 @@ scene:
     pole: {shape: {kind: cylinder, radius: 0.05, height: 2}, pose: {pos: [1, 1, 1]}}
     rod: {shape: {kind: cylinder, radius: 0.05, height: 2}, pose: {pos: [1, -5, 1], euler_deg: [0, 90, 30]}}
     beam: {shape: {kind: box, size: [0.1, 2, 0.1]}, pose: {pos: [9, 9, 1]}}
+    ramp: {shape: {kind: box, size: [2, 1, 0.1]}, pose: {pos: [-9, 0, 1], euler_deg: [0, 30, 0]}}
+    hill: {shape: {kind: plane}, pose: {pos: [0, 0, -9], euler_deg: [20, 0, 0]}}
     open_box:
       shape:
         kind: compound
@@ -335,3 +337,43 @@ class TestProblems:
         )
         assert problem.rule == "circular-place"
         assert "a -> b -> a; give one of them a pose" in problem.message
+
+
+@pytest.mark.parametrize(("target", "leans"), [("ramp", (0, 30, 0)), ("hill", (20, 0, 0))])
+def test_flush_lies_flat_on_what_leans_turned_about_its_normal(target, leans):
+    brick = "kind: rigid, shape: {kind: box, size: [0.3, 0.2, 0.1]}"
+    copies = placed(
+        f"level: {{{brick}, place: {{on: {target}, flush_deg: 0}}}}",
+        f"turned: {{{brick}, place: {{on: {target}, flush_deg: 25}}}}",
+    )
+    axis = next(k for k in range(3) if leans[k])
+    angle = math.radians(leans[axis])
+    tipped = [math.cos(angle / 2), 0.0, 0.0, 0.0]
+    tipped[1 + axis] = math.sin(angle / 2)
+    (level,), (turned,) = copies["level"], copies["turned"]
+    assert level.quat == pytest.approx(tipped)
+    normal = quat_rotate(tipped, (0, 0, 1))
+    assert quat_rotate(turned.quat, (0, 0, 1)) == pytest.approx(normal)
+    a, b = (quat_rotate(copy.quat, (1, 0, 0)) for copy in (level, turned))
+    assert sum(x * y for x, y in zip(a, b, strict=True)) == pytest.approx(math.cos(math.radians(25)))
+    face = 0.05 if target == "ramp" else 0.0
+    base = {"ramp": (-9, 0, 1), "hill": (0, 0, -9)}[target]
+    for copy in (level, turned):
+        height = sum(n * (p - q) for n, p, q in zip(normal, copy.pos, base, strict=True))
+        assert height == pytest.approx(face + 0.05, abs=2e-6), "its whole face touches"
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        ("{touching: ramp, flush_deg: 0}", "it goes with on and above"),
+        ("{on: ramp, flush_deg: 0, euler_deg: [0, 0, 5]}", "and so does `euler_deg`"),
+    ],
+)
+def test_flush_goes_with_what_it_can_lie_on(words, why):
+    from text2sim.spec_schema.names.references import check_references
+
+    loaded = load_text(HEAD + f"  one: {{{CUBE}, place: {words}}}\n")
+    (problem,) = check_references(loaded)
+    assert problem.path.endswith("/place/flush_deg")
+    assert why in problem.message

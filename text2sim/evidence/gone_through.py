@@ -86,7 +86,8 @@ def _pieces(recording: RecordedCase) -> Iterator[_Piece]:
             middle = pos + turn @ ((low + high) / 2)
             reach = np.abs(turn) @ ((high - low) / 2)
             with np.errstate(invalid="ignore"):
-                yield _Piece(target, solid, pos, turn, middle, ((middle - reach).min(axis=0), (middle + reach).max(0)))
+                box = np.fmin.reduce(middle - reach), np.fmax.reduce(middle + reach)  # nan where it has left the scene
+            yield _Piece(target, solid, pos, turn, middle, box)
 
 
 def _near(movers: Sequence[_Piece], pieces: Sequence[_Piece]) -> Iterator[tuple[_Piece, _Piece]]:
@@ -97,7 +98,7 @@ def _near(movers: Sequence[_Piece], pieces: Sequence[_Piece]) -> Iterator[tuple[
     high = np.array([piece.box[1] for piece in pieces])
     count = 0
     for mover in movers:
-        first, last = mover.middle.min(axis=0), mover.middle.max(axis=0)
+        first, last = np.fmin.reduce(mover.middle), np.fmax.reduce(mover.middle)
         for k in np.flatnonzero(((low < last) & (high > first)).all(axis=1)).tolist():
             if pieces[k].target is not mover.target and count < PAIRS:
                 count += 1

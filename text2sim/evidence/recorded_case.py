@@ -59,7 +59,7 @@ class RecordedCase:
 
     def gone(self, copy: str) -> Array:
         """Whether a copy has left the scene, shape (F,)."""
-        return self.states.time > self.states.removed.get(copy, np.inf) + 1e-9
+        return self.states.gone(copy)
 
     def there(self, links: Array) -> Array:
         """1 where a link is in the scene, 0 where its body has left it, shape (F, n)."""

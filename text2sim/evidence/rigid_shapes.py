@@ -87,7 +87,11 @@ def _index(path: Path) -> dict[str, list[Any]] | None:
 
 
 def world_frames(states: RunStates, link: int, solid: Solid, step: int = 1) -> tuple[Array, Array]:
-    """Return positions (F, 3) [m] and rotation matrices (F, 3, 3) of a solid's frame in the world, at every step-th."""
+    """Return positions (F, 3) [m] and rotation matrices (F, 3, 3) of a solid's frame in the world, at every step-th.
+
+    Positions are nan once its body has left the scene.
+    """
     quat = states.quat[::step, link].astype(float)
     turn = rotate(quat[:, None], np.eye(3)[None]).swapaxes(1, 2)
-    return states.pos[::step, link] + turn @ solid.pos, turn @ solid.turn
+    pos = states.pos[::step, link] + turn @ solid.pos
+    return np.where(states.gone(states.links[link].body)[::step, None], np.nan, pos), turn @ solid.turn

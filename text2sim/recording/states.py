@@ -150,6 +150,10 @@ class RunStates:
         """Time [s] of the last frame; 0 without frames."""
         return float(self.time[-1]) if self.frames else 0.0
 
+    def gone(self, copy: str) -> Array:
+        """Whether a copy has left the scene, shape (F,)."""
+        return self.time > self.removed.get(copy, np.inf) + 1e-9
+
     def lacks(self, state: str) -> str:
         """Return what a run that ended in `state` should have recorded and has not; empty if it is all there."""
         if self.losses:

@@ -11,7 +11,15 @@ from text2sim.compiler.placing.patterns import Variables, pattern_middle
 from text2sim.compiler.placing.place_error import PatternError, PlaceError
 from text2sim.compiler.placing.relations import settle
 from text2sim.compiler.placing.spread import spread
-from text2sim.compiler.shapes.rotation import IDENTITY, Vec, quat_from_yaw, quat_multiply, quat_of, quat_rotate
+from text2sim.compiler.shapes.rotation import (
+    IDENTITY,
+    Vec,
+    quat_between,
+    quat_from_yaw,
+    quat_multiply,
+    quat_of,
+    quat_rotate,
+)
 from text2sim.compiler.shapes.sizes import Sizes, Spot
 from text2sim.compiler.shapes.sweep import ORIGIN
 from text2sim.spec_schema.models.placement import Place
@@ -139,13 +147,17 @@ def _oriented(entry: Entry, targets: Targets) -> list[Spot]:
     before, quat = None, IDENTITY
     rings = entry.model.place is not None and entry.model.place.around is not None and not _ringed(entry)
     for index, model in enumerate(entry.models):
-        if model is not before or rings:
+        flush = None if model.place is None else model.place.flush_deg
+        if model is not before or rings or flush is not None:
             before = model
             where = model.pose or model.place
             try:
                 quat = IDENTITY if where is None else quat_of(where)
             except ValueError as error:
                 raise PlaceError(str(error), "quat") from None
+            if flush is not None:
+                leaning = quat_between((0.0, 0.0, 1.0), targets.partner(entry, index).upward())
+                quat = quat_multiply(leaning, quat_from_yaw(math.radians(flush)))
             if rings and model.place.quat is None and model.place.euler_deg is None:
                 quat = along_axis(targets.partner(entry, index))
         found.append(Spot(ORIGIN, quat, getattr(model, "shape", None), model))

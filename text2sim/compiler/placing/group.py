@@ -79,6 +79,15 @@ class Group:
         turns = {spot.quat for spot in self.members}
         return turns.pop() if len(turns) == 1 else IDENTITY
 
+    def upward(self) -> Vec:
+        """The normal of the uppermost face, along an axis of the frame that all copies share; that of a plane."""
+        if self.planes:
+            return quat_rotate(self.planes[0].quat, (0.0, 0.0, 1.0))
+        axes = [
+            quat_rotate(self.frame(), [sign * (k == i) for i in range(3)]) for k in range(3) for sign in (1.0, -1.0)
+        ]
+        return max(axes, key=lambda axis: axis[2])
+
     def solids(self) -> list[Solid]:
         """Convex pieces of all copies but planes.
 

@@ -40,6 +40,12 @@ def contradictions(place: Place) -> Iterator[tuple[str, str]]:
             yield "direction", "`beside` means a level side: z must be 0; over and under are `above` and `below`"
     if place.align is not None:
         yield from _about_align(place, relation)
+    if place.flush_deg is not None:
+        other = next((key for key in ("quat", "euler_deg", "facing") if getattr(place, key) is not None), None)
+        if relation not in ("on", "above"):
+            yield "flush_deg", f"`flush_deg` has no meaning with `{relation}`; it goes with on and above"
+        elif other is not None:
+            yield "flush_deg", f"`flush_deg` decides how it is turned, and so does `{other}`; leave out one of the two"
 
 
 def _about_at(place: Place, relation: str) -> Iterator[tuple[str, str]]:

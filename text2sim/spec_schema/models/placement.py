@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from text2sim.spec_schema.models.base import Axis, Model, NonNegative, Quat, Selector, Vec2, Vec3
+from text2sim.spec_schema.models.base import Axis, Model, NonNegative, Quat, Real, Selector, Vec2, Vec3
 from text2sim.spec_schema.models.regions import BodyRegion
 
 RELATIONS = (
@@ -74,6 +74,9 @@ class Place(Model):
     """Moved by this [m] in the end; `on` and `inside` let it down there."""
     facing: Selector | Vec3 | None = None
     """Turned about the vertical until its +x axis points towards this body or point [m]."""
+    flush_deg: Real | None = None
+    """With `on` and `above`: laid flat on the uppermost face of the other, however it leans, and turned about its normal
+    by this [deg]. At 0 it is tipped with the face, and not turned."""
     quat: Quat | None = None
     """Orientation (w, x, y, z)."""
     euler_deg: Vec3 | None = None

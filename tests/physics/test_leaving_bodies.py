@@ -90,3 +90,9 @@ def test_evidence_lists_when_it_went(trial):
     assert log.first("meets") > row["time"]
     touches = log.occurrences["lands"] + log.occurrences["meets"]
     assert not any("under" in touch["between"] for touch in touches)
+
+
+def test_what_goes_where_it_was_goes_through_nothing(trial):
+    from text2sim.evidence.gone_through import gone_through
+
+    assert gone_through(trial.recording) == []
