@@ -171,10 +171,36 @@ def test_where_bodies_stand_is_not_known_yet() -> None:
         ({"kind": "position", "of": "bob", "axis": "z"}, {"at": "end", "below": 5}),
         ({"kind": "distance", "between": ["bob", "mug"]}, {"at": "end", "above": 0.5}),
         ({"kind": "extent", "of": "pin", "axis": "z", "stat": "max"}, {"during": [1, 2], "below": 0.2}),
-        ({"kind": "distance", "between": ["bob", "mug"]}, {"during": [0.1, "end"], "below": 0.08}),
     ):
         changes = {"checks__measures__mine": measure, "checks__expect__mine": {"measure": "mine", **expect}}
         assert faults(PLAN, **changes) == []
+
+
+def test_what_may_start_near_may_stay_near() -> None:
+    """Whoever sits in a wheel from the start has no way to go first."""
+    plan = """\
+name: rider
+event: a rider stays in a wheel
+possible: yes
+mode: [rigid, articulated]
+duration: 15.0
+bodies: {ground: {kind: static, shape: plane}, wheel: {kind: articulated}, rider: {kind: rigid, shape: sphere}}
+says: {stays: it stays}
+keeps: [stays]
+checks:
+  measures: {apart: {kind: distance, between: [rider, wheel.tub]}}
+  expect: {stays: {measure: apart, during: all, below: 0.08}}
+"""
+    assert faults(plan) == []
+
+
+def test_what_moved_may_be_quiet_again() -> None:
+    speed, quiet = {"kind": "speed", "of": "bob"}, {"measure": "mine", "during": [2, "end"], "below": 0.1}
+    changes = {"checks__measures__mine": speed, "checks__expect__mine": quiet, "says__mine": "f"}
+    (row,) = faults(PLAN, **changes)
+    assert "holds if nothing happens" in row
+    fast = {"measure": "mine", "during": [0, 2], "stat": "max", "above": 1}
+    assert faults(PLAN, **changes, checks__expect__fast=fast, says__fast="g") == []
 
 
 def test_recorded_plans_pass() -> None:

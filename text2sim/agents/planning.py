@@ -50,6 +50,10 @@ class Tried:
     """What was expected at first: it stands."""
 
 
+PLANNING = 6
+"""Times that a plan is asked for: without one everything is lost."""
+
+
 def make_plan(
     desk: Conversation, request: Request, deck: "DealtCards", path: Path, tried: Tried | None = None
 ) -> CasePlan:
@@ -78,7 +82,8 @@ def make_plan(
         taken=", ".join(TAKEN),
     )
     read = typed(CasePlan, lambda plan: _check_plan(plan, deck, path, request.requirements, tried))
-    return desk.ask("planner", system, question, read, request.images, more=PageRequests(deck.pages))
+    more = PageRequests(deck.pages)
+    return desk.ask("planner", system, question, read, request.images, more=more, rounds=PLANNING)
 
 
 def _tried(tried: Tried | None) -> str:

@@ -57,8 +57,11 @@ def plan_faults(plan: CasePlan, path: Path) -> list[str]:
         problems = check_references(loaded)
     except SpecError as error:
         return list(_rows(error.problems))
-    wrong = list(_rows(problems)) or _by_definition(plan, path)
-    return wrong or list(_at_rest(plan, loaded))
+    if wrong := list(_rows(problems)):
+        return wrong
+    wrong = _by_definition(plan, path)
+    named = {row.split(":")[0].split("/")[3] for row in wrong if row.startswith("/checks/expect/")}
+    return wrong + [row for name, row in _at_rest(plan, loaded) if name not in named]
 
 
 def _rows(problems: Iterable[Problem]) -> Iterator[str]:
@@ -266,26 +269,34 @@ def _without_joints(checks: Fragments) -> Fragments:
     return Fragments(measures=measures, events=events, expect=expect)
 
 
-def _at_rest(plan: CasePlan, loaded: LoadedCase) -> Iterator[str]:
-    """Expectations that hold if nothing happens at all, whatever the bodies are."""
+def _at_rest(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]]:
+    """Expectations that hold if nothing happens at all, whatever the bodies are, by name.
+
+    That a measure is small again holds as well while nothing ever moves: it may be asked for where another expectation
+    wants the same measure to be something else before.
+    """
     from text2sim.lint.script.outcomes import asked_of
 
     case = loaded.case
     kept = {one for name in plan.keeps for one in numbered(name, case.actions.expect)}
+    holding, active = {}, set()
     for name, expect in case.actions.expect.items():
-        if name in kept:
-            continue
         if expect.measure is not None:
-            measure = case.actions.measures[expect.measure]
-            value, asked = rest_value(measure), asked_of(expect, case.scene.duration)
-            if value is not None and asked.first > 0.0 and asked.low < value < asked.high:
-                yield f"/checks/expect/{name}: {HOLDS.format(f'`{expect.measure}` is {value:g} then')}"
+            value = rest_value(case.actions.measures[expect.measure])
+            asked = asked_of(expect, case.scene.duration)
+            if value is not None and not asked.low < value < asked.high:
+                active.add(expect.measure)
+            elif value is not None and asked.first > 0.0:
+                holding[name] = (expect.measure, f"`{expect.measure}` is {value:g} then")
         else:
             event = case.actions.events[expect.event or ""]
             settled = event.kind == "rest" and event.after is None and not (expect.never or expect.before)
             if settled and expect.count is None:
                 what = f"`{expect.event}` has come before anything moves; `after: EVENT` makes it wait"
-                yield f"/checks/expect/{name}: {HOLDS.format(what)}"
+                holding[name] = ("", what)
+    for name, (measure, what) in holding.items():
+        if name not in kept and measure not in active:
+            yield name, f"/checks/expect/{name}: {HOLDS.format(what)}"
 
 
 HOLDS = (
