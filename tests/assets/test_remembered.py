@@ -76,7 +76,7 @@ def test_nothing_is_needed_to_write_to(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 def test_the_oldest_go(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(memory, "MANY", 3)
+    monkeypatch.setattr(memory, "MAX_ANSWERS", 3)
     for number in range(6):
         remembered([b"%d" % number], MEMBERS, Asked())
     assert len(list(cache.iterdir())) == 3

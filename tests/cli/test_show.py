@@ -20,6 +20,14 @@ def test_prints_a_case_and_draws_it(cli: Cli, case: Path, tmp_path: Path) -> Non
     assert resolve_case(load_text(answer.out)).plan.sim_digest == resolve_case(load_case(case)).plan.sim_digest
 
 
+def test_the_density_that_nobody_gave_is_shown(cli: Cli, case: Path) -> None:
+    assert "density: 1000.0" in cli("show", case, "--no-png").out
+    light = cli("show", case, "--no-png", "--set", "bodies.ball.material.mass=0.2").out
+    ball = light[light.index("  ball:") :].split("material: ")[1].splitlines()[0]
+    assert "mass: 0.2" in ball
+    assert "density" not in ball
+
+
 def test_overlays_are_shown(cli: Cli, case: Path) -> None:
     answer = cli("show", case, "--no-png", "--set", "scene.duration=0.75")
     assert answer.code == 0

@@ -60,13 +60,16 @@ def check_gltf(content: bytes, suffix: str, *, beside: bool) -> None:
         accessors, views = list(document.get("accessors", ())), list(document.get("bufferViews", ()))
         nodes, needed = len(document.get("nodes", ())), document.get("extensionsRequired", ())
         counts = [accessor.get("count", 0) for accessor in accessors]
-        drawn = _drawn(document)
     except (struct.error, ValueError, AttributeError, TypeError, LookupError, RecursionError):
         raise AssetError(f"is not a {suffix} file") from None
     if not all(isinstance(uri, str) and (beside or uri.startswith("data:")) for uri in uris):
         raise AssetError("needs other files; export it as .glb with everything embedded")
     if not all(isinstance(count, int) and 0 <= count <= MAX_COUNT for count in counts) or sum(counts) > MAX_COUNT:
         raise AssetError(f"announces more than {MAX_COUNT:,} numbers")
+    try:
+        drawn = _drawn(document)
+    except (AttributeError, TypeError, LookupError):
+        raise AssetError("names meshes, parts or numbers that it does not have") from None
     if drawn > MAX_COUNT:
         raise AssetError(
             f"shows its meshes so often that they have {drawn:,} corners; at most {MAX_COUNT:,} are possible"

@@ -22,7 +22,7 @@ from text2sim.compiler.trees.joints import joint_of
 from text2sim.compiler.trees.model_files import Ball, ModelFiles, Written, count_pieces
 from text2sim.compiler.trees.tree import Inertia, Tree, TreeGeom, TreeJoint, TreeLink, TreeVisual, tree_balls
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
-from text2sim.spec_schema.models.materials import Look, Material
+from text2sim.spec_schema.models.materials import DENSITY, Look, Material
 from text2sim.spec_schema.models.motion import Oscillate, Spin
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.sculpts import Sculpt
@@ -304,7 +304,7 @@ class Lowering:
                 if piece.part == name:
                     made[piece.kind] = made.get(piece.kind, 0.0) + piece.volume()
             meant = sum(made.values()) if part.shape.kind == "mesh" else geometry.volume(part.shape, self.folder)
-            own = part.density or material.density or generators.DENSITY
+            own = part.density or material.density or DENSITY
             exact = made.pop("cylinder", 0.0)  # the floor of a cup is what it stands for
             densities[name, "cylinder"] = own
             densities |= {(name, kind): own * (meant - exact) / sum(made.values()) for kind in made}

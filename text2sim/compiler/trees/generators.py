@@ -7,13 +7,10 @@ from text2sim.compiler.shapes.geometry import Piece
 from text2sim.compiler.shapes.rotation import quat_between
 from text2sim.compiler.trees.tree import IDENTITY, Tree, TreeGeom, TreeJoint, TreeLink, TreeLoop, Vec
 from text2sim.spec_schema.models.bodies import Chain, Net, Ragdoll
-from text2sim.spec_schema.models.materials import JointDynamics, Material
+from text2sim.spec_schema.models.materials import DENSITY, JointDynamics, Material
 from text2sim.spec_schema.models.soft_bodies import Rope
 
 Rgba = tuple[float, float, float, float] | None
-
-DENSITY = 1000.0
-"""Of what says neither density nor mass [kg/m3]."""
 
 
 def capsule_mass(radius: float, length: float, density: float) -> float:
@@ -43,7 +40,7 @@ def density_of(material: Material, volume: float) -> float:
     """Density [kg/m3] of a material; `mass` counts for the whole `volume` [m3]."""
     if material.mass is not None:
         return material.mass / volume
-    return material.density if material.density is not None else DENSITY
+    return material.density or DENSITY
 
 
 def _bar(length: float, radius: float, density: float, friction: float, rgba: Rgba, start: Vec, end: Vec) -> TreeGeom:

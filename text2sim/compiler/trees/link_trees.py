@@ -114,6 +114,6 @@ def _check_meaning(loaded: LoadedCase, name: str, body: Articulated, mechanism: 
         )
     if body.material.mass is not None:
         report(("material", "mass"), "the masses are those of the file; change them there")
-    if body.material.density is not None and not mechanism.inertialess:
+    if "density" in body.material.model_fields_set and not mechanism.inertialess:
         report(("material", "density"), "the masses are those of the file; change them there")
     return found

@@ -11,6 +11,7 @@ from text2sim.compiler.shapes.rotation import Vec, quat_conjugate, quat_rotate, 
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.materials import DENSITY
 
 SHARE = 0.05
 """Part of a body's mass from which on it matters."""
@@ -29,7 +30,7 @@ def _twice(facts: Facts) -> Iterator[Problem]:
         where = ("bodies", name, "shape", "parts")
         if facts.loaded.document.origin(where) is not None:
             continue  # a prefab weighs what its maker measured, and its user cannot mend it
-        copy, density = facts.placed[name][0], body.material.density or 1000.0
+        copy, density = facts.placed[name][0], body.material.density or DENSITY
         pieces = [piece for piece in geometry.pieces(copy.shape, facts.loaded.folder) if piece.kind != "mesh"]
         weights = {part: model.density or density for part, model in copy.shape.solids.items()}
         whole = sum(piece.volume() * weights.get(piece.part or "", 0.0) for piece in pieces)

@@ -18,12 +18,15 @@ from text2sim.spec_schema.models.base import (
 )
 from text2sim.spec_schema.models.colors import Color, ColorName
 
+DENSITY = 1000.0
+"""Density [kg/m3] of rigid bodies whose material says neither density nor mass."""
+
 
 class Material(Model):
     """Contact and mass of a rigid body."""
 
-    density: Density | None = None
-    """Density [kg/m3]; 1000 unless `mass` is given."""
+    density: Density | None = DENSITY
+    """Density [kg/m3]; none if `mass` is given."""
     mass: Mass | None = None
     """Mass [kg] of one copy, instead of `density`."""
     friction: Real = Field(default=0.5, ge=0.01, le=5.0)
@@ -41,8 +44,10 @@ class Material(Model):
 
     @model_validator(mode="after")
     def _one_mass(self) -> "Material":
-        if self.density is not None and self.mass is not None:
-            raise ValueError("give either density or mass, not both")
+        if self.mass is not None:
+            if self.density is not None and "density" in self.model_fields_set:
+                raise ValueError("give either density or mass, not both")
+            self.__dict__["density"] = None  # the default is not meant; a field that was not set stays so
         if self.soft_reach is not None and not self.touch_soft:
             raise ValueError("soft_reach says how deformable bodies touch it, and touch_soft: false that they do not")
         return self
