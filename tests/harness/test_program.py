@@ -127,6 +127,21 @@ time.sleep(60)
     assert outcome.message == "it took longer than 1 s"
 
 
+@pytest.mark.parametrize(("step", "frames", "hopeless"), [(1e-4, 600, True), (1e-1, 60, False)])
+def test_a_simulation_that_cannot_end_in_time_is_not_waited_for(make_run, monkeypatch, step, frames, hopeless):
+    monkeypatch.setattr("text2sim.runtime.program.SETTLED", 0.3)
+    body = f"""
+with (OUT / "progress.jsonl").open("a", buffering=1) as progress:
+    for k in range({frames}):
+        print(json.dumps({{"phase": "simulate", "t": {step} * k, "duration": 10.0}}), file=progress)
+        time.sleep(0.02)
+"""
+    done = run(make_run(body), Limits(timeout=20.0, grace=2.0))
+    assert (done.outcome.state == "timeout") == hopeless
+    assert ("all would take" in done.outcome.message and "the limit is 20 s" in done.outcome.message) == hopeless
+    assert done.ended.wall < 10
+
+
 def test_a_program_that_ignores_the_timeout_is_killed_with_its_children(make_run):
     body = """
 import subprocess

@@ -120,7 +120,7 @@ def run_child(
     log: Path,
     limits: Limits,
     stop: Stop,
-    on_poll: Callable[[], None],
+    on_poll: Callable[[], bool | None],
     inherit: Sequence[int] = (),
 ) -> ChildExit:
     """Run a command to its end, or to ours.
@@ -134,7 +134,7 @@ def run_child(
         log: Where its output goes, appended.
         limits: What it may use.
         stop: Requests to stop: at the first it is asked to, at the second it is killed.
-        on_poll: Called about ten times a second.
+        on_poll: Called about ten times a second; true where it is no use to wait for the end, which then is a timeout.
         inherit: File descriptors that it keeps open (the lock of its run).
     """
     memory_limit = limits.memory or default_memory()
@@ -154,7 +154,8 @@ def run_child(
         watch = _Watch(process, limits, memory_limit)
         try:
             while not watch.ended(stop):
-                on_poll()
+                if on_poll():
+                    watch.give_up()
         finally:
             # Also reached when the listener fails, and for grandchildren that outlive the program.
             watch.kill()
@@ -203,6 +204,11 @@ class _Watch:
         if stop.count > 1 or now > self._kill_at:
             self.kill()
         return False
+
+    def give_up(self) -> None:
+        """End it as if its time were over."""
+        if self.cause == "ended":
+            self._ask("timeout", signal.SIGTERM, monotonic())
 
     def _ask(self, cause: Literal["timeout", "stopped"], number: signal.Signals, now: float) -> None:
         self.cause = cause

@@ -4,7 +4,7 @@ import os
 import re
 import sys
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,10 @@ STOPPING = "stopping, and keeping what was recorded; once more to kill it"
 _NO_FILM = re.compile(r"^no film: (.*)$", re.MULTILINE)
 PATIENCE = 30.0
 """Wall time [s] of a build after which the user wants to know why."""
+SETTLED = 120.0
+"""Wall time [s] of simulating after which its speed is known."""
+HOPELESS = 3.0
+"""A simulation that would take so many times its limit is stopped then: machines are not that uneven."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +61,7 @@ def run_program(
     folder = folder.resolve()
     program, log = folder / "program", folder / "log.txt"
     begin = log.stat().st_size if log.is_file() else 0
-    relay = _Relay(folder / "progress.jsonl", clock, stop)
+    relay = _Relay(folder / "progress.jsonl", clock, stop, limits.timeout)
     clock.enter("start")
     command = (sys.executable, "main.py", "--out", str(folder), *flags)
     with stop.gently():
@@ -67,6 +71,8 @@ def run_program(
     text = read_end(log, begin)
     status = read_status(folder / "status.json")
     outcome = outcome_of(ended, limits, status, text, _finite(status.get("time"), relay.simulated))
+    if outcome.state == "timeout" and relay.hopeless:
+        outcome = replace(outcome, message=relay.hopeless)
     failed = ended.code != 0 and ended.cause == "ended"
     refused = _NO_FILM.search(text)
     return Finished(outcome, ended, provenance(program, text) if failed else None, refused[1] if refused else "")
@@ -75,16 +81,20 @@ def run_program(
 class _Relay:
     """Passes on what the program says about its progress, and explains a long silence."""
 
-    def __init__(self, path: Path, clock: Clock, stop: Stop) -> None:
+    def __init__(self, path: Path, clock: Clock, stop: Stop, timeout: float) -> None:
         self._tail = ProgressTail(path)
-        self._clock, self._stop = clock, stop
+        self._clock, self._stop, self._timeout = clock, stop, timeout
+        self._first: tuple[float, float] | None = None
         self._stopping = False
         self._phase = "start"
         self._build_since: float | None = None
         self.simulated = 0.0
         """Simulated time reached [s]."""
+        self.hopeless = ""
+        """Why it cannot end in time, once that is known."""
 
-    def poll(self) -> None:
+    def poll(self) -> bool:
+        """Return whether it is no use to wait for the end."""
         for record in self._tail.read():
             self._take(record)
         if self._stop.count and not self._stopping:
@@ -94,6 +104,7 @@ class _Relay:
             self._build_since = None
             if kernels_cached():
                 self._clock.tell(0.0, note=NEW_KIND)
+        return bool(self.hopeless)
 
     def _take(self, record: dict[str, Any]) -> None:
         phase = record.get("phase", self._phase)
@@ -104,9 +115,23 @@ class _Relay:
             self._clock.enter(phase, FIRST_TIME if building and not kernels_cached() else "")
         if self._phase in ("simulate", "film"):
             time = _finite(record.get("t"), 0.0)
+            duration = _finite(record.get("duration"), 0.0)
             if self._phase == "simulate":
                 self.simulated = time
-            self._clock.tell(time, duration=_finite(record.get("duration"), 0.0))
+                self._judge_speed(time, duration)
+            self._clock.tell(time, duration=duration)
+
+    def _judge_speed(self, time: float, duration: float) -> None:
+        """Find out, after a while, whether the simulation can end within its limit; the first step loads kernels."""
+        now = self._clock.wall
+        if time > 0.0 and self._first is None:
+            self._first = now, time
+        if self._first is None or time <= self._first[1] or now - self._first[0] < SETTLED:
+            return
+        whole = now + (duration - time) * (now - self._first[0]) / (time - self._first[1])
+        if whole > HOPELESS * self._timeout:
+            so_far = f"{time / duration:.1%} of it took {now:.0f} s"
+            self.hopeless = f"{so_far}: all would take {whole / 3600:.1f} h, and the limit is {self._timeout:g} s"
 
 
 def _finite(value: object, otherwise: float) -> float:
