@@ -71,7 +71,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     _stop_at_errors(problems)
     points = BodyPoints(lowering.trees, loaded.folder)
     soft_controls = None if lowering.soft is None else SoftControls(scene, lowering.soft.scales, loaded.folder)
-    rows = lower_controls(loaded, placed, lowering.initial, points, soft_controls)
+    rows = lower_controls(loaded, placed, lowering.initial, points, soft_controls, lowering.held_joints())
     watches, found = lower_watches(loaded, placed, soft_controls)
     problems += rows.problems + found + check_targets(loaded, placed, points)
     _stop_at_errors(problems)

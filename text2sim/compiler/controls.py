@@ -3,9 +3,10 @@
 Those of deformable bodies are lowered in `soft/controls.py`.
 """
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
-from text2sim.compiler.drives import Targets, add_drive, joint_drives, joints_named
+from text2sim.compiler.drives import Target, Targets, add_drive, joint_drives, joints_named
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import (
@@ -20,7 +21,8 @@ from text2sim.compiler.plan import (
     Weld,
     Wrench,
 )
-from text2sim.compiler.schedules import constructor, oscillation, waypoint_functions
+from text2sim.compiler.reaching import ReachError, reach_targets
+from text2sim.compiler.schedules import constructor, oscillation, value_at, waypoint_functions
 from text2sim.compiler.selection import select, split
 from text2sim.compiler.shapes.regions import RegionError
 from text2sim.compiler.soft.control_checks import check_solvers
@@ -44,6 +46,7 @@ from text2sim.spec_schema.models.controls import (
     Force,
     Impulse,
     InitialVelocity,
+    Reach,
     Release,
     Remove,
     Torque,
@@ -82,6 +85,7 @@ def lower_controls(
     initial: dict[str, dict[str, float]],
     points: BodyPoints,
     soft: SoftControls | None = None,
+    held: Mapping[str, Collection[str]] | None = None,
 ) -> Rows:
     """Return the rows for all controls, in the order of the case.
 
@@ -91,6 +95,7 @@ def lower_controls(
         initial: Start positions of joints by copy.
         points: Finds regions of bodies.
         soft: Lowers those of deformable bodies; None if there are none.
+        held: Joints whose actuators have a stiffness, by copy.
     """
     rows = Rows(problems=check_solvers(loaded))
     for name, control in loaded.case.actions.controls.items():
@@ -118,14 +123,39 @@ def lower_controls(
                 own = loaded.control_copy(name, copy.variables) if varies else control
                 if isinstance(own, Force | Impulse) and soft is not None and is_soft(copy.model):
                     rows.pushes.append(soft.push(copy, own, line, name))
+                elif isinstance(own, Reach):
+                    _reach(own, copy, part or "", points, (held or {}).get(copy.name, ()), rows, line, name)
                 else:
                     _lower(own, copy, part, copies, rows, line, name, points)
         except RegionError as error:
             key = next((key for key in ("region", "point") if getattr(control, key, None) is not None), "body")
             rows.problems.append(loaded.problem((*pointer, key), f"`{chosen[0].body}`: {error}", rule="empty-region"))
+        except ReachError as error:
+            where = (*pointer, error.key) if error.index is None else (*pointer, error.key, error.index)
+            rows.problems.append(loaded.problem(where, str(error), rule="out-of-reach"))
     rows.drives += joint_drives(rows.targets, rows.later, initial)
     rows.welds.sort(key=lambda weld: (weld.at, weld.on))
     return rows
+
+
+def _reach(
+    control: Reach,
+    copy: Copy,
+    link: str,
+    points: BodyPoints,
+    held: Collection[str],
+    rows: Rows,
+    line: int,
+    name: str,
+) -> None:
+    begun: dict[str, Target] = {}
+    for (entity, joint), targets in rows.targets.items():
+        earlier = [target for target in targets if target[1] == "position" and target[0] <= control.start]
+        if entity == copy.name and earlier:
+            begun[joint] = max(earlier, key=lambda target: target[0])
+    before = {joint: value_at(target[2], control.start) for joint, target in begun.items()}
+    for joint, found in reach_targets(control, copy, link, points.trees[copy.name], held, before, line, name).items():
+        rows.targets.setdefault((copy.name, joint), []).extend(found)
 
 
 def _lower(

@@ -49,6 +49,8 @@ class Lowering:
     """Links and joints that the case names, by body."""
     motors: list[Motor] = field(default_factory=list)
     changes: list[JointChange] = field(default_factory=list)
+    held_by_files: dict[str, set[str]] = field(default_factory=dict)
+    """Joints on which a file puts motors with a stiffness, by copy."""
     unpowered: list[str] = field(default_factory=list)
     notes: dict[str, None] = field(default_factory=dict)
     """What was done to files, each once."""
@@ -231,6 +233,9 @@ class Lowering:
         touching = (geom.piece for link in tree.links() for geom in link.geoms if geom.touches)
         self.thinnest = min([self.thinnest, *(piece_thickness(piece) for piece in touching)])
         self.motors += file_motors(mechanism, model, copy.name)
+        self.held_by_files[copy.name] = {
+            j.name for j in mechanism.joints if j.motor is not None and j.motor.stiffness > 0
+        }
         self.changes += file_changes(mechanism, model, copy.name)
         self.notes |= {f"{copy.body}: {note}": None for note in mechanism.notes}
         urdf = mechanism.kind == "urdf"
@@ -248,6 +253,15 @@ class Lowering:
         friction = model.material.friction if urdf or "friction" in model.material.model_fields_set else None
         rho = generators.density_of(model.material, 1.0) if urdf and mechanism.inertialess else None
         return EntityPlan(copy.name, mechanism.kind.upper(), options, copy.pos, copy.quat, rho, friction, surface)
+
+    def held_joints(self) -> dict[str, set[str]]:
+        """Joints whose actuators have a stiffness, be it by the case or by a file, by copy."""
+        found: dict[str, set[str]] = {name: set(joints) for name, joints in self.held_by_files.items()}
+        for motor in self.motors:
+            found.setdefault(motor.entity, set()).discard(motor.joint)
+            if motor.stiffness > 0:
+                found[motor.entity].add(motor.joint)
+        return found
 
     def _mechanism(self, file: str, base: str | None) -> Mechanism:
         key = (file, base)

@@ -147,7 +147,8 @@ def _oriented(entry: Entry, targets: Targets) -> list[Spot]:
     before, quat = None, IDENTITY
     rings = entry.model.place is not None and entry.model.place.around is not None and not _ringed(entry)
     for index, model in enumerate(entry.models):
-        flush = None if model.place is None else model.place.flush_deg
+        place: Place | None = model.place
+        flush = None if place is None else place.flush_deg
         if model is not before or rings or flush is not None:
             before = model
             where = model.pose or model.place
@@ -158,7 +159,7 @@ def _oriented(entry: Entry, targets: Targets) -> list[Spot]:
             if flush is not None:
                 leaning = quat_between((0.0, 0.0, 1.0), targets.partner(entry, index).upward())
                 quat = quat_multiply(leaning, quat_from_yaw(math.radians(flush)))
-            if rings and model.place.quat is None and model.place.euler_deg is None:
+            if rings and place is not None and place.quat is None and place.euler_deg is None:
                 quat = along_axis(targets.partner(entry, index))
         found.append(Spot(ORIGIN, quat, getattr(model, "shape", None), model))
     return found

@@ -3,6 +3,7 @@
 A tree becomes one MJCF file (`mjcf.py`). Poses are (pos [m], quat wxyz) of a link's frame in its parent's frame.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -151,7 +152,7 @@ def tree_links(tree: Tree, pos: Vec = (0.0, 0.0, 0.0), quat: Quaternion = IDENTI
     queue = [(link, pos, quat, False) for link in tree.roots]
     while queue:
         link, pos, quat, moves = queue.pop()
-        pos, quat = _start_frame(link, tree, pos, quat)
+        pos, quat = moved_frame(link, tree.initial, pos, quat)
         moves = moves or bool(link.all_joints())
         found.append(StandingLink(link, pos, quat, moves))
         queue += [(child, pos, quat, moves) for child in link.children]
@@ -175,11 +176,11 @@ def tree_pieces(
     return found
 
 
-def _start_frame(link: TreeLink, tree: Tree, pos: Vec, quat: Quaternion) -> tuple[Vec, Quaternion]:
-    """A link's frame at the start, from its parent's."""
+def moved_frame(link: TreeLink, positions: Mapping[str, float], pos: Vec, quat: Quaternion) -> tuple[Vec, Quaternion]:
+    """Return a link's frame from its parent's, at positions of joints [rad or m] by name; the others are at 0."""
     pos, quat = frame_apply(pos, quat, link.pos), quat_multiply(quat, link.quat)
     for name, joint in link.all_joints():
-        start = tree.initial.get(name, 0.0)
+        start = positions.get(name, 0.0)
         if start and joint.kind == "slider":
             x, y, z = joint.axis
             pos = frame_apply(pos, quat, (start * x, start * y, start * z))

@@ -116,6 +116,49 @@ class Drive(Model):
         return self
 
 
+class Reach(Model):
+    """Where a link of a mechanism is to be, made into targets of its joints by inverse kinematics.
+
+    All hinges and sliders from the world to that link move, and their actuators need a stiffness. They go from target
+    to target, at rest at each; as drives, they take over from others in time. What carries a load sags by load over
+    stiffness, as with every drive. What is out of reach is an error of `check`.
+    """
+
+    kind: Literal["reach"]
+    body: Selector
+    """The link (`arm.hand`)."""
+    times: list[Seconds] = Field(min_length=1, max_length=100)
+    """When it is to be at each target [s], growing."""
+    positions: list[Vec3] = Field(min_length=1, max_length=100)
+    """Where [m], in the world; one for each time."""
+    euler_deg: Vec3 | list[Vec3] | None = None
+    """How the link's frame is turned there [deg], one for all or one for each: turns about the world's x, then y, then
+    z. Left out: anyhow."""
+    point: Vec3 = (0.0, 0.0, 0.0)
+    """Which point of the link, in its frame [m]: the tip of a tool."""
+    start: Seconds = 0.0
+    """When it sets out for the first target [s]."""
+    ease: Literal["linear", "smooth"] = "smooth"
+    """Of the joints, from target to target; `smooth` starts and ends at rest."""
+
+    @model_validator(mode="after")
+    def _one_for_each(self) -> "Reach":
+        counts = {"positions": len(self.positions)}
+        if isinstance(self.euler_deg, list):
+            counts["euler_deg"] = len(self.euler_deg)
+        for key, count in counts.items():
+            if count != len(self.times):
+                raise ValueError(f"times and {key} must have the same length (got {len(self.times)} and {count})")
+        if any(b <= a for a, b in zip([self.start, *self.times], self.times, strict=False)):
+            raise ValueError("times must grow, and the first must be later than start")
+        return self
+
+    @property
+    def turns(self) -> list[Vec3] | None:
+        """How it is turned at each target [deg]; None for anyhow."""
+        return [self.euler_deg] * len(self.times) if isinstance(self.euler_deg, tuple) else self.euler_deg
+
+
 class Attach(Model):
     """A hold between two bodies, from a time on; they keep the relative pose that they have then.
 
@@ -191,6 +234,7 @@ Control = Annotated[
     | Force
     | Torque
     | Drive
+    | Reach
     | Attach
     | Release
     | Remove

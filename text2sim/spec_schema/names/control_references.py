@@ -12,6 +12,7 @@ from text2sim.spec_schema.models.controls import (
     Force,
     Impulse,
     InitialVelocity,
+    Reach,
     Release,
     Torque,
 )
@@ -38,6 +39,8 @@ def check_controls(cast: NameTable) -> None:
             _check_push(cast, where, control)
         elif isinstance(control, Drive):
             _check_drive(cast, where, control)
+        elif isinstance(control, Reach):
+            _check_reach(cast, where, control)
         elif isinstance(control, Attach):
             _check_attach(cast, where, name, control)
         elif isinstance(control, Release):
@@ -173,6 +176,20 @@ def _check_motor(cast: NameTable, where: Path, control: Drive, member: Member) -
     elif control.velocity is not None and joint.actuator.damping == 0:
         message = f"a velocity needs a damping, and the actuator of `{member.text}` has none"
         cast.report((*where, "velocity"), message, "no-gain", key=True)
+
+
+def _check_reach(cast: NameTable, where: Path, control: Reach) -> None:
+    member = cast.find(control.body, (*where, "body"))
+    if member is None:
+        return
+    if not isinstance(member.model, Articulated) or member.part is None:
+        what = "it has several links: name one" if isinstance(member.model, Articulated) else "it has no links"
+        cast.report(
+            (*where, "body"), f"a link of an articulated body reaches, and `{member.text}` is none; {what}", "no-link"
+        )
+    elif member.model.base == "free":
+        message = f"`{member.name}` stands free, so that its joints do not decide where its links are"
+        cast.report((*where, "body"), message, "no-link")
 
 
 def _check_attach(cast: NameTable, where: Path, name: str, control: Attach) -> None:

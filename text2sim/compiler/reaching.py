@@ -1,0 +1,195 @@
+"""Where the end of an arm is to be becomes targets of its joints: inverse kinematics.
+
+Damped least squares (Wampler 1986), from the joint positions of the target before, so that an arm with joints to spare
+turns them no more than it has to. Where that gets stuck it is tried again from other positions, always the same ones.
+"""
+
+import math
+from collections.abc import Collection, Iterable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.compiler.drives import Target
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.rotation import (
+    Quaternion,
+    Vec,
+    frame_apply,
+    quat_conjugate,
+    quat_from_euler_deg,
+    quat_multiply,
+)
+from text2sim.compiler.trees.tree import Tree, TreeJoint, TreeLink, moved_frame
+from text2sim.spec_schema.models.controls import Reach
+from text2sim.spec_schema.models.motion import Ramp
+
+Array = NDArray[Any]
+
+NEAR, TURNED = 5e-4, 5e-3
+"""How far [m] and [rad] a solution may be off."""
+DAMPING = 0.01
+STEP = 0.4
+"""Largest change of a joint in one iteration [rad or m]."""
+ITERATIONS, TRIES = 120, 24
+TINY = 1e-6
+"""Change of a joint by which slopes are taken [rad or m]."""
+
+
+class ReachError(ValueError):
+    """Joints that cannot do what is asked; `key` is the word of the control that is wrong, `index` which target."""
+
+    def __init__(self, message: str, key: str, index: int | None = None):
+        super().__init__(message)
+        self.key, self.index = key, index
+
+
+class Arm:
+    """The joints from the world to a link of a tree.
+
+    Args:
+        copy: Where the body stands.
+        tree: Its links.
+        link: Name of the last one.
+    """
+
+    def __init__(self, copy: Copy, tree: Tree, link: str):
+        self.copy = copy
+        self.chain = _chain(tree.roots, link)
+        joints = [row for one in self.chain for row in one.all_joints()]
+        odd = next((name for name, joint in joints if joint.kind not in ("hinge", "slider")), None)
+        if odd is not None:
+            raise ReachError(f"`{odd}` between the world and `{link}` is no hinge or slider", "body")
+        if tree.loops:
+            raise ReachError(f"`{copy.body}` has closed loops, whose joints depend on each other", "body")
+        self.joints: dict[str, TreeJoint] = dict(joints)
+        if not self.joints:
+            raise ReachError(f"`{link}` has no joint to move it", "body")
+        self.start = np.array([tree.initial.get(name, 0.0) for name in self.joints])
+        ranges = [joint.range or (-np.inf, np.inf) for joint in self.joints.values()]
+        self.low, self.high = np.array(ranges, float).T
+
+    def frame(self, q: Array) -> tuple[Vec, Quaternion]:
+        """Position [m] and orientation of the link in the world at joint positions."""
+        positions = dict(zip(self.joints, q.tolist(), strict=True))
+        pos, quat = self.copy.pos, self.copy.quat
+        for link in self.chain:
+            pos, quat = moved_frame(link, positions, pos, quat)
+        return pos, quat
+
+    def solve(self, goal: "Goal", q: Array) -> tuple[Array, float, float]:
+        """Return joint positions, and by how much [m] and [rad] the goal is missed there, beginning at `q`."""
+        random = np.random.default_rng(0)
+        low = np.where(np.isfinite(self.low), self.low, self.start - np.pi)
+        high = np.where(np.isfinite(self.high), self.high, self.start + np.pi)
+        found = []
+        for trial in range(TRIES):
+            tried = self._descend(goal, q if trial == 0 else random.uniform(low, high))
+            miss = self.miss(goal, tried)
+            found.append((tried, float(np.linalg.norm(miss[:3])), float(np.linalg.norm(miss[3:]))))
+            if found[-1][1] <= NEAR and found[-1][2] <= TURNED:
+                return found[-1]
+        return min(found, key=lambda row: row[1] / NEAR + row[2] / TURNED)
+
+    def _descend(self, goal: "Goal", q: Array) -> Array:
+        for _ in range(ITERATIONS):
+            miss = self.miss(goal, q)
+            if np.linalg.norm(miss[:3]) < NEAR / 10 and np.linalg.norm(miss[3:]) < TURNED / 10:
+                break
+            steps = TINY * np.eye(len(q))
+            slopes = np.array([(miss - self.miss(goal, q + step)) / TINY for step in steps]).T
+            q = np.clip(q + self._change(slopes, miss, q), self.low, self.high)
+        return q
+
+    def _change(self, slopes: Array, miss: Array, q: Array) -> Array:
+        """How joints move next: those at an end of their range that want to go on leave it to the others."""
+        free = np.ones(len(q), bool)
+        while True:
+            own = slopes * free
+            change = own.T @ np.linalg.solve(own @ own.T + DAMPING**2 * np.eye(len(miss)), miss)
+            stuck = free & (((q <= self.low) & (change < 0)) | ((q >= self.high) & (change > 0)))
+            if not stuck.any():
+                return change * min(1.0, STEP / max(float(np.abs(change).max()), 1e-12))
+            free &= ~stuck
+
+    def miss(self, goal: "Goal", q: Array) -> Array:
+        """What is left to go [m] and, if the goal says how it is turned, to turn [rad], shape (3,) or (6,)."""
+        pos, quat = self.frame(q)
+        left = np.array(goal.at) - frame_apply(pos, quat, goal.point)
+        if goal.quat is None:
+            return left
+        w, *axis = quat_multiply(goal.quat, quat_conjugate(quat))
+        axis = np.array(axis) if w >= 0 else -np.array(axis)  # the short way
+        return np.concatenate([left, axis * 2 * np.arctan2(size := np.linalg.norm(axis), abs(w)) / max(size, 1e-12)])
+
+
+class Goal(NamedTuple):
+    """Where a point of a link is to be."""
+
+    at: Vec
+    """[m], world"""
+    point: Vec
+    """[m], in the link's frame"""
+    quat: Quaternion | None
+    """How the link is to be turned; None for anyhow."""
+
+
+def _chain(roots: Iterable[TreeLink], name: str) -> list[TreeLink]:
+    """The links from the world to one of this name."""
+    for link in roots:
+        if link.name == name:
+            return [link]
+        if below := _chain(link.children, name):
+            return [link, *below]
+    return []
+
+
+def reach_targets(
+    control: Reach,
+    copy: Copy,
+    link: str,
+    tree: Tree,
+    held: Collection[str],
+    before: Mapping[str, float],
+    line: int,
+    name: str,
+) -> dict[str, list[Target]]:
+    """Return the targets of every joint between the world and a link, by joint.
+
+    Args:
+        control: What is to be reached.
+        copy: The body.
+        link: The link.
+        tree: The body's links.
+        held: Joints whose actuators have a stiffness.
+        before: Where joints are before, as far as other targets of this kind say it [rad or m].
+        line: Of the control.
+        name: Of the control.
+
+    Raises:
+        ReachError: if a target is out of reach, or a joint has no motor that holds positions.
+    """
+    arm = Arm(copy, tree, link)
+    idle = next((joint for joint in arm.joints if joint not in held), None)
+    if idle is not None:
+        message = f"`{copy.body}.{idle}` moves `{link}`, and has no actuator with a stiffness to hold it"
+        raise ReachError(message, "body")
+    q = np.array([before.get(joint, start) for joint, start in zip(arm.joints, arm.start, strict=True)])
+    outside = (q < arm.low) | (q > arm.high)
+    q[outside] = (arm.low[outside] + arm.high[outside]) / 2
+    turns = control.turns
+    found: dict[str, list[Target]] = {joint: [] for joint in arm.joints}
+    since = control.start
+    for k, (t, at) in enumerate(zip(control.times, control.positions, strict=True)):
+        quat = None if turns is None else quat_from_euler_deg(turns[k])
+        q, off, askew = arm.solve(Goal(at, control.point, quat), q)
+        if off > NEAR or askew > TURNED:
+            nearest = f"the nearest it comes is {off:.3g} m off"
+            nearest += f" and {math.degrees(askew):.3g} deg askew" if quat is not None else ""
+            raise ReachError(f"`{copy.body}.{link}` cannot get there: {nearest}", "positions", k)
+        for joint, value in zip(arm.joints, q.tolist(), strict=True):
+            ramp = Ramp(kind="ramp", to=value, start=since, end=t, ease=control.ease)
+            found[joint].append((since, "position", ramp, line, name))
+        since = t
+    return found
