@@ -56,6 +56,7 @@ FINISHES = {
     "cardboard": (0.95, 0.0),
     "leather": (0.6, 0.0),
     "felt": (1.0, 0.0),
+    "plaster": (0.95, 0.0),
     "marble": (0.2, 0.0),
     "jelly": (0.1, 0.0),
     "peel": (0.4, 0.0),

@@ -30,6 +30,7 @@ GLOSS: dict[str, tuple[float, float, float]] = {
     "cardboard": (0.0, 8.0, 0.0),
     "leather": (0.1, 16.0, 0.0),
     "felt": (0.0, 8.0, 0.0),
+    "plaster": (0.04, 6.0, 0.0),
     "marble": (0.35, 70.0, 0.0),
     "jelly": (0.5, 90.0, 0.0),
     "peel": (0.2, 24.0, 0.0),

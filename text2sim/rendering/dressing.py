@@ -16,7 +16,20 @@ Array = NDArray[np.floating]
 
 WEAR, EVEN_WEAR = 0.07, 0.03
 """Largest difference in brightness between copies: of what grew or was burnt, and of what was made."""
-GROWN = ("wood", "cardboard", "brick", "concrete", "paper", "leather", "felt", "marble", "peel", "sand", "cloth")
+GROWN = (
+    "wood",
+    "cardboard",
+    "brick",
+    "concrete",
+    "plaster",
+    "paper",
+    "leather",
+    "felt",
+    "marble",
+    "peel",
+    "sand",
+    "cloth",
+)
 
 
 @dataclass(frozen=True, eq=False)

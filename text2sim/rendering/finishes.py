@@ -64,6 +64,7 @@ FINISHES = {
     "brushed_metal": Finish(0.38, metallic=1.0, anisotropic=0.7, texture="streaks", shade=0.86, tile=0.25),
     "polished_metal": Finish(0.1, metallic=1.0),
     "wood": Finish(0.42, 0.4, clearcoat=0.15, texture="grain", shade=0.6, tile=0.5, bump=0.0005),
+    "plaster": Finish(0.9, 0.15, texture="clouds", shade=0.86, tile=1.1, bump=0.0015),
     "concrete": Finish(0.8, 0.25, texture="clouds", shade=0.72, tile=1.6, bump=0.003),
     "brick": Finish(0.85, 0.2, texture="pits", shade=0.7, tile=0.25, bump=0.012),
     "ceramic": Finish(0.09, 0.6, clearcoat=1.0),

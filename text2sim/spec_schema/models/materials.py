@@ -97,6 +97,7 @@ Finish = Literal[
     "leather",
     "felt",
     "marble",
+    "plaster",
     "jelly",
     "peel",
 ]
