@@ -17,7 +17,6 @@ import numpy as np
 from text2sim.compiler.build import compile_case
 from text2sim.spec_schema.load import load_case
 
-ROOT = Path(__file__).resolve().parents[2]
 PATIENCE = 540.0
 """Longest wait [s] for one case: a bare machine compiles the engine's kernels on the way."""
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -150,7 +149,7 @@ class Lab:
     def _serve(self, precision: str, order: dict[str, str]) -> None:
         if precision not in self._workers:
             self._workers[precision] = subprocess.Popen(
-                [sys.executable, str(ROOT / "tests" / "physics" / "worker.py")],
+                [sys.executable, str(Path(__file__).with_name("worker.py"))],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
                 stderr=(self._folder / f"worker_{precision}.log").open("a"),
             )  # fmt: skip

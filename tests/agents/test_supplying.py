@@ -132,10 +132,13 @@ def supplied(tmp_path: Path, kind: str, body: str, *replies: str) -> tuple[Suppl
 
 
 def test_the_mesh_agent_knows_what_its_body_takes(tmp_path: Path) -> None:
-    found, model = supplied(tmp_path, "mesh", "jelly", COMPOUND, "shape: {kind: sphere, radius: 0.1}")
+    found, model = supplied(tmp_path, "mesh", "jelly", "shape: {kind: plane}", "shape: {kind: sphere, radius: 0.1}")
     first, second = model.questions("mesh")
     assert "It is for a `soft` body, which takes the shapes box, sphere" in first
-    assert "`compound` is no shape of a soft body, which takes box" in second
+    assert "`plane` is no shape of a soft body, which takes box" in second
+    assert "sculpt, compound" in first
+    system = model.asked[0].messages[0].text
+    assert "kind: limb" in system and "A round bar along a curve" in system and "Each part must reach well" in system
     assert "kind: sphere" in found.words[0]
 
 

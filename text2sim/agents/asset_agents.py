@@ -107,7 +107,7 @@ def _shape(desk: Conversation, asset: Asset, plan: CasePlan, request: Request, c
         if wrong := tried(asset.body, body, plan, case, asset.what).faults:
             raise Wrong(wrong)
 
-    pages = language.pages("bodies", set(takes) & _SHAPES)
+    pages = language.pages("bodies", set(takes) & _SHAPES | _SCULPTED)
     system = system_prompt(ROLES["mesh"], rules=language.rules(), pages=pages, text_to_3d=_text_to_3d())
     question = _question(asset, plan, request, f"It is for a `{kind}` body, which takes the shapes {', '.join(takes)}.")
     answer = desk.ask("mesh", system, question, typed(ShapeAnswer, check), request.images)
@@ -119,7 +119,9 @@ def _shape(desk: Conversation, asset: Asset, plan: CasePlan, request: Request, c
 
 
 _SHAPES = frozenset({"compound", "mesh", "box", "sphere", "cylinder", "capsule", "cone", "ellipsoid", "torus", "tube",
-                     "cup", "funnel", "text", "sketch"})  # fmt: skip
+                     "cup", "funnel", "text", "sketch", "sculpt"})  # fmt: skip
+_SCULPTED = frozenset({"limb", "revolve", "loft"})
+"""Parts of a sculpt that are no shapes by themselves."""
 
 
 def _text_to_3d() -> bool:

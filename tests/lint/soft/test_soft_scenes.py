@@ -296,3 +296,56 @@ bodies:
     assert "no particle fits into it; make it 5 mm thick or more" in found.message
     (found,) = findings(tmp_path, "thin-soft-body", film % "0.006")
     assert found.severity == "warning"
+
+
+BORE = """\
+scene:
+  gravity: [0, 0, 0]
+  mpm: {cell: 0.01}
+  statics:
+    tube:
+      shape: {kind: tube, inner_radius: 0.04, outer_radius: 0.08, height: 0.3, segments: 12}
+      material: {soft_reach: 0.01}
+      pose: {pos: [0.3, 0, 0.5], euler_deg: [0, 90, 0]}
+bodies:
+  worm:
+    kind: soft
+    shape: {kind: cylinder, radius: 0.06, height: 0.2}
+    material: {youngs_modulus: 20000.0}
+    pose: {pos: [0, 0, 0.5], euler_deg: [0, 90, 0]}
+"""
+PULL = """\
+actions:
+  controls:
+    pull: {kind: force, body: worm, force: [60, 0, 0], region: {face: top}, drag: 40}
+"""
+
+
+def test_the_stretch_that_a_bore_forces_counts(tmp_path: Path) -> None:
+    # 0.06 m through a free bore of 0.04 - 0.01 m: (0.06 / 0.03)^2 = 4 times as long, and 3.1 is two cells.
+    (whole,) = findings(tmp_path, "tearing-force", BORE, PULL.replace("region: {face: top}, ", ""))
+    assert "drawn out to 4 times its length" in whole.message and "`tube`" in whole.message
+    wide = BORE.replace("inner_radius: 0.04", "inner_radius: 0.05").replace("outer_radius: 0.08", "outer_radius: 0.09")
+    assert findings(tmp_path, "tearing-force", wide, PULL.replace("region: {face: top}, ", "")) == []
+    # 60 N on 113 cm2 strain by 0.27, which is no matter; drawn out by (0.06 / 0.04)^2 besides, it is.
+    (pulled,) = findings(tmp_path, "tearing-force", wide, PULL)
+    assert "`tube` draws it out to 2.2 times" in pulled.message
+    free = wide.replace("pos: [0.3, 0, 0.5]", "pos: [0.3, 9, 0.5]")
+    assert findings(tmp_path, "tearing-force", free, PULL) == []
+
+
+def test_parts_of_one_soft_body_may_overlap(tmp_path: Path) -> None:
+    body = """\
+bodies:
+  toy:
+    kind: soft
+    cell: 0.02
+    pose: {pos: [0, 0, 0.3]}
+    shape:
+      kind: compound
+      parts:
+        a: {shape: {kind: sphere, radius: 0.1}}
+        b: {shape: {kind: box, size: [0.3, 0.1, 0.1]}, pose: {pos: [0.1, 0, 0]}}
+"""
+    said = {problem.rule for problem in report_on(tmp_path, body).problems}
+    assert not said & {"soft-too-near", "counted-twice", "soft-inside"}

@@ -57,7 +57,7 @@ def joined_surface(
 
 
 def union(shape: Compound, folder: Path) -> "Manifold":
-    """Return all parts of a compound as one solid: what several of them hold counts once.
+    """Return all solid parts of a compound as one: what several of them hold counts once.
 
     Raises:
         AssetError: if a part is no closed solid, or parts do not touch.
@@ -72,7 +72,7 @@ def union(shape: Compound, folder: Path) -> "Manifold":
         _KNOWN.move_to_end(key)
         return _KNOWN[key]
     solids = []
-    for name, part in shape.parts.items():
+    for name, part in shape.solids.items():
         low, high = extents(part.shape, IDENTITY, folder)
         size = max(b - a for a, b in zip(low, high, strict=True))
         made = soft_surface(part.shape, folder, size / FINE, coarsen=not isinstance(part.shape, Mesh))

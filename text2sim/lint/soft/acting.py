@@ -11,6 +11,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, soft_facts
+from text2sim.lint.soft.walls import free_by, opening
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.regions import SIDES
@@ -19,6 +20,8 @@ SHORT = 0.2
 """A press that stops short by more than this part of its way into a body is reported."""
 MUCH = 0.7
 """Strain to which the law of Hooke is carried on."""
+APART = 2 / PARTICLE
+"""Times its length to which a body can be drawn out until its particles are two cells apart."""
 TEARS = 0.5
 """Strain of a pulled part of an mpm body from which on its particles part."""
 
@@ -112,10 +115,21 @@ def _tearing(facts: Facts) -> Iterator[Problem]:
     soft = soft_facts(facts)
     bodies = {body.body: body for body in soft.of("mpm") if body.model.kind == "soft"}
     for name, control in facts.case.actions.controls.items():
-        if control.kind != "force" or control.region is None:
+        if control.kind != "force":
             continue
         body = bodies.get(control.body.split("[")[0])
         if body is None:
+            continue
+        forced, bore = _forced_stretch(facts, body)
+        through = f"; `{bore}` draws it out to {forced:.2g} times its length besides" if forced > 1.1 else ""
+        if control.region is None:
+            if forced > APART:
+                text = (
+                    f"to get through `{bore}`, `{body.name}` is drawn out to {forced:.2g} times its length: its "
+                    f"particles part at about {APART:.2g}; take a bore {math.sqrt(forced / APART):.2g} times as wide, "
+                    f"a thinner body, or solver fem"
+                )
+                yield facts.problem("tearing-force", ("actions", "controls", name), text, key=True)
             continue
         area = _area(facts, body, control.region)
         if area is None or area <= 0.0:
@@ -123,13 +137,34 @@ def _tearing(facts: Facts) -> Iterator[Problem]:
         young = body.model.material.youngs_modulus
         force = math.hypot(*control.force)
         strain = force / (area * young)
-        if strain > TEARS:
+        if (1 + strain) * forced - 1 > TEARS and strain > 0.1:
             text = (
                 f"{force:.3g} N on {area * 1e4:.3g} cm2 of `{body.name}` stretch it there by {strain:.2g} of its "
                 f"length (E {young:.3g} Pa): particles that come more than two cells apart never hold together again; "
-                f"take {TEARS * 0.6 * area * young:.2g} N or less, a larger region, or `drag` to let it move slowly"
+                f"take {TEARS * 0.6 / forced * area * young:.2g} N or less, a larger region, or `drag` to let it move "
+                f"slowly{through}"
             )
             yield facts.problem("tearing-force", ("actions", "controls", name, "force"), text)
+
+
+def _forced_stretch(facts: Facts, body: SoftBody) -> tuple[float, str]:
+    """How long the narrowest opening in its way draws a body, over its length, and whose it is.
+
+    A body that keeps its volume, of the mean cross-section A, is A / a times as long in a bore of cross-section a.
+    """
+    soft = soft_facts(facts)
+    low, high = body.box
+    mean = soft.volume(body) / max(b - a for a, b in zip(low, high, strict=True))
+    worst, whose = 1.0, ""
+    for one, copy in soft.pairs("mpm"):
+        radius = opening(copy.shape) if one is body else None
+        if radius is None:
+            continue
+        free = radius - free_by(copy, soft.cell)
+        stretch = mean / (math.pi * max(free, 0.1 * radius) ** 2)
+        if stretch > worst:
+            worst, whose = stretch, copy.name
+    return worst, whose
 
 
 def _area(facts: Facts, body: SoftBody, region: Any) -> float | None:
@@ -202,7 +237,9 @@ actions:
         reason=f"""\
 Particles hold together as long as they share nodes of the grid: what is drawn more than two cells apart is two bodies
 from then on, whatever the material is. A soft body that was pulled by its nose into a tube lost the nose. Reported
-where force over area and stiffness come to a strain of more than {TEARS:g}.""",
+where force over area and stiffness, and the stretch that the narrowest opening in its way forces (the body's mean
+cross-section over that of the free bore), come to a strain of more than {TEARS:g}; and where the bore alone draws a
+body out to {APART:.2g} times its length.""",
         way_out="Push on more of the body, with less, or with `drag` so that it moves slowly.",
         example=f"""\
 bodies:

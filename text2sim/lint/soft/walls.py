@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.soft.lowering import CELLS_OF_SOFTNESS, SOFTNESS
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
@@ -64,7 +65,7 @@ def _narrow(facts: Facts) -> Iterator[Problem]:
     soft = soft_facts(facts)
     seen = set()
     for body, copy in soft.pairs("mpm"):
-        radius = _opening(copy.shape)
+        radius = opening(copy.shape)
         if radius is None or copy.body in seen or radius >= NECK * soft.cell * (1 - 1e-6):
             continue
         seen.add(copy.body)
@@ -76,7 +77,12 @@ def _narrow(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("narrow-opening", facts.said(copy.body, "shape"), text, key=True)
 
 
-def _opening(shape: Any) -> float | None:
+def free_by(copy: Copy, cell: float) -> float:
+    """How far [m] from the surface of a rigid body the grid keeps mpm bodies: its `soft_reach`."""
+    return getattr(copy.model.material, "soft_reach", None) or min(cell / CELLS_OF_SOFTNESS, SOFTNESS)
+
+
+def opening(shape: Any) -> float | None:
     """Radius [m] of the narrowest hole through a shape, if it has one."""
     kind = getattr(shape, "kind", None)
     if kind == "funnel":
@@ -86,7 +92,7 @@ def _opening(shape: Any) -> float | None:
     if kind == "torus":
         return shape.radius - shape.bar_radius
     if kind == "compound":
-        return min((r for part in shape.solids.values() if (r := _opening(part.shape)) is not None), default=None)
+        return min((r for part in shape.solids.values() if (r := opening(part.shape)) is not None), default=None)
     return None
 
 

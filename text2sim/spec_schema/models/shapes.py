@@ -109,7 +109,7 @@ class Torus(Model):
 
 
 class Tube(Model):
-    """A hollow cylinder along z, open at both ends, made of convex staves."""
+    """A hollow cylinder along z, open at both ends, made of convex staves; its frame is half way up its axis."""
 
     kind: Literal["tube"]
     outer_radius: Length
@@ -150,7 +150,11 @@ class Cup(Model):
 
 
 class Funnel(Model):
-    """A cone's wall along z, wide at the top, open at both ends; made of convex staves."""
+    """A cone's wall along z, open at both ends; made of convex staves.
+
+    Its frame is half way up its axis, and its top at +z, whichever end is the wider. To lie along x,
+    `euler_deg: [0, -90, 0]` turns the top to -x.
+    """
 
     kind: Literal["funnel"]
     top_radius: Length
