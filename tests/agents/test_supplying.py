@@ -138,7 +138,7 @@ def test_the_mesh_agent_knows_what_its_body_takes(tmp_path: Path) -> None:
     assert "`plane` is no shape of a soft body, which takes box" in second
     assert "sculpt, compound" in first
     system = model.asked[0].messages[0].text
-    assert "kind: limb" in system and "A round bar along a curve" in system and "Each part must reach well" in system
+    assert "kind: limb" in system and "Each part must reach well" in system
     assert "kind: sphere" in found.words[0]
 
 
