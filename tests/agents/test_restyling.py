@@ -46,8 +46,6 @@ PHYSICS: list[dict[str, Any]] = [
     {"op": "add", "path": "/name", "value": "other"},
     {"op": "add", "path": "", "value": {}},
     {"op": "replace", "path": "/bodies/toy/shape/parts/look/shape/size", "value": [0.2, 0.1, 0.1]},
-    # The engine's file of a compound has the colours of its parts: it would be simulated again.
-    {"op": "add", "path": "/bodies/toy/shape/parts/hat/look", "value": {"color": "red"}},
     {"op": "move", "from": "/bodies/keg", "path": "/render/keg"},
     {"op": "copy", "from": "/bodies/keg/pose", "path": "/render/keg"},
 ]

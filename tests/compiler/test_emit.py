@@ -92,6 +92,20 @@ def test_looks_and_film_do_not_change_what_is_simulated(tmp_path: Path) -> None:
     assert base.render_digest != painted.render_digest
 
 
+def test_colours_of_model_files_are_looks(tmp_path: Path) -> None:
+    """Compounds, mounts and mechanisms go to the engine as MJCF, which has colours in it."""
+    gate = CASE + (
+        "  gate:\n    kind: rigid\n    mount: {kind: hinge, axis: z}\n    pose: {pos: [0, 3, 1]}\n    look: {color: teal}\n"
+        "    shape: {kind: box, size: [0.1, 1, 1]}\n"
+    )
+    teal = plan_case(load_case(write(tmp_path, gate)))
+    red = plan_case(load_case(write(tmp_path, gate.replace("teal", "red"))))
+    wide = plan_case(load_case(write(tmp_path, gate.replace("[0.1, 1, 1]", "[0.2, 1, 1]"))))
+    assert any(path.endswith(".xml") for path in teal.files)
+    assert teal.sim_digest == red.sim_digest != wide.sim_digest
+    assert teal.render_digest != red.render_digest
+
+
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), object(), {1, 2}, b"x"])
 def test_what_has_no_literal_is_refused(value: object) -> None:
     with pytest.raises((TypeError, ValueError)):

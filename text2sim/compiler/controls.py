@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from text2sim.compiler.drives import Target, Targets, add_drive, joint_drives, joints_named
 from text2sim.compiler.placing.body_points import BodyPoints
+from text2sim.compiler.placing.place_error import ReachError
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import (
     Field,
@@ -21,7 +22,6 @@ from text2sim.compiler.plan import (
     Weld,
     Wrench,
 )
-from text2sim.compiler.reaching import ReachError, reach_targets
 from text2sim.compiler.schedules import constructor, oscillation, value_at, waypoint_functions
 from text2sim.compiler.selection import select, split
 from text2sim.compiler.shapes.regions import RegionError
@@ -148,6 +148,8 @@ def _reach(
     line: int,
     name: str,
 ) -> None:
+    from text2sim.compiler.reaching import reach_targets  # arrays, which few cases need
+
     begun: dict[str, Target] = {}
     for (entity, joint), targets in rows.targets.items():
         earlier = [target for target in targets if target[1] == "position" and target[0] <= control.start]

@@ -1,6 +1,7 @@
 """Digests of a plan: of what its simulation depends on, and of what its film depends on besides."""
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from hashlib import sha256
@@ -11,20 +12,26 @@ from text2sim import __version__
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
 
-_UNSEEN = frozenset({"render", "notes", "warnings", "why", "line", "surface", "worn", "control"})
+_UNSEEN = frozenset({"render", "files", "notes", "warnings", "why", "line", "surface", "worn", "control"})
 """Fields that change no simulation: looks, lines of the case, film, notes."""
+_PAINT = re.compile(rb' rgba="[^"]*"')
+"""Colours in model files."""
 
 
 def sim_digest(plan: "Plan") -> str:
     """Return the digest of what the simulation depends on."""
-    return _digest({"plan": _plain(plan, _UNSEEN), "compiler": __version__})
+    seen = {
+        path: _PAINT.sub(b"", content) if path.endswith(".xml") else content for path, content in plan.files.items()
+    }
+    return _digest({"plan": _plain(plan, _UNSEEN) | {"files": _plain(seen, _UNSEEN)}, "compiler": __version__})
 
 
 def render_digest(plan: "Plan") -> str:
     """Return the digest of what the film depends on besides the states."""
     entities = [e for g in (*plan.statics, *plan.bodies) for e in g.entities]
     surfaces = [_plain([e.surface, e.worn], frozenset()) for e in entities]
-    return _digest({"render": plan.render, "surfaces": surfaces, "compiler": __version__})
+    models = {path: _plain(content, frozenset()) for path, content in plan.files.items() if path.endswith(".xml")}
+    return _digest({"render": plan.render, "surfaces": surfaces, "models": models, "compiler": __version__})
 
 
 def _digest(content: Any) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from text2sim.compiler.drives import Target
+from text2sim.compiler.placing.place_error import ReachError
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import (
     Quaternion,
@@ -35,14 +36,6 @@ STEP = 0.4
 ITERATIONS, TRIES = 120, 24
 TINY = 1e-6
 """Change of a joint by which slopes are taken [rad or m]."""
-
-
-class ReachError(ValueError):
-    """Joints that cannot do what is asked; `key` is the word of the control that is wrong, `index` which target."""
-
-    def __init__(self, message: str, key: str, index: int | None = None):
-        super().__init__(message)
-        self.key, self.index = key, index
 
 
 class Arm:

@@ -1,4 +1,4 @@
-"""What cannot be placed."""
+"""What cannot be placed, and what cannot be reached."""
 
 
 class PlaceError(ValueError):
@@ -15,3 +15,11 @@ class PatternError(ValueError):
     def __init__(self, message: str, *where: str) -> None:
         super().__init__(message)
         self.where = where
+
+
+class ReachError(ValueError):
+    """Joints that cannot do what is asked; `key` is the word of the control that is wrong, `index` which target."""
+
+    def __init__(self, message: str, key: str, index: int | None = None):
+        super().__init__(message)
+        self.key, self.index = key, index

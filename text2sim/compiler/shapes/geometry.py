@@ -219,7 +219,7 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
 def volume(shape: Any, folder: Path) -> float:
     """Return the volume [m3] of the shape as described (its pieces may differ a little: `Piece.volume`).
 
-    Parts of a compound that overlap count twice (but see `solid_volume`); a mesh that is not closed counts as its
+    Parts of a compound that overlap count twice; a mesh that is not closed counts as its
     convex hull.
     """
     kind = shape.kind
@@ -251,15 +251,6 @@ def volume(shape: Any, folder: Path) -> float:
     if kind == "plane":
         raise ValueError("a plane has no volume")
     return pieces(shape, folder)[0].volume()
-
-
-def solid_volume(shape: Any, folder: Path) -> float:
-    """Return the volume [m3] of what deforms: of a compound, that of the union of its parts."""
-    if isinstance(shape, Compound):
-        from text2sim.compiler.shapes.joining import union
-
-        return float(union(shape, folder).volume())
-    return volume(shape, folder)
 
 
 # The reach of a shape along a direction u of its own frame: the largest u.x over its points x [m].

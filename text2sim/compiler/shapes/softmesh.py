@@ -5,12 +5,14 @@ files have their edges divided, or their triangles melted together (`remesh.py`)
 """
 
 import math
+from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.compiler.shapes.geometry import extents, key_of, volume
 from text2sim.compiler.shapes.rings import Arc, profile, profile_of, turned
-from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_to_rows
+from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_of, quat_to_rows
 from text2sim.compiler.shapes.triangle_count import MAX_TRIANGLES, refuse_many
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.sculpts import Sculpt
@@ -19,12 +21,16 @@ from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, Mesh, S
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
     import numpy as np
+    from manifold3d import Manifold
 
 DIGITS = 8
 """Digits [m] behind the point of every coordinate."""
 _MEMORY = 64
 _KNOWN: dict[Any, "SoftMesh"] = {}
 """Surfaces of shapes: copies, and those who only look, share them."""
+FINE = 40
+"""Edges along the longest side of a part, when its union with the others is made."""
+_UNIONS: "OrderedDict[Any, Manifold]" = OrderedDict()
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +60,6 @@ def soft_surface(shape: Any, folder: Path, edge: float, *, coarsen: bool = True)
     Raises:
         AssetError: if a file cannot be used, or there would be too many triangles.
     """
-    from text2sim.compiler.shapes.geometry import key_of
-
     key = (key_of(shape, folder), float(edge), coarsen)
     found = _KNOWN.get(key)
     if found is None:
@@ -75,9 +79,7 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
 
         return _made(*file_surface(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
     if isinstance(shape, Sculpt | Compound):
-        from text2sim.compiler.shapes.joining import joined_surface
-
-        return _made(*joined_surface(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
+        return _made(*_joined(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
     area = _area(shape, folder)
     refuse_many(area, edge)
     if isinstance(shape, Sheet):
@@ -94,6 +96,82 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
     parts, closed = profile(shape)
     vertices, faces = turned(profile_of(parts, edge), edge, closed=closed)
     return _made(np.asarray(vertices), faces)
+
+
+def _joined(
+    shape: Sculpt | Compound, folder: Path, edge: float, *, coarsen: bool, most: int
+) -> "tuple[np.ndarray, np.ndarray]":
+    """Return vertices [m] and faces of the surface, in triangles whose edges are about `edge` [m] long.
+
+    Args:
+        shape: The shape.
+        folder: The case's folder.
+        edge: Wanted length [m].
+        coarsen: Whether triangles that are smaller are melted together.
+        most: How many triangles there may be.
+
+    Raises:
+        AssetError: if parts of a compound do not touch, or there would be too many triangles.
+    """
+    import numpy as np
+
+    from text2sim.compiler.shapes.remesh import divided, evened
+    from text2sim.compiler.shapes.sculpting import sculpted
+
+    if isinstance(shape, Sculpt):
+        made = sculpted(shape)
+        vertices, faces = made.vertices, made.faces
+    else:
+        mesh = union(shape, folder).to_mesh64()
+        vertices, faces = np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts, np.int64)
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    refuse_many(float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2), edge)
+    if coarsen:
+        vertices, faces = evened(vertices, faces, edge)
+    vertices, faces, _ = divided(vertices, faces, edge)
+    if len(faces) > most:
+        raise AssetError(f"makes {len(faces):,} triangles; at most {most:,} are possible: take a larger `cell`")
+    return vertices, faces.astype(np.int32)
+
+
+def union(shape: Compound, folder: Path) -> "Manifold":
+    """Return all solid parts of a compound as one: what several of them hold counts once.
+
+    Raises:
+        AssetError: if a part is no closed solid, or parts do not touch.
+    """
+    import numpy as np
+    from manifold3d import Manifold, Mesh64, OpType
+
+    key = key_of(shape, folder)
+    if key in _UNIONS:
+        _UNIONS.move_to_end(key)
+        return _UNIONS[key]
+    solids = []
+    for name, part in shape.solids.items():
+        low, high = extents(part.shape, IDENTITY, folder)
+        size = max(b - a for a, b in zip(low, high, strict=True))
+        made = soft_surface(part.shape, folder, size / FINE, coarsen=not isinstance(part.shape, Mesh))
+        turn = np.array(quat_to_rows(quat_of(part.pose))).T
+        solid = Manifold(Mesh64(made.vertices @ turn + np.array(part.pose.pos), made.faces.astype(np.uint64)))
+        if solid.is_empty():
+            raise AssetError(f"part `{name}` is no closed solid, and cannot be part of a body that deforms")
+        solids.append(solid)
+    whole = Manifold.batch_boolean(solids, OpType.Add)
+    apart = [one for one in whole.decompose() if one.volume() > 0]
+    if len(apart) > 1:
+        raise AssetError(
+            f"is in {len(apart)} pieces: parts of a body that deforms must overlap, as they are joined into one volume"
+        )
+    if len(_UNIONS) >= _MEMORY:
+        _UNIONS.popitem(last=False)
+    _UNIONS[key] = whole
+    return whole
+
+
+def solid_volume(shape: Any, folder: Path) -> float:
+    """Return the volume [m3] of what deforms: of a compound, that of the union of its parts."""
+    return float(union(shape, folder).volume()) if isinstance(shape, Compound) else volume(shape, folder)
 
 
 def _made(vertices: "np.ndarray", faces: "np.ndarray", uvs: "np.ndarray | None" = None, seams: int = 0) -> SoftMesh:

@@ -8,8 +8,8 @@ from typing import Any
 from text2sim.compiler.looks import dress_of, finish_of_body, rgba_of
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, SoftFacts, Surface
-from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.rotation import IDENTITY, Vec
+from text2sim.compiler.shapes.softmesh import solid_volume
 from text2sim.compiler.shapes.tets import tet_options
 from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.materials import made_of
@@ -121,7 +121,7 @@ def mass(copy: Copy, folder: Path) -> float:
     material = copy.model.material
     if isinstance(copy.model, Cloth):
         return material.area_density * area(copy.shape, folder)
-    return material.density * geometry.solid_volume(copy.shape, folder)
+    return material.density * solid_volume(copy.shape, folder)
 
 
 def area(shape: Any, folder: Path) -> float:

@@ -8,6 +8,7 @@ from typing import Any
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.piece import piece_thickness
+from text2sim.compiler.shapes.softmesh import solid_volume
 from text2sim.compiler.soft.solvers import is_soft, solver_of
 from text2sim.spec_schema.models.scene import Scene
 
@@ -111,7 +112,7 @@ def _mpm_cell(scene: Scene, copies: list[Copy], folder: Path, why: dict[str, str
         return given
     through = {copy.body: MPM_THROUGH if copy.model.kind == "soft" else FLOW_THROUGH for copy in copies}
     thin = [(thickness(copy.shape, folder) / through[copy.body], copy.body) for copy in copies]
-    volume = sum(geometry.solid_volume(copy.shape, folder) for copy in copies)
+    volume = sum(solid_volume(copy.shape, folder) for copy in copies)
     (fine, body), coarse = min(thin), (volume / MPM_BUDGET) ** (1 / 3) / PARTICLE
     if fine >= coarse:
         why["mpm_cell"] = f"{through[body]} cells through the thinnest part of `{body}`"
@@ -143,7 +144,7 @@ def _edges(solver: str, copies: list[Copy], folder: Path, why: dict[str, str]) -
     """Edge [m] by body; all copies of a body alike."""
     edges: dict[str, float] = {}
     solids = [copy for copy in copies if copy.model.kind == "soft"]
-    volume = sum(geometry.solid_volume(copy.shape, folder) for copy in solids)
+    volume = sum(solid_volume(copy.shape, folder) for copy in solids)
     # A regular tetrahedron of edge a has the volume a^3 / (6 sqrt(2)).
     coarse = (6 * sqrt(2) * volume / FEM_BUDGET) ** (1 / 3)
     for copy in copies:

@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.softmesh import solid_volume
 from text2sim.compiler.soft.scales import PARTICLE, Scales, scales, sheet_size, thickness
 from text2sim.compiler.soft.solvers import contact_model, is_soft, solver_of
 from text2sim.lint.facts import Facts
@@ -94,7 +94,7 @@ class SoftFacts:
 
     def volume(self, body: SoftBody) -> float:
         """Volume [m3] at the start; 0 for cloth."""
-        return 0.0 if body.model.kind == "cloth" else geometry.solid_volume(body.copy.shape, self.facts.folder)
+        return 0.0 if body.model.kind == "cloth" else solid_volume(body.copy.shape, self.facts.folder)
 
     def mass(self, body: SoftBody) -> float:
         """Mass [kg]."""
