@@ -48,6 +48,12 @@ def test_an_effect_that_comes_without_its_cause_is_said() -> None:
     assert "`pushed` COMES TRUE AS WELL: no cause" in part_of(compared(made, TEXT, FILE, simulate))
 
 
+def test_what_has_to_stay_needs_no_cause() -> None:
+    made = plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]}, keeps=["pushed"])
+    told = part_of(compared(made, TEXT, FILE, lambda loaded: ("finished", {"pushed": {"ok": True, "why": "so"}})))
+    assert "COMES TRUE" not in told
+
+
 @pytest.mark.parametrize(
     ("causes", "bound", "said"),
     [

@@ -76,3 +76,9 @@ def test_kinds_go_by_other_names():
     assert problem.hint == "granular"
     (problem,) = problems_of(small().rstrip() + "\n  a: {kind: soft, shape: {kind: sheet, size: [1, 1]}}\n")
     assert (problem.hint, problem.message.endswith("only a cloth can be a sheet")) == (None, True)
+
+
+def test_text_that_only_looks_like_a_mapping_is_told_why():
+    for character, called in (("\u00a0", "NO-BREAK SPACE"), ("\uff1a", "FULLWIDTH COLON")):
+        text = f"text2sim: 2\nname: x\nscene:\n  duration{':' if called[0] == 'N' else ''}{character}1\nbodies: {{}}\n"
+        assert called in format_problems(problems_of(text), text)

@@ -68,7 +68,8 @@ def compared(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tu
         case = without(revising.data_of(text), causes)
         examined = examine(format_text(json.dumps(case, ensure_ascii=False)), path)
         expected = (case.get("actions") or {}).get("expect") or {}
-        effects = [name for name in plan.meets.get(requirement, ()) if name in expected]
+        # What has to stay as it is stays so without any cause.
+        effects = [name for name in plan.meets.get(requirement, ()) if name in expected and name not in plan.keeps]
         if not effects:
             facts.append(Fact(requirement, None, f"{told} nothing that is measured of it is left"))
         elif examined.errors:

@@ -47,17 +47,22 @@ def _bare_line(source: Source, line: int) -> int | None:
     return above if re.fullmatch(r"[A-Za-z_]\w*(:|\s)\s*\S.*", text) and not _KEY.match(text) else None
 
 
-_LOOK_ALIKE = re.compile("[\u00a0\u2000-\u200a\u202f\u205f\u3000\uff1a\uff0c\uff3b\uff3d\uff5b\uff5d\u2018-\u201f]")
+LOOK_ALIKE = re.compile("[\u00a0\u2000-\u200a\u202f\u205f\u3000\uff1a\uff0c\uff3b\uff3d\uff5b\uff5d\u2018-\u201f]")
 """Spaces that YAML does not know, wide punctuation, curly quotes: a word processor or a chat made them."""
 
 
 def _look_alike(source: Source, line: int) -> tuple[int, int, str] | None:
     """Line, column and character of what looks like YAML and is not, on the line of an error or on that before it."""
     for number in (line - 1, line):
-        found = _LOOK_ALIKE.search(source.lines[number - 1].partition(" #")[0]) if number > 0 else None
+        found = LOOK_ALIKE.search(source.lines[number - 1].partition(" #")[0]) if number > 0 else None
         if found is not None:
             return number, found.start() + 1, found[0]
     return None
+
+
+def taken_for_text(character: str) -> str:
+    """Say what a character is that only looks like one of YAML."""
+    return f"`{character}` is {name(character, 'no ASCII')}, which YAML takes for text; type an ordinary one"
 
 
 def syntax_problem(source: Source, error: yaml.YAMLError) -> Problem:
@@ -76,8 +81,7 @@ def syntax_problem(source: Source, error: yaml.YAMLError) -> Problem:
     line = min(line, len(source.lines))
     if (alike := _look_alike(source, line)) is not None:
         line, column, character = alike
-        message = f"`{character}` is {name(character, 'no ASCII')}, which YAML takes for text; type an ordinary one"
-        return Problem("", f"not valid YAML: {message}", line, column, source.file, rule="syntax")
+        return Problem("", f"not valid YAML: {taken_for_text(character)}", line, column, source.file, rule="syntax")
     message = next((plain for words, plain in _SYNTAX if words in text), None)
     rest = source.lines[line - 1][column - 1 :]
     opened = getattr(error, "context_mark", None)

@@ -11,6 +11,7 @@ from pydantic_core import ErrorDetails
 from text2sim.spec_schema.errors import Problem, nearest
 from text2sim.spec_schema.models.base import Name
 from text2sim.spec_schema.text.document import Document, Path, Step
+from text2sim.spec_schema.text.syntax import LOOK_ALIKE, taken_for_text
 from text2sim.spec_schema.vocabulary.words import (
     Slot,
     bounds_of,
@@ -329,8 +330,12 @@ _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?")
 
 
 def _meant(data: Any, slot: Slot) -> str:
-    """How a number is written, to someone who wrote text instead."""
-    if not isinstance(data, str) or slot.structure != "number":
+    """How a number or a mapping is written, to someone who wrote text instead."""
+    if not isinstance(data, str):
+        return ""
+    if slot.structure == "mapping" and (alike := LOOK_ALIKE.search(data)):
+        return f"; {taken_for_text(alike[0])}"
+    if slot.structure != "number":
         return ""
     text = data.strip()
     if _NUMBER.fullmatch(text):
