@@ -114,7 +114,9 @@ def _found(words: str) -> list[Page]:
     same = [page for page in _pages() if name in (page.name, page.title.lower().replace("`", ""))]
     if not same:
         same = [page for page in _pages() if len(name) > 3 and name in page.title.lower()]
-    return [page for page in same if not above or any(above.rpartition("/")[2] in one for one in page.above)]
+    if not above:  # parts share names with the shapes that they are like
+        return [page for page in same if not page.path.startswith("parts of")] or same
+    return [page for page in same if any(above.rpartition("/")[2] in one for one in page.above)]
 
 
 def _below(page: Page) -> list[Page]:
