@@ -116,7 +116,8 @@ def _found(words: str) -> list[Page]:
         same = [page for page in _pages() if len(name) > 3 and name in page.title.lower()]
     if not above:  # parts share names with the shapes that they are like
         return [page for page in same if not page.path.startswith("parts of")] or same
-    return [page for page in same if any(above.rpartition("/")[2] in one for one in page.above)]
+    below = [page for page in same if any(above.rpartition("/")[2] in one for one in page.above)]
+    return [page for page in below if page.path == f"{above}/{name}"] or below
 
 
 def _below(page: Page) -> list[Page]:
