@@ -1,5 +1,6 @@
 """The commands `text2sim generate`, `repair` and `edit`: agents that write and mend cases."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -219,10 +220,16 @@ def _work(session: "Session", as_json: bool, film: Quality) -> None:
     from text2sim.cli.loop_view import looking_on, say_outcome
     from text2sim.cli.output import say, say_json
     from text2sim.runtime.stop import Stop
+    from text2sim.service.wording import shown
 
     with Stop() as stop, looking_on(session.case.name, quiet=as_json) as listener:
-        with stop.gently():
-            outcome = session.run(listener, lambda: stop.count > 0)
+        try:
+            with stop.gently():
+                outcome = session.run(listener, lambda: stop.count > 0)
+        except KeyboardInterrupt:
+            spent = f"{session.account.total().tokens:,} tokens"
+            say(f"stopped after {spent}; with `--resume {shown(session.case)}` it goes on from here", to=sys.stderr)
+            raise
     if not as_json:
         say_outcome(session, outcome)
     made, why = None, "there is no run"
