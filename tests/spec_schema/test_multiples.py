@@ -62,6 +62,12 @@ def test_each_gets_its_number():
     assert check_references(load()) == []
 
 
+def test_colours_in_a_list_are_taken_in_turn():
+    new = "joint: {kind: hinge, axis: x}\n        look: {color: [red, teal, cream]}"
+    links = load("joint: {kind: hinge, axis: x}", new).case.bodies["blind"].links
+    assert [link.look.color for link in links.values()] == ["red", "teal", "cream", "red"]
+
+
 def test_links_hang_on_the_one_before_and_the_first_is_the_root():
     links = load().case.bodies["blind"].links
     assert [link.parent for link in links.values()] == [None, "slat_0", "slat_1", "slat_2"]

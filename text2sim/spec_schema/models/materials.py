@@ -134,8 +134,8 @@ class Look(Model):
     """Colour and surface. Never changes the physics."""
 
     color: Color | list[ColorName] | Palette | None = None
-    """A name (`terracotta`), `#rrggbb`, three numbers in 0..1, a list of names that copies take in turn, or a palette
-    (`{palette: okabe_ito}`)."""
+    """A name (`terracotta`), `#rrggbb`, three numbers in 0..1, a list of names that copies take in turn, and parts and
+    links with `repeat`, or a palette (`{palette: okabe_ito}`)."""
     finish: Finish = "rough"
     """Surface of the body. Grain, weave and brushing, what glass lets through and what metal reflects are seen in path
     traced films; the preview shows a finish by how it shines. A liquid that is given none is as clear as `glass`."""

@@ -117,7 +117,8 @@ def _filled(tree: Tree, name: str, number: int) -> Tree:
     def filled(part: Tree) -> Tree:
         data = part.data
         if isinstance(data, dict):
-            return mapping(at(part.node), {key: filled(part.child(key)) for key in data}, part.node.keys)
+            items = {key: _in_turn(key, part.child(key), number) for key in data}
+            return mapping(at(part.node), {key: filled(item) for key, item in items.items()}, part.node.keys)
         if isinstance(data, list):
             items, node = [filled(part.child(index)) for index in range(len(data))], at(part.node)
             node.children = [item.node for item in items]
@@ -127,6 +128,13 @@ def _filled(tree: Tree, name: str, number: int) -> Tree:
         return moved(_listed(fill(data, known)[0], part.node), at)
 
     return filled(tree)
+
+
+def _in_turn(key: str, value: Tree, number: int) -> Tree:
+    """Of colours in a list, as copies of bodies may have them, the one of this number."""
+    if key == "color" and isinstance(value.data, list) and all(isinstance(item, str) for item in value.data):
+        return value.child(number % len(value.data)) if value.data else value
+    return value
 
 
 def _listed(value: Any, node: Node) -> Tree:
