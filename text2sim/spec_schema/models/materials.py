@@ -47,7 +47,7 @@ class Material(Model):
         if self.mass is not None:
             if self.density is not None and "density" in self.model_fields_set:
                 raise ValueError("give either density or mass, not both")
-            self.__dict__["density"] = None  # the default is not meant; a field that was not set stays so
+            object.__setattr__(self, "density", None)  # the default is not meant; it stays a field that was not set
         if self.soft_reach is not None and not self.touch_soft:
             raise ValueError("soft_reach says how deformable bodies touch it, and touch_soft: false that they do not")
         return self
