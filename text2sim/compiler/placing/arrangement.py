@@ -32,7 +32,7 @@ _ROUNDS = 40
 _FACED = 1e-12
 """Angle [rad] by which something may miss what it faces."""
 _ROUGHLY = 1e-6
-"""The same where the numbers are too large for that."""
+"""The same where the numbers are too large for that, or its bounds too rough."""
 
 
 @dataclass(slots=True)
@@ -107,18 +107,22 @@ def arrange(entry: Entry, targets: Targets) -> list[Spot]:
     """
     spots = _oriented(entry, targets)
     before, steps = list[float](), list[float]()
-    last = math.inf
+    nearest, best = _ROUGHLY, None
     # Where it stands decides where it faces, and how it is turned may decide where it stands.
     for _ in range(_ROUNDS):
         placed = _arranged(entry, spots, targets)
         off = _off(entry, placed, targets)
         left = max(map(abs, off), default=0.0)
-        if left <= _FACED or last / 2 < left < _ROUGHLY:
+        if left <= _FACED:
             return placed
+        if left < nearest:
+            nearest, best = left, placed
         steps = [_step(*row) for row in zip(off, before, steps, strict=True)] if steps else off
-        before, last = off, left
+        before = off
         turns = [quat_from_yaw(step) for step in steps]
         spots = [s._replace(quat=quat_multiply(turn, s.quat)) for s, turn in zip(spots, turns, strict=True)]
+    if best is not None:
+        return best
     raise PlaceError("as it turns it moves, and never comes to face it; say `euler_deg`", "facing")
 
 
