@@ -1,0 +1,48 @@
+"""Files of the evaluation, read into a type; what is wrong with one is said with line, column and the nearest word."""
+
+import json
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from text2sim.recording.record import write_atomically
+from text2sim.spec_schema.errors import SpecError
+from text2sim.spec_schema.text.document import Document, parse_document
+from text2sim.spec_schema.text.source import Source, check_source, read_source
+from text2sim.spec_schema.vocabulary.diagnosis import diagnose
+
+M = TypeVar("M", bound=BaseModel)
+
+
+def read_model(path: Path, model: type[M], what: str) -> tuple[M, Document]:
+    """Return what a YAML or JSON file says, and where.
+
+    Args:
+        path: The file.
+        model: What it has to be.
+        what: What that is called in messages, such as `a suite`.
+
+    Raises:
+        SpecError: With everything that is wrong with it.
+    """
+    return parsed(read_source(path), model, what)
+
+
+def parsed(source: Source, model: type[M], what: str) -> tuple[M, Document]:
+    """Return what a text says, and where; see `read_model`."""
+    document = parse_document(check_source(source))
+    data: Any = document.data
+    if not isinstance(data, dict):
+        message = f"{what} is a mapping with the keys {', '.join(model.model_fields)}"
+        raise SpecError([document.problem((), message, rule="type")])
+    try:
+        return model.model_validate(data), document
+    except ValidationError as error:
+        raise SpecError(diagnose(document, error, model, data)) from None
+
+
+def write_json(path: Path, data: Any) -> None:
+    """Write a file that is old or new, never half."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(path, json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n")

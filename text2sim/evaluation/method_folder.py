@@ -1,0 +1,203 @@
+"""What a method left behind: one folder for each prompt of a suite, in a form that judges, tables and studies read.
+
+METHOD/method.json                who it was, on which suite
+METHOD/<prompt id>/result.json    what came of the prompt (`CaseResult`); paths in it are relative to this folder
+METHOD/<prompt id>/…              film, case or program, run folder, calls: whatever the method left
+
+A folder that somebody else filled may lack `result.json`: then film and program are looked for (`discovered`), and what
+they took is unknown.
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, StringConstraints
+
+from text2sim.evaluation.documents import read_model, write_json
+from text2sim.spec_schema.errors import Problem, RunError, SpecError
+from text2sim.spec_schema.models.base import Model, Name, Noun
+
+RESULT, METHOD = "result.json", "method.json"
+FILM, CASE = "film.mp4", "case.yaml"
+_ID = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,47}$")
+
+MethodName = Annotated[
+    str,
+    StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,47}$"),
+    Noun("a method's name", "methods' names", "letters, digits, `-`, `_` or `.`, at most 48 in all"),
+]
+RelativePath = Annotated[str, StringConstraints(min_length=1, max_length=1000)]
+Amount = Annotated[float, Field(ge=0)]
+Number = Annotated[int, Field(ge=0)]
+
+
+class Resources(Model):
+    """What calls of models took."""
+
+    calls: Number = 0
+    tokens_in: Number = 0
+    tokens_out: Number = 0
+    tokens_cached: Number = 0
+    """Of the tokens in: those that a prompt cache can serve."""
+    cost: Amount | None = None
+    """US dollars; None if nobody knows."""
+    seconds: Amount = 0.0
+    """Time that models took to answer [s]."""
+
+    def __add__(self, other: "Resources") -> "Resources":
+        cost = None if self.cost is None and other.cost is None else (self.cost or 0.0) + (other.cost or 0.0)
+        rows = {name: getattr(self, name) + getattr(other, name) for name in type(self).model_fields if name != "cost"}
+        return Resources(**rows, cost=cost)
+
+
+class CaseResult(Model):
+    """What a method made of one prompt."""
+
+    format: Literal[1] = 1
+    prompt: Name
+    """Its id in the suite."""
+    status: Literal["finished", "failed", "unknown"]
+    """`finished`: there is something to judge; `failed`: there is nothing; `unknown`: nobody has said."""
+    accepted: bool | None = None
+    """What the method itself thought of it, if it has an opinion."""
+    why: Annotated[str, StringConstraints(max_length=4000)] = ""
+    """Why it failed, or was not accepted."""
+    film: RelativePath | None = None
+    program: RelativePath | None = None
+    """The case (`.yaml`), or the program."""
+    run: RelativePath | None = None
+    """Run folder of text2sim, with recorded states and evidence."""
+    log: RelativePath | None = None
+    """What the program printed, where there is no run folder."""
+    roles: dict[str, Resources] | None = None
+    """What models took, by role; None if nobody counted."""
+    attempts: Number | None = None
+    """Versions that were made."""
+    wall_s: Amount | None = None
+    """Wall time from the prompt to the end [s]."""
+    simulation_s: Amount | None = None
+    """Part of it in which programs ran [s]: simulation and film."""
+
+    @property
+    def total(self) -> Resources | None:
+        """What models took in all."""
+        return None if self.roles is None else sum(self.roles.values(), Resources())
+
+
+class MethodRecord(Model):
+    """Who filled a method folder."""
+
+    format: Literal[1] = 1
+    name: MethodName
+    suite: Annotated[str, StringConstraints(max_length=200)]
+    """The suite's name."""
+    digest: Annotated[str, StringConstraints(max_length=64)] = ""
+    """Of the suite's prompts (`Suite.prompts_digest`)."""
+    made_by: dict[str, Any] = {}
+    """How: command line, models, budget, versions."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """The result of a prompt, with the folder that it lies in."""
+
+    folder: Path
+    result: CaseResult
+    problems: tuple[Problem, ...] = ()
+    """What is wrong with the folder; it is judged as far as it goes."""
+
+    def path(self, name: Literal["film", "program", "run", "log"]) -> Path | None:
+        """Return a part of the result; None if there is none, or if it is not in the folder."""
+        said = getattr(self.result, name)
+        found = self.folder / said if said else None
+        if found is None or not found.exists() or not found.resolve().is_relative_to(self.folder.resolve()):
+            return None
+        return found
+
+    @property
+    def empty(self) -> bool:
+        """Whether there is nothing to judge."""
+        return not any(self.path(name) for name in ("film", "program", "run"))
+
+
+@dataclass(frozen=True)
+class MethodFolder:
+    """A method with what it made of the prompts of a suite."""
+
+    folder: Path
+    record: MethodRecord
+    made: Mapping[str, Made] = field(default_factory=dict)
+    """By prompt; those of which there is no folder are missing."""
+
+    @property
+    def name(self) -> str:
+        """The method's name."""
+        return self.record.name
+
+
+def read_method(folder: Path) -> MethodFolder:
+    """Read a method folder; what is wrong with single results is kept with them.
+
+    Raises:
+        RunError: If there is no such folder, or nothing in it.
+        SpecError: If its `method.json` is none.
+    """
+    if not folder.is_dir():
+        raise RunError(f"{folder}: there is no such method folder")
+    if (folder / METHOD).is_file():
+        record, _ = read_model(folder / METHOD, MethodRecord, "a method's record")
+    else:
+        record = MethodRecord(name=folder.resolve().name, suite="")
+    made = {path.name: read_made(path) for path in sorted(folder.iterdir()) if path.is_dir() and _ID.match(path.name)}
+    if not made:
+        raise RunError(f"{folder}: there is nothing of any prompt in this method folder")
+    return MethodFolder(folder, record, made)
+
+
+def read_made(folder: Path) -> Made:
+    """Read what was made of a prompt; never fails, as nothing may be dropped in silence."""
+    if not (folder / RESULT).is_file():
+        problem = Problem("", f"there is no {RESULT}: what it took is not known", file=str(folder), rule="no-record")
+        return Made(folder, discovered(folder), (problem,))
+    try:
+        result, document = read_model(folder / RESULT, CaseResult, "a result")
+    except SpecError as error:
+        return Made(folder, discovered(folder), tuple(error.problems))
+    made = Made(folder, result)
+    missing = [name for name in ("film", "program", "run", "log") if getattr(result, name) and not made.path(name)]
+    problems = [document.problem((name,), "there is no such file in the folder", rule="no-file") for name in missing]
+    return Made(folder, result, tuple(problems))
+
+
+def discovered(folder: Path) -> CaseResult:
+    """Return what lies in a folder of which nobody has said what came of it."""
+    found: dict[str, str] = {}
+    programs = sorted(path.name for path in folder.glob("*.py"))
+    films = sorted(path.name for path in folder.glob("*.mp4"))
+    for name, files in (
+        ("film", [FILM] if FILM in films else films),
+        ("program", [CASE] if (folder / CASE).is_file() else programs[:1]),
+        ("log", ["log.txt"] if (folder / "log.txt").is_file() else []),
+        ("run", ["run"] if (folder / "run" / "run.json").is_file() else []),
+    ):
+        if files:
+            found[name] = files[0]
+    return CaseResult.model_validate({"prompt": prompt_id(folder), "status": "unknown", **found})
+
+
+def prompt_id(folder: Path) -> str:
+    """Return the id of the prompt that a folder is for."""
+    return folder.resolve().name
+
+
+def write_result(folder: Path, result: CaseResult) -> None:
+    """Write what came of a prompt."""
+    write_json(folder / RESULT, result.model_dump(mode="json"))
+
+
+def write_method(folder: Path, record: MethodRecord) -> None:
+    """Write who fills a method folder."""
+    write_json(folder / METHOD, record.model_dump(mode="json"))
