@@ -7,7 +7,7 @@ import pytest
 from text2sim.compiler.build import resolve_case
 from text2sim.lint import lint_case
 from text2sim.spec_schema.errors import SpecError
-from text2sim.spec_schema.load import load_case
+from text2sim.spec_schema.load import load_case, load_text
 
 SECONDS = 30.0
 """Far more than any of these takes (under 2 s): a test fails on work that explodes, not on a busy machine."""
@@ -62,3 +62,20 @@ def test_the_time_of_copies_goes_with_their_number(tmp_path):
         assert lint_case(resolve_case(load_case(tmp_path))).ok
         took.append(time.process_time() - start)
     assert took[2] < 10 * took[1], "four times as many would take sixteen times as long if it were quadratic"
+
+
+def test_expressions_are_read_once_and_bounded(tmp_path):
+    """4,000 of them, nested 14 deep, cost under a second more than plain numbers; what would cost more is refused."""
+    from text2sim.spec_schema.arithmetic import expressions
+
+    before, seen = expressions.parse_expression.cache_info().misses, 4000
+    rows = "".join(f"  p{i}: ${{{'(a+' * 14}{i}{')' * 14}}}\n" for i in range(seen))
+    ball = "  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, place: {on: floor, at: [0, 0]}}\n"
+    start = time.process_time()
+    lint_case(resolve_case(load_text(f"{HEAD}{ball}params:\n  a: 1\n{rows}", tmp_path / "case.yaml")))
+    assert time.process_time() - start < 5.0, "about 0.8 s"
+    assert expressions.parse_expression.cache_info().misses - before <= seen + 10, "nobody reads them again"
+    long = "".join(f"  p{i}: ${{max({'1,' * 240}{i})}}\n" for i in range(3500))
+    with pytest.raises(SpecError, match="more than 600000 characters") as raised:
+        load_text(f"{HEAD}{ball}params:\n{long}", tmp_path / "case.yaml")
+    assert len(raised.value.problems) == 1

@@ -125,11 +125,11 @@ _KNOWN: "OrderedDict[int, tuple[Any, tuple[Look, ...]]]" = OrderedDict()
 
 
 def looks_of(model: Any) -> tuple[Look, ...]:
-    """Return all looks within a body, its own first; copies share their model, and those of the last few are kept."""
+    """Return all looks within a body, its own first; copies share their model, and the last few thousand are kept."""
     found = _KNOWN.get(id(model))
     if found is None or found[0] is not model:
         found = _KNOWN[id(model)] = model, tuple(_looks_in(model))
-        if len(_KNOWN) > 64:
+        if len(_KNOWN) > 4096:
             _KNOWN.popitem(last=False)
     return found[1]
 

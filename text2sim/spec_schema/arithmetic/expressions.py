@@ -37,10 +37,7 @@ class Expression:
 
     def __init__(self, text: str, limits: tuple[int, int] = (MAX_LENGTH, MAX_DEPTH)) -> None:
         self.text = text
-        self.tree = _parse(text, *limits)
-        self.names = frozenset(
-            node.id for node in ast.walk(self.tree) if isinstance(node, ast.Name) and node.id not in RESERVED
-        )
+        self.tree, self.names = _parse(text, *limits)
 
     def evaluate(self, names: Mapping[str, Value]) -> Value:
         """Return the value.
@@ -68,7 +65,7 @@ def parse_expression(text: str, roomy: bool = False) -> Expression:
     return Expression(text, MAX_ROOMY) if roomy else Expression(text)
 
 
-_ALLOWED = (
+_ALLOWED: set[type[ast.AST]] = {
     ast.BinOp,
     ast.UnaryOp,
     ast.BoolOp,
@@ -79,15 +76,10 @@ _ALLOWED = (
     ast.List,
     ast.Name,
     ast.Constant,
-    *BINARY,
-    *COMPARISONS,
-    ast.UAdd,
-    ast.USub,
-    ast.Not,
-    ast.And,
-    ast.Or,
-    ast.Load,
-)
+}
+_SIGNS = {*BINARY, *COMPARISONS, ast.UAdd, ast.USub, ast.Not, ast.And, ast.Or}
+_PARTS = {kind: [field for field in kind._fields if field not in ("func", "keywords", "ctx")] for kind in _ALLOWED}
+"""What is looked at inside of each; of a call, `_check_call` sees the rest."""
 _HINTS: dict[type[ast.AST], str] = {
     ast.Tuple: "write a list, [a, b]",
     ast.Slice: "take one item, a[0]",
@@ -103,7 +95,7 @@ _HINTS: dict[type[ast.AST], str] = {
 }
 
 
-def _parse(text: str, length: int, depth: int) -> ast.expr:
+def _parse(text: str, length: int, depth: int) -> tuple[ast.expr, frozenset[str]]:
     if len(text) > length:
         raise ExpressionError(f"the expression is longer than {length} characters")
     if not text.strip():
@@ -114,45 +106,51 @@ def _parse(text: str, length: int, depth: int) -> ast.expr:
             tree = ast.parse(" ".join(text.split()), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise ExpressionError(f"`{text.strip()}` is not arithmetic") from None
-    _check_depth(tree, depth)
-    _check(tree, text)
-    return tree
+    names: set[str] = set()
+    _check(tree, text, depth, names)
+    return tree, frozenset(names)
 
 
-def _check_depth(tree: ast.AST, most: int) -> None:
-    row = [tree]
-    for _ in range(most):
-        row = [child for node in row for child in ast.iter_child_nodes(node) if isinstance(child, ast.expr)]
-        if not row:
-            return
-    raise ExpressionError(f"the expression is nested more than {most} deep")
-
-
-def _check(node: ast.AST, text: str) -> None:
-    if not isinstance(node, _ALLOWED):
-        way_out = next((f"; {hint}" for kind, hint in _HINTS.items() if isinstance(node, kind)), "")
+def _check(node: ast.AST, text: str, depth: int, names: set[str]) -> None:
+    """Refuse what is not of the language or too deep, and gather the names, in one pass: there may be thousands."""
+    kind = type(node)
+    if kind in _SIGNS:
+        return
+    if kind not in _PARTS:
+        way_out = f"; {_HINTS[kind]}" if kind in _HINTS else ""
         raise ExpressionError(f"`{_snippet(node, text)}` is not part of the language{way_out}")
+    if not depth:
+        raise ExpressionError("the expression is nested too deep: write parts of it as params")
     if isinstance(node, ast.Constant):
-        _check_constant(node.value)
-    elif isinstance(node, ast.Name) and node.id not in text:
+        return _check_constant(node.value)
+    if isinstance(node, ast.Name):
+        return _check_name(node.id, text, names)
+    if isinstance(node, ast.Call):
+        _check_call(node, text)
+    for field in _PARTS[kind]:
+        child = getattr(node, field)
+        for item in child if isinstance(child, list) else [child]:
+            _check(item, text, depth - 1, names)
+
+
+def _check_name(name: str, text: str, names: set[str]) -> None:
+    if name not in text:
         # Python folds look-alike letters into plain ones: what is read must be what is written.
         raise ExpressionError(f"`{text.strip()}` has letters that only look like those of a name")
-    elif isinstance(node, ast.Call):
-        if not isinstance(node.func, ast.Name):
-            raise ExpressionError(f"`{_snippet(node.func, text)}` is not a function")
-        if node.func.id not in FUNCTIONS:
-            message = f"unknown function `{node.func.id}`; there are {', '.join(FUNCTIONS)}"
-            raise ExpressionError(message, nearest(node.func.id, FUNCTIONS), "unknown-function")
-        if node.keywords:
-            raise ExpressionError(f"`{node.func.id}` takes no named arguments")
-    elif isinstance(node, ast.Name) and node.id in FUNCTIONS:
-        raise ExpressionError(f"`{node.id}` is a function: write {node.id}(…)")
-    for field, child in ast.iter_fields(node):
-        if isinstance(node, ast.Call) and field == "func":
-            continue
-        for item in child if isinstance(child, list) else [child]:
-            if isinstance(item, ast.AST):
-                _check(item, text)
+    if name in FUNCTIONS:
+        raise ExpressionError(f"`{name}` is a function: write {name}(…)")
+    if name not in RESERVED:
+        names.add(name)
+
+
+def _check_call(node: ast.Call, text: str) -> None:
+    if not isinstance(node.func, ast.Name):
+        raise ExpressionError(f"`{_snippet(node.func, text)}` is not a function")
+    if node.func.id not in FUNCTIONS:
+        message = f"unknown function `{node.func.id}`; there are {', '.join(FUNCTIONS)}"
+        raise ExpressionError(message, nearest(node.func.id, FUNCTIONS), "unknown-function")
+    if node.keywords:
+        raise ExpressionError(f"`{node.func.id}` takes no named arguments")
 
 
 def _snippet(node: ast.AST, text: str) -> str:

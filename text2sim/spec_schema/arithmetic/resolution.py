@@ -11,6 +11,8 @@ from text2sim.spec_schema.arithmetic.values import ExpressionError, Value, count
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.text.document import MAX_NODES, Document, Path
 
+MAX_TEXTS = 600_000
+"""Characters of all expressions together; to read these takes a second."""
 COPY_VARIABLES: dict[str, int | float] = {"i": 0, "n": 1, "u": 0.0, "row": 0, "column": 0, "layer": 0}
 """What varies from copy to copy, with the values that stand for a body without copies."""
 
@@ -30,11 +32,18 @@ class Resolver:
         self.broken: set[Path] = set()
         self.varying: set[Path] = set()
         self.sites: dict[Path, Interpolation] = {}
+        left = MAX_TEXTS
         for path, text in document.sites.items():
+            left -= len(text)
             try:
+                if left < 0:
+                    message = f"the expressions up to here have more than {MAX_TEXTS} characters; write less, or numbers"
+                    raise ExpressionError(message, rule="too-large")
                 self.sites[path] = parse_interpolation(text, path in document.roomy)
             except ExpressionError as error:
                 self.fail(path, error)
+            if left < 0:
+                break
         self._size = 0
         self._varying_in: dict[Path, list[Path]] = {}
         self.params = _Parameters(self)
