@@ -37,7 +37,9 @@ class Resolver:
             left -= len(text)
             try:
                 if left < 0:
-                    message = f"the expressions up to here have more than {MAX_TEXTS} characters; write less, or numbers"
+                    message = (
+                        f"the expressions up to here have more than {MAX_TEXTS} characters; write less, or numbers"
+                    )
                     raise ExpressionError(message, rule="too-large")
                 self.sites[path] = parse_interpolation(text, path in document.roomy)
             except ExpressionError as error:
