@@ -119,7 +119,7 @@ def test_what_came_of_both_when_both_were_run(cli: Cli, case: Path, folder: Path
 # --- patch ----------------------------------------------------------------------------------------------------
 
 
-def test_a_patch_is_written_with_everything_else_as_it_was(cli: Cli, case: Path):
+def test_a_patch_is_written_in_canonical_form_with_the_comments(cli: Cli, case: Path):
     file = case / "case.yaml"
     text = CASE.replace("radius: 0.1}", "radius:   0.1}  # small")
     file.write_text(text)
@@ -131,7 +131,7 @@ def test_a_patch_is_written_with_everything_else_as_it_was(cli: Cli, case: Path)
     answer = cli("patch", case, write_patch(RADIUS))
     assert (answer.code, answer.err) == (0, "")
     assert answer.out == "~ bodies.ball.shape.radius  0.1 → 0.2\ncases/fall/case.yaml: 1 operation applied\n"
-    assert file.read_text() == text.replace("radius:   0.1}", "radius:   0.2}")
+    assert file.read_text() == format_text(text.replace("radius:   0.1}", "radius: 0.2}"))
     assert stat.S_IMODE(file.stat().st_mode) == 0o640
     document = cli("patch", case, write_patch(RADIUS | {"value": 0.3}), "--json").json
     assert document["ok"] is document["written"] is True
@@ -156,9 +156,9 @@ REFUSED = [
     ("not there", '[\n  {"op": "replace",\n   "path": "/bodies/bal/shape", "value": 1}]',
      ["p.json:3:12: error: operation 1 (replace /bodies/bal/shape): there is no `bal`", "did you mean `ball`?"]),
     ("schema", '[{"op": "replace", "path": "/bodies/ball/shape/radius", "value": -1}]',
-     ["case.yaml:10:35: error: must be greater than 0 (got -1)", "radius: -1}", "operation 1 (replace", "stays as it is"]),
+     ["case.yaml:12:35: error: must be greater than 0 (got -1)", "radius: -1}", "operation 1 (replace", "stays as it is"]),
     ("a reference", '[{"op": "test", "path": "/name", "value": "fall"},\n {"op": "move", "from": "/bodies/ball", "path": "/bodies/shot"}]',
-     ["case.yaml:14:34: error: there is no body or static `ball`", "operation 2 (move /bodies/shot)", "stays as it is"]),
+     ["case.yaml:17:34: error: there is no body or static `ball`", "operation 2 (move /bodies/shot)", "stays as it is"]),
     ("an expectation without a measure", '[{"op": "remove", "path": "/actions/measures/height"}]', ["operation 1 (remove", "`height`"]),
     ("the lint", '[{"op": "replace", "path": "/bodies/ball/pose/pos", "value": [0, 0, -3]}]', ["[under-floor]", "stays as it is"]),
     ("another one's section", '[{"op": "add", "path": "/params", "value": {"x": 1}}]', ["/params is not the owner's", "below /bodies only"]),
@@ -215,7 +215,7 @@ def test_an_old_case_is_written_anew_with_its_comments(cli: Cli, case: Path):
     answer = cli("migrate", "cases")
     assert (answer.code, answer.out) == (0, f"cases/fall/case.yaml: version 1 is now version {LATEST}\n")
     new = (case / "case.yaml").read_text()
-    assert new == old.replace("text2sim: 1", f"text2sim: {LATEST}").replace("fov: 40", "fov_deg: 40")
+    assert new == format_text(old).replace("text2sim: 1", f"text2sim: {LATEST}").replace("fov: 40", "fov_deg: 40")
     assert load_text(new).case.render == load_text(old).case.render
     assert (cli("migrate", "--check", case).code, cli("migrate", case).out) == (0, "")
 

@@ -13,10 +13,8 @@ from patch_strategies import VALUES, patches
 from text2sim.spec_schema.changes.diff import Change, difference, operations
 from text2sim.spec_schema.changes.diff_words import change_line, effect_line, sections
 from text2sim.spec_schema.changes.effects import effects
-from text2sim.spec_schema.changes.naming import Rename, follow
 from text2sim.spec_schema.changes.patch import apply_operations, same
-from text2sim.spec_schema.changes.renames import find_renames
-from text2sim.spec_schema.load import load_case, load_text
+from text2sim.spec_schema.load import load_case
 from text2sim.spec_schema.text.document import parse_document, parse_pointer
 from text2sim.spec_schema.text.source import read_source
 
@@ -85,112 +83,12 @@ def test_a_long_list_is_compared_item_by_item():
     assert change.path == ("params", "times")
 
 
-def test_a_rename_is_one_difference_and_its_mentions_follow():
-    data, count = follow(STAGE, [Rename(("bodies",), "ball", "shot")])
-    assert count.total() == 4  # launch, ball_speed, impact, the camera
-    assert data["actions"]["controls"]["launch"]["body"] == "shot"
-    assert data["actions"]["events"]["impact"]["between"] == ["shot", "brick"]
-    assert data["render"]["cameras"]["main"]["look_at"] == "shot"
-    data["bodies"]["shot"]["material"]["density"] = 500
-    assert [change_line(change) for change in difference(STAGE, data)] == [
-        "> bodies.ball renamed to bodies.shot  (4 mentions of it follow)",
-        "~ bodies.shot.material.density  7800 → 500",
+def test_another_name_is_another_entry():
+    data = edited({"/bodies/ball": None, "/bodies/shot": STAGE["bodies"]["ball"]})
+    assert [(change.kind, change.path[-1]) for change in difference(STAGE, data)] == [
+        ("removed", "ball"),
+        ("added", "shot"),
     ]
-    data["actions"]["measures"]["ball_speed"]["of"] = "drum"
-    assert "~ actions.measures.ball_speed.of  shot → drum" in map(change_line, difference(STAGE, data))
-
-
-RENAMES = [
-    (("params",), "speed", "v", "/actions/controls/launch/linear", ["${v}", 0, 0]),
-    (("scene", "statics"), "floor", "ground", "/bodies/brick/place/on", "ground"),
-    (("bodies",), "hook", "peg", "/actions/controls/open/joint", "peg"),
-    (("bodies",), "arm", "limb", "/actions/controls/grip/to", "limb.hand"),
-    (("bodies", "arm", "links"), "hand", "claw", "/actions/controls/grip/to", "arm.claw"),
-    (("bodies", "arm", "links"), "elbow", "joint1", "/bodies/arm/links/hand/parent", "joint1"),
-    (("bodies", "arm", "links"), "elbow", "joint1", "/bodies/arm/initial", {"joint1": 0.5}),
-    (("actions", "controls"), "grip", "hold", "/actions/controls/let_go/attach", "hold"),
-    (("actions", "measures"), "height", "tallness", "/actions/expect/stays_up/measure", "tallness"),
-    (("actions", "events"), "impact", "bang", "/actions/events/settled/after", "bang"),
-    (("actions", "events"), "impact", "bang", "/actions/expect/hits/event", "bang"),
-]
-
-
-@pytest.mark.parametrize(("path", "old", "new", "where", "value"), RENAMES)
-def test_every_kind_of_name_is_followed(path: Any, old: str, new: str, where: str, value: Any):
-    rename = Rename(path, old, new)
-    data, count = follow(STAGE, [rename])
-    target = data
-    for step in parse_pointer(where):
-        target = target[step]
-    assert target == value
-    assert count[rename] >= 1
-    assert find_renames(STAGE, data) == [rename]
-    (change,) = difference(STAGE, data)
-    assert (change.kind, change.old, change.new) == ("renamed", old, new)
-    assert follow(data, [Rename(path, new, old)])[0] == STAGE
-
-
-def test_a_word_that_is_no_name_does_not_follow():
-    data = edited({"/bodies/ball/look": {"color": "gold"}, "/bodies/gold": copy.deepcopy(STAGE["bodies"]["ball"])})
-    data["prompt"] = "gold"
-    after, count = follow(data, [Rename(("bodies",), "gold", "silver")])
-    assert count.total() == 0
-    assert after["bodies"]["ball"]["look"]["color"] == "gold"
-    assert after["prompt"] == "gold"
-
-
-def test_names_in_variants_and_sweeps_follow():
-    data = copy.deepcopy(STAGE) | {
-        "variants": {"soft": {"bodies": {"ball": {"material": {"density": 5}}}, "actions": {"measures": {"m": {"of": "ball"}}}}},
-        "sweeps": {"grids": {"grid": {"bodies.ball.material.density": [1, 2]}}, "list": {"variants": ["soft"]}},
-    }  # fmt: skip
-    after, _ = follow(data, [Rename(("bodies",), "ball", "shot"), Rename(("variants",), "soft", "light")])
-    assert after["variants"]["light"]["bodies"] == {"shot": {"material": {"density": 5}}}
-    assert after["variants"]["light"]["actions"]["measures"]["m"]["of"] == "shot"
-    assert after["sweeps"]["grids"]["grid"] == {"bodies.shot.material.density": [1, 2]}
-    assert after["sweeps"]["list"] == {"variants": ["light"]}
-
-
-RAIL = """\
-text2sim: 2
-name: rail
-scene: {duration: 1, statics: {floor: {shape: {kind: plane}}}}
-bodies:
-  c: {use: curtain_rod, with: {at: [0, 0, 2]}, hook: {look: {color: gold}}}
-  c_x: {kind: rigid, shape: {kind: sphere, radius: 0.1}, place: {below: "c_hook[0]", clearance: 0.1}}
-actions: {measures: {a: {kind: speed, of: "c_hook[1]"}, b: {kind: speed, of: c_x}}}
-variants: {still: {actions: {measures: {a: {of: c_rod}}}}}
-"""
-
-
-def test_the_bodies_of_a_prefab_follow_the_name_of_its_use():
-    a, b = (
-        load_text(text)
-        for text in (
-            RAIL,
-            RAIL.replace("  c: {", "  rail: {").replace("c_hook", "rail_hook").replace("c_rod", "rail_rod"),
-        )
-    )
-    (change,) = difference(a.written.data, b.written.data, (a.data, b.data))
-    assert change_line(change) == "> bodies.c renamed to bodies.rail  (3 mentions of it follow)"
-    assert list(effects(a.written.data, b.written.data, (a.data, b.data), {})) == []
-    c = load_text(b.source.text.replace("at: [0, 0, 2]", "at: [0, 0, 3]"))
-    paths = {effect.path[:2] for effect in effects(a.written.data, c.written.data, (a.data, c.data), {})}
-    assert paths == {("bodies", "rail_rod"), ("bodies", "rail_hook")}
-
-
-def test_another_body_is_no_rename():
-    fork = {"kind": "rigid", "shape": {"kind": "box", "size": [1, 2, 3]}, "material": {"density": 7800}}
-    kinds = {
-        (change.kind, change.path) for change in difference(STAGE, edited({"/bodies/ball": None, "/bodies/fork": fork}))
-    }
-    assert ("removed", ("bodies", "ball")) in kinds
-    assert ("added", ("bodies", "fork")) in kinds
-
-
-def test_two_parameters_of_one_value_are_not_taken_for_each_other():
-    a, b = {"params": {"x": 1, "y": 1}}, {"params": {"v": 1, "w": 1}}
-    assert {change.kind for change in difference(a, b)} == {"added", "removed"}
 
 
 def test_values_behind_expressions(stage: Stage):
@@ -224,11 +122,6 @@ def test_a_patch_is_short():
     long = {"a": [f"item number {n}" for n in range(20)]}
     shorter = {"a": [item for item in long["a"] if not item.endswith(" 7")]}
     assert operations(long, shorter) == [{"op": "remove", "path": "/a/7"}]
-    renamed = follow(STAGE, [Rename(("bodies",), "doll", "puppet")])[0]
-    assert operations(STAGE, renamed) == [
-        {"op": "move", "from": "/bodies/doll", "path": "/bodies/puppet"},
-        {"op": "replace", "path": "/actions/controls/grip/body", "value": "puppet"},
-    ]
 
 
 def test_every_case_differs_from_every_other_by_a_patch():

@@ -4,7 +4,6 @@ from typing import Any
 
 import pytest
 
-from text2sim.spec_schema.changes.naming import Rename, follow
 from text2sim.spec_schema.names.references import check_references
 
 CONTROL = "/actions/controls/it"
@@ -65,11 +64,3 @@ def test_fires_alone(stage, rule, where, hint, edits):
 @pytest.mark.parametrize("edits", SILENT)
 def test_stays_silent(stage, edits):
     assert check_references(stage(edits)) == []
-
-
-def test_a_release_follows_the_event_that_it_waits_for(stage):
-    data = stage({"/actions/controls/let_go": {"kind": "release", "attach": "grip", "on": "impact"}}).data
-    fresh, counts = follow(data, [Rename(("actions", "events"), "impact", "crash")])
-    assert fresh["actions"]["controls"]["let_go"]["on"] == "crash"
-    assert fresh["bodies"]["brick"]["place"]["on"] == "floor"
-    assert counts.total() == 3  # here, in `after`, and in an expectation

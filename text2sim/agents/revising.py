@@ -13,16 +13,16 @@ from text2sim.revision.revise import revise
 from text2sim.spec_schema.changes.diff import difference, operations
 from text2sim.spec_schema.changes.diff_words import change_line
 from text2sim.spec_schema.changes.edit import edit_source
-from text2sim.spec_schema.changes.naming import Rename, follow
 from text2sim.spec_schema.changes.operation import Operation
 from text2sim.spec_schema.changes.patch import PatchError, apply_operations
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.text.document import parse_document
+from text2sim.spec_schema.text.document import parse_document, pointer
 from text2sim.spec_schema.text.source import Source, check_source
 
 Data = dict[str, Any]
 _EXPRESSION = re.compile(r"\$\{[^}]*\}")
+_GRID_PARAM = re.compile(r"^params\.(\w+)", re.ASCII)
 _WORD = re.compile(r"(?<![\w.'\"])[A-Za-z_]\w*", re.ASCII)
 
 
@@ -69,9 +69,27 @@ def with_patches(
 
 def with_renamed(text: str, renames: Mapping[str, str]) -> str:
     """Give parameters other names, wherever an expression has them."""
-    before = data_of(text)
-    after, _ = follow(before, [Rename(("params",), old, new) for old, new in renames.items()])
-    return edited(text, operations(before, after))
+    moves: list[Operation] = [
+        {"op": "move", "from": pointer(("params", old)), "path": pointer(("params", new))}
+        for old, new in renames.items()
+    ]
+    before = data_of(text := edited(text, moves))
+    case = {key: value for key, value in before.items() if key != "prefabs"}  # they know nothing of the case
+    return edited(text, operations(before, before | _params_renamed(words_renamed(case, renames), renames)))
+
+
+def _params_renamed(data: Any, renames: Mapping[str, str]) -> Any:
+    """Return data in which parameters have other names, in their definition, variants and sweeps."""
+    if not isinstance(data, dict):
+        return data
+    fresh = {}
+    for key, value in data.items():
+        name = _GRID_PARAM.sub(lambda found: f"params.{renames.get(found[1], found[1])}", key)
+        if key == "params" and isinstance(value, dict):
+            fresh[name] = {renames.get(param, param): inner for param, inner in value.items()}
+        else:
+            fresh[name] = _params_renamed(value, renames)
+    return fresh
 
 
 def words_renamed(data: Any, renames: Mapping[str, str]) -> Any:

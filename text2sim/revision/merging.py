@@ -9,7 +9,6 @@ from typing import Any
 from text2sim.revision.repository import run_git_status
 from text2sim.spec_schema.changes.amendment import identical
 from text2sim.spec_schema.changes.diff import NOTHING
-from text2sim.spec_schema.changes.merge import Merged
 from text2sim.spec_schema.changes.merge_text import MergedText, merge_texts, unmarked
 from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError
 from text2sim.spec_schema.load import load_text
@@ -60,7 +59,7 @@ def _merge_meaning(sources: Sequence[Source], name: str, marker: int, lines: byt
     merged, why = merge_texts(base, ours, theirs, marker), "changed on both sides"
     problems = [problem for text in _sides(merged) for problem in _problems(text, name)]
     if problems and not any(_problems(source.text, name) for source in (ours, theirs)):
-        opposed = _opposed(merged.data, problems)
+        opposed = _opposed(merged.versions, problems)
         if opposed:
             merged = merge_texts(base, ours, theirs, marker, opposed)
             why = f"both changes together are not valid ({problems[0].message})"
@@ -100,32 +99,32 @@ def _sides(merged: MergedText) -> tuple[str, ...]:
 # --- changes that do not go together --------------------------------------------------------------------------
 
 
-def _opposed(merged: Merged, problems: Sequence[Problem]) -> list[Path]:
-    """The entries that make a merge invalid: what is wrong now, and what the other side took away or renamed.
+def _opposed(versions: tuple[Any, Any, Any], problems: Sequence[Problem]) -> list[Path]:
+    """The entries that make a merge invalid: what is wrong now, and what the other side took away.
 
     Returns:
         Paths of entries, none inside another, that one side has changed and the other has not.
     """
-    gone = list(_gone(merged.base, merged.ours, merged.theirs, ()))
+    gone, (_, ours, theirs) = list(_gone(*versions, ())), versions
     found: set[Path] = set()
     for problem in problems:
-        place = _changed(merged, parse_pointer(problem.path))
+        place = _changed(ours, theirs, parse_pointer(problem.path))
         if place is None:
             continue
-        words = {word for side in (merged.ours, merged.theirs) for word in _words(_at(side, place))}
+        words = {word for side in (ours, theirs) for word in _words(_at(side, place))}
         culprits = [path for path in gone if path[-1] in words and not _overlap(path, place)]
         found |= {place, *culprits}
     return sorted(path for path in found if not any(path != other and path[: len(other)] == other for other in found))
 
 
-def _changed(merged: Merged, path: Path) -> Path | None:
+def _changed(ours: Any, theirs: Any, path: Path) -> Path | None:
     """The entry nearest to the root, on the way to a place, that only one side has, or that ends the way."""
     for depth in range(1, len(path) + 1):
         way = path[:depth]
-        ours, theirs = _at(merged.ours, way), _at(merged.theirs, way)
-        if identical(ours, theirs):
+        mine, others = _at(ours, way), _at(theirs, way)
+        if identical(mine, others):
             return None
-        if ours is NOTHING or theirs is NOTHING or not isinstance(ours, dict) or not isinstance(theirs, dict):
+        if not isinstance(mine, dict) or not isinstance(others, dict):
             return way
     return path if path else None
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from text2sim.spec_schema.changes.operation import Operation, split_pointer
-from text2sim.spec_schema.text.canonical import dump_layout, rank
+from text2sim.spec_schema.text.canonical import dump_layout
 from text2sim.spec_schema.text.document import Document
 from text2sim.spec_schema.text.layout import Entry, plain_data, plain_layout, written_layout
 
@@ -14,40 +14,21 @@ Origin = Callable[[tuple[str, ...]], Entry | None]
 
 
 class Amendment:
-    """The layout of a document that is changed in place, and what was done to it.
+    """The layout of a document that is changed in place.
 
     Attributes:
         root: The layout as it is now.
         head: The comments above everything.
         foot: Those below.
-        canonical: Whether the document was in canonical form.
-        written: The entries that stood in each collection of the text.
-        changed: Written entries whose value is another one, as a whole.
-        renamed: Written entries that have another key.
-        above: Comments that stood above written entries which have others now.
-        commented: Written entries that have other comments beside or below them.
     """
 
     def __init__(self, document: Document, origin: Origin | None = None) -> None:
         self.root, self.head, self.foot = written_layout(document)
-        self.canonical = self.dump() == document.source.text
         self.origin = origin
-        self.written: dict[Entry, list[Entry]] = {}
-        self.changed: set[Entry] = set()
-        self.renamed: set[Entry] = set()
-        self.above: dict[Entry, list[str]] = {}
-        self.commented: set[Entry] = set()
-        self._remember(self.root)
 
     def dump(self) -> str:
         """The document as it is now, written anew in canonical form."""
         return dump_layout(self.root, self.head, self.foot)
-
-    def _remember(self, entry: Entry) -> None:
-        if isinstance(entry.value, list):
-            self.written[entry] = list(entry.value)
-            for child in entry.value:
-                self._remember(child)
 
     def apply(self, operations: Sequence[Operation]) -> None:
         """Apply operations that can be applied: whoever calls this has tried them on the data."""
@@ -94,7 +75,7 @@ class Amendment:
         entry.key = path[-1]
         old = _child(parent, path[-1])
         if old is None:
-            parent.value.insert(rank(parent, path[-1]), entry)
+            parent.value.append(entry)
         elif entry.before or entry.trail or entry.after or entry.has_comments:
             parent.value[parent.value.index(old)] = entry
         else:
@@ -114,7 +95,6 @@ class Amendment:
             return
         if source[:-1] == path[:-1] and entry.parent and entry.parent.mapping and not _child(entry.parent, path[-1]):
             entry.key = path[-1]
-            self.renamed.add(entry)
             return
         # What was written at the old place is gone there, and stands nowhere in the text at the new one.
         moved = copy.copy(self.take(source))
@@ -134,7 +114,8 @@ class Amendment:
                 else:
                     fresh = self.fresh((*path, key), inner)
                     fresh.key = key
-                    self.put_in(entry, rank(entry, key), fresh)
+                    fresh.parent = entry
+                    entry.value.append(fresh)
         elif isinstance(value, list) and isinstance(entry.value, list) and not entry.mapping:
             self._set_items(entry, value, path)
         elif isinstance(entry.value, list) or isinstance(value, dict | list) or not identical(entry.value, value):
@@ -142,21 +123,6 @@ class Amendment:
             entry.value, entry.mapping = fresh.value, fresh.mapping
             for child in entry.value if isinstance(entry.value, list) else ():
                 child.parent = entry
-            self.changed.add(entry)
-
-    def put_in(self, parent: Entry, index: int, entry: Entry) -> None:
-        """Put an entry at an index of a collection."""
-        entry.parent = parent
-        parent.value.insert(index, entry)
-
-    def comment(self, entry: Entry, before: list[str], trail: str | None, after: list[str]) -> None:
-        """Give a written entry other comments: right above it, beside it, and below it."""
-        if before != entry.before:
-            self.above.setdefault(entry, entry.before)
-            entry.before = before
-        if trail != entry.trail or after != entry.after:
-            entry.trail, entry.after = trail, after
-            self.commented.add(entry)
 
     def _set_items(self, entry: Entry, value: list[Any], path: tuple[str, ...]) -> None:
         """Items at both ends that are equal stay; between them each takes the next value."""
@@ -170,7 +136,9 @@ class Amendment:
         for child in old[len(new) :]:
             entry.value.remove(child)
         for index, inner in enumerate(new[len(old) :], first + len(old)):
-            self.put_in(entry, index, self.fresh((*path, str(index)), inner))
+            item = self.fresh((*path, str(index)), inner)
+            item.parent = entry
+            entry.value.insert(index, item)
 
 
 def _value(operation: Operation, amendment: Amendment) -> Any:

@@ -5,13 +5,11 @@ from dataclasses import dataclass
 from math import dist
 from typing import Any, Literal
 
-from text2sim.spec_schema.changes.naming import Rename, follow, follow_expanded
 from text2sim.spec_schema.changes.operation import Operation
-from text2sim.spec_schema.changes.patch import apply_operations, same
-from text2sim.spec_schema.changes.renames import find_renames
+from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.text.document import Path, pointer
 
-Kind = Literal["changed", "added", "removed", "renamed", "moved", "kind"]
+Kind = Literal["changed", "added", "removed", "moved", "kind"]
 _SPACE = (("pose", "pos"), ("place", "at"), ("place", "offset"))
 _CAMERA = ("from", "look_at")
 LONG = 8
@@ -34,19 +32,16 @@ class Change:
     kind: Kind
     """`kind` is a value of another kind, such as a box for a sphere; `moved` one of a place in space."""
     path: Path
-    """Where, under the names of the new version; of what was removed, those of the old one."""
     old: Any = None
-    """What was there; the old name of what was renamed."""
+    """What was there."""
     new: Any = None
-    """What is there now; the new name."""
+    """What is there now."""
     was: Any = NOTHING
     """Value of `old`, if there are expressions in it and it is known."""
     now: Any = NOTHING
     """Value of `new`, likewise."""
     by: tuple[float, ...] | None = None
     """How far it moved [m]."""
-    references: int = 0
-    """How often the case named what was renamed."""
 
 
 def difference(a: Any, b: Any, values: tuple[Any, Any] = (NOTHING, NOTHING)) -> list[Change]:
@@ -57,23 +52,12 @@ def difference(a: Any, b: Any, values: tuple[Any, Any] = (NOTHING, NOTHING)) -> 
         b: The same of another.
         values: Their data with every expression evaluated, where it is known.
     """
-    renames = find_renames(a, b)
-    was = follow_expanded(values[0], renames, a) if values[0] is not NOTHING else NOTHING
-    a, counts = follow(a, renames)
-    changes = [
-        Change("renamed", (*rename.path, rename.new), rename.old, rename.new, references=counts[rename])
-        for rename in renames
-    ]
-    return [*changes, *_compare(a, b, was, values[1], ())]
+    return list(_compare(a, b, *values, ()))
 
 
 def operations(a: Any, b: Any) -> list[Operation]:
     """A short RFC 6902 patch that makes `b` of `a`."""
-    moves: list[Operation] = []
-    if isinstance(a, dict) and isinstance(b, dict):
-        moves = [_move(rename) for rename in find_renames(a, b)]
-        a = apply_operations(a, moves)
-    return [*moves, *_steps(a, b, ())]
+    return _steps(a, b, ())
 
 
 # --- for people -----------------------------------------------------------------------------------------------
@@ -146,11 +130,6 @@ def _distance(a: Any, b: Any) -> tuple[float, ...] | None:
 
 
 # --- for machines ---------------------------------------------------------------------------------------------
-
-
-def _move(rename: Rename) -> Operation:
-    place = pointer(rename.path)
-    return {"op": "move", "from": place + pointer((rename.old,)), "path": place + pointer((rename.new,))}
 
 
 def _steps(a: Any, b: Any, path: Path) -> list[Operation]:

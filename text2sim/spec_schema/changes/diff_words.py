@@ -7,23 +7,16 @@ from typing import Any
 from text2sim.spec_schema.changes.diff import NOTHING, Change
 from text2sim.spec_schema.changes.effects import Effect
 from text2sim.spec_schema.paths import dotted
-from text2sim.spec_schema.text.canonical import flow_text
-from text2sim.spec_schema.text.layout import plain_layout
+from text2sim.spec_schema.text.writing import flow_text
 
 SHOWN = 72
 """Longest text of a value."""
-MARKS = {"added": "+", "removed": "-", "renamed": ">", "moved": "~", "changed": "~", "kind": "~"}
+MARKS = {"added": "+", "removed": "-", "moved": "~", "changed": "~", "kind": "~"}
 
 
 def change_line(change: Change) -> str:
     """Say what changed: `~ bodies.ball.material.density  7800 → 500`."""
     where, mark = dotted(change.path), MARKS[change.kind]
-    if change.kind == "renamed":
-        count = change.references
-        follow = (
-            f"  ({count} mention{'s' if count != 1 else ''} of it follow{'s' if count == 1 else ''})" if count else ""
-        )
-        return f"{mark} {dotted((*change.path[:-1], change.old))} renamed to {where}{follow}"
     if change.kind == "added":
         return f"{mark} {where}  {_with_value(change.new, change.now)}"
     if change.kind == "removed":
@@ -63,7 +56,7 @@ def value_text(value: Any, shown: int = SHOWN) -> str:
     elif isinstance(value, float):
         text = _number(value)
     else:
-        text = flow_text(plain_layout(_rounded(value)))
+        text = flow_text(_rounded(value))
     return text if len(text) <= shown else text[: shown - 1] + "…"
 
 

@@ -5,9 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from text2sim.spec_schema.changes.diff import NOTHING
-from text2sim.spec_schema.changes.naming import follow, follow_expanded
 from text2sim.spec_schema.changes.patch import same
-from text2sim.spec_schema.changes.renames import find_renames
 from text2sim.spec_schema.text.document import Path
 
 
@@ -31,8 +29,7 @@ def effects(a: Any, b: Any, values: tuple[Any, Any], depends: Mapping[Path, froz
         values: Their data with every expression evaluated.
         depends: Parameters on which expressions of `b` depend, by path.
     """
-    renames = find_renames(a, b)
-    raw, was = dict(leaves(follow(a, renames)[0])), dict(leaves(follow_expanded(values[0], renames, a)))
+    raw, was = dict(leaves(a)), dict(leaves(values[0]))
     written, now = dict(leaves(b)), dict(leaves(values[1]))
     changed = {
         str(path[1])

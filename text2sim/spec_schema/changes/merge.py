@@ -1,14 +1,12 @@
 """Three-way merge of meaning: what two authors made of one case, put together."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from dataclasses import dataclass, field
+from typing import Any
 
 from text2sim.spec_schema.changes.amendment import identical
 from text2sim.spec_schema.changes.diff import NOTHING
-from text2sim.spec_schema.changes.naming import Rename, follow
 from text2sim.spec_schema.changes.patch import same
-from text2sim.spec_schema.changes.renames import find_renames
 from text2sim.spec_schema.text.document import Path
 
 _CONTAINERS: tuple[Path, ...] = (
@@ -26,11 +24,8 @@ class Conflict:
     """What both changed, and not to the same."""
 
     path: Path
-    """Where, under the names of the merged case."""
-    kind: Literal["value", "name"]
-    """`name`: both have given an entry another name."""
     ours: Any
-    """Our value or name; nothing where we took it away."""
+    """Our value; nothing where we took it away."""
     theirs: Any
 
 
@@ -41,20 +36,13 @@ class Merged:
     data: Any
     """With our values where there are conflicts."""
     conflicts: list[Conflict]
-    base: Any
-    """The common ancestor under the names of the merged case."""
-    ours: Any
-    """Our version under the names of the merged case."""
-    theirs: Any
-    """Theirs."""
 
 
 def merge(base: Any, ours: Any, theirs: Any, opposed: Iterable[Path] = ()) -> Merged:
     """Merge two versions of a case.
 
     Entries are merged by name and key: changes of different values do not conflict, however near to each other they
-    are written. A list of scalars, such as a point or a colour, is one value. What one side renamed is changed by the
-    other under its new name, and mentioned by it.
+    are written. A list of scalars, such as a point or a colour, is one value.
 
     Args:
         base: Plain data of the common ancestor.
@@ -64,43 +52,18 @@ def merge(base: Any, ours: Any, theirs: Any, opposed: Iterable[Path] = ()) -> Me
             each of them.
     """
     merger = _Merger(frozenset(opposed))
-    we, they = find_renames(base, ours), find_renames(base, theirs)
-    they = merger.reconcile(we, they)
-    we = [rename for rename in we if not _taken(rename, theirs)]
-    they = [rename for rename in they if not _taken(rename, ours)]
-    # Each side is brought under the new names of the other; an entry inside a renamed one is found under that.
-    theirs = follow(theirs, [_under_new_names(rename, they) for rename in we])[0]
-    later = [_under_new_names(rename, we) for rename in they]
-    base, ours = follow(follow(base, we)[0], later)[0], follow(ours, later)[0]
-    for old, new in merger.names:
-        theirs = follow(theirs, [Rename(old.path, old.new, new.new)])[0]
     data = _spelled(merger.merge(base, ours, theirs, ()), ours)
-    return Merged(data, merger.conflicts, base, ours, theirs)
+    return Merged(data, merger.conflicts)
 
 
 @dataclass
 class _Merger:
     opposed: frozenset[Path]
     conflicts: list[Conflict] = field(default_factory=list)
-    names: list[tuple[Rename, Rename]] = field(default_factory=list)
-    """Their rename and ours, of the same entry."""
-
-    def reconcile(self, ours: list[Rename], theirs: list[Rename]) -> list[Rename]:
-        """Return their renames without those that we made, too; what both renamed otherwise is a conflict."""
-        known = {(rename.path, rename.old): rename for rename in ours}
-        rest = []
-        for rename in theirs:
-            mine = known.get((rename.path, rename.old))
-            if mine is None:
-                rest.append(rename)
-            elif mine.new != rename.new:
-                self.conflicts.append(Conflict((*mine.path, mine.new), "name", mine.new, rename.new))
-                self.names.append((rename, mine))
-        return rest
 
     def merge(self, base: Any, ours: Any, theirs: Any, path: Path) -> Any:
         if path in self.opposed:
-            self.conflicts.append(Conflict(path, "value", ours, theirs))
+            self.conflicts.append(Conflict(path, ours, theirs))
             return ours
         inside = any(other[: len(path)] == path for other in self.opposed)
         if not inside and (identical(ours, theirs) or identical(base, theirs)):
@@ -120,7 +83,7 @@ class _Merger:
             return ours
         if same(base, ours):
             return theirs
-        self.conflicts.append(Conflict(path, "value", ours, theirs))
+        self.conflicts.append(Conflict(path, ours, theirs))
         return ours
 
     def mappings(self, base: dict[str, Any], ours: dict[str, Any], theirs: dict[str, Any], path: Path) -> Any:
@@ -140,23 +103,6 @@ def _spelled(data: Any, ours: Any) -> Any:
     if isinstance(data, list) and isinstance(ours, list) and len(data) == len(ours):
         return [_spelled(*pair) for pair in zip(data, ours, strict=True)]
     return ours if same(data, ours) else data
-
-
-def _taken(rename: Rename, other: Any) -> bool:
-    """Whether the other side uses the new name for something of its own."""
-    for step in rename.path:
-        other = other.get(step) if isinstance(other, dict) else None
-    return isinstance(other, dict) and rename.new in other and rename.old in other
-
-
-def _under_new_names(rename: Rename, others: Iterable[Rename]) -> Rename:
-    """A rename inside an entry that the other side has renamed."""
-    path = rename.path
-    for other in others:
-        depth = len(other.path)
-        if path[:depth] == other.path and path[depth : depth + 1] == (other.old,):
-            path = (*path[:depth], other.new, *path[depth + 1 :])
-    return replace(rename, path=path)
 
 
 def _other_kind(a: dict[str, Any], b: dict[str, Any]) -> bool:

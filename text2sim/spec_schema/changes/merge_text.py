@@ -4,14 +4,14 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
+from itertools import takewhile
 from typing import Any
 
 from text2sim.spec_schema.changes.amendment import Amendment
 from text2sim.spec_schema.changes.diff import NOTHING, operations
 from text2sim.spec_schema.changes.edit import edit_source, write_amended
-from text2sim.spec_schema.changes.merge import Conflict, Merged, merge
+from text2sim.spec_schema.changes.merge import Conflict, merge
 from text2sim.spec_schema.changes.operation import Operation
-from text2sim.spec_schema.changes.spans import attached
 from text2sim.spec_schema.reuse.migration import steps_for
 from text2sim.spec_schema.text.document import Path, parse_document, pointer
 from text2sim.spec_schema.text.layout import Entry, written_layout
@@ -31,8 +31,8 @@ class MergedText:
     """Comments of theirs that found no place."""
     lost_ours: list[str]
     """Comments of ours that went with what they took away."""
-    data: Merged
-    """What was merged, as data."""
+    versions: tuple[Any, Any, Any]
+    """The data of the ancestor, of ours and of theirs, all in one version of the language."""
 
 
 def merge_texts(
@@ -54,17 +54,14 @@ def merge_texts(
         base, ours, theirs = (_migrated(source) for source in (base, ours, theirs))
     old, mine, others = (_data(source) for source in (base, ours, theirs))
     merged = merge(old, mine, others, opposed)
-    # Their text and that of the ancestor under the new names, for comments that are there.
-    theirs_now = Source(edit_source(theirs, operations(others, merged.theirs)))
-    base_now = Source(edit_source(base, operations(old, merged.base))) if base.text.strip() else None
-    entries = dict(_entries(written_layout(parse_document(theirs_now))[0]))
-    text = _amend(ours, operations(mine, merged.data), merged.data, entries, base_now)
+    entries = dict(_entries(written_layout(parse_document(theirs))[0])) if theirs.text.strip() else {}
+    text = _amend(ours, operations(mine, merged.data), merged.data, entries, base)
     lost, lost_ours = (_lost(text, source, base) for source in (theirs, ours))
     if merged.conflicts:
         steps = list(_take_theirs(merged.conflicts))
         other = edit_source(Source(text, ours.file), steps, entries.get)
         text = marked(text, other, marker)
-    return MergedText(text, merged.conflicts, lost, lost_ours, merged)
+    return MergedText(text, merged.conflicts, lost, lost_ours, (old, mine, others))
 
 
 def _data(source: Source) -> Any:
@@ -82,20 +79,21 @@ def _migrated(source: Source) -> Source:
     return replace(source, text=edit_source(source, steps)) if steps else source
 
 
-def _amend(ours: Source, steps: list[Operation], wanted: Any, theirs: dict[Steps, Entry], base: Source | None) -> str:
+def _amend(ours: Source, steps: list[Operation], wanted: Any, theirs: dict[Steps, Entry], base: Source) -> str:
     """Our text with their changes and their comments."""
     amendment = Amendment(parse_document(ours), theirs.get)
+    written = {entry for _, entry in _entries(amendment.root)}
     amendment.apply(steps)
-    known = dict(_entries(written_layout(parse_document(base))[0])) if base is not None else {}
-    written = {child for children in amendment.written.values() for child in children}
+    known = dict(_entries(written_layout(parse_document(base))[0])) if base.text.strip() else {}
     for path, entry in list(_entries(amendment.root)):
         other, old = theirs.get(path), known.get(path)
         if other is None or old is None or entry not in written:
             continue
-        above = _both(attached(old.before), attached(entry.before), attached(other.before))
-        rest = entry.before[: len(entry.before) - len(attached(entry.before))]
-        trail = "  ".join(_both(_listed(old.trail), _listed(entry.trail), _listed(other.trail)))
-        amendment.comment(entry, [*rest, *above], trail or None, _both(old.after, entry.after, other.after))
+        above = _both(_attached(old.before), _attached(entry.before), _attached(other.before))
+        rest = entry.before[: len(entry.before) - len(_attached(entry.before))]
+        entry.before = [*rest, *above]
+        entry.trail = "  ".join(_both(_listed(old.trail), _listed(entry.trail), _listed(other.trail))) or None
+        entry.after = _both(old.after, entry.after, other.after)
     return write_amended(ours, amendment, wanted)
 
 
@@ -104,6 +102,11 @@ def _both(base: list[str], ours: list[str], theirs: list[str]) -> list[str]:
     if ours == base:
         return theirs
     return ours if theirs == base else [*ours, *(row for row in theirs if row not in ours and row not in base)]
+
+
+def _attached(rows: list[str]) -> list[str]:
+    """The comments right above an entry: those below the last blank line."""
+    return list(takewhile(bool, reversed(rows)))[::-1]
 
 
 def _listed(trail: str | None) -> list[str]:
@@ -135,16 +138,13 @@ def _comments(text: str) -> list[str]:
 
 
 def _take_theirs(conflicts: list[Conflict]) -> Iterator[Operation]:
-    """What makes their version of the merged text, values first: names change the paths."""
-    for conflict in (c for c in conflicts if c.kind == "value"):
+    """What makes their version of the merged text."""
+    for conflict in conflicts:
         place = pointer(conflict.path)
         if conflict.theirs is NOTHING:
             yield {"op": "remove", "path": place}
         else:
             yield {"op": "add" if conflict.ours is NOTHING else "replace", "path": place, "value": conflict.theirs}
-    for conflict in (c for c in conflicts if c.kind == "name"):
-        target: Path = (*conflict.path[:-1], conflict.theirs)
-        yield {"op": "move", "from": pointer(conflict.path), "path": pointer(target)}
 
 
 def marked(ours: str, theirs: str, marker: int) -> str:

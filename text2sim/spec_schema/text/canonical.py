@@ -84,34 +84,6 @@ def dump_layout(root: Entry, head: list[str], foot: list[str]) -> str:
     return "\n".join(_trimmed(lines)) + "\n"
 
 
-def entry_lines(entry: Entry, indent: int) -> list[str]:
-    """Lines of one entry of a document, as its canonical form has them, without the comments above and below it."""
-    slot, path = _context(entry)
-    return _Writer()._entry(entry, slot, path, indent)
-
-
-def flow_text(entry: Entry) -> str:
-    """The value of an entry on one line, as it stands inside brackets."""
-    return _flow(entry, _context(entry)[0])
-
-
-def rank(parent: Entry, key: str) -> int:
-    """Where a key belongs among the entries of a mapping: after as many of them."""
-    order = list(slots_by_key(_chosen(_context(parent)[0], parent)))
-    if key not in order:
-        return len(parent.value)
-    ahead = order[: order.index(key)]
-    return max((i + 1 for i, child in enumerate(parent.value) if child.key in ahead), default=0)
-
-
-def _context(entry: Entry) -> tuple[Slot | None, Path]:
-    """What the language takes in the place of an entry, and the path to it."""
-    if entry.parent is None:
-        return _root(entry)
-    slot, path = _context(entry.parent)
-    return _inside(_chosen(slot, entry.parent), entry), (*path, entry.key if entry.key is not None else ANY)
-
-
 def _trimmed(lines: list[str]) -> list[str]:
     """Without blank lines at the start and the end, and with one for several."""
     rows: list[str] = []

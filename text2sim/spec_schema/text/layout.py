@@ -31,15 +31,8 @@ class Entry:
     end: int = 0
     """Line on which it ends."""
     parent: "Entry | None" = None
-    span: tuple[int, int] = (0, 0)
-    """Where the value stands in the text: its first character, and the one after its last. A collection without
-    brackets ends where its last entry does."""
-    name: tuple[int, int] = (0, 0)
-    """Where the key stands in the text."""
     flow: bool = False
     """Whether the value is a collection in brackets."""
-    lowest: int = -1
-    """Line of the last comment below it."""
 
     @property
     def inner(self) -> list["Entry"]:
@@ -121,8 +114,6 @@ class _Reader:
             if isinstance(event, yaml.CollectionEndEvent):
                 entry = stack.pop()[0]
                 entry.end = event.end_mark.line if entry.flow else -1
-                stop = event.end_mark.index if entry.flow else max(entry.span[1], *(e.span[1] for e in entry.value))
-                entry.span = (entry.span[0], stop)
             if not isinstance(event, yaml.ScalarEvent | yaml.CollectionStartEvent):
                 continue
             if stack and stack[-1][0].mapping and key is None:
@@ -145,14 +136,9 @@ class _Reader:
             event.start_mark.column,
             event.end_mark.line,
         )
-        start, stop = event.start_mark.index, event.end_mark.index
-        if not collection and event.style in _BLOCKS:  # the parser counts the blank lines below to it
-            stop = start + len(self.document.source.text[start:stop].rstrip())
-        entry.span = (start, stop)
         if key is not None:
             mark = key[1].start_mark
             entry.key, entry.line, entry.column = key[0], mark.line, mark.column
-            entry.name = (mark.index, key[1].end_mark.index)
         if parent is None:
             self.root = entry
         else:
@@ -217,7 +203,6 @@ def _attach_below(reader: _Reader, starts: dict[int, list[Entry]], gap: list[Com
         if owner is None or owner.column <= column:
             break
         owner.after.append(row.text)
-        owner.lowest = row.line
         used = number + 1
     return used
 
