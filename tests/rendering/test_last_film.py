@@ -1,11 +1,18 @@
 """The film in which the work of agents ends."""
 
+import signal
 from pathlib import Path
 
+import av
 import pytest
 from filmed import MakeRun
 
 from text2sim.cli.last_film import DRAFT, _size, last_film
+from text2sim.recording.film_record import read_recording
+from text2sim.rendering.budget import cut_down
+from text2sim.rendering.film import Filming
+from text2sim.rendering.trace import Traced
+from text2sim.templates.cadence import Frame
 
 
 @pytest.mark.usefixtures("tracer")
@@ -13,22 +20,66 @@ def test_the_time_it_takes_is_said_before_and_the_film_is_there(
     make_run: MakeRun, capsys: pytest.CaptureFixture[str]
 ) -> None:
     run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (1, 0, 0)}})
-    film, why = last_film(run, "draft", quiet=False)
+    film, why = last_film(run, "draft", None, quiet=False)
     assert film == run / "render" / "draft.mp4"
     assert film.is_file()
     assert not why
     said = capsys.readouterr().err
-    assert "draft film: 2 of 4 pictures to trace, about" in said
+    assert "draft film: 2 pictures to trace, 64x36, 10 a second: about" in said
     assert said.index("about") < said.index("rendering draft")
     assert (run / "render" / "legibility.json").is_file()
 
 
+@pytest.mark.usefixtures("tracer")
+def test_a_film_that_is_stopped_is_made_of_what_is_there(make_run: MakeRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (1, 0, 0)}}, fps=50.0)
+    trace, traced = Filming.trace, []
+
+    def stopping(filming: Filming, frame: Frame) -> Traced:
+        traced.append(frame.k)
+        if len(traced) > 7:
+            signal.raise_signal(signal.SIGTERM)
+        return trace(filming, frame)
+
+    monkeypatch.setattr(Filming, "trace", stopping)
+    film, told = last_film(run, "draft", None, quiet=True)
+    assert film == run / "render" / "draft.mp4"
+    assert sorted(traced[:7]) == [0, 4, 8, 10, 12, 16, 19], "they are spread over the film"
+    with av.open(str(film)) as video:
+        assert sum(1 for _ in video.decode(video=0)) == 20, "each is held"
+    assert f"7 of 20 pictures, each held until the next; `text2sim render {run}` traces the others" == told
+    traced.clear()
+    monkeypatch.setattr(Filming, "trace", trace)
+    assert last_film(run, "draft", None, quiet=True) == (film, "")
+
+
+@pytest.mark.usefixtures("tracer")
+def test_a_film_that_is_stopped_at_once_leaves_the_preview(make_run: MakeRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (1, 0, 0)}}, fps=50.0)
+    (run / "video.mp4").write_bytes(b"preview")
+    monkeypatch.setattr(Filming, "trace", lambda *_: signal.raise_signal(signal.SIGINT))
+    film, told = last_film(run, "draft", None, quiet=True)
+    assert film == run / "video.mp4"
+    assert f"`text2sim render {run}` goes on" in told
+
+
+def test_a_film_is_as_large_and_smooth_as_there_is_time_for(make_run: MakeRun) -> None:
+    run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (1, 0, 0)}}, fps=50.0)
+    filming = Filming(read_recording(run))
+    fits = {given: cut_down(filming, Filming.reels, given / 60, 0.1, 0.9) for given in (20, 13, 8, 5, 0)}
+    assert [(fit.filming.size, fit.filming.fps) for fit in fits.values()] == [
+        ((64, 36), 50.0), ((48, 28), 50.0), ((48, 28), 25.0), ((36, 20), 25.0), ((36, 20), 50 / 3),
+    ]  # fmt: skip
+    assert all(fit.seconds <= given for given, fit in fits.items() if given)
+    assert {fit.whole for fit in fits.values()} == {20.0}
+
+
 def test_none_makes_none_and_a_run_that_recorded_nothing_is_no_error(make_run: MakeRun) -> None:
     run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5)}})
-    assert last_film(run, "none", quiet=True)[0] is None
+    assert last_film(run, "none", None, quiet=True)[0] is None
     assert not (run / "render").exists()
     (run / "states" / "layout.json").unlink()
-    film, why = last_film(run, "draft", quiet=True)
+    film, why = last_film(run, "draft", None, quiet=True)
     assert film is None
     assert "nothing was recorded" in why
 
@@ -45,7 +96,7 @@ def test_whatever_becomes_of_the_film_is_said(
 
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr("text2sim.rendering.renderer.find_variant", fails)
-    film, why = last_film(tmp_path, "draft", quiet=True)
+    film, why = last_film(tmp_path, "draft", None, quiet=True)
     assert film is None
     assert said in why
 

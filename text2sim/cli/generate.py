@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from text2sim.cli.last_film import Film, Quality, last_film
+from text2sim.cli.last_film import Film, FilmMinutes, Quality, last_film
 from text2sim.cli.request_text import File, words_of
 from text2sim.service import exits
 
@@ -61,6 +61,7 @@ def generate(
     no_cards: NoCards = False,
     style: Style = True,
     film: Film = "draft",
+    film_minutes: FilmMinutes = None,
     resume: Resume = False,
     as_json: AsJson = False,
 ) -> None:
@@ -79,7 +80,7 @@ def generate(
     session = _session(
         "generate", case, text, model, options, resume, images, [*(meshes or []), *(urdfs or [])], licence
     )
-    _work(session, as_json, film)
+    _work(session, as_json, film, film_minutes)
 
 
 def repair(
@@ -96,6 +97,7 @@ def repair(
     no_cards: NoCards = False,
     style: Style = False,
     film: Film = "draft",
+    film_minutes: FilmMinutes = None,
     resume: Resume = False,
     as_json: AsJson = False,
 ) -> None:
@@ -105,6 +107,7 @@ def repair(
         _amendment("repair", case, "" if resume else words_of(wrong, file), model, options, resume, images),
         as_json,
         film,
+        film_minutes,
     )
 
 
@@ -122,13 +125,17 @@ def edit(
     no_cards: NoCards = False,
     style: Style = False,
     film: Film = "draft",
+    film_minutes: FilmMinutes = None,
     resume: Resume = False,
     as_json: AsJson = False,
 ) -> None:
     """Have agents change a case as somebody wishes."""
     options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards, style)
     _work(
-        _amendment("edit", case, "" if resume else words_of(wish, file), model, options, resume, images), as_json, film
+        _amendment("edit", case, "" if resume else words_of(wish, file), model, options, resume, images),
+        as_json,
+        film,
+        film_minutes,
     )
 
 
@@ -216,7 +223,7 @@ def _needed(models: dict[str, str]) -> dict[str, str]:
     return models
 
 
-def _work(session: "Session", as_json: bool, film: Quality) -> None:
+def _work(session: "Session", as_json: bool, film: Quality, film_minutes: float | None) -> None:
     from text2sim.cli.loop_view import looking_on, say_outcome
     from text2sim.cli.output import say, say_json
     from text2sim.runtime.stop import Stop
@@ -232,13 +239,13 @@ def _work(session: "Session", as_json: bool, film: Quality) -> None:
             raise
     if not as_json:
         say_outcome(session, outcome)
-    made, why = None, "there is no run"
+    made, told = None, "there is no run"
     if outcome.best is not None and outcome.best.run:
-        made, why = last_film(session.case / outcome.best.run, film, quiet=as_json)
+        made, told = last_film(session.case / outcome.best.run, film, film_minutes, quiet=as_json)
     if as_json:
-        say_json(outcome_document(session, outcome) | {"film": None if made is None else str(made)})
+        say_json(outcome_document(session, outcome) | {"film": None if made is None else str(made), "film_told": told})
     elif film != "none":
-        say(f"film: {made}" if made is not None else f"no path-traced film: {why}")
+        say(f"no film: {told}" if made is None else f"film: {made}{f' ({told})' if told else ''}")
     raise typer.Exit(exits.OK if outcome.state == "accepted" else exits.PHYSICS)
 
 

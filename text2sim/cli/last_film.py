@@ -1,76 +1,107 @@
-"""The path-traced film in which the work of agents ends, with the time that it will take said before."""
+"""The path-traced film in which the work of agents ends: as large and smooth as there is time for."""
 
 import sys
+from math import inf
 from pathlib import Path
-from time import perf_counter
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
+
+if TYPE_CHECKING:
+    from text2sim.rendering.budget import Fitted
 
 Quality = Literal["draft", "final", "none"]
 Film = Annotated[
     Quality,
     typer.Option("--film", help="The path-traced film at the end: draft, small, 8 samples per pixel; final, 36; none."),
 ]
-
+FilmMinutes = Annotated[
+    float | None,
+    typer.Option(
+        "--film-minutes",
+        min=0.1,
+        help="Minutes that this film may take, by its size and its pictures per second; 8 for a draft if left out.",
+    ),
+]
 
 DRAFT = 854 * 480
 """Pixels of a draft at most: twice as many take twice as long."""
+MINUTES = 8.0
+"""That a draft may take."""
 
 
-def last_film(run: Path, quality: Quality, *, quiet: bool) -> tuple[Path | None, str]:
-    """Trace the main film of a run.
-
-    Two pictures are traced first, for the estimate: the first of a scene compiles kernels. They stay, as all do: a film
-    that was stopped goes on with `text2sim render`.
+def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool) -> tuple[Path | None, str]:
+    """Make the film of a run: of all its pictures, of those that are traced when it is stopped, or else its preview.
 
     Args:
         run: Its folder.
         quality: Of the film.
+        minutes: That it may take; if None, 8 for a draft, and as long as it takes otherwise.
         quiet: Say nothing.
 
     Returns:
-        The film, or None, and why there is none.
+        The film, None if there is none at all, and what there is to say of it.
     """
     from text2sim.cli.output import say
-    from text2sim.cli.render import Teller
+    from text2sim.cli.render import Teller, trace_films
     from text2sim.recording.film_record import read_recording
-    from text2sim.rendering.film import Filming, Reel
+    from text2sim.rendering.budget import fitted
+    from text2sim.rendering.film import Filming
     from text2sim.rendering.legibility import write_legibility
     from text2sim.rendering.renderer import find_variant
+    from text2sim.runtime.stop import Stop
     from text2sim.runtime.trouble import told
-    from text2sim.service.wording import seconds
+    from text2sim.service.wording import shown
     from text2sim.spec_schema.errors import Text2SimError
 
     if quality == "none":
         return None, "none was wanted"
+    if minutes is None:
+        minutes = MINUTES if quality == "draft" else inf
+    again = f"text2sim render {shown(run)}" + (f" --quality {quality}" if quality != "draft" else "")
     try:
-        find_variant()
-        recording = read_recording(run)
-        filming = Filming(recording, quality, size=_size(recording.film["resolution"]) if quality == "draft" else None)
-        reel = filming.reels()[0]
-        first, middle = reel.frames[0], reel.frames[len(reel.frames) // 2]
-        filming.render(Reel(reel.name, [first]), lambda progress: None)
-        started = perf_counter()
-        filming.render(Reel(reel.name, [middle]), lambda progress: None)
-        each = perf_counter() - started
-        if not quiet:
-            missing = sum(not filming.finished(frame).is_file() for frame in reel.frames)
-            took = f"about {seconds(each * missing)}" if missing else "a moment"
-            what = f"{missing} of {len(reel.frames)} pictures to trace, {took}"
-            say(f"{quality} film: {what}; Ctrl-C leaves it to `text2sim render {run}`", to=sys.stderr)
-        filming.render(reel, Teller([reel], quiet=quiet))
-        film = filming.encode(reel)
-        write_legibility(filming, [reel])
+        with Stop() as stop:
+            find_variant()
+            recording = read_recording(run)
+            size = _size(recording.film["resolution"]) if quality == "draft" else None
+            fit = fitted(Filming(recording, quality, size=size), lambda filming: filming.reels()[:1], minutes)
+            again += _options(fit)
+            if not quiet:
+                say(_said_before(fit, quality, minutes), to=sys.stderr)
+            film, missing = next(iter(trace_films(fit, Teller(fit.reels, quiet=quiet), stop, minutes).items()))
+            with stop.gently():
+                write_legibility(fit.filming, fit.reels)
+        total = len(fit.reels[0].frames)
+        some = f"{total - missing} of {total} pictures, each held until the next; `{again}` traces the others"
+        return film, some if missing else ""
     except Text2SimError as error:
-        return None, str(error)
+        why = str(error)
     except KeyboardInterrupt:
-        return None, "it was stopped"
+        why = f"the path-traced one was stopped; `{again}` goes on with it"
     except OSError as error:
-        return None, f"{error.strerror or error}{f': {error.filename}' if error.filename else ''}"
+        why = f"{error.strerror or error}{f': {error.filename}' if error.filename else ''}"
     except Exception as error:  # the work is done and is told of, whatever becomes of its film
-        return None, told(error)
-    return film, ""
+        why = told(error)
+    preview = run / "video.mp4"
+    return (preview, f"the preview: {why}") if preview.is_file() else (None, why)
+
+
+def _said_before(fit: "Fitted", quality: str, minutes: float) -> str:
+    from text2sim.service.wording import seconds
+
+    width, height = fit.filming.size
+    took = f"about {seconds(fit.seconds)}" if fit.missing else "a moment"
+    text = f"{quality} film: {fit.missing} pictures to trace, {width}x{height}, {fit.filming.fps:g} a second: {took}"
+    if fit.whole > fit.seconds:
+        text += f" (larger and smoother, {seconds(fit.whole)}, which is more than --film-minutes {minutes:g})"
+    return f"{text}; Ctrl-C makes a film of what is there"
+
+
+def _options(fit: "Fitted") -> str:
+    """What `text2sim render` is told to make the same film."""
+    film, (width, height) = fit.filming.recording.film, fit.filming.size
+    size = f" --resolution {width}x{height}" if (width, height) != tuple(film["resolution"]) else ""
+    return size + (f" --fps {fit.filming.fps:g}" if fit.filming.fps != film["fps"] else "")
 
 
 def _size(resolution: tuple[int, int]) -> tuple[int, int]:

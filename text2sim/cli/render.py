@@ -1,6 +1,8 @@
 """The command `text2sim render`."""
 
 import sys
+from collections.abc import Callable
+from math import inf
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -11,7 +13,9 @@ from text2sim.service import exits
 from text2sim.spec_schema.plain import plain_line
 
 if TYPE_CHECKING:
+    from text2sim.rendering.budget import Fitted
     from text2sim.rendering.film import Filming, Progress, Reel
+    from text2sim.runtime.stop import Stop
 
 EVERY = 15.0
 """Wall time [s] between lines where nobody watches."""
@@ -41,6 +45,10 @@ def render(
     shard: Annotated[
         str, typer.Option("--shard", metavar="I/N", help="Only the I-th of N parts (from 1), for several processes.")
     ] = "",
+    minutes: Annotated[
+        float | None,
+        typer.Option("--minutes", min=0.1, help="Make the films smaller, then less smooth, to be done in this time."),
+    ] = None,
     join: Annotated[bool, typer.Option("--join", help="Only make the film of pictures that shards have left.")] = False,
     beside: Annotated[
         Path | None, typer.Option("--beside", metavar="RUN", help="One film of both: RUN or case on the right.")
@@ -62,8 +70,10 @@ def render(
     """
     from text2sim.cli.output import say, say_json
     from text2sim.cli.recorded import choose
+    from text2sim.rendering.budget import Fitted, fitted
     from text2sim.rendering.film import Filming
     from text2sim.rendering.renderer import find_variant
+    from text2sim.runtime.stop import Stop
     from text2sim.service.wording import shown
 
     span, part, size, times = _span(frames), _shard(shard), _size(resolution), _times(during)
@@ -87,31 +97,81 @@ def render(
         path = _both(filming, other, camera, span, times, join=join, quiet=as_json)
         say_json({"ok": True, "files": [str(path)]}) if as_json else say(f"film: {shown(path)}")
         raise typer.Exit(exits.OK)
-    reels = filming.reels(camera, span, times)
-    if quality == "still":
-        reels = [_still(reel, first=span is not None) for reel in reels[:1]]
-    whole = span is None and times is None
-    teller = Teller(reels, quiet=as_json)
-    made: list[Path] = []
-    for reel in reels:
-        paths = [] if join else filming.render(reel, teller, shard=part, format=frames_only or "png")
-        if part != (0, 1):
-            continue
-        if quality == "still" or frames_only:
-            made += _numbered(filming, reel, paths or [filming.finished(f, frames_only or "png") for f in reel.frames])
-        else:
-            made.append(filming.encode(reel, _part(filming, reel, whole=whole)))
-    if whole and any(path.suffix == ".mp4" for path in made) and not join:
-        from text2sim.rendering.legibility import write_legibility
 
-        write_legibility(filming, reels)
+    def wanted(filming: "Filming") -> "list[Reel]":
+        reels = filming.reels(camera, span, times)
+        return [_still(reel, first=span is not None) for reel in reels[:1]] if quality == "still" else reels
+
+    whole, pictures, stop = span is None and times is None, quality == "still" or frames_only, Stop()
+    fit = Fitted(filming, wanted(filming)) if minutes is None else fitted(filming, wanted, minutes)
+    filming, reels = fit.filming, fit.reels
+    teller = Teller(reels, quiet=as_json)
+    made: dict[Path, int] = {}
+    if not join and not pictures and part == (0, 1):
+        with stop:
+            made = trace_films(fit, teller, stop, minutes or inf, lambda reel: _part(filming, reel, whole=whole))
+        if whole:
+            from text2sim.rendering.legibility import write_legibility
+
+            write_legibility(filming, reels)
+    else:
+        for reel in reels:
+            format = frames_only or "png"
+            paths = [filming.finished(f, format) for f in reel.frames] if join else []
+            paths = paths or filming.render(reel, teller, shard=part, format=format)
+            if part == (0, 1):
+                new = (
+                    _numbered(filming, reel, paths)
+                    if pictures
+                    else [filming.encode(reel, _part(filming, reel, whole=whole))]
+                )
+                made |= dict.fromkeys(new, 0)
     if as_json:
-        say_json({"ok": True, "files": [str(path) for path in made], "seconds": teller.mean()})
+        files = [str(path) for path in made]
+        say_json({"ok": True, "files": files, "missing": sum(made.values()), "seconds": teller.mean()})
     elif part != (0, 1):
         say(f"part {part[0] + 1} of {part[1]} is rendered; when all are, add --join")
-    else:
-        say(f"{'picture' if len(made) == 1 and made[0].suffix != '.mp4' else 'film'}: {shown(made[0])}" if made else "")
-    raise typer.Exit(exits.OK)
+    for path, missing in () if as_json or part != (0, 1) else list(made.items())[:1]:
+        some = f" ({missing} pictures are missing: those before them are held; the same command goes on)"
+        say(f"{'film' if path.suffix == '.mp4' else 'picture'}: {shown(path)}{some if missing else ''}")
+    raise typer.Exit(exits.INTERRUPTED if stop.count else exits.OK)
+
+
+def trace_films(
+    fit: "Fitted",
+    tell: "Callable[[Progress], None]",
+    stop: "Stop",
+    minutes: float = inf,
+    part: "Callable[[Reel], str]" = lambda reel: "",
+) -> dict[Path, int]:
+    """Trace films and encode them; of what is there if somebody stops that or the time is over.
+
+    Args:
+        fit: They.
+        tell: Told after each picture.
+        stop: Which counts signals.
+        minutes: Roughly, after which no further picture is begun.
+        part: What the name of a film's file ends in.
+
+    Returns:
+        How many pictures each film lacks.
+
+    Raises:
+        KeyboardInterrupt: if it was stopped when hardly a picture was there.
+    """
+    from text2sim.rendering.budget import OVERTIME, encode_films
+
+    until = monotonic() + 60 * minutes * OVERTIME
+    try:
+        for reel in fit.reels:
+            fit.filming.render(reel, tell, until=until)
+    except KeyboardInterrupt:
+        stop.request()
+    with stop.gently():
+        made = encode_films(fit.filming, fit.reels, part)
+    if not made:
+        raise KeyboardInterrupt
+    return made
 
 
 class Teller:

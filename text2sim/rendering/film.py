@@ -5,10 +5,12 @@ RUN/render/<quality>.mp4            the film; <quality>_<camera>.mp4 those of ot
 """
 
 from collections.abc import Callable, Iterator
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
 from pathlib import Path
-from time import perf_counter
+from time import monotonic, perf_counter
 from typing import Any, Literal
 
 import numpy as np
@@ -52,6 +54,12 @@ class Reel:
     frames: list[Frame]
 
 
+def coarse_to_fine(count: int) -> list[int]:
+    """Return 0 to count - 1: the ends, the middle, the quarters, and so on."""
+    steps = [1 << k for k in reversed(range(count.bit_length()))]
+    return list(dict.fromkeys([0, max(count - 1, 0), *(k for step in steps for k in range(0, count, step))]))[:count]
+
+
 class Filming:
     """Renders films of a run.
 
@@ -85,6 +93,12 @@ class Filming:
     def stage(self) -> Stage:
         """What is filmed; made when it is first asked for, which takes seconds."""
         return Stage(self.recording)
+
+    def resized(self, size: tuple[int, int], fps: float) -> "Filming":
+        """Return the same in another size, with so many pictures a second."""
+        other = copy(self)
+        other.size, other.fps, other._digests = size, fps, Digests(self.recording, self._how, size)
+        return other
 
     def reels(
         self, camera: str = "", span: tuple[int, int] | None = None, during: tuple[float, float] | None = None
@@ -152,20 +166,32 @@ class Filming:
         return self.folder / "frames" / f"{self._digests(frame)}.{format}"
 
     def render(
-        self, reel: Reel, tell: Callable[[Progress], None], *, shard: tuple[int, int] = (0, 1), format: Format = "png"
+        self,
+        reel: Reel,
+        tell: Callable[[Progress], None],
+        *,
+        shard: tuple[int, int] = (0, 1),
+        format: Format = "png",
+        until: float = inf,
     ) -> list[Path]:
         """Trace the pictures that are not there yet; return where all of them lie.
+
+        Those far apart come first: whenever it is stopped, what is there is spread over the film.
 
         Args:
             reel: The film.
             tell: Told after each picture.
             shard: Only every n-th picture, from the i-th on.
             format: png is what is shown, exr is radiance.
+            until: Time by `monotonic` [s] after which no picture is begun.
         """
         sweep(self.folder / "frames")
         mine = reel.frames[shard[0] :: shard[1]]
         paths = [self.finished(frame, format) for frame in mine]
-        for done, (frame, path) in enumerate(zip(mine, paths, strict=True), 1):
+        for done, k in enumerate(coarse_to_fine(len(mine)), 1):
+            frame, path = mine[k], paths[k]
+            if monotonic() > until and not path.is_file():
+                break
             seconds: dict[str, float] = {}
             if not path.is_file():
                 traced = self.trace(frame)
@@ -186,6 +212,19 @@ class Filming:
             some = ", ".join(missing[:8]) + (", …" if len(missing) > 8 else "")
             raise RunError(f"{len(missing)} of {len(paths)} pictures of {reel.name} are not rendered yet: {some}")
         return paths
+
+    def held(self, reel: Reel) -> Reel:
+        """Return a film of what is traced already: each picture stands until the next that is there.
+
+        Raises:
+            RunError: if nothing is.
+        """
+        there = [frame for frame in reel.frames if self.finished(frame).is_file()]
+        if not there:
+            raise RunError(f"no picture of {reel.name} is rendered yet")
+        starts = np.array([frame.k for frame in there])
+        last = [max(int(np.searchsorted(starts, frame.k, "right")) - 1, 0) for frame in reel.frames]
+        return Reel(reel.name, [there[k] for k in last])
 
     def encode(self, reel: Reel, part: str = "") -> Path:
         """Make the film file of pictures that are all there.

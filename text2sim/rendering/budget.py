@@ -1,0 +1,94 @@
+"""Films that come to an end: as large and smooth as there is time for, of what is there when they are stopped."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from text2sim.rendering.film import Filming, Reel
+
+STEPS = ((1.0, 1), (0.75, 1), (0.75, 2), (0.5625, 2), (0.5625, 3))
+"""What a film gives up, one after the other: factors on its width and height, and on the time between pictures."""
+SLOWEST = 8.0
+"""Pictures per second, fewer than which are no film any more."""
+OVERTIME = 1.25
+"""Times the minutes there are, after which no further picture is begun: an estimate is one."""
+FEWEST = 6
+"""Pictures of which a film is made before all are there."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A film that fits."""
+
+    filming: Filming
+    reels: list[Reel]
+    missing: int = 0
+    """Pictures to trace."""
+    seconds: float = 0.0
+    """Time [s] that these will take,"""
+    whole: float = 0.0
+    """and that the film as it was wanted would."""
+
+
+def fitted(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: float) -> Fitted:
+    """Return the largest and smoothest film that is traced in so many minutes.
+
+    Two pictures are traced for that: the first of a scene compiles kernels, the second is measured.
+
+    Args:
+        filming: The film as it is wanted.
+        reels: Its reels, in any size.
+        minutes: That there are.
+    """
+    first = reels(filming)[0]
+    parts: list[dict[str, float]] = []
+    for frame in (first.frames[0], first.frames[len(first.frames) // 2]):
+        filming.render(Reel(first.name, [frame]), lambda progress: parts.append(progress.seconds))
+        if not parts[-1]:  # it was there
+            parts.append(filming.trace(frame).seconds)
+    fixed = parts[-1].pop("update")
+    return cut_down(filming, reels, minutes, fixed, sum(parts[-1].values()))
+
+
+def cut_down(
+    filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: float, fixed: float, each: float
+) -> Fitted:
+    """Return the largest and smoothest film that takes so many minutes; if none does, the quickest.
+
+    Args:
+        filming: The film as it is wanted.
+        reels: Its reels, in any size.
+        minutes: That there are.
+        fixed: What a picture takes [s], however small it is,
+        each: and what it takes besides in the size that is wanted.
+    """
+    found: list[Fitted] = []
+    for scale, every in STEPS:
+        fps = filming.fps / every
+        if every > 1 and fps < SLOWEST:
+            continue
+        width, height = (max(16, round(length * scale / 2) * 2) for length in filming.size)
+        other = filming if (scale, every) == STEPS[0] else filming.resized((width, height), fps)
+        made = reels(other)
+        missing = sum(not other.finished(frame).is_file() for reel in made for frame in reel.frames)
+        seconds = missing * (fixed + each * scale**2)
+        found.append(Fitted(other, made, missing, seconds, found[0].whole if found else seconds))
+        if seconds <= 60 * minutes:
+            break
+    return found[-1]
+
+
+def encode_films(filming: Filming, reels: list[Reel], part: Callable[[Reel], str]) -> dict[Path, int]:
+    """Make films of the pictures that are there; return how many of each are not.
+
+    Args:
+        filming: Of them.
+        reels: They; of those of which hardly a picture is there, none is made.
+        part: What the name of a film's file ends in.
+    """
+    made = {}
+    for reel in reels:
+        missing = sum(not filming.finished(frame).is_file() for frame in reel.frames)
+        if missing == 0 or len(reel.frames) - missing >= FEWEST:
+            made[filming.encode(filming.held(reel) if missing else reel, part(reel))] = missing
+    return made
