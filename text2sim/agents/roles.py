@@ -45,11 +45,12 @@ WRITERS = tuple(role for role in ROLES.values() if role.owns)
 
 
 @cache
-def _environment() -> Any:
+def prompts_in(folder: Path) -> Any:
+    """Return the Jinja environment of a folder of prompt files."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     # What is printed goes to a model as text, not into a page: there is nothing to escape.
-    loader = FileSystemLoader(PROMPTS)
+    loader = FileSystemLoader(folder)
     made = Environment(loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, autoescape=False)
     made.filters["quoted"] = quoted
     return made
@@ -62,7 +63,7 @@ def quoted(text: str) -> str:
 
 def render(prompt: str, **values: Any) -> str:
     """Return a prompt file with its blanks filled in."""
-    return _environment().get_template(f"{prompt}.md.j2").render(**values).strip() + "\n"
+    return prompts_in(PROMPTS).get_template(f"{prompt}.md.j2").render(**values).strip() + "\n"
 
 
 def system_prompt(role: Role, prompt: str = "", **values: Any) -> str:

@@ -15,6 +15,7 @@ from text2sim.cli.compare import compare_runs
 from text2sim.cli.compile import compile_cases
 from text2sim.cli.diff import diff
 from text2sim.cli.doctor import doctor
+from text2sim.cli.evaluate import evaluate
 from text2sim.cli.export import export
 from text2sim.cli.fmt import fmt
 from text2sim.cli.generate import edit, generate, repair
@@ -66,6 +67,7 @@ app.add_typer(git, name="git")
 app.command("prefabs")(prefabs)
 app.add_typer(asset, name="asset")
 app.add_typer(cards, name="cards")
+app.add_typer(evaluate, name="evaluate")
 app.command("schema")(schema)
 app.command("doctor")(doctor)
 app.command("mcp")(mcp)

@@ -1,0 +1,143 @@
+"""The commands `text2sim evaluate`: suites, methods, judges, tables."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from text2sim.cli.generate import Cost, Minutes, Tokens
+from text2sim.service import exits
+
+if TYPE_CHECKING:
+    from text2sim.evaluation.judging import Judging
+
+evaluate = typer.Typer(
+    help="Measure how good cases are: suites of prompts, methods that answer them, judges, a report.",
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+SuiteFile = Annotated[
+    Path,
+    typer.Argument(metavar="SUITE", help="A suite's YAML file; `demonstrations` and `learning` come with text2sim."),
+]
+Only = Annotated[list[str] | None, typer.Option("--only", metavar="ID", help="Only this prompt; may be repeated.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Go on with what was begun in this folder.")]
+
+
+@evaluate.command("check")
+def check_suite(
+    suite: SuiteFile,
+    apart: Annotated[
+        list[Path] | None,
+        typer.Option("--apart-from", metavar="SUITE", help="A suite that may share no source with it."),
+    ] = None,
+) -> None:
+    """Check a suite: its form, its digest, and that it shares no source and no prompt with others."""
+    from text2sim.cli.output import say
+    from text2sim.evaluation.suite import complete, read_suite, shared_sources
+    from text2sim.spec_schema.errors import SpecError
+
+    read, document = read_suite(suite)
+    complete(read, document)
+    if problems := [row for other in apart or [] for row in shared_sources(read, read_suite(other)[0], document)]:
+        raise SpecError(problems)
+    families = [prompt.family for prompt in read.prompts.values()]
+    counts = ", ".join(f"{families.count(family)} {family}" for family in dict.fromkeys(families))
+    say(f"{read.name}: {len(families)} prompts ({counts}), {'frozen' if read.frozen else 'not frozen'}")
+    say(f"digest {read.digest()}")
+
+
+@evaluate.command("draft")
+def draft_suite(
+    suite: SuiteFile,
+    out: Annotated[Path, typer.Option("--out", help="Where the frozen suite goes.")],
+    model: Annotated[str, typer.Option("--model", envvar="TEXT2SIM_MODEL", help="Who drafts.")] = "",
+) -> None:
+    """Have requirements drafted where a suite has none, from the prompt alone, and freeze the suite with a digest."""
+    from text2sim.cli.output import say
+    from text2sim.evaluation.drafting import draft_missing, write_frozen
+    from text2sim.evaluation.suite import read_suite
+
+    read, document = read_suite(suite)
+    done = draft_missing(read, document, model, out.parent / f".{out.stem}")
+    write_frozen(done, out)
+    say(f"{out}: {len(done.prompts)} prompts, frozen with digest {done.digest()}")
+
+
+@evaluate.command("judge")
+def judge_methods(
+    suite: SuiteFile,
+    methods: Annotated[list[Path], typer.Argument(metavar="METHOD...", help="Method folders.")],
+    out: Annotated[Path, typer.Option("--out", help="Folder for judgements, replies and the report.")],
+    judges: Annotated[
+        list[str], typer.Option("--judge", metavar="MODEL", envvar="TEXT2SIM_MODEL", help="Who judges; one or several.")
+    ],
+    repeats: Annotated[
+        int, typer.Option("--repeats", min=1, max=20, help="Judgements of each kind by each judge.")
+    ] = 3,
+    only: Only = None,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, max=64, help="Results that are judged at the same time.")] = 1,
+    tokens: Tokens = None,
+    cost: Cost = None,
+    minutes: Minutes = None,
+    resume: Resume = False,
+) -> None:
+    """Have method folders judged, each result several times, by judges who see no names and no scores of others.
+
+    Exit code 1: something could not be judged; the rest is there, and so is the report.
+    """
+    from text2sim.agents.models.calls import Budget
+    from text2sim.cli.output import say
+    from text2sim.evaluation.judging import JUDGING, Judging
+    from text2sim.evaluation.method_folder import read_method
+    from text2sim.evaluation.suite import complete, read_suite, selected
+    from text2sim.runtime.stop import Stop
+    from text2sim.spec_schema.errors import RunError
+
+    read, document = read_suite(suite)
+    complete(read, document)
+    if (out / JUDGING).exists() and not resume:
+        raise RunError(f"{out}: judges have worked here already; `--resume` goes on, another folder begins anew")
+    folders = [read_method(folder) for folder in methods]
+    with Stop() as stop, stop.gently():
+        judging = Judging(read, folders, judges, out, repeats, Budget(tokens, cost, minutes), lambda: stop.count > 0)
+        rows = judging.run(selected(read, only or []), lambda line: say(line, to=sys.stderr), jobs)
+    _say_account(judging)
+    missing = sum(row.state == "not_judged" for row in rows)
+    if missing:
+        say(f"{missing} of {len(rows)} judgements are missing; see `why` in their judgement.json", to=sys.stderr)
+    _report(suite, out)
+    raise typer.Exit(exits.PHYSICS if missing else exits.OK)
+
+
+@evaluate.command("report")
+def report(
+    suite: SuiteFile,
+    out: Annotated[Path, typer.Argument(metavar="JUDGED", help="The folder of `evaluate judge --out`.")],
+) -> None:
+    """Write the tables and the page of what was judged: report.html, and CSV (Parquet where pyarrow is installed)."""
+    _report(suite, out)
+
+
+def _report(suite: Path, out: Path) -> None:
+    from text2sim.cli.output import say
+    from text2sim.evaluation.suite import read_suite
+    from text2sim.evaluation.tables import tables_of, text_of, write_tables
+
+    tables = tables_of(read_suite(suite)[0], out)
+    say(text_of(tables))
+    for path in write_tables(tables, out):
+        say(str(path))
+
+
+def _say_account(judging: "Judging") -> None:
+    from text2sim.cli.output import say
+
+    spent = judging.account.total()
+    paid = f", ${spent.cost:.4f}" if spent.cost else ""
+    unpriced = f" ({spent.unpriced} calls without a known price)" if spent.unpriced else ""
+    say(
+        f"judges: {spent.calls} calls now, {spent.cached} at hand, {spent.tokens:,} tokens{paid}{unpriced}",
+        to=sys.stderr,
+    )

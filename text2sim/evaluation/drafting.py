@@ -1,0 +1,88 @@
+"""Requirements that a model drafts from a prompt alone, and the digest that freezes them."""
+
+from pathlib import Path
+from typing import Any
+
+from text2sim.agents.conversation import Conversation, typed
+from text2sim.agents.journal import Journal
+from text2sim.agents.models.calls import Account, Budget, CallLog
+from text2sim.agents.roles import quoted
+from text2sim.agents.yaml_text import yaml_text
+from text2sim.evaluation.judging import judge_endpoint
+from text2sim.evaluation.letters import letter
+from text2sim.evaluation.suite import CATEGORIES, Prohibition, Prompt, Requirements, Suite, complete
+from text2sim.recording.record import write_atomically
+from text2sim.spec_schema.models.base import Model, Name
+from text2sim.spec_schema.text.document import Document
+
+
+class Draft(Model):
+    """What a model finds in a prompt."""
+
+    requirements: Requirements
+    prohibitions: dict[Name, Prohibition] = {}
+
+
+def draft(desk: Conversation, prompt: Prompt) -> Prompt:
+    """Return a prompt with requirements; one that has them stays as it is.
+
+    Raises:
+        RoleFailed: If no answer could be used.
+    """
+    if prompt.requirements is not None:
+        return prompt
+    question = f"<prompt>\n{quoted(prompt.prompt)}\n</prompt>\n\nTake it apart."
+    answer: Draft = desk.ask("drafter", letter("draft"), question, typed(Draft))
+    return prompt.model_copy(update={"requirements": answer.requirements, "prohibitions": answer.prohibitions})
+
+
+def write_frozen(suite: Suite, path: Path) -> None:
+    """Write a suite with the digest of what methods are judged by."""
+    write_atomically(path, suite_text(suite.model_copy(update={"frozen": suite.digest()})))
+
+
+def suite_text(suite: Suite) -> str:
+    """Return a suite as YAML, a prompt after the other."""
+    head: dict[str, Any] = {"text2sim_suite": 1, "name": suite.name}
+    if suite.frozen is not None:
+        head["frozen"] = suite.frozen
+    rows = [yaml_text(head), "prompts:"]
+    for name, one in suite.prompts.items():
+        data = one.model_dump(mode="json", exclude_none=True)
+        needs = data.pop("requirements", None)
+        prohibitions = data.pop("prohibitions")
+        rows += ["", f"  {name}:", yaml_text(data, 4)]
+        if needs is not None:
+            rows.append("    requirements:")
+            rows += [f"      {kind}:\n{_listed(needs[kind], 8)}" for kind in CATEGORIES]
+        if prohibitions:
+            rows.append(f"    prohibitions:\n{_listed(prohibitions, 6)}")
+    return "\n".join(rows) + "\n"
+
+
+def _listed(rows: dict[str, Any], indent: int) -> str:
+    """A line for each."""
+    return "\n".join(yaml_text({name: row}, indent) for name, row in rows.items())
+
+
+def draft_missing(suite: Suite, document: Document, model: str, folder: Path) -> Suite:
+    """Return a suite in which every prompt has requirements.
+
+    Args:
+        suite: The suite.
+        document: Where it stands.
+        model: Who drafts; needed only if something is missing.
+        folder: Where the calls are kept.
+
+    Raises:
+        SpecError: If something is missing and nobody was named to draft it.
+    """
+    if not model:
+        complete(suite, document)
+        return suite
+    prompts = {}
+    for name, prompt in suite.prompts.items():
+        log, journal = CallLog(folder / name), Journal(folder / name / "journal.jsonl")
+        desk = Conversation({"": judge_endpoint(model, name)}, log, Account(), Budget(), journal)
+        prompts[name] = draft(desk, prompt)
+    return suite.model_copy(update={"prompts": prompts})

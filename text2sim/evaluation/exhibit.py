@@ -1,0 +1,133 @@
+"""What a judge is shown of a result: program, records, facts that the program computed, and pictures of the film."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field
+
+from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
+from text2sim.agents.facts import claim_faults, found
+from text2sim.agents.models.exchange import ModelError, StoppedError
+from text2sim.agents.models.files import UnfitFileError, read_plain
+from text2sim.agents.replies import Answer, Claim
+from text2sim.agents.roles import quoted
+from text2sim.agents.run_summary import evidence_text
+from text2sim.evaluation.film_frames import FilmFrames, film_frames
+from text2sim.evaluation.keyframes import Motion, motion_of
+from text2sim.evaluation.letters import letter
+from text2sim.evaluation.method_folder import Made
+from text2sim.evaluation.suite import Prompt
+from text2sim.recording.run_files import read_evidence, read_json
+from text2sim.spec_schema.errors import RunError, SpecError, Text2SimError
+from text2sim.spec_schema.load import load_case
+from text2sim.spec_schema.loaded import LoadedCase
+
+LONGEST_PROGRAM, LONGEST_LOG = 80_000, 6_000
+"""Characters of a program, and of the end of a log, that a judge reads."""
+LARGEST_FILE = 20_000_000
+FACTS = 12
+"""Requirements of which facts are computed."""
+
+
+class Bound(Answer):
+    """Which requirements the program can tell of a run, by their names."""
+
+    facts: Annotated[dict[str, list[Claim]], Field(max_length=FACTS)] = {}
+
+
+@dataclass
+class Exhibit:
+    """What is known of a result."""
+
+    program: str = ""
+    records: str = ""
+    frames: FilmFrames | None = None
+    motion: Motion | None = None
+    facts: list[str] = field(default_factory=list)
+    """Sentences, those that belong to a requirement with its name."""
+    missing: list[str] = field(default_factory=list)
+    """What is not there, or cannot be read, and why."""
+    notes: list[str] = field(default_factory=list)
+    """What went wrong on our side, which is no judge's business."""
+    loaded: LoadedCase | None = None
+
+    @property
+    def usable(self) -> bool:
+        """Whether there is a film that can be looked at."""
+        return self.frames is not None
+
+
+def exhibit_of(made: Made) -> Exhibit:
+    """Gather what there is; what cannot be read is said in `missing`."""
+    shown = Exhibit(missing=[problem.message for problem in made.problems])
+    film, program, run, log = (made.path(name) for name in ("film", "program", "run", "log"))
+    if film is None:
+        shown.missing.append("there is no film")
+    else:
+        try:
+            shown.frames = film_frames(film)
+        except RunError as error:
+            shown.missing.append(str(error))
+    shown.program = _text(shown, program, LONGEST_PROGRAM) if program else ""
+    if run is not None:
+        _read_run(shown, run)
+    elif log is not None:
+        shown.records = _text(shown, log, LONGEST_LOG, end=True)
+    for place in (made.folder.resolve(), made.folder):  # paths hold the name of the method
+        shown.program, shown.records = (text.replace(str(place), ".") for text in (shown.program, shown.records))
+        shown.missing = [row.replace(str(place), ".") for row in shown.missing]
+    return shown
+
+
+def bind_facts(desk: Callable[[], Conversation], prompt: Prompt, shown: Exhibit, run: Path | None) -> None:
+    """Have requirements bound to what the program can tell of a run, and compute that.
+
+    It is asked once for a result; all judges read the same facts. Without a case, or an answer, there are none.
+    """
+    if shown.loaded is None or run is None or prompt.requirements is None:
+        return
+    names, bodies = list(prompt.requirements.rows()), list(shown.loaded.case.bodies)
+
+    def check(answer: Bound) -> None:
+        if wrong := claim_faults(answer.facts, names, bodies):
+            raise Wrong(wrong)
+
+    question = letter("check_ask", prompt=prompt, program=shown.program)
+    try:
+        answer: Bound = desk().ask("checker", letter("check"), question, typed(Bound, check))
+        shown.facts += [f"{fact.requirement}: {fact}" for fact in found(answer.facts, shown.loaded, run)]
+    except StoppedError:
+        raise
+    except (RoleFailed, ModelError) as error:
+        shown.notes.append(f"no facts about requirements: {error}")
+
+
+def _read_run(shown: Exhibit, run: Path) -> None:
+    """Read a run folder as far as it can be read: it may be anybody's."""
+    from text2sim.evidence.recorded_case import RecordedCase
+
+    try:
+        record = read_json(run / "run.json")
+        if not isinstance(record, dict):
+            raise RunError("its run folder has no run.json")
+        shown.records = evidence_text(run, read_evidence(run), record, ())
+        shown.loaded = load_case(run / "expanded.yaml")
+        shown.motion = motion_of(RecordedCase.load(run, shown.loaded.case))
+        shown.facts += shown.motion.rows()
+    except SpecError as error:
+        shown.missing.append(f"the case of its run cannot be read: {error.problems[0].message}")
+    except (Text2SimError, OSError, ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
+        shown.missing.append(f"its run folder cannot be read: {str(error).splitlines()[0] if str(error) else error!r}")
+
+
+def _text(shown: Exhibit, path: Path, longest: int, *, end: bool = False) -> str:
+    try:
+        text = quoted(read_plain(path, LARGEST_FILE))
+    except (UnfitFileError, OSError) as error:
+        shown.missing.append(f"{path.name} cannot be read: {error}")
+        return ""
+    if len(text) <= longest:
+        return text
+    return f"[…]\n{text[-longest:]}" if end else f"{text[:longest]}\n[… {len(text) - longest:,} characters more]"

@@ -1,0 +1,114 @@
+"""Pictures of a film for a judge: evenly spread and at changes of scene, at the film's own resolution."""
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from text2sim.agents.models.exchange import MAX_IMAGE, Image
+from text2sim.legibility.film import spread
+from text2sim.spec_schema.errors import RunError
+
+EVENLY, CHANGES = 10, 6
+"""Pictures that are spread over the film, and those behind changes of scene, at most."""
+LONGEST = 20_000
+"""Pictures of a film that are read."""
+PIXELS = 4096 * 2304
+"""Largest picture that is read."""
+CUT = 0.12
+"""Mean difference of neighbouring small grey pictures (0 to 1) that is a change of scene,"""
+TIMES = 5.0
+"""if it is so many times the film's usual one: things that move fast are no change of scene."""
+SMALL = (64, 36)
+
+
+@dataclass(frozen=True)
+class FilmFrames:
+    """What a judge is shown of a film."""
+
+    images: tuple[Image, ...]
+    """`frame_01.png` and so on."""
+    times: tuple[float, ...]
+    """When they come [s of the film]."""
+    duration: float
+    """Of the film [s]."""
+    size: tuple[int, int]
+    """Width and height [pixels]."""
+
+    def listed(self) -> str:
+        """A line that says which frame is when."""
+        return ", ".join(f"frame {k}: {t:.2f} s" for k, t in enumerate(self.times, 1))
+
+
+def film_frames(film: Path) -> FilmFrames:
+    """Return pictures of a film.
+
+    Raises:
+        RunError: If it cannot be decoded, with the reason.
+    """
+    times, greys, size = _looked_through(film)
+    chosen = sorted({*spread(len(times), EVENLY), *_changes(greys)})
+    images = []
+    for number, picture in enumerate(_pictures(film, chosen), 1):
+        images.append(_image(f"frame_{number:02}", picture))
+    if len(images) != len(chosen):
+        raise RunError(f"the film decodes in two ways, with {len(images)} and {len(chosen)} pictures")
+    step = (times[-1] - times[0]) / max(1, len(times) - 1)
+    return FilmFrames(tuple(images), tuple(times[k] for k in chosen), times[-1] + step, size)
+
+
+def _looked_through(film: Path) -> tuple[list[float], Any, tuple[int, int]]:
+    """Times [s] of all pictures, all of them small and grey (n, 36, 64), and the size of the first."""
+    import av
+    import av.error
+
+    times, greys, size = [], [], (0, 0)
+    try:
+        with av.open(str(film)) as video:
+            if not video.streams.video:
+                raise RunError("there is no picture in the film")
+            for k, frame in zip(range(LONGEST), video.decode(video=0)):  # noqa: B905
+                size = size if k else (frame.width, frame.height)
+                if frame.width * frame.height > PIXELS:
+                    raise RunError(f"the film's pictures are larger than {PIXELS:,} pixels")
+                times.append(float(frame.time) if frame.time is not None else k / 25)
+                greys.append(frame.reformat(*SMALL, format="gray").to_ndarray().astype(np.float32) / 255)
+    except (OSError, ValueError, av.error.FFmpegError) as error:
+        raise RunError(
+            f"the film does not decode: {getattr(error, 'strerror', None) or type(error).__name__}"
+        ) from None
+    if not times:
+        raise RunError("the film has no pictures")
+    return times, np.stack(greys), size
+
+
+def _changes(greys: Any) -> list[int]:
+    """First pictures behind changes of scene, the strongest."""
+    if len(greys) < 3:
+        return []
+    steps = np.abs(np.diff(greys, axis=0)).mean(axis=(1, 2))
+    cuts = np.flatnonzero((steps > CUT) & (steps > TIMES * np.median(steps)))
+    strongest = sorted(cuts, key=lambda k: -steps[k])[:CHANGES]
+    return [int(k) + 1 for k in strongest]
+
+
+def _pictures(film: Path, chosen: list[int]) -> Any:
+    import av
+
+    wanted = set(chosen)
+    with av.open(str(film)) as video:
+        for k, frame in zip(range(max(wanted) + 1), video.decode(video=0)):  # noqa: B905
+            if k in wanted:
+                yield frame.to_image()
+
+
+def _image(name: str, picture: Any) -> Image:
+    """A picture as PNG; as JPEG if that is too large to be sent."""
+    for ending, kind, quality in (("png", "png", {}), ("jpg", "jpeg", {"quality": 92})):
+        stream = io.BytesIO()
+        picture.save(stream, kind, **quality)
+        if stream.tell() <= MAX_IMAGE or kind == "jpeg":
+            return Image(f"{name}.{ending}", f"image/{kind}", stream.getvalue())
+    raise AssertionError

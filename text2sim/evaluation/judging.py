@@ -1,0 +1,237 @@
+"""Judgements of method folders: independent repeats by judges who see neither names nor each other's scores.
+
+JUDGED/judging.json                                     what was judged, by whom
+JUDGED/<prompt>/<method>/frames/                        the pictures that judges saw
+JUDGED/<prompt>/<method>/<kind>-<judge>-<repeat>/       judgement.json, and calls/ with every request and reply
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass, field
+from hashlib import sha256
+from itertools import product
+from pathlib import Path
+from typing import Any, Literal
+
+from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed, Wrong, typed
+from text2sim.agents.journal import Journal
+from text2sim.agents.models.calls import Account, Budget, CallLog
+from text2sim.agents.models.endpoint import Endpoint, endpoint_of, never
+from text2sim.agents.models.exchange import ModelError, StoppedError
+from text2sim.agents.models.files import write_whole
+from text2sim.evaluation.documents import write_json
+from text2sim.evaluation.exhibit import Exhibit, bind_facts, exhibit_of
+from text2sim.evaluation.letters import letter
+from text2sim.evaluation.method_folder import Made, MethodFolder
+from text2sim.evaluation.scores import (
+    PhysicalReply,
+    VisualReply,
+    physical_faults,
+    physical_score,
+    visual_score,
+)
+from text2sim.evaluation.suite import Prompt, Suite
+from text2sim.recording.run_files import read_json
+from text2sim.spec_schema.errors import RunError
+
+Kind = Literal["physical", "visual", "check"]
+"""`check` binds requirements to facts; it is no judgement."""
+KINDS: tuple[Kind, ...] = ("physical", "visual")
+State = Literal["judged", "nothing", "not_judged"]
+"""`nothing`: there was nothing to look at, which is 0 by the rules, and nobody was asked."""
+JUDGING, JUDGEMENT = "judging.json", "judgement.json"
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A judgement that is due."""
+
+    prompt: str
+    method: str
+    kind: Kind
+    judge: int
+    """Number of the judge's model, from 1."""
+    repeat: int
+    """From 1."""
+
+    @property
+    def code(self) -> str:
+        """A name for it that does not tell the method."""
+        hidden = sha256(self.method.encode()).hexdigest()[:6]
+        return f"{self.prompt}-{hidden}-{self.kind}-{self.judge}-{self.repeat}"
+
+    @property
+    def place(self) -> Path:
+        """Where it is kept."""
+        return Path(self.prompt) / self.method / f"{self.kind}-{self.judge}-{self.repeat}"
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """One judge's opinion of one result."""
+
+    turn: Turn
+    digest: str
+    """Of what it is judged by (`Prompt.digest`)."""
+    state: State
+    total: float | None
+    """0 to 100; None if it was not judged."""
+    why: str = ""
+    """Of a total that follows from the rules alone, or of none."""
+    reply: Mapping[str, Any] | None = None
+    """What the judge said."""
+    score: Mapping[str, Any] | None = None
+    """The parts of a physical score."""
+    shown: Mapping[str, Any] | None = None
+    """Facts, what was missing, and the moments of the pictures [s]."""
+
+
+@dataclass
+class Judging:
+    """How method folders are judged."""
+
+    suite: Suite
+    methods: Sequence[MethodFolder]
+    models: Sequence[str]
+    """The judges."""
+    out: Path
+    """Where everything is kept."""
+    repeats: int = 3
+    """Judgements of each kind by each judge."""
+    budget: Budget = field(default_factory=Budget)
+    stop: Callable[[], bool] = never
+
+    def __post_init__(self) -> None:
+        names = [method.name for method in self.methods]
+        if len(set(names)) < len(names):
+            raise RunError(f"two method folders have the same name: {', '.join(names)}")
+        self.account = Account()
+
+    def run(self, prompts: Mapping[str, Prompt], tell: Tell, jobs: int = 1) -> list[Judgement]:
+        """Judge; what is at hand already is not asked for again.
+
+        Args:
+            prompts: Which.
+            tell: Told of every judgement in a line.
+            jobs: Results that are judged at the same time.
+
+        Raises:
+            StoppedError: If somebody stopped it.
+            BudgetSpent: If nothing more may be spent.
+        """
+        write_json(
+            self.out / JUDGING,
+            {
+                "suite": self.suite.name,
+                "digest": self.suite.digest(),
+                "prompts": {name: prompt.digest() for name, prompt in self.suite.prompts.items()},
+                "models": [judge_endpoint(model, "").name for model in self.models],
+                "repeats": self.repeats,
+                "methods": {one.name: str(one.folder.resolve()) for one in self.methods},
+            },
+        )
+        pairs = [(name, method) for name in prompts for method in self.methods]
+        with ThreadPoolExecutor(jobs) as pool:
+            rows = pool.map(lambda pair: self._result(pair[0], prompts[pair[0]], pair[1], tell), pairs)
+            return [row for result in rows for row in result]
+
+    def _result(self, name: str, prompt: Prompt, method: MethodFolder, tell: Tell) -> list[Judgement]:
+        made = method.made.get(name)
+        shown = exhibit_of(made) if made is not None else Exhibit()
+        for image in shown.frames.images if shown.frames is not None else ():
+            write_whole(self.out / name / method.name / "frames" / image.name, image.data)
+        if made is not None and not made.empty:
+            turn = Turn(name, method.name, "check", 1, 1)
+            bind_facts(lambda: self._desk(turn), prompt, shown, made.path("run"))
+        rows = []
+        for turn in self._turns(name, method.name):
+            row = self._judged(turn, prompt, made, shown)
+            write_json(self.out / turn.place / JUDGEMENT, asdict(row))
+            rows.append(row)
+            said = f"{row.total:.1f}" if row.total is not None else f"not judged: {row.why}"
+            who = f"{turn.kind} {turn.repeat} of {self.repeats} by judge {turn.judge}"
+            tell(f"{name}, {method.name}: {who}: {said}")
+        return rows
+
+    def _turns(self, name: str, method: str) -> list[Turn]:
+        judges, repeats = range(1, len(self.models) + 1), range(1, self.repeats + 1)
+        return [Turn(name, method, *rest) for rest in product(KINDS, judges, repeats)]
+
+    def _judged(self, turn: Turn, prompt: Prompt, made: Made | None, shown: Exhibit) -> Judgement:
+        def plain(state: State, why: str) -> Judgement:
+            return Judgement(turn, prompt.digest(), state, 0.0 if state == "nothing" else None, why)
+
+        if made is None:
+            return plain("not_judged", "the method was not run on it")
+        if made.empty:
+            return plain("nothing", made.result.why or "there is nothing to judge")
+        if turn.kind == "visual" and shown.frames is None:
+            return plain("nothing", "; ".join(shown.missing))
+        try:
+            return (_physical if turn.kind == "physical" else _visual)(self._desk(turn), turn, prompt, shown)
+        except (StoppedError, BudgetSpent):
+            raise
+        except (RoleFailed, ModelError) as error:
+            return plain("not_judged", str(error))
+
+    def _desk(self, turn: Turn) -> Conversation:
+        endpoint = judge_endpoint(self.models[turn.judge - 1], turn.code)
+        place = self.out / turn.place
+        log, journal = CallLog(place / "calls"), Journal(place / "journal.jsonl")
+        return Conversation({"": endpoint}, log, self.account, self.budget, journal, self.stop)
+
+
+def _physical(desk: Conversation, turn: Turn, prompt: Prompt, shown: Exhibit) -> Judgement:
+    images = shown.frames.images if shown.frames else ()
+
+    def check(reply: PhysicalReply) -> None:
+        if wrong := physical_faults(prompt, reply, len(images)):
+            raise Wrong(wrong)
+
+    question = letter("physical_ask", prompt=prompt, shown=shown)
+    reply: PhysicalReply = desk.ask("physical", letter("physical"), question, typed(PhysicalReply, check), images)
+    keyframed = shown.motion is not None and shown.motion.mainly_keyframed
+    score = physical_score(prompt, reply, usable=shown.frames is not None, keyframed=keyframed)
+    times = list(shown.frames.times) if shown.frames else []
+    seen = {"facts": shown.facts, "missing": shown.missing, "notes": shown.notes, "times": times}
+    return Judgement(
+        turn, prompt.digest(), "judged", score.total, reply=reply.model_dump(), score=asdict(score), shown=seen
+    )
+
+
+def _visual(desk: Conversation, turn: Turn, prompt: Prompt, shown: Exhibit) -> Judgement:
+    assert shown.frames is not None
+    question = letter("visual_ask", prompt=prompt, frames=shown.frames)
+    reply: VisualReply = desk.ask("visual", letter("visual"), question, typed(VisualReply), shown.frames.images)
+    seen = {"times": list(shown.frames.times)}
+    return Judgement(turn, prompt.digest(), "judged", visual_score(reply), reply=reply.model_dump(), shown=seen)
+
+
+def judge_endpoint(model: str, code: str) -> Endpoint:
+    """Return who answers; a mailbox has a folder of its own for each judgement, so that nobody sees another's."""
+    folder = model.startswith(("mailbox:", "replay:"))
+    return endpoint_of(f"{model.rstrip('/')}/{code}" if folder else model)
+
+
+def read_judgements(out: Path) -> tuple[dict[str, Any], list[Judgement]]:
+    """Return what was judged, and all judgements that belong to it.
+
+    Raises:
+        RunError: If nothing was judged there.
+    """
+    record = read_json(out / JUDGING)
+    if not isinstance(record, dict):
+        raise RunError(f"{out}: nothing was judged here (no {JUDGING})")
+    rows = []
+    for path in sorted(out.glob(f"*/*/*/{JUDGEMENT}")):
+        data = read_json(path)
+        try:
+            row = Judgement(**{**data, "turn": Turn(**data["turn"])})
+        except (TypeError, KeyError):
+            raise RunError(f"{path}: not a judgement; remove its folder, and judge again with --resume") from None
+        turn = row.turn
+        belongs = record["prompts"].get(turn.prompt) == row.digest and turn.method in record["methods"]
+        if belongs and turn.repeat <= record["repeats"] and turn.judge <= len(record["models"]):
+            rows.append(row)
+    return record, rows

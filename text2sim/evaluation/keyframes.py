@@ -1,0 +1,168 @@
+"""Motion that no force explains: positions that were set, found in the recorded states of a run."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from text2sim.evidence.recorded_case import RecordedCase
+from text2sim.evidence.selection import Target, base_name
+from text2sim.recording.states import Array
+
+if TYPE_CHECKING:
+    from text2sim.spec_schema.models.case import Case
+
+STILL = 1e-3
+"""Way [m] from frame to frame below which something stands still."""
+SLACK = 0.05
+"""Part of a way that integration may add to what velocities say."""
+FREE = 0.5
+"""Acceleration in units of gravity that nothing recorded explains, from which on it is not explained,"""
+PUSHED = 0.2
+"""with so much of what contacts explain on top."""
+USUAL = 9.81
+"""[m/s2], where there is no gravity."""
+SHARE, FEWEST = 0.2, 3
+"""Part of the frames in motion, and how many, from which on a body counts as keyframed."""
+JUMP = 0.05
+"""Way [m] beyond what velocities explain that is a jump, in one frame."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Where the motion of a run comes from."""
+
+    keyframed: dict[str, str]
+    """Copies that are moved by no force, and what shows it."""
+    driven: dict[str, float]
+    """Bodies that move by decree, with their part of all ways in the scene."""
+    part: float
+    """Of all ways that bodies go, the part of keyframed ones, 0 to 1."""
+    looked_at: int
+    """Copies that were looked at."""
+
+    @property
+    def mainly_keyframed(self) -> bool:
+        """Whether most of the motion is keyframed."""
+        return self.part > 0.5
+
+    def rows(self) -> list[str]:
+        """Sentences for a judge."""
+        rows = [f"`{copy}` is moved by no force: {why}" for copy, why in list(self.keyframed.items())[:12]]
+        rows += [
+            f"`{name}` moves by decree (`driven`), {100 * part:.0f} % of all ways in the scene"
+            for name, part in self.driven.items()
+        ]
+        if not self.keyframed:
+            rows.append(f"of {self.looked_at} bodies that move freely, none has positions that no force explains")
+        return rows
+
+
+def motion_of(recording: RecordedCase) -> Motion:
+    """Compare recorded positions with recorded velocities, and these with gravity and contacts.
+
+    Of each link and each body that deforms, the way of the centre from frame to frame has to lie between what the
+    velocities at both ends say: |d - h (v0 + v1) / 2| <= h |v1 - v0| / 2, with 5 % and 1 mm of slack. Of each free
+    rigid body, the change of momentum has to be what gravity and contacts give, m (v1 - v0) = m g h + sum(F dt), with
+    half of gravity and a fifth of the contact forces of slack; that is not asked where controls act on it, where
+    something deforms (such contacts are not recorded), or where the contact model keeps its forces to itself.
+    """
+    keyframed: dict[str, str] = {}
+    ways: dict[str, float] = {}
+    for target in recording.cast.loose:
+        moved, odd, worst = _unexplained(recording, target)
+        ways[target.copy] = float(moved.sum())
+        moving = moved > STILL
+        share = float(odd[moving].mean()) if moving.any() else 0.0
+        if worst[0] > JUMP:
+            keyframed[target.copy] = f"it jumps by {worst[0]:.2g} m at {worst[1]:.3g} s"
+        elif share >= SHARE and (odd & moving).sum() >= FEWEST:
+            keyframed[target.copy] = f"its positions do not follow from forces in {100 * share:.0f} % of its motion"
+    driven: dict[str, float] = {}
+    for copy in recording.cast.driven:
+        way = float(np.linalg.norm(np.diff(recording.origin(recording.cast.copies[copy]), axis=0), axis=1).sum())
+        driven[base_name(copy)] = driven.get(base_name(copy), 0.0) + way
+    whole = sum(ways.values()) + sum(driven.values())
+    part = sum(ways[copy] for copy in keyframed) / whole if whole > STILL else 0.0
+    driven = {name: way / whole for name, way in driven.items() if way > STILL}
+    return Motion(keyframed, driven, part, len(ways))
+
+
+def _unexplained(recording: RecordedCase, target: Target) -> tuple[Array, Array, tuple[float, float]]:
+    """Ways [m] from frame to frame, where they are not explained, (F-1,), and the largest jump [m] and its time [s]."""
+    states = recording.states
+    step = np.diff(states.time)[:, None]
+    if target.soft is not None:
+        centers = states.deformables[target.soft].center[:, None]
+        velocities = states.soft_velocity[:, [target.soft]].astype(float)
+    else:
+        links = np.array([k for k in target.links if not states.links[k].fixed], dtype=int)
+        centers, velocities = recording.centers(links), states.vel[:, links].astype(float)
+    there = ~recording.gone(target.copy)
+    if centers.shape[0] < 2 or not centers.shape[1]:
+        return np.zeros(0), np.zeros(0, bool), (0.0, 0.0)
+    ways = np.diff(centers, axis=0)
+    before, after = velocities[:-1], velocities[1:]
+    gap = np.linalg.norm(ways - step[..., None] * (before + after) / 2, axis=-1)
+    moved = np.linalg.norm(ways, axis=-1)
+    bound = step * np.linalg.norm(after - before, axis=-1) / 2 + SLACK * moved + STILL
+    present = (there[:-1] & there[1:])[:, None]
+    odd = (gap > bound) & present
+    beyond = np.where(odd, gap - bound, 0.0).max(axis=1)
+    # What is fast has large errors; a jump is one of something that its velocity leaves where it is.
+    fast = step[:, 0] * np.linalg.norm(velocities, axis=-1).max(axis=1)[:-1]
+    beyond = np.where(beyond > 2 * fast, beyond, 0.0)
+    at = int(beyond.argmax())
+    result = odd.any(axis=1)
+    if _is_free(recording, target):
+        result |= _without_cause(recording, target, before[:, 0], after[:, 0]) & present[:, 0]
+    longest = np.where(present, moved, 0.0).max(axis=1)
+    return longest, result, (float(beyond[at]), float(states.time[at + 1]))
+
+
+def _without_cause(recording: RecordedCase, target: Target, before: Array, after: Array) -> Array:
+    """Where momentum changes by more than gravity and contacts give, (F-1,)."""
+    states = recording.states
+    mass, gravity = states.links[target.root].mass, np.array(states.gravity)
+    span = np.diff(states.time)[:, None]
+    log = recording.contacts
+    sign = (log.links[:, 0] == target.root).astype(float) - (log.links[:, 1] == target.root)
+    force = log.force * sign[:, None] * states.dt
+    impulse, size = np.zeros((states.frames + 1, 3)), np.zeros(states.frames + 1)
+    np.add.at(impulse, log.frame, force)
+    np.add.at(size, log.frame, np.linalg.norm(force, axis=1))
+    impulse, size = impulse[:-1], size[:-1]
+    given = impulse[1:] / mass
+    odd = np.linalg.norm((after - before - given) / span - gravity, axis=1)
+    usual = float(np.linalg.norm(gravity)) or USUAL
+    return odd > FREE * usual + PUSHED * size[1:] / mass / span[:, 0]
+
+
+def _is_free(recording: RecordedCase, target: Target) -> bool:
+    """Whether all forces on a body are recorded: a rigid one in the air, among rigid ones, that no control acts on."""
+    states, case = recording.states, recording.case
+    if target.soft is not None or len(target.links) != 1 or states.links[target.root].mass <= 0:
+        return False
+    joints = [joint for joint in states.joints if joint.link == target.root and joint.kind != "free"]
+    told = recording.contacts.recorded and not states.deformables
+    return told and not joints and not _acted_on(case, base_name(target.copy))
+
+
+def _acted_on(case: "Case", body: str) -> bool:
+    """Whether a control may act on a body: one that names it, or one that names nobody, such as wind."""
+    for control in case.actions.controls.values():
+        if control.kind == "initial_velocity":
+            continue
+        words = _words(control.model_dump(mode="json"))
+        if body in {word.partition("[")[0].partition(".")[0] for word in words}:
+            return True
+        if not any(word.partition("[")[0].partition(".")[0] in case.bodies for word in words):
+            return True
+    return False
+
+
+def _words(value: Any) -> list[str]:
+    if isinstance(value, str):
+        return [value]
+    rows = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else ()
+    return [word for row in rows for word in _words(row)]

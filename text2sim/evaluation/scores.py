@@ -1,0 +1,176 @@
+"""Scores of a judgement: sums over what a judge said, which anybody can repeat from the kept replies."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, StringConstraints
+
+from text2sim.agents.replies import Answer
+from text2sim.evaluation.suite import CATEGORIES, Prohibition, Prompt
+
+PARTS = {"scene": 0.20, "body": 0.275, "action": 0.275, "render": 0.25}
+"""Weights of S, B, A and R in the physical score."""
+FAITHFUL, AESTHETIC = 0.7, 0.3
+"""Of R: what was asked to be seen, and how well it looks."""
+PENALTY = 40.0
+UNUSABLE, KEYFRAMED, SEVERE = 20.0, 40.0, 60.0
+"""What a physical score is at most: without usable execution or film; if it is mainly keyframes or effects instead of
+simulation; if a prohibition is severely violated."""
+VISUAL = {"content": 0.30, "depiction": 0.30, "polish": 0.25, "impact": 0.15}
+"""Weights of C, D, P and I in the visual score."""
+
+Evidence = Annotated[str, StringConstraints(max_length=2000)]
+Hundred = Annotated[float, Field(ge=0, le=100)]
+
+
+class Marked(Answer):
+    """How far a requirement is met."""
+
+    mark: Annotated[float, Field(ge=0, le=1)]
+    evidence: Evidence = ""
+
+
+class Violation(Answer):
+    """Whether a prohibition is violated."""
+
+    violated: Literal["no", "yes", "severely"]
+    evidence: Evidence = ""
+
+
+class PhysicalReply(Answer):
+    """What a judge says of prompt, program, records and frames."""
+
+    requirements: dict[str, Marked]
+    """By `category.name`."""
+    prohibitions: dict[str, Violation] = {}
+    aesthetics: Hundred
+    execution: Literal["usable", "unusable"]
+    motion: Literal["simulated", "mainly_keyframed"]
+    why: Evidence = ""
+    """Of `unusable` and `mainly_keyframed`."""
+
+
+class VisualReply(Answer):
+    """What a judge says of prompt and film alone."""
+
+    content: Hundred
+    """C: what was asked for is there, and happens, in its order, up to its end."""
+    depiction: Hundred
+    """D: it is seen clearly, and understood."""
+    polish: Hundred
+    """P: light, materials and surroundings belong together."""
+    impact: Hundred
+    """I: whether one would show it to others."""
+    why: Evidence = ""
+
+
+@dataclass(frozen=True)
+class PhysicalScore:
+    """A physical score with its parts, each 0 to 100."""
+
+    parts: Mapping[str, float]
+    """S, B, A and R, by category."""
+    faithfulness: float
+    """Of R: weighted mean of the render requirements."""
+    aesthetics: float
+    penalty: float
+    """What violated prohibitions take off."""
+    caps: tuple[float, ...]
+    """Those that apply."""
+    total: float
+
+
+def physical_score(
+    prompt: Prompt, reply: PhysicalReply, *, usable: bool = True, keyframed: bool = False
+) -> PhysicalScore:
+    r"""Return the physical score of a judgement.
+
+    S, B, A = 100 \sum_i w_i m_i / \sum_i w_i over the requirements of a category, with importance w and mark m of 1,
+    1/2 or 0; one without a mark counts 0. R = 0.7 F + 0.3 Q: F is the same over the render requirements, Q the judge's
+    aesthetics. Total = 0.20 S + 0.275 B + 0.275 A + 0.25 R - 40 \sum_violated v_j / \sum v_j, with v the weights of the
+    prohibitions, clamped to 0 to 100, and no more than the lowest cap that applies: 20, 40, 60.
+
+    Args:
+        prompt: With requirements.
+        reply: What the judge said.
+        usable: Whether there is a film that decodes; False caps whatever the judge says.
+        keyframed: Whether most of the recorded motion is keyframed; True caps whatever the judge says.
+    """
+    assert prompt.requirements is not None
+    parts: dict[str, float] = {}
+    for kind in CATEGORIES:
+        rows = [(one.importance, f"{kind}.{name}") for name, one in getattr(prompt.requirements, kind).items()]
+        met = sum(
+            weight * (reply.requirements[name].mark if name in reply.requirements else 0) for weight, name in rows
+        )
+        parts[kind] = 100 * met / sum(weight for weight, _ in rows)
+    faithfulness = parts["render"]
+    parts["render"] = FAITHFUL * faithfulness + AESTHETIC * reply.aesthetics
+    penalty = PENALTY * _violated(prompt.prohibitions, reply.prohibitions)
+    caps = tuple(
+        cap
+        for cap, applies in (
+            (UNUSABLE, not usable or reply.execution == "unusable"),
+            (KEYFRAMED, keyframed or reply.motion == "mainly_keyframed"),
+            (SEVERE, any(row.violated == "severely" for row in reply.prohibitions.values())),
+        )
+        if applies
+    )
+    total = sum(weight * parts[kind] for kind, weight in PARTS.items()) - penalty
+    total = min(max(0.0, min(100.0, total)), *caps, 100.0)
+    return PhysicalScore(parts, faithfulness, reply.aesthetics, penalty, caps, total)
+
+
+def _violated(prohibitions: Mapping[str, Prohibition], said: Mapping[str, Violation]) -> float:
+    """Weighted fraction of the prohibitions that are violated; 0 if there are none."""
+    whole = sum(one.weight for one in prohibitions.values())
+    bad = sum(one.weight for name, one in prohibitions.items() if name in said and said[name].violated != "no")
+    return bad / whole if whole else 0.0
+
+
+def visual_score(reply: VisualReply) -> float:
+    """Return the visual score 0.30 C + 0.30 D + 0.25 P + 0.15 I; without a film it is 0, and nobody is asked."""
+    return sum(weight * getattr(reply, part) for part, weight in VISUAL.items())
+
+
+def physical_faults(prompt: Prompt, reply: PhysicalReply, frames: int) -> list[str]:
+    """Say what is wrong with a physical judgement: names, marks, and marks without evidence.
+
+    Args:
+        prompt: With requirements.
+        reply: What the judge said.
+        frames: How many pictures it was shown.
+    """
+    assert prompt.requirements is not None
+    rows = _names("requirements", prompt.requirements.rows(), reply.requirements)
+    rows += _names("prohibitions", prompt.prohibitions, reply.prohibitions)
+    for name, one in reply.requirements.items():
+        where = f"/requirements/{name}"
+        if one.mark not in (0, 0.5, 1):
+            rows.append(f"{where}/mark: is 1, 0.5 or 0, not {one.mark:g}")
+        elif one.mark < 1 and len(one.evidence) < 8:
+            rows.append(f"{where}/evidence: a mark of {one.mark:g} has to cite what shows it")
+        rows += _unseen(where, one.evidence, frames)
+    for name, row in reply.prohibitions.items():
+        if row.violated != "no" and len(row.evidence) < 8:
+            rows.append(f"/prohibitions/{name}/evidence: a violation has to cite what shows it")
+        rows += _unseen(f"/prohibitions/{name}", row.evidence, frames)
+    if (reply.execution, reply.motion) != ("usable", "simulated") and len(reply.why) < 8:
+        rows.append("/why: say what shows that it is unusable, or mainly keyframed")
+    return rows
+
+
+def _names(part: str, wanted: Mapping[str, Any], given: Mapping[str, Any]) -> list[str]:
+    missing, extra = [n for n in wanted if n not in given], [n for n in given if n not in wanted]
+    rows = [f"/{part}/{name}: is missing" for name in missing]
+    return rows + [f"/{part}/{name}: there is none of this name" for name in extra]
+
+
+def _unseen(where: str, evidence: str, frames: int) -> list[str]:
+    """Frames that are cited, and were not shown."""
+    cited = {int(number) for number in re.findall(r"\bframes? (\d{1,4})\b", evidence)}
+    return [
+        f"{where}/evidence: there is no frame {n}; {frames} were shown" for n in sorted(cited) if not 1 <= n <= frames
+    ]

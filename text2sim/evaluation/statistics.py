@@ -1,0 +1,156 @@
+"""What judgements say in all: means, scatter, differences between methods, agreement of judges."""
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from text2sim.evaluation.judging import Judgement, Kind
+
+CONFIDENCE = 0.95
+RESAMPLES = 9999
+SEED = 16
+"""Of the bootstrap: the same judgements give the same intervals."""
+
+Key = tuple[str, str]
+"""Method and prompt."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A mean over cases with its interval."""
+
+    mean: float
+    low: float
+    high: float
+    """Ends of the bootstrap interval (percentiles, 95 %); the mean itself where there is but one case."""
+    count: int
+    """Cases."""
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How far two judgements of the same results agree."""
+
+    pairs: int
+    marks: float | None
+    """Part of the requirements that get the same mark from both; None of visual judgements."""
+    difference: float
+    """Mean difference of totals, second less first; 0 between repeats, which have no order."""
+    distance: float
+    """Mean absolute difference of totals."""
+    correlation: float | None
+    """Of totals over cases (Pearson); None where one of both does not vary."""
+
+
+def case_scores(rows: Iterable[Judgement], kind: Kind, judge: int | None = None) -> dict[Key, float]:
+    """Return the score of each case: the mean of its judgements; those that were not judged are left out.
+
+    Args:
+        rows: Judgements.
+        kind: Which score.
+        judge: By which judge; the mean over all judges if None.
+    """
+    found: dict[Key, list[float]] = defaultdict(list)
+    for row in _counted(rows, kind):
+        if judge is None or row.turn.judge == judge:
+            found[row.turn.method, row.turn.prompt].append(_total(row))
+    return {key: float(np.mean(values)) for key, values in found.items()}
+
+
+def spread_within(rows: Iterable[Judgement], kind: Kind, method: str) -> float | None:
+    r"""Return the RMS standard deviation within cases: \sqrt{mean_i s_i^2}, s_i^2 the variance (n - 1) of repeats.
+
+    A case is one prompt by one judge; cases with a single repeat say nothing. None if there are no others.
+    """
+    found: dict[tuple[str, int], list[float]] = defaultdict(list)
+    for row in _counted(rows, kind):
+        if row.turn.method == method:
+            found[row.turn.prompt, row.turn.judge].append(_total(row))
+    variances = [np.var(values, ddof=1) for values in found.values() if len(values) > 1]
+    return float(np.sqrt(np.mean(variances))) if variances else None
+
+
+def estimate(values: Sequence[float]) -> Estimate | None:
+    """Return the mean over cases with its bootstrap interval; None without cases."""
+    if not values:
+        return None
+    mean = float(np.mean(values))
+    if len(values) < 2 or np.ptp(values) == 0:
+        return Estimate(mean, mean, mean, len(values))
+    from scipy.stats import bootstrap
+
+    found = bootstrap(
+        (np.asarray(values, float),), np.mean, confidence_level=CONFIDENCE, n_resamples=RESAMPLES, method="percentile",
+        rng=np.random.default_rng(SEED),
+    )  # fmt: skip
+    interval = found.confidence_interval
+    return Estimate(mean, float(interval.low), float(interval.high), len(values))
+
+
+def paired(scores: Mapping[Key, float], method: str, other: str) -> Estimate | None:
+    """Return the mean difference, method less other, over the prompts that both were judged on."""
+    mine = {prompt: score for (name, prompt), score in scores.items() if name == method}
+    theirs = {prompt: score for (name, prompt), score in scores.items() if name == other}
+    return estimate([mine[prompt] - theirs[prompt] for prompt in mine if prompt in theirs])
+
+
+def repeats_agree(rows: Iterable[Judgement], kind: Kind) -> Agreement | None:
+    """Return how far repeats of the same judge agree, over all pairs of repeats of a case."""
+    groups: dict[Any, list[Judgement]] = defaultdict(list)
+    for row in _asked(rows, kind):
+        groups[row.turn.method, row.turn.prompt, row.turn.judge].append(row)
+    pairs = [pair for group in groups.values() for pair in combinations(group, 2)]
+    return _agreement(pairs, ordered=False)
+
+
+def judges_agree(rows: Iterable[Judgement], kind: Kind, one: int, other: int) -> Agreement | None:
+    """Return how far two judges agree, repeat by repeat."""
+    found = {(row.turn.method, row.turn.prompt, row.turn.repeat, row.turn.judge): row for row in _asked(rows, kind)}
+    pairs = [
+        (row, found[*key[:3], other]) for key, row in found.items() if key[3] == one and (*key[:3], other) in found
+    ]
+    return _agreement(pairs, ordered=True)
+
+
+def part_scores(rows: Iterable[Judgement], part: Callable[[Judgement], float | None]) -> dict[Key, float]:
+    """Return the mean of a part of judgements for each case."""
+    found: dict[Key, list[float]] = defaultdict(list)
+    for row in rows:
+        if row.state == "judged" and (value := part(row)) is not None:
+            found[row.turn.method, row.turn.prompt].append(value)
+    return {key: float(np.mean(values)) for key, values in found.items()}
+
+
+def _agreement(pairs: Sequence[tuple[Judgement, Judgement]], *, ordered: bool) -> Agreement | None:
+    if not pairs:
+        return None
+    first, second = (np.array([_total(pair[k]) for pair in pairs]) for k in (0, 1))
+    same = [mark["mark"] == other["mark"] for a, b in pairs for mark, other in zip(_marks(a), _marks(b), strict=False)]
+    both = (np.concatenate([first, second]), np.concatenate([second, first])) if not ordered else (first, second)
+    varies = all(np.ptp(values) > 0 for values in both)
+    correlation = float(np.corrcoef(*both)[0, 1]) if varies else None
+    difference = float((second - first).mean()) if ordered else 0.0
+    distance = float(np.abs(second - first).mean())
+    return Agreement(len(pairs), float(np.mean(same)) if same else None, difference, distance, correlation)
+
+
+def _marks(row: Judgement) -> list[Any]:
+    """Marks of a judgement, in the order of their names."""
+    return [one for _, one in sorted(((row.reply or {}).get("requirements") or {}).items())]
+
+
+def _counted(rows: Iterable[Judgement], kind: Kind) -> list[Judgement]:
+    return [row for row in rows if row.turn.kind == kind and row.total is not None]
+
+
+def _asked(rows: Iterable[Judgement], kind: Kind) -> list[Judgement]:
+    return [row for row in _counted(rows, kind) if row.state == "judged"]
+
+
+def _total(row: Judgement) -> float:
+    assert row.total is not None
+    return row.total

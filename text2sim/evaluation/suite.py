@@ -1,0 +1,191 @@
+"""Suites: prompts, each with its source and with what it asks for, one thing at a time."""
+
+import json
+import re
+import unicodedata
+from collections.abc import Iterable, Mapping
+from difflib import SequenceMatcher
+from hashlib import sha256
+from itertools import product
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, StringConstraints
+
+from text2sim.evaluation.documents import read_model
+from text2sim.spec_schema.errors import Problem, SpecError
+from text2sim.spec_schema.models.base import Model, Name
+from text2sim.spec_schema.text.document import Document
+
+BUILT_IN = Path(__file__).resolve().parent / "suites"
+CATEGORIES = ("scene", "body", "action", "render")
+Family = Literal["rigid", "deformable", "cloth"]
+MOST = 12
+"""Requirements of one category, and prohibitions, at most."""
+SAME_TITLE, SAME_PROMPT = 0.9, 0.8
+"""Likeness (difflib, 0 to 1) from which two titles name one source, and two prompts ask for the same."""
+
+Line = Annotated[str, StringConstraints(min_length=3, max_length=400, strip_whitespace=True)]
+Importance = Annotated[int, Field(ge=1, le=5, strict=True)]
+
+
+class Source(Model):
+    """The publication or demonstration that a prompt is drawn from."""
+
+    title: Line
+    authors: Line
+    year: Annotated[int, Field(ge=1900, le=2100, strict=True)]
+    venue: Line
+
+
+class Requirement(Model):
+    """One thing that a prompt asks for, which can be seen or measured by itself."""
+
+    what: Line
+    importance: Importance
+
+
+class Prohibition(Model):
+    """Something that the prompt excludes."""
+
+    what: Line
+    weight: Importance
+
+
+class Requirements(Model):
+    """What a prompt asks for, by category, and what it excludes."""
+
+    scene: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MOST)]
+    """What is there: surroundings, supports, their arrangement."""
+    body: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MOST)]
+    """What the things that move are: shapes, counts, materials."""
+    action: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MOST)]
+    """What happens, by what cause, in which order, with what outcome."""
+    render: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MOST)]
+    """What the film has to show, and how things have to look."""
+
+    def rows(self) -> dict[str, tuple[str, Requirement]]:
+        """Category and requirement, by `category.name`."""
+        return {f"{kind}.{name}": (kind, one) for kind in CATEGORIES for name, one in getattr(self, kind).items()}
+
+
+class Prompt(Model):
+    """One prompt of a suite."""
+
+    family: Family
+    source: Source
+    prompt: Annotated[str, StringConstraints(min_length=10, max_length=4000, strip_whitespace=True)]
+    requirements: Requirements | None = None
+    """None until somebody has drafted them."""
+    prohibitions: Annotated[dict[Name, Prohibition], Field(max_length=MOST)] = {}
+
+    def digest(self) -> str:
+        """SHA-256 of all that it is judged by: prompt, requirements, prohibitions."""
+        return _sha(self.model_dump(mode="json", include={"prompt", "requirements", "prohibitions"}))
+
+
+class Suite(Model):
+    """A list of prompts that every method is judged by."""
+
+    text2sim_suite: Literal[1]
+    """Version of this form."""
+    name: Name
+    frozen: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")] | None = None
+    """`digest` at the time when it was frozen."""
+    prompts: Annotated[dict[Name, Prompt], Field(min_length=1, max_length=1000)]
+
+    def digest(self) -> str:
+        """SHA-256 of all that methods are judged by."""
+        return _sha({name: one.digest() for name, one in self.prompts.items()})
+
+    def prompts_digest(self) -> str:
+        """SHA-256 of the prompts alone: what methods see."""
+        return _sha({name: one.prompt for name, one in self.prompts.items()})
+
+
+def read_suite(path: Path) -> tuple[Suite, Document]:
+    """Read a suite; a name without a folder and an ending is one of those that come with text2sim.
+
+    Raises:
+        SpecError: With everything that is wrong with it, also if it has changed since it was frozen.
+    """
+    if not path.suffix and len(path.parts) == 1 and (BUILT_IN / f"{path}.yaml").is_file():
+        path = BUILT_IN / f"{path}.yaml"
+    suite, document = read_model(path, Suite, "a suite")
+    if suite.frozen is not None and suite.frozen != suite.digest():
+        message = f"its prompts, requirements or prohibitions have changed since it was frozen: now {suite.digest()}"
+        raise SpecError([document.problem(("frozen",), message, rule="frozen")])
+    return suite, document
+
+
+def complete(suite: Suite, document: Document) -> None:
+    """Refuse a suite that nobody can be judged by.
+
+    Raises:
+        SpecError: With the prompts that have no requirements.
+    """
+    lacking = [name for name, one in suite.prompts.items() if one.requirements is None]
+    message = "it has no requirements; `text2sim evaluate draft` has them drafted"
+    if lacking:
+        raise SpecError([document.problem(("prompts", name), message, key=True, rule="incomplete") for name in lacking])
+
+
+def shared_sources(one: Suite, other: Suite, document: Document) -> list[Problem]:
+    """Say which prompts of one suite stand in the other, too, by their source or by their words.
+
+    Titles are compared without case, accents and punctuation, and so are words: a source does not become another by
+    the way in which it is cited.
+
+    Args:
+        one: The suite that is examined.
+        other: The suite that it has to keep apart from.
+        document: Where the first stands.
+    """
+    found = []
+    for (name, mine), (its, theirs) in product(one.prompts.items(), other.prompts.items()):
+        if _same(_plain(mine.source.title), _plain(theirs.source.title), SAME_TITLE):
+            message = f"`{other.name}` has this source, too, for `{its}`: {theirs.source.title}"
+            place: tuple[str, ...] = ("prompts", name, "source", "title")
+        elif _same(_plain(mine.prompt), _plain(theirs.prompt), SAME_PROMPT):
+            message = f"`{other.name}` asks for the same in `{its}`"
+            place = ("prompts", name, "prompt")
+        else:
+            continue
+        found.append(document.problem(place, message, rule="shared-source"))
+    return found
+
+
+def selected(suite: Suite, only: Iterable[str]) -> Mapping[str, Prompt]:
+    """Return prompts by name; all, if none is named.
+
+    Raises:
+        SpecError: If there is none of a name.
+    """
+    from text2sim.spec_schema.errors import nearest
+
+    wanted = list(only)
+    unknown = [name for name in wanted if name not in suite.prompts]
+    if unknown:
+        rows = [
+            Problem("", f"there is no prompt `{name[:60]}`", file=suite.name, hint=nearest(name, suite.prompts))
+            for name in unknown
+        ]
+        raise SpecError(rows)
+    return {name: one for name, one in suite.prompts.items() if not wanted or name in wanted}
+
+
+def _same(one: str, other: str, from_: float) -> bool:
+    """Whether two texts are alike; the quick bounds of difflib first, as there are many pairs."""
+    if one == other or (min(len(one), len(other)) > 20 and (one in other or other in one)):
+        return True
+    matcher = SequenceMatcher(None, one, other, autojunk=False)
+    return matcher.real_quick_ratio() >= from_ and matcher.quick_ratio() >= from_ and matcher.ratio() >= from_
+
+
+def _plain(text: str) -> str:
+    """Letters and digits of a text, without case and accents."""
+    return re.sub(r"[\W_]+", "", unicodedata.normalize("NFKD", text).casefold())
+
+
+def _sha(data: Any) -> str:
+    return sha256(json.dumps(data, sort_keys=True, ensure_ascii=True, allow_nan=False).encode()).hexdigest()
