@@ -28,9 +28,8 @@ def check(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Find everything that is wrong with cases, without running them."""
-    from text2sim.cli.cases import find_cases
     from text2sim.cli.output import say_json
-    from text2sim.service.examined import Examined, examine
+    from text2sim.service.examined import Examined, examine, find_cases
     from text2sim.spec_schema.reuse.overlay import Overlay
 
     if rules or explain:

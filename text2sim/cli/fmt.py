@@ -16,10 +16,10 @@ def fmt(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Bring cases into their one canonical form: order, indentation, quotes. Comments stay."""
-    from text2sim.cli.cases import find_cases, say_examined
+    from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say, say_json
     from text2sim.revision.files import rewrite
-    from text2sim.service.examined import Examined, case_file
+    from text2sim.service.examined import Examined, case_file, find_cases
     from text2sim.service.wording import shown
     from text2sim.spec_schema.errors import Text2SimError
     from text2sim.spec_schema.text.canonical import format_source

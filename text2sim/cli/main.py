@@ -13,6 +13,7 @@ from text2sim.cli.cards import cards
 from text2sim.cli.check import check
 from text2sim.cli.compare import compare_runs
 from text2sim.cli.compile import compile_cases
+from text2sim.cli.dataset import dataset
 from text2sim.cli.diff import diff
 from text2sim.cli.doctor import doctor
 from text2sim.cli.evaluate import evaluate
@@ -68,6 +69,7 @@ app.command("prefabs")(prefabs)
 app.add_typer(asset, name="asset")
 app.add_typer(cards, name="cards")
 app.add_typer(evaluate, name="evaluate")
+app.add_typer(dataset, name="dataset")
 app.command("schema")(schema)
 app.command("doctor")(doctor)
 app.command("mcp")(mcp)

@@ -14,10 +14,10 @@ def migrate(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Write cases of older versions of the language in the latest one. Comments stay."""
-    from text2sim.cli.cases import find_cases, say_examined
+    from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say, say_json
     from text2sim.revision.files import rewrite
-    from text2sim.service.examined import Examined, case_file
+    from text2sim.service.examined import Examined, case_file, find_cases
     from text2sim.service.wording import shown
     from text2sim.spec_schema.changes.edit import edit_source
     from text2sim.spec_schema.errors import Text2SimError

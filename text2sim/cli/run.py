@@ -44,10 +44,10 @@ def run_cases(
     Ctrl-C stops gently and keeps what was recorded; a second one kills.
     """
     from text2sim.cli.attempt import attempt
-    from text2sim.cli.cases import find_cases, say_examined
+    from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say_json
     from text2sim.cli.verdict import exit_of, say_result
-    from text2sim.service.examined import examine
+    from text2sim.service.examined import examine, find_cases
 
     # All are read before the first runs: a slip in the last should not show after an hour.
     paths, overlay = find_cases(cases), overlay_of(variants, sets)

@@ -31,10 +31,9 @@ def run_suite(
 ) -> None:
     """Run cases like a test suite: a case passes if everything that it expects came true."""
     from text2sim.cli.attempt import attempt
-    from text2sim.cli.cases import find_cases
     from text2sim.cli.output import say, say_json
     from text2sim.cli.verdict import exit_of
-    from text2sim.service.examined import examine
+    from text2sim.service.examined import examine, find_cases
     from text2sim.service.wording import seconds
 
     begun, code = monotonic(), exits.OK

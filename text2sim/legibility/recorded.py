@@ -35,44 +35,59 @@ class Recorded:
         recording: Of the run.
         budget: Triangles of what is rigid, about.
         grains: Most particles of a body that are looked at; each stands for its neighbours too.
+        copies: Copies of a body are things of their own.
 
     Attributes:
         names: Of the things.
+        pieces: Meshes that links wear, then bodies that deform.
+        thing_of_piece: Number of the thing that each is of, shape (p,).
+        hiding: Whether each hides what is behind it, shape (p,).
         statics: Names of those that never move.
         colors: sRGB of each, 0 to 1, shape (m, 3).
     """
 
-    def __init__(self, recording: "FilmRecord", budget: int = BUDGET, grains: int = GRAINS):
+    def __init__(self, recording: "FilmRecord", budget: int = BUDGET, grains: int = GRAINS, *, copies: bool = False):
         self.recording, self._budget, self._grains = recording, budget, grains
+        self._name = str if copies else base_name
         parts = [part for part in recording.parts if _shown(part.look)]
         soft = [part for part in recording.soft if _shown(part.look)]
-        bodies = [(part.body, part.look) for part in (*parts, *soft)]
-        self.names = list(dict.fromkeys(base_name(body) for body, _ in bodies))
+        self.pieces = [*parts, *soft]
+        self.names = list(dict.fromkeys(self._name(piece.body) for piece in self.pieces))
         self._index = {name: k for k, name in enumerate(self.names)}
-        looks = {base_name(body): look for body, look in reversed(bodies)}
+        looks = {self._name(piece.body): piece.look for piece in reversed(self.pieces)}
         self.colors = np.array([looks[name].color for name in self.names], float).reshape(-1, 3)
-        still = {base_name(body) for body in recording.statics}
-        self.statics = frozenset(still - {base_name(b) for b in recording.bodies if b not in recording.statics})
+        still = {self._name(body) for body in recording.statics}
+        self.statics = frozenset(still - {self._name(b) for b in recording.bodies if b not in recording.statics})
         self._soft = soft
-        self._local, self._links, self._owner, self._solid = self._rigid(parts)
+        self._local, self._links, self._piece = self._rigid(parts)
+        self.thing_of_piece = np.array([self._index[self._name(piece.body)] for piece in self.pieces], int)
+        self.hiding = np.array([hides(piece.look.opacity, piece.look.finish) for piece in self.pieces], bool)
 
     def things(self, t: float) -> Things:
         """Return everything as it is at simulated time `t` [s]."""
+        corners, piece, there = self.surfaces(t)
+        piece = piece[there]
+        return Things(corners[there], self.thing_of_piece[piece], self.hiding[piece], len(self.names))
+
+    def surfaces(self, t: float) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Return the triangles of all pieces at simulated time `t` [s], the same ones in the same order at every time.
+
+        Returns:
+            Their corners [m], shape (n, 3, 3); which piece each is of; and whether it is there, both of shape (n,).
+        """
         states = self.recording.states
         pos, quat = states.poses(t)
         turn = matrices(quat.astype(float))[self._links]
         triangles = [np.einsum("nij,nkj->nki", turn, self._local) + pos[self._links][:, None]]
-        owner, solid = [self._owner], [self._solid]
-        for part, faces in zip(self._soft, self._faces, strict=True):
-            made = self._deformed(part, faces, t)
-            triangles.append(made)
-            owner.append(np.full(len(made), self._index[base_name(part.body)]))
-            solid.append(np.full(len(made), hides(part.look.opacity, part.look.finish)))
-        corners, owners = np.concatenate(triangles), np.concatenate(owner)
-        there = np.ones(len(corners), bool)
-        there[: len(self._links)] = ~states.gone(t)[self._links]
-        sound = np.isfinite(corners).all(axis=(1, 2)) & there
-        return Things(corners[sound], owners[sound], np.concatenate(solid)[sound], len(self.names))
+        piece = [self._piece]
+        first = len(self.pieces) - len(self._soft)
+        for k, (part, faces) in enumerate(zip(self._soft, self._faces, strict=True), first):
+            triangles.append(self._deformed(part, faces, t))
+            piece.append(np.full(len(triangles[-1]), k))
+        corners = np.concatenate(triangles)
+        there = np.isfinite(corners).all(axis=(1, 2))
+        there[: len(self._links)] &= ~states.gone(t)[self._links]
+        return corners, np.concatenate(piece), there
 
     def sight(self, t: float, camera: FilmView, size: tuple[int, int]) -> Sight:
         """Return what a camera sees at simulated time `t` [s].
@@ -89,8 +104,8 @@ class Recorded:
         colors = np.concatenate([self.colors, np.asarray(background, float).reshape(1, 3)])
         return colors[sight.front].reshape(sight.view.height, sight.view.width, 3)
 
-    def _rigid(self, parts: "list[Part]") -> tuple[Array, Array, Array, Array]:
-        """Triangles of all rigid parts in the frames of their links; of each its link, its thing, and if it hides."""
+    def _rigid(self, parts: "list[Part]") -> tuple[Array, Array, Array]:
+        """Triangles of all rigid parts in the frames of their links; of each its link and its part."""
         meshes: dict[Any, tuple[Array, Array]] = {}
         for mesh in dict.fromkeys(part.mesh for part in parts):
             with np.load(mesh) as arrays:
@@ -99,13 +114,12 @@ class Recorded:
         most = max(self._budget // max(len(parts), 1), 48) if whole > self._budget else whole
         read = {mesh: vertices[coarse(vertices, faces, most)] for mesh, (vertices, faces) in meshes.items()}
         if not parts:
-            return np.zeros((0, 3, 3)), np.zeros(0, int), np.zeros(0, int), np.zeros(0, bool)
+            return np.zeros((0, 3, 3)), np.zeros(0, int), np.zeros(0, int)
         turns = matrices(np.array([part.quat for part in parts], float))
         local = [read[p.mesh] @ r.T + np.asarray(p.pos) for p, r in zip(parts, turns, strict=True)]
         sizes = [len(rows) for rows in local]
-        rows = [(p.link, self._index[base_name(p.body)], hides(p.look.opacity, p.look.finish)) for p in parts]
-        links, owner, solid = (np.repeat(column, sizes) for column in zip(*rows, strict=True))
-        return np.concatenate(local), links, owner, solid
+        links = np.repeat([part.link for part in parts], sizes)
+        return np.concatenate(local), links, np.repeat(np.arange(len(parts)), sizes)
 
     @cached_property
     def _faces(self) -> list[Array | None]:

@@ -1,5 +1,7 @@
 """A case as it was read, with all that is wrong with it."""
 
+import os
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +17,9 @@ if TYPE_CHECKING:
     from text2sim.spec_schema.loaded import LoadedCase
 
 CASE_FILE = "case.yaml"
+SKIPPED = frozenset({"runs", "program", "assets", "__pycache__", "node_modules"})
+"""Folders in which no cases are looked for: they hold what was made from cases."""
+DEPTH = 6
 
 
 @dataclass
@@ -139,3 +144,28 @@ def examine(path: Path, *, plan: bool = True, overlay: Overlay = NOTHING) -> Exa
 def case_file(path: Path) -> Path:
     """Return the file that a path means: itself, or `case.yaml` in it."""
     return path / CASE_FILE if path.is_dir() else path
+
+
+def find_cases(paths: Iterable[Path]) -> list[Path]:
+    """Return the cases that paths mean; a folder that is no case itself means all cases below it."""
+    found: dict[Path, None] = {}
+    for path in paths:
+        below = [path] if not path.is_dir() or (path / CASE_FILE).is_file() else list(_below(path, DEPTH))
+        # A folder without cases is kept, so that reading it says so.
+        found |= dict.fromkeys(below or [path])
+    return list(found)
+
+
+def _below(folder: Path, depth: int) -> Iterable[Path]:
+    try:
+        entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
+    except OSError:
+        return
+    for entry in entries:
+        if entry.name.startswith(".") or entry.name in SKIPPED or not entry.is_dir(follow_symlinks=False):
+            continue
+        path = Path(entry.path)
+        if (path / CASE_FILE).is_file():
+            yield path
+        elif depth > 0:
+            yield from _below(path, depth - 1)

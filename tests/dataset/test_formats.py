@@ -1,0 +1,78 @@
+"""What strangers load: with pyarrow, `datasets`, `webdataset` and mlcroissant, as they come."""
+
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+import yaml
+
+
+def test_tables_are_read_with_pyarrow_alone(dataset: Path) -> None:
+    items = pq.read_table(dataset / "items").to_pylist()
+    assert [(row["key"], row["split"], row["same_physics_as"]) for row in items] == [
+        ("b", "test", None), ("a", "train", None), ("a-film1", "train", "a")
+    ]  # fmt: skip
+    frames = pq.read_table(dataset / "frames", filters=[("key", "=", "a")])
+    assert frames.num_rows == items[1]["frames"] == 8
+    assert frames.schema.field("rotation").metadata[b"description"].startswith(b"world to camera")
+    assert items[1]["things"][1] == {"instance": 2, "name": "crate", "body": "crate", "static": False}
+
+
+def test_shards_are_read_with_webdataset(dataset: Path) -> None:
+    import webdataset as wds
+
+    rows = pq.read_table(dataset / "items").to_pylist()
+    for split in ("train", "test"):
+        loaded = wds.WebDataset(str(dataset / "shards" / f"{split}-00000.tar"), shardshuffle=False).decode()
+        samples = {sample["__key__"]: sample for sample in loaded}
+        assert {*samples} == {row["key"] for row in rows if row["split"] == split}
+        for key, sample in samples.items():
+            assert sample["json"]["key"] == key
+            assert dict(sample["annotations.npz"])["depth"].shape == (8, 36, 64)
+            assert dict(sample["states.npz"])["pos"].shape == (9, 3, 3)
+            assert b"ftyp" in sample["film.mp4"][:16]
+            assert b"text2sim: 2" in (text if isinstance(text := sample["case.yaml"], bytes) else text.encode())
+
+
+@pytest.mark.parametrize("table", ["items", "frames"])
+def test_the_folder_is_loaded_with_datasets(
+    dataset: Path, table: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HF_HUB_OFFLINE", "1")
+    import datasets
+
+    loaded = datasets.load_dataset(str(dataset), table, cache_dir=str(tmp_path / "cache"))
+    assert {split: loaded[split].num_rows for split in loaded} == {
+        "items": {"train": 2, "test": 1}, "frames": {"train": 16, "test": 8}
+    }[table]  # fmt: skip
+    assert loaded["train"][0]["key"] == "a"
+
+
+def test_the_metadata_are_read_with_mlcroissant(dataset: Path) -> None:
+    import mlcroissant
+
+    found = mlcroissant.Dataset(jsonld=str(dataset / "croissant.json"))
+    assert not found.metadata.ctx.issues.errors
+    rows = [*found.records("items-train-rows")]
+    assert [row["items-train/key"] for row in rows] == [b"a", b"a-film1"]
+
+
+def test_the_card_says_what_there_is(dataset: Path) -> None:
+    _, head, words = (dataset / "README.md").read_text().split("---\n", 2)
+    assert yaml.safe_load(head)["license"] == "cc0-1.0"
+    assert "| `items` | 2 | 0 | 1 |" in words
+    assert "`flow`: float32" in words
+    refused = [json.loads(line) for line in (dataset / "refused.jsonl").read_text().splitlines()]
+    assert [(row["key"], row["why"]) for row in refused] == [("b", ["overlap"])]
+
+
+def test_files_of_an_item_belong_together(dataset: Path) -> None:
+    from text2sim.dataset.shards import read_shard
+
+    (key, files), _ = read_shard(dataset / "shards" / "train-00000.tar")
+    with np.load(io.BytesIO(files["states.npz"])) as states:
+        assert states["pos"][-1, 1, 0] == pytest.approx(0.2)
+    assert key == "a" and json.loads(files["layout.json"])["dt"] == 0.1

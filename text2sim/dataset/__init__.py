@@ -1,0 +1,1 @@
+"""Datasets of runs: recipes, items, annotations, tables and shards, splits, questions."""

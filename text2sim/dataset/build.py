@@ -1,0 +1,201 @@
+"""From a recipe to a dataset on disk: jobs that are done side by side, items that are written as they come."""
+
+import json
+import shutil
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from dataclasses import dataclass, field
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from text2sim.dataset.card import write_card
+from text2sim.dataset.curation import Likeness
+from text2sim.dataset.item import Item
+from text2sim.dataset.recipe import Recipe
+from text2sim.dataset.shards import ShardWriter
+from text2sim.dataset.simulate import Job, Made, make
+from text2sim.dataset.splits import deal
+from text2sim.dataset.tables import TableWriter
+from text2sim.recording.record import write_atomically
+from text2sim.service.examined import case_file, examine, find_cases
+from text2sim.spec_schema.errors import RunError, SpecError
+from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.sweeps import runs_of
+
+TABLES = ("items", "frames")
+
+
+@dataclass
+class Tally:
+    """What a build came to."""
+
+    jobs: int = 0
+    done: int = 0
+    items: Counter[str] = field(default_factory=Counter)
+    """By split."""
+    refused: Counter[str] = field(default_factory=Counter)
+    """By stage."""
+    tables: dict[str, Counter[str]] = field(default_factory=dict)
+    """Rows by table and split."""
+
+
+def jobs_of(recipe: Recipe, root: Path, runs: Path, out: Path) -> list[Job]:
+    """Return what there is to do.
+
+    Args:
+        recipe: The dataset's.
+        root: Folder that its paths are seen from.
+        runs: Folder of run folders.
+        out: Folder for the files of items.
+
+    Raises:
+        SpecError: with what is wrong with a case, or if it lacks a variant or a sweep.
+    """
+    jobs, problems = [], []
+    for name, source in recipe.sources.items():
+        for case in find_cases(root / path for path in source.cases):
+            plain = examine(case, plan=False)
+            if plain.loaded is None:
+                if not plain.problems:
+                    raise RunError(f"{plain.title}: {plain.failure}")
+                problems += plain.problems
+                continue
+            bases = [Overlay()] if source.plain else []
+            bases += [Overlay(variants=(variant,)) for variant in source.variants]
+            if source.sweep is not None:
+                bases += [over for _, over in runs_of(plain.loaded.written, source.sweep)]
+            for base in bases:
+                if base and not (found := examine(case, plan=False, overlay=base)).ok:
+                    problems += found.problems
+                jobs += [Job(recipe, name, case_file(case), base, k, runs, out) for k in range(source.draws)]
+    if problems:
+        raise SpecError(problems)
+    return jobs
+
+
+def run_jobs(jobs: Sequence[Job], workers: int) -> Iterator[Made]:
+    """Do jobs side by side; yield what came of them as they end. No more than two for each worker are in hand."""
+    if workers <= 1:
+        yield from map(make, jobs)
+        return
+    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        rest, waiting = iter(jobs), set()
+        try:
+            while True:
+                while len(waiting) < 2 * workers and (job := next(rest, None)) is not None:
+                    waiting.add(pool.submit(make, job))
+                if not waiting:
+                    return
+                done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
+                yield from (future.result() for future in done)
+        finally:
+            for future in waiting:
+                future.cancel()
+
+
+def build(
+    recipe: Recipe, root: Path, target: Path, runs: Path, *, workers: int, tell: Callable[[Tally, Made], None]
+) -> Tally:
+    """Build a dataset. The folder is there when it is complete.
+
+    Args:
+        recipe: What to build.
+        root: Folder that its paths are seen from.
+        target: The dataset's folder, which must not be there.
+        runs: Folder of run folders; what was simulated already is not simulated again.
+        workers: Jobs at a time.
+        tell: Told after each job.
+
+    Raises:
+        RunError: if the folder is there, or nothing came of any job.
+        SpecError: with what is wrong with a case.
+    """
+    if target.exists():
+        raise RunError(f"{target} is there already; name another folder, or remove it")
+    stage = target.with_name(f".{target.name}.parts")
+    # What is done of a build that was stopped stays there, and is not done again.
+    stage.mkdir(parents=True, exist_ok=True)
+    folder = stage / "dataset"
+    shutil.rmtree(folder, ignore_errors=True)
+    jobs = jobs_of(recipe, root, runs, stage / "items")
+    writer = Writer(recipe, folder, deal(recipe, Counter(job.source for job in jobs)))
+    writer.tally.jobs = len(jobs)
+    for made in run_jobs(jobs, workers):
+        writer.add(made)
+        tell(writer.tally, made)
+    writer.close()
+    if not writer.tally.items:
+        raise RunError(f"no item came of {len(jobs)} draws: {_mostly(folder / 'refused.jsonl')}")
+    write_card(folder, recipe, writer.tally.tables)
+    folder.rename(target)
+    shutil.rmtree(stage)
+    return writer.tally
+
+
+class Writer:
+    """Writes what comes of jobs: tables, shards, and the list of what is refused.
+
+    Args:
+        recipe: The dataset's.
+        folder: Of the dataset.
+        splits: Split of each source.
+    """
+
+    def __init__(self, recipe: Recipe, folder: Path, splits: dict[str, Any]):
+        self._recipe, self._folder, self._splits = recipe, folder, splits
+        self._tables: dict[tuple[str, str], TableWriter] = {}
+        self._shards: dict[str, ShardWriter] = {}
+        self._likeness = Likeness(recipe.limits.alike)
+        self.tally = Tally()
+        folder.mkdir(parents=True)
+        self._refused = (folder / "refused.jsonl").open("w", encoding="utf-8")
+        write_atomically(folder / "recipe.json", recipe.model_dump_json(indent=1) + "\n")
+
+    def add(self, made: Made) -> None:
+        """Write what came of a job."""
+        refused, gone = list(made.refused), set[str]()
+        for item in made.items:
+            row = item.row
+            why = []
+            if {row["same_physics_as"], row.get("counterfactual_of")} & gone:
+                why = ["pair: what it belongs to is refused"]
+            elif row["same_physics_as"] is None:
+                twin = self._likeness.twin(item.key, row["case"], item.folder / "states.npz")
+                why = [f"duplicate: moves as {twin}"] if twin else []
+            if why:
+                gone.add(item.key)
+                refused.append({"key": item.key, "stage": "item", "why": why, "drawn": row["drawn"]})
+            else:
+                self._write(item)
+        for row in refused:
+            self.tally.refused[row["stage"]] += 1
+            self._refused.write(json.dumps(row, ensure_ascii=False) + "\n")
+        self.tally.done += 1
+
+    def close(self) -> None:
+        """Complete all files."""
+        for file in (*self._tables.values(), *self._shards.values(), self._refused):
+            file.close()
+
+    def _write(self, item: Item) -> None:
+        split = self._splits[item.row["source"]]
+        if split not in self._shards:
+            self._shards[split] = ShardWriter(self._folder / "shards", split, 1e6 * self._recipe.shard_mb)
+            for table in TABLES:
+                path = self._folder / table / f"{split}-00000.parquet"
+                self._tables[table, split] = TableWriter(path, table)
+        item.row["split"] = split
+        extra = {"json": json.dumps(item.row).encode()}
+        item.row["shard"] = self._shards[split].add(item.key, item.folder, extra)
+        for table, rows in zip(TABLES, ([item.row], item.frames), strict=True):
+            self._tables[table, split].add(rows)
+            self.tally.tables.setdefault(table, Counter())[split] += len(rows)
+        self.tally.items[split] += 1
+
+
+def _mostly(path: Path) -> str:
+    """The most frequent reason why something was refused."""
+    reasons = Counter(why for line in path.read_text("utf-8").splitlines() for why in json.loads(line)["why"])
+    return reasons.most_common(1)[0][0] if reasons else "there was nothing to do"

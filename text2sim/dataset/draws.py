@@ -1,0 +1,82 @@
+"""Random draws, each from a seed of its own: the n-th is the same whatever was drawn before it."""
+
+import json
+from collections.abc import Mapping
+from hashlib import sha256
+from typing import Any
+
+import numpy as np
+
+from text2sim.dataset.paths import parse_path
+from text2sim.dataset.recipe import Draw
+from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.paths import dotted
+from text2sim.spec_schema.reuse.overlay import Overlay
+
+DIGITS = 9
+"""Of a number that was drawn: what is written is what is used."""
+Values = dict[str, Any]
+"""What was drawn, by dotted path."""
+
+
+def generator(*key: object) -> np.random.Generator:
+    """Return a generator that depends on these words and numbers alone."""
+    return np.random.default_rng(list(sha256(json.dumps(key).encode()).digest()))
+
+
+def draw(table: Mapping[str, Draw], rng: np.random.Generator, case: Any) -> Values:
+    """Draw a value for every path.
+
+    Args:
+        table: Distributions by path.
+        rng: Where chance comes from.
+        case: The case's data without expressions, for draws that are relative to it.
+
+    Raises:
+        RunError: if the case has no number where one is to be changed.
+    """
+    return {dotted(parse_path(path)): _value(how, rng, case, path) for path, how in table.items()}
+
+
+def _value(how: Draw, rng: np.random.Generator, case: Any, path: str) -> Any:
+    if how.choice is not None:
+        return how.choice[int(rng.integers(len(how.choice)))]
+    if how.integer is not None:
+        return int(rng.integers(how.integer[0], how.integer[1], endpoint=True))
+    if how.log_uniform is not None:
+        return _rounded(np.exp(rng.uniform(*np.log(how.log_uniform))))
+    if how.normal is not None:
+        return _rounded(rng.normal(*how.normal))
+    if how.uniform is not None:
+        return _rounded(rng.uniform(*how.uniform))
+    there = number_at(case, path)
+    if how.times is not None:
+        return _rounded(there * rng.uniform(*how.times))
+    assert how.plus is not None
+    return _rounded(there + rng.uniform(*how.plus))
+
+
+def number_at(case: Any, path: str) -> float:
+    """Return the number that stands at a path of a case.
+
+    Raises:
+        RunError: if there is none.
+    """
+    found = case
+    for step in parse_path(path):
+        try:
+            found = found[step]
+        except (KeyError, IndexError, TypeError):
+            raise RunError(f"{path}: the case has nothing there that could be changed by `times` or `plus`") from None
+    if isinstance(found, bool) or not isinstance(found, int | float):
+        raise RunError(f"{path}: `times` and `plus` need a number, and the case has {json.dumps(found)[:60]} there")
+    return float(found)
+
+
+def overlay_of(values: Values) -> Overlay:
+    """Return values that were drawn as what is laid over a case."""
+    return Overlay(sets=tuple(f"{path}={json.dumps(value)}" for path, value in values.items()))
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

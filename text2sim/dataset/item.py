@@ -1,0 +1,230 @@
+"""One item: its files and its rows in the tables, made of a recorded run and a way to film it."""
+
+import io
+import json
+import zipfile
+from dataclasses import dataclass, field, replace
+from hashlib import file_digest, sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from text2sim.dataset.annotations import Annotator, Seen, Touches
+from text2sim.dataset.recipe import Film, Recipe
+from text2sim.recording.film_record import FilmRecord, read_recording
+from text2sim.recording.record import RunRecord
+from text2sim.recording.run_files import read_evidence
+from text2sim.recording.states import RunStates
+from text2sim.rendering.film import Filming
+from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.loaded import LoadedCase
+from text2sim.templates.cadence import MAIN, Frame, frames, reels
+from text2sim.templates.video import Video
+
+STATES = ("time", "pos", "quat", "vel", "ang", "qpos", "dofs_velocity", "dofs_force")
+"""Arrays of rigid states that an item has, over all recorded frames."""
+
+
+@dataclass
+class Item:
+    """An item that was made.
+
+    Attributes:
+        folder: Its files: `film.mp4`, `annotations.npz`, ….
+        row: Of the table of items, without split and shard.
+        frames: Rows of the table of frames.
+        questions: Rows of the table of questions.
+        reasons: Why it is refused; empty if it is not.
+    """
+
+    key: str
+    folder: Path
+    row: dict[str, Any]
+    frames: list[dict[str, Any]] = field(default_factory=list)
+    questions: list[dict[str, Any]] = field(default_factory=list)
+    reasons: list[str] = field(default_factory=list)
+
+
+def film_of(recording: FilmRecord, film: Film) -> tuple[FilmRecord, list[Frame]]:
+    """Return a recording as a dataset films it, with the pictures of its main film.
+
+    Pictures are sharp: no blur of motion or lens, nothing written into them, so that annotations fit every pixel.
+    """
+    cameras = {name: camera | {"f_stop": None} for name, camera in recording.film["cameras"].items()}
+    told = recording.film | {"resolution": film.size, "fps": film.fps, "motion_blur": 0.0, "cameras": cameras}
+    pictures = frames(told, reels(told)[MAIN], recording.last)
+    if len(pictures) > film.frames:
+        told["fps"] = film.fps * film.frames / len(pictures)
+        pictures = frames(told, reels(told)[MAIN], recording.last)[: film.frames]
+    return replace(recording, film=told), pictures
+
+
+def make_item(key: str, run: Path, plan: Any, loaded: LoadedCase, recipe: Recipe, out: Path) -> Item:
+    """Film and annotate a run.
+
+    Args:
+        key: Name of the item.
+        run: The run folder.
+        plan: Says how it is filmed and looks; None for what lies in the run folder.
+        loaded: The case.
+        recipe: The dataset's.
+        out: Folder for its files.
+
+    Raises:
+        RunError: if nothing that can be filmed was recorded.
+    """
+    record, evidence = RunRecord.read(run), read_evidence(run)
+    if record is None or evidence is None:
+        raise RunError(f"{run}: was not judged")
+    out.mkdir(parents=True, exist_ok=True)
+    recording, pictures = film_of(read_recording(run, plan), recipe.film)
+    annotator, states = Annotator(recording), RunStates.load(run)
+    touches = Touches(states) if evidence.get("contacts", {}).get("recorded", True) else None
+    rows = _annotate(annotator, pictures, recipe, touches, out)
+    _film(recording, pictures, recipe.film, annotator, out / "film.mp4")
+    _copy_run(run, states, recording, pictures, out)
+    (out / "case.yaml").write_bytes((run / "expanded.yaml").read_bytes())
+    row = {"key": key, **_about_case(loaded, record), **_about_run(record, evidence)}
+    row |= {"things": annotator.things, "parts": annotator.parts, "quality": recipe.film.quality}
+    row |= {"width": recipe.film.size[0], "height": recipe.film.size[1], "frames": len(pictures)}
+    with (out / "film.mp4").open("rb") as file:
+        row |= {"fps": recording.film["fps"], "film_digest": file_digest(file, "sha256").hexdigest()}
+    return Item(key, out, row, [{"key": key, **one} for one in rows])
+
+
+def _annotate(
+    annotator: Annotator, pictures: list[Frame], recipe: Recipe, touches: Touches | None, out: Path
+) -> list[dict[str, Any]]:
+    """Write `annotations.npz`, one array after the other picture by picture; return the rows of the frames."""
+    wanted, rows = recipe.annotations, []
+    # Visibility is asked by curation and questions, too.
+    asked = list(dict.fromkeys([*wanted, "visibility"]))
+    stacks = _Stacks(out / "annotations.npz", len(pictures))
+    now: Seen | None = annotator.seen(pictures[0])
+    for k in range(len(pictures)):
+        after = annotator.seen(pictures[k + 1]) if k + 1 < len(pictures) else None
+        assert now is not None
+        stacks.add(annotator.arrays(now, after, wanted, touches))
+        rows.append(annotator.row(now, asked, touches))
+        now = after
+    stacks.close()
+    return rows
+
+
+class _Stacks:
+    """Arrays of pictures, stacked on disk: of a long film they do not fit into memory together."""
+
+    def __init__(self, path: Path, count: int):
+        self._path, self._count, self._k = path, count, 0
+        self._maps: dict[str, Any] = {}
+
+    def add(self, arrays: dict[str, Any]) -> None:
+        for name, array in arrays.items():
+            if name not in self._maps:
+                part = self._path.with_name(f".{name}.npy")
+                shape = (self._count, *array.shape)
+                self._maps[name] = np.lib.format.open_memmap(part, "w+", array.dtype, shape)
+            self._maps[name][self._k] = array
+        self._k += 1
+
+    def close(self) -> None:
+        if self._maps:
+            np.savez_compressed(self._path, allow_pickle=False, **self._maps)
+        names, self._maps = list(self._maps), {}
+        for name in names:
+            self._path.with_name(f".{name}.npy").unlink()
+
+
+def _film(recording: FilmRecord, pictures: list[Frame], film: Film, annotator: Annotator, path: Path) -> None:
+    video = Video(path, film.size, recording.film["fps"], crf=14)
+    for image in _images(recording, pictures, film, annotator):
+        video.write(image)
+    video.close()
+
+
+def _images(recording: FilmRecord, pictures: list[Frame], film: Film, annotator: Annotator) -> Any:
+    if film.quality == "preview":
+        yield from (annotator.preview(annotator.seen(frame)) for frame in pictures)
+        return
+    filming = Filming(recording, film.quality, size=film.size)
+    yield from (filming.develop(filming.trace(frame)) for frame in pictures)
+
+
+def _copy_run(run: Path, states: RunStates, recording: FilmRecord, pictures: list[Frame], out: Path) -> None:
+    """Write what was recorded and judged, and the program."""
+    arrays = {name: getattr(states, name) for name in STATES}
+    if (soft := recording.states.soft) is not None:
+        around = [recording.states.around(frame.t) for frame in pictures]
+        arrays["soft_time"] = np.array([frame.t for frame in pictures])
+        arrays["soft_points"] = np.stack([soft.at("soft_points", one) for one in around]).astype(np.float32)
+    np.savez_compressed(out / "states.npz", allow_pickle=False, **arrays)
+    (out / "layout.json").write_text(json.dumps(states.layout))
+    for name in ("evidence.json", "measures.csv", "events.jsonl"):
+        if (run / name).is_file():
+            (out / name).write_bytes((run / name).read_bytes())
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in sorted((run / "program").rglob("*")):
+            if path.is_file() and "__pycache__" not in path.parts:
+                info = zipfile.ZipInfo(path.relative_to(run / "program").as_posix())  # without a clock
+                archive.writestr(info, path.read_bytes(), zipfile.ZIP_DEFLATED)
+    (out / "program.zip").write_bytes(buffer.getvalue())
+
+
+def _about_case(loaded: LoadedCase, record: RunRecord) -> dict[str, Any]:
+    from text2sim.assets.manifest import read_manifest
+
+    data = loaded.case.model_dump(mode="json", by_alias=True)
+    assets = [
+        {
+            "name": name,
+            **{key: str(getattr(asset, key) or "") for key in ("file", "kind", "source", "licence", "sha256")},
+        }
+        for name, asset in read_manifest(loaded.folder).assets.items()
+    ]
+    return {
+        "case": loaded.case.name,
+        "prompt": data.get("prompt") or "",
+        "params": json.dumps(data.get("params", {})),
+        "controls": json.dumps(data["actions"]["controls"]),
+        "assets": assets,
+        "case_digest": sha256(loaded.source.text.encode()).hexdigest(),
+        "sim_digest": record.key.get("sim_digest", ""),
+        "states_digest": sha256(json.dumps(record.recorded, sort_keys=True).encode()).hexdigest(),
+        "versions": json.dumps({"text2sim": record.text2sim, **record.versions}),
+    }
+
+
+def _about_run(record: RunRecord, evidence: dict[str, Any]) -> dict[str, Any]:
+    measures, events = evidence["measures"], evidence["events"]
+    keys = ("unit", "first", "last", "min", "min_at", "max", "max_at")
+    penetration = evidence.get("penetration") or {}
+    return {
+        "state": record.state,
+        "duration": evidence["time"]["reached"],
+        "verdict": evidence["verdict"],
+        "expectations": [
+            {"name": name, "wanted": row["wanted"], "ok": row["ok"], "why": row["why"]}
+            for name, row in evidence["expect"].items()
+        ],
+        "measures": [{"name": name, **{key: row.get(key) for key in keys}} for name, row in measures.items()],
+        "events": [
+            {"name": n, **{key: row.get(key) for key in ("count", "first", "last")}} for n, row in events.items()
+        ],
+        "energy_gain": energy_gain(evidence.get("energy")),
+        "penetration": penetration.get("value"),
+        "suspicions": [str(row) for row in evidence.get("suspicions", [])],
+        "remarks": [str(row) for row in (evidence.get("legibility") or {}).get("remarks", [])],
+    }
+
+
+def energy_gain(energy: dict[str, Any] | None) -> float | None:
+    """Return what energy the run gained beyond all work, as a part of what was exchanged in it.
+
+    None where the account leaves something out.
+    """
+    if not energy or energy.get("not_counted") or energy.get("change") is None:
+        return None
+    scale = max(energy["max"] - energy["min"], abs(energy.get("work_of_motors") or 0.0))
+    return max(energy["change"], 0.0) / scale if scale else 0.0

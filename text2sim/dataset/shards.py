@@ -1,0 +1,71 @@
+"""WebDataset shards: tar files with the files of an item one after the other, named by its key."""
+
+import tarfile
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
+
+
+class ShardWriter:
+    """Writes items to shards of a split; what is written depends on no clock.
+
+    Args:
+        folder: Of the shards.
+        split: Beginning of their names.
+        size: From which on another one is begun [bytes].
+    """
+
+    def __init__(self, folder: Path, split: str, size: float):
+        self._folder, self._split, self._size = folder, split, size
+        self._tar: tarfile.TarFile | None = None
+        self.count = 0
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def add(self, key: str, folder: Path, extra: dict[str, bytes]) -> str:
+        """Append the files of an item; return the name of the shard.
+
+        Args:
+            key: Of the item.
+            folder: Its files.
+            extra: Further files by name.
+        """
+        if self._tar is None or self._tar.offset >= self._size:
+            self.close()
+            self._tar = tarfile.open(self._folder / f"{self._split}-{self.count:05d}.tar", "w")  # noqa: SIM115
+            self.count += 1
+        for path in sorted(path for path in folder.iterdir() if path.is_file()):
+            info = tarfile.TarInfo(f"{key}.{path.name}")
+            info.size = path.stat().st_size
+            with path.open("rb") as file:
+                self._tar.addfile(info, file)
+        for name, content in sorted(extra.items()):
+            info = tarfile.TarInfo(f"{key}.{name}")
+            info.size = len(content)
+            self._tar.addfile(info, BytesIO(content))
+        return Path(str(self._tar.name)).name
+
+    def close(self) -> None:
+        """Complete the last shard."""
+        if self._tar is not None:
+            self._tar.close()
+            self._tar = None
+
+
+def read_shard(path: Path) -> Iterator[tuple[str, dict[str, bytes]]]:
+    """Yield the items of a shard: key, and contents by name, one item in hand at a time.
+
+    Raises:
+        tarfile.TarError: if it is no shard.
+    """
+    key, files = "", dict[str, bytes]()
+    with tarfile.open(path) as tar:
+        for info in tar:
+            name, _, rest = info.name.partition(".")
+            if name != key and files:
+                yield key, files
+                files = {}
+            key = name
+            member = tar.extractfile(info)
+            files[rest] = b"" if member is None else member.read()
+    if files:
+        yield key, files

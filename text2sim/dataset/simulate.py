@@ -1,0 +1,205 @@
+"""One draw of a case: checked, simulated, filmed; drawn again until it is what the recipe wants."""
+
+import json
+import re
+from dataclasses import asdict, dataclass, field
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from text2sim import __version__
+from text2sim.dataset.curation import is_doubtful, refusals
+from text2sim.dataset.draws import Values, draw, generator, overlay_of
+from text2sim.dataset.item import Item, make_item
+from text2sim.dataset.recipe import Recipe, Source
+from text2sim.harness.run import run_case
+from text2sim.recording.record import write_atomically
+from text2sim.service.examined import Examined, examine
+from text2sim.spec_schema.errors import Text2SimError
+from text2sim.spec_schema.reuse.overlay import Overlay
+
+_ODD = re.compile(r"[^A-Za-z0-9_]+")
+
+
+@dataclass(frozen=True)
+class Job:
+    """A draw that is to be made, with its films and counterfactuals."""
+
+    recipe: Recipe
+    source: str
+    case: Path
+    base: Overlay
+    """Variant or point of a sweep."""
+    number: int
+    """Of the draw."""
+    runs: Path
+    out: Path
+    """Folder for the files of its items."""
+
+    @property
+    def key(self) -> str:
+        """Name of its first item."""
+        name = self.case.parent.name if self.case.name == "case.yaml" else self.case.stem
+        words = [self.source, name, self.base.label, f"{self.number:03d}"]
+        return "-".join(_ODD.sub("_", word) for word in words if word)
+
+
+@dataclass
+class Made:
+    """What came of a job."""
+
+    items: list[Item] = field(default_factory=list)
+    refused: list[dict[str, Any]] = field(default_factory=list)
+    """Draws and items that are not taken: `key`, `stage` (check, run, expectation, item), `why`, `drawn`."""
+
+
+def make(job: Job) -> Made:
+    """Do a job, unless an earlier build did. What its author can put right ends up among what is refused."""
+    job.out.mkdir(parents=True, exist_ok=True)
+    done, digest = job.out / f"{job.key}.json", _digest(job)
+    if done.is_file() and (saved := json.loads(done.read_text("utf-8")))["digest"] == digest:
+        items = [Item(**{**item, "folder": job.out / item["key"]}) for item in saved["items"]]
+        return Made(items, saved["refused"])
+    made = _make(job)
+    rows = [asdict(item) | {"folder": ""} for item in made.items]
+    write_atomically(done, json.dumps({"digest": digest, "items": rows, "refused": made.refused}))
+    return made
+
+
+def _digest(job: Job) -> str:
+    source = {job.source: job.recipe.sources[job.source]}
+    recipe = job.recipe.model_copy(update={"sources": source}).model_dump_json(exclude={"splits", "description"})
+    texts = [recipe, repr(job.base), job.case.read_text("utf-8", "replace"), __version__]
+    return sha256("\0".join(texts).encode()).hexdigest()
+
+
+def _make(job: Job) -> Made:
+    made, source = Made(), job.recipe.sources[job.source]
+    found = _simulated(job, source, made)
+    if found is None:
+        return made
+    row, run, drawn = found
+    first = _films(job, source, made, row, run, job.key, drawn, {})
+    if first is None:
+        return made
+    for name, table in source.counterfactuals.items():
+        key = f"{job.key}-{name}"
+        try:
+            rng = generator(job.recipe.seed, key, "physics")
+            changed = draw(table, rng, _data(row))
+        except Text2SimError as error:
+            made.refused.append({"key": key, "stage": "check", "why": [str(error)], "drawn": []})
+            continue
+        told = [*drawn, *_told("physics", changed)]
+        other = examine(job.case, overlay=row.overlay + overlay_of(changed))
+        run_of_other = _run(job, other, key, told, made)
+        if run_of_other is not None:
+            about = {"counterfactual_of": first, "cause": next(iter(changed))}
+            _films(job, source, made, other, run_of_other.folder, key, told, about)
+    return made
+
+
+def _simulated(job: Job, source: Source, made: Made) -> tuple[Examined, Path, list[dict[str, Any]]] | None:
+    """Draw until the check and the expectations are content; return the case, its run folder, and what was drawn."""
+    plain = examine(job.case, plan=False, overlay=job.base)
+    for attempt in range(job.recipe.tries if source.physics else 1):
+        rng = generator(job.recipe.seed, job.key, attempt, "physics")
+        try:
+            values: Values = draw(source.physics, rng, _data(plain)) if plain.ok else {}
+        except Text2SimError as error:
+            made.refused.append({"key": job.key, "stage": "check", "why": [str(error)], "drawn": []})
+            return None
+        row = examine(job.case, overlay=job.base + overlay_of(values))
+        told = _told("physics", values)
+        result = _run(job, row, job.key, told, made)
+        if result is None:
+            continue
+        came = {name: one["ok"] for name, one in result.expectations.items()}
+        wanted = [*came] if source.holds == "all" else source.holds
+        missed = [f"`{name}` did not come true" for name in wanted if came.get(name) is not True]
+        missed += [f"`{name}` came true" for name in source.fails if came.get(name) is not False]
+        if not missed:
+            return row, result.folder, told
+        made.refused.append({"key": job.key, "stage": "expectation", "why": missed, "drawn": told})
+    return None
+
+
+def _run(job: Job, row: Examined, key: str, drawn: list[dict[str, Any]], made: Made) -> Any:
+    """Simulate a case that the check lets through; None with the reason in `made` if it does not, or if that fails."""
+    stage = "check"
+    if row.ok and row.loaded is not None:
+        try:
+            return run_case(row.loaded, runs=job.runs, film=False, lint=row.findings())
+        except Text2SimError as error:
+            row.blame(error)
+            stage = "run"
+    why = [str(problem) for problem in row.problems if problem.severity == "error"] or [row.failure]
+    made.refused.append({"key": key, "stage": stage, "why": why, "drawn": drawn})
+    return None
+
+
+def _films(
+    job: Job, source: Source, made: Made, row: Examined, run: Path, key: str, drawn: list[Any], about: dict[str, Any]
+) -> str | None:
+    """Make the items of one run; return the key of the first, None if that is refused."""
+    first: str | None = None
+    for number in range(source.films):
+        name = f"{key}-film{number}" if number else key
+        seen, told = row, drawn
+        if number:
+            found = _redressed(job, source, made, row, key, name)
+            if found is None:
+                continue
+            seen, told = found[0], [*drawn, *found[1]]
+        try:
+            assert seen.loaded is not None
+            item = make_item(name, run, seen.plan, seen.loaded, job.recipe, job.out / name)
+        except Text2SimError as error:
+            made.refused.append({"key": name, "stage": "item", "why": [str(error)], "drawn": told})
+            continue
+        if reasons := refusals(item, job.recipe.limits):
+            made.refused.append({"key": name, "stage": "item", "why": reasons, "drawn": told})
+            continue
+        variant = " ".join([*job.base.variants, *(job.base.point or ())])
+        item.row |= {"source": job.source, "variant": variant, "draw": job.number, "drawn": told, **about}
+        item.row |= {"same_physics_as": first, "doubtful": is_doubtful(item.row, job.recipe.limits)}
+        made.items.append(item)
+        first = first or name
+    return first
+
+
+def _redressed(
+    job: Job, source: Source, made: Made, row: Examined, key: str, name: str
+) -> tuple[Examined, list[dict[str, Any]]] | None:
+    """Draw looks, lights and cameras for a run until the check is content; the physics has to stay the same.
+
+    A counterfactual has the looks of what it is compared with: they depend on the draw, and not on the cause.
+    """
+    number = name.removeprefix(key)
+    for attempt in range(job.recipe.tries):
+        told, sets = [], Overlay()
+        for group in ("looks", "lights", "cameras"):
+            rng = generator(job.recipe.seed, job.key, number, attempt, group)
+            try:
+                values = draw(getattr(source, group), rng, _data(row))
+            except Text2SimError as error:
+                made.refused.append({"key": name, "stage": "check", "why": [str(error)], "drawn": told})
+                return None
+            told += _told(group, values)
+            sets += overlay_of(values)
+        seen = examine(job.case, overlay=row.overlay + sets)
+        why = [str(problem) for problem in seen.problems if problem.severity == "error"] or [seen.failure]
+        if seen.plan is not None and row.plan is not None:
+            if seen.plan.sim_digest == row.plan.sim_digest:
+                return seen, told
+            why = ["what was drawn for the film changes the simulation"]
+        made.refused.append({"key": name, "stage": "check", "why": why, "drawn": told})
+    return None
+
+
+def _told(group: str, values: Values) -> list[dict[str, Any]]:
+    return [{"group": group, "path": path, "value": json.dumps(value)} for path, value in values.items()]
+
+
+def _data(row: Examined) -> Any:
+    return row.loaded.data if row.loaded is not None else {}
