@@ -80,12 +80,19 @@ def test_nothing_without_the_secret(server, path):
         {"Origin": "http://evil.example"},
         {"Origin": "null"},
         {"Sec-Fetch-Site": "cross-site"},
+        {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate", "Sec-Fetch-Dest": "iframe"},
     ],
     ids=str,
 )
 def test_nothing_for_other_sites(server, headers):
     """Also not for one whose name was made to mean this machine."""
     assert ask(server, "board", **headers)[0] == 404
+
+
+def test_a_link_from_elsewhere_can_be_followed(server):
+    link = {"Sec_Fetch_Site": "cross-site", "Sec_Fetch_Mode": "navigate", "Sec_Fetch_Dest": "document"}
+    assert ask(server, **link)[0] == 200
+    assert ask(server, Origin="http://evil.example", **link)[0] == 404, "but no form"
 
 
 @pytest.mark.parametrize(

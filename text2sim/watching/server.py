@@ -12,6 +12,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib import resources
 from typing import Any
 
+from text2sim.watching.admission import HEADERS, admitted, policy
 from text2sim.watching.page_state import PageState
 
 HOST = "127.0.0.1"
@@ -91,31 +92,14 @@ class _Handler(BaseHTTPRequestHandler):
     def _path(self) -> str | None:
         """What is asked for, below the secret; None for whoever does not know it, or comes from elsewhere."""
         port = self.server.server_port
-        hosts = {f"{HOST}:{port}", f"localhost:{port}"}
-        origin = self.headers.get("Origin")
-        if self.headers.get("Host") not in hosts or (origin and origin.removeprefix("http://") not in hosts):
-            return None
-        if self.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin"):
-            return None
-        token, slash, path = self.path.removeprefix("/").partition("/")
-        if not slash or not secrets.compare_digest(token.encode("utf-8", "replace"), self.server.token.encode()):
-            return None
-        return path
+        headers: Any = self.headers
+        return admitted(self.path, headers, {f"{HOST}:{port}", f"localhost:{port}"}, self.server.token)
 
     def _headers(self, status: int, kind: str) -> None:
         self.send_response(status)
-        self.send_header("Content-Type", kind)
-        self.send_header("Cache-Control", "no-store")
-        self.send_header("X-Content-Type-Options", "nosniff")
-        self.send_header("Referrer-Policy", "no-referrer")
-        self.send_header("Cross-Origin-Resource-Policy", "same-origin")
-        self.send_header("X-Frame-Options", "DENY")
-        only = f"'nonce-{self.server.nonce}'"
-        self.send_header(
-            "Content-Security-Policy",
-            f"default-src 'none'; script-src {only}; style-src {only}; media-src 'self'; connect-src 'self'; "
-            "base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
-        )
+        rows = {"Content-Type": kind, "Cache-Control": "no-store", **HEADERS}
+        for name, value in (rows | {"Content-Security-Policy": policy(self.server.nonce)}).items():
+            self.send_header(name, value)
 
     def _answer(self, status: int, body: bytes, kind: str) -> None:
         self._headers(status, kind)

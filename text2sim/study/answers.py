@@ -1,0 +1,99 @@
+"""What people answered, in SQLite: written before the next comparison is shown, so that nothing is lost by a closed browser."""
+
+import secrets
+import sqlite3
+import time
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from text2sim.study.build import Study
+
+FILE = "answers.sqlite"
+_TABLES = """\
+CREATE TABLE IF NOT EXISTS study (token TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS person (id TEXT PRIMARY KEY, assignment INTEGER NOT NULL, agreed REAL NOT NULL);
+CREATE TABLE IF NOT EXISTS answer (
+    person TEXT NOT NULL REFERENCES person, trial INTEGER NOT NULL, question TEXT NOT NULL, level INTEGER,
+    given REAL NOT NULL, PRIMARY KEY (person, trial, question)
+);
+"""
+
+
+class Answer(NamedTuple):
+    """One answer to one question."""
+
+    person: str
+    assignment: int
+    trial: int
+    question: str
+    level: int | None
+    """From -2, A is much better, to 2, B is much better; None: cannot judge."""
+
+
+class Answers:
+    """The answers of a study.
+
+    Args:
+        folder: Of the study.
+        study: What is asked.
+    """
+
+    def __init__(self, folder: Path, study: Study) -> None:
+        self._study = study
+        self._base = sqlite3.connect(folder / FILE)
+        with self._base:
+            self._base.executescript(_TABLES)
+            self._base.execute(
+                "INSERT INTO study SELECT ? WHERE NOT EXISTS (SELECT * FROM study)", (secrets.token_urlsafe(18),)
+            )
+
+    @property
+    def token(self) -> str:
+        """The secret in the address of the page; the same each time."""
+        return self._base.execute("SELECT token FROM study").fetchone()[0]
+
+    def begin(self) -> str | None:
+        """Give somebody who has agreed an assignment; return who that is now, None if all is done.
+
+        Assignments that nobody has begun come first, then those that somebody has begun and not ended.
+        """
+        begun, done = Counter[int](), set[int]()
+        for person, assignment in self._base.execute("SELECT id, assignment FROM person"):
+            begun[assignment] += 1
+            if self.position(person)[1] == len(self._study.assignments[assignment]):
+                done.add(assignment)
+        free = [k for k in range(len(self._study.assignments)) if k not in done]
+        if not free:
+            return None
+        person = secrets.token_urlsafe(18)
+        with self._base:
+            row = (person, min(free, key=lambda k: begun[k]), time.time())
+            self._base.execute("INSERT INTO person VALUES (?, ?, ?)", row)
+        return person
+
+    def position(self, person: str) -> tuple[int, int] | None:
+        """The assignment of a person, and how many comparisons of it are answered; None if nobody is called so."""
+        row = self._base.execute(
+            "SELECT assignment, (SELECT count(DISTINCT trial) FROM answer WHERE person = id) FROM person WHERE id = ?",
+            (person,),
+        ).fetchone()
+        return row
+
+    def give(self, person: str, trial: int, levels: Mapping[str, int | None]) -> None:
+        """Keep the answers to a comparison; what was answered before stays."""
+        rows = [(person, trial, question, level, time.time()) for question, level in levels.items()]
+        with self._base:
+            self._base.executemany("INSERT OR IGNORE INTO answer VALUES (?, ?, ?, ?, ?)", rows)
+
+    def all(self) -> list[Answer]:
+        """All answers."""
+        rows = self._base.execute(
+            "SELECT person, assignment, trial, question, level FROM answer JOIN person ON person = id ORDER BY given"
+        )
+        return [Answer(*row) for row in rows]
+
+    def close(self) -> None:
+        """Close the file."""
+        self._base.close()

@@ -1,0 +1,51 @@
+"""Films that tell by nothing but their pictures who made them."""
+
+import os
+from pathlib import Path
+
+from text2sim.spec_schema.errors import RunError
+
+MOST_FRAMES = 18_000
+"""Pictures of a film: five minutes at 60 a second."""
+LONGEST_SIDE = 4096
+"""Of a picture [pixels]."""
+
+
+def anonymised(source: Path, target: Path) -> None:
+    """Encode a film anew, as all others: without sound, tags, names and dates.
+
+    Raises:
+        RunError: If it is no film, or too large.
+    """
+    import av
+    import av.error
+
+    try:
+        with av.open(str(source)) as film, av.open(str(target), "w", format="mp4", options=_OPTIONS) as made:
+            if not film.streams.video:
+                raise RunError(f"{source}: there are no pictures in it")
+            pictures = film.streams.video[0]
+            old = pictures.codec_context
+            if max(old.width, old.height) > LONGEST_SIDE:
+                raise RunError(f"{source}: its pictures are larger than {LONGEST_SIDE} pixels")
+            stream = made.add_stream("libx264", rate=pictures.average_rate or 25)
+            stream.width, stream.height, stream.pix_fmt = old.width // 2 * 2, old.height // 2 * 2, "yuv420p"
+            stream.options = {"crf": "14", "preset": "veryfast", "threads": "2"}
+            for name in ("colorspace", "color_primaries", "color_trc", "color_range"):
+                setattr(stream.codec_context, name, getattr(old, name))
+            count = 0
+            for count, frame in enumerate(film.decode(pictures), 1):
+                if count > MOST_FRAMES:
+                    raise RunError(f"{source}: it has more than {MOST_FRAMES:,} pictures")
+                plain = frame.reformat(stream.width, stream.height, "yuv420p")
+                plain.pts, plain.pict_type = None, 0  # the encoder decides anew
+                made.mux(stream.encode(plain))
+            made.mux(stream.encode())
+        if not count:
+            raise RunError(f"{source}: there are no pictures in it")
+    except (av.error.FFmpegError, ValueError, OverflowError) as error:
+        raise RunError(f"{source}: not a film that can be read: {error}") from None
+    os.utime(target, (0, 0))
+
+
+_OPTIONS = {"movflags": "+faststart", "fflags": "+bitexact"}
