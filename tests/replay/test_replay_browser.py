@@ -127,8 +127,8 @@ def test_cameras_of_the_film(page: chromium.Chromium) -> None:
 
 def test_dark_pages_are_dark(page: chromium.Chromium, tmp_path: Path) -> None:
     light = shot(page, tmp_path / "light.png").mean()
-    page._call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
+    page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
     try:
         assert shot(page, tmp_path / "dark.png").mean() < 0.6 * light
     finally:
-        page._call("Emulation.setEmulatedMedia", features=[])
+        page.call("Emulation.setEmulatedMedia", features=[])

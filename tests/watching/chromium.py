@@ -41,16 +41,16 @@ class Chromium:
         self._out, self._in = os.fdopen(down[1], "wb", buffering=0), os.fdopen(up[0], "rb")
         self._numbers = itertools.count(1)
         self._session: str | None = None
-        pages = [t for t in self._call("Target.getTargets")["targetInfos"] if t["type"] == "page"]
-        self._session = self._call("Target.attachToTarget", targetId=pages[0]["targetId"], flatten=True)["sessionId"]
+        pages = [t for t in self.call("Target.getTargets")["targetInfos"] if t["type"] == "page"]
+        self._session = self.call("Target.attachToTarget", targetId=pages[0]["targetId"], flatten=True)["sessionId"]
 
     def go(self, url: str) -> None:
         """Open a page."""
-        self._call("Page.navigate", url=url)
+        self.call("Page.navigate", url=url)
 
     def ask(self, expression: str) -> Any:
         """Evaluate JavaScript in the page; a promise is waited for."""
-        answer = self._call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
+        answer = self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
         assert "exceptionDetails" not in answer, answer
         return answer["result"].get("value")
 
@@ -64,14 +64,15 @@ class Chromium:
 
     def shoot(self, path: Path) -> None:
         """Write a picture of the page."""
-        path.write_bytes(base64.b64decode(self._call("Page.captureScreenshot")["data"]))
+        path.write_bytes(base64.b64decode(self.call("Page.captureScreenshot")["data"]))
 
     def close(self) -> None:
         """End it."""
         os.killpg(self._process.pid, 9)
         self._process.wait()
 
-    def _call(self, method: str, **params: Any) -> dict[str, Any]:
+    def call(self, method: str, **params: Any) -> dict[str, Any]:
+        """Send a command of the protocol, and return its answer."""
         number = next(self._numbers)
         message: dict[str, Any] = {"id": number, "method": method, "params": params}
         if self._session is not None:

@@ -31,6 +31,7 @@ from text2sim.cli.replay import replay
 from text2sim.cli.run import run_cases
 from text2sim.cli.schema import schema
 from text2sim.cli.show import show
+from text2sim.cli.study import study
 from text2sim.cli.suite import run_suite
 from text2sim.cli.watch import watch
 from text2sim.service import exits
@@ -70,6 +71,7 @@ app.add_typer(asset, name="asset")
 app.add_typer(cards, name="cards")
 app.add_typer(evaluate, name="evaluate")
 app.add_typer(dataset, name="dataset")
+app.add_typer(study, name="study")
 app.command("schema")(schema)
 app.command("doctor")(doctor)
 app.command("mcp")(mcp)

@@ -1,4 +1,4 @@
-"""What people answered, in SQLite: written before the next comparison is shown, so that nothing is lost by a closed browser."""
+"""What people answered, in SQLite: written before the next comparison is shown."""
 
 import secrets
 import sqlite3
@@ -42,7 +42,7 @@ class Answers:
 
     def __init__(self, folder: Path, study: Study) -> None:
         self._study = study
-        self._base = sqlite3.connect(folder / FILE)
+        self._base = sqlite3.connect(folder / FILE, check_same_thread=False)  # one at a time: a loop asks
         with self._base:
             self._base.executescript(_TABLES)
             self._base.execute(
@@ -60,9 +60,10 @@ class Answers:
         Assignments that nobody has begun come first, then those that somebody has begun and not ended.
         """
         begun, done = Counter[int](), set[int]()
-        for person, assignment in self._base.execute("SELECT id, assignment FROM person"):
+        count = "SELECT assignment, count(DISTINCT trial) FROM person LEFT JOIN answer ON person = id GROUP BY id"
+        for assignment, answered in self._base.execute(count):
             begun[assignment] += 1
-            if self.position(person)[1] == len(self._study.assignments[assignment]):
+            if answered == len(self._study.assignments[assignment]):
                 done.add(assignment)
         free = [k for k in range(len(self._study.assignments)) if k not in done]
         if not free:
@@ -75,11 +76,8 @@ class Answers:
 
     def position(self, person: str) -> tuple[int, int] | None:
         """The assignment of a person, and how many comparisons of it are answered; None if nobody is called so."""
-        row = self._base.execute(
-            "SELECT assignment, (SELECT count(DISTINCT trial) FROM answer WHERE person = id) FROM person WHERE id = ?",
-            (person,),
-        ).fetchone()
-        return row
+        count = "SELECT count(DISTINCT trial) FROM answer WHERE person = id"
+        return self._base.execute(f"SELECT assignment, ({count}) FROM person WHERE id = ?", (person,)).fetchone()
 
     def give(self, person: str, trial: int, levels: Mapping[str, int | None]) -> None:
         """Keep the answers to a comparison; what was answered before stays."""

@@ -115,7 +115,9 @@ def build(
             films[task][method.name] = number
         except RunError as error:
             left_out.append(f"{task}, {method.name}: {error}")
-    pairs = {task: [one.name for one in methods if one.name in made] for task, made in films.items() if anchor.name in made}
+    pairs = {
+        task: [one.name for one in methods if one.name in made] for task, made in films.items() if anchor.name in made
+    }
     if not any(pairs.values()):
         raise RunError(f"no task has a film of {anchor.name} and of another: " + "; ".join(left_out[:5]))
     study = Study(

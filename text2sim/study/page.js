@@ -21,7 +21,7 @@ Promise.all(films.map(loaded)).then(() => {
 document.getElementById("again").addEventListener("click", play);
 addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.altKey || event.metaKey) return;
-  if (event.key === " " && !event.target.closest("button, video, input")) { event.preventDefault(); play(); }
+  if (event.key === "p") play();
   if (!/^[0-5]$/.test(event.key)) return;
   const open = (field) => !field.querySelector(":checked");
   const field = event.target.closest("fieldset") || fields.find(open) || fields[0];

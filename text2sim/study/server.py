@@ -13,13 +13,15 @@ from urllib.parse import parse_qs
 
 import uvicorn
 from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.middleware.base import BaseHTTPMiddleware
 from starlette.requests import Request
 from starlette.responses import FileResponse, HTMLResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.routing import Route
 
 from text2sim.evidence.page import render_page
 from text2sim.study.answers import Answers
-from text2sim.study.build import FILMS, Study, read_study
+from text2sim.study.build import FILMS, read_study
 from text2sim.watching.admission import HEADERS, admitted, policy
 
 LEVELS = {
@@ -52,8 +54,8 @@ class StudyPage:
             Route("/{token}/", self._sent, methods=["POST"]),
             Route("/{token}/film/{trial:int}/{side}", self._film, methods=["GET"]),
         ]
-        self.app = Starlette(routes=routes, exception_handlers={404: _nothing, 405: _nothing})
-        self.app.middleware("http")(self._guard)
+        guard = Middleware(BaseHTTPMiddleware, dispatch=self._guard)
+        self.app = Starlette(routes=routes, middleware=[guard], exception_handlers={404: _nothing, 405: _nothing})
 
     async def _guard(self, request: Request, call: Callable[[Request], Awaitable[Response]]) -> Response:
         path = request.scope["raw_path"].decode("ascii", "replace")
@@ -99,7 +101,8 @@ class StudyPage:
                 back.set_cookie(COOKIE, person, max_age=MONTH, path=request.url.path, httponly=True, samesite="lax")
             return back
         person, assignment, number = place
-        if given.get("number") != str(number):  # sent twice, or from an old page
+        over = number == len(self._study.assignments[assignment])
+        if over or given.get("number") != str(number):  # sent twice, or from an old page
             return back
         missing = tuple(name for name in self._study.questions if given.get(name) not in LEVELS)
         if missing:

@@ -1,0 +1,97 @@
+"""Scores of methods from what people answered.
+
+An answer r from -2 to 2 says how much better the method's film is than the anchor's. The mean over the ratings of a
+task, then over tasks, gives 50 + 25 r; the anchor has 50. Who cannot judge is left out.
+"""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from text2sim.study.answers import Answer
+from text2sim.study.build import Study
+
+RESAMPLES = 10_000
+LEVEL = 0.95
+"""Confidence of intervals."""
+OVERALL = "all questions"
+
+
+def analyse(study: Study, answers: Sequence[Answer]) -> dict[str, Any]:
+    """Return scores, agreement and how much there is of answers, as plain data.
+
+    Args:
+        study: What was asked.
+        answers: What was answered; also of people who have not come to the end.
+    """
+    ratings = defaultdict[tuple[str, str, str], list[int]](list)
+    left, abstained = list[int](), 0
+    for one in answers:
+        trial = study.assignments[one.assignment][one.trial]
+        if one.level is None:
+            abstained += 1
+            continue
+        left.append(-one.level)
+        ratings[trial.method, one.question, trial.task].append(-one.level if trial.first else one.level)
+    scores = {study.anchor: dict.fromkeys([*study.questions, OVERALL], {"score": 50.0})}
+    for method in study.methods:
+        by_task = {
+            question: {
+                task: float(np.mean(rows))
+                for (who, what, task), rows in ratings.items()
+                if (who, what) == (method, question)
+            }
+            for question in study.questions
+        }
+        together = {
+            task: float(np.mean([rows[task] for rows in by_task.values() if task in rows]))
+            for task in dict.fromkeys(task for rows in by_task.values() for task in rows)
+        }
+        scores[method] = {name: _score(list(rows.values())) for name, rows in {**by_task, OVERALL: together}.items()}
+    groups = {q: [rows for (_, what, _), rows in ratings.items() if what == q] for q in study.questions}
+    trials = {(one.person, one.trial) for one in answers}
+    return {
+        "people": len({one.person for one in answers}),
+        "comparisons": len(trials),
+        "planned": sum(map(len, study.assignments)),
+        "answers": len(answers),
+        "cannot_judge": abstained,
+        "scores": scores,
+        "agreement": {question: alpha(rows) for question, rows in groups.items()},
+        "preference_for_a": float(np.mean(left)) if left else None,
+        "left_out": study.left_out,
+    }
+
+
+def _score(means: Sequence[float]) -> dict[str, Any]:
+    """50 + 25 r over tasks, with a percentile bootstrap interval over tasks, by `scipy.stats.bootstrap`."""
+    from scipy.stats import bootstrap
+
+    values = 50 + 25 * np.asarray(means, float)
+    found: dict[str, Any] = {"score": float(values.mean()) if len(values) else None, "tasks": len(values)}
+    if len(values) > 1:
+        made = bootstrap(
+            (values,), np.mean, n_resamples=RESAMPLES, confidence_level=LEVEL, method="percentile",
+            rng=np.random.default_rng(0),
+        )  # fmt: skip
+        found |= {"low": float(made.confidence_interval.low), "high": float(made.confidence_interval.high)}
+    return found
+
+
+def alpha(groups: Sequence[Sequence[float]]) -> float | None:
+    """Krippendorff's alpha for interval data: 1 is agreement, 0 what chance would give; None if it is not defined.
+
+    With squared differences, observed and expected disagreement are the mean variance within units, weighted by their
+    ratings, and the variance of all ratings (K. Krippendorff, Content Analysis, 2nd ed. 2004, section 11.3).
+
+    Args:
+        groups: Ratings of one and the same thing by different people; single ones tell nothing and are left out.
+    """
+    groups = [rows for rows in groups if len(rows) > 1]
+    everything = np.concatenate(groups) if groups else np.zeros(0)
+    if not len(everything) or (expected := everything.var(ddof=1)) == 0:
+        return None
+    observed = sum(len(rows) * np.var(rows, ddof=1) for rows in groups) / len(everything)
+    return float(1 - observed / expected)
