@@ -187,7 +187,13 @@ def test_what_gets_through_walls_and_floors_is_suspicious(new_run, make_case):
         "stone": {"kind": "rigid", "shape": shape},
     }
     scene = {"statics": {"floor": {"shape": {"kind": "plane", "size": 10}}, "wall": {"shape": shape}}}
-    found = judge(run.write(), make_case(bodies=bodies, scene=scene))
+    measures = {"spilt": {"kind": "leaked", "of": "sand"}}
+    expect = {
+        "holds_at_first": {"measure": "spilt", "at": 0.4, "below": 0.01},
+        "holds": {"measure": "spilt", "at": "end", "below": 0.01},
+    }
+    found = judge(run.write(), make_case(bodies=bodies, scene=scene, measures=measures, expect=expect))
+    assert [found["expect"][name]["ok"] for name in expect] == [True, False]
     leaked = found["deformables"]["sand"]["leaked"]
     assert leaked["value"] == pytest.approx(5 / 20)
     assert (leaked["in"], leaked["at"]) == ("wall", pytest.approx(0.55, abs=0.011))

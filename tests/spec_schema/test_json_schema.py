@@ -115,6 +115,8 @@ def test_every_example_is_valid(validator, stage, section, kind):
         edits["/bodies/ball/pose"] = None
     if section == "expectations":
         edits["/actions/measures/ball_speed"] = {"kind": "speed", "of": "ball"}
+    if kind == "leaked":
+        edits["/bodies/water"] = {"kind": "liquid", "shape": {"kind": "box", "size": [0.2, 0.2, 0.2]}}
     if section in ("mounts", "repeats"):  # a ball that hangs or is many is not launched
         edits |= {"/actions": {}}
     loaded = stage(edits)

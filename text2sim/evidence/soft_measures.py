@@ -8,6 +8,7 @@ import numpy as np
 from text2sim.compiler.soft.regions import LAYER
 from text2sim.evidence import curvature, deformation, folds, tearing
 from text2sim.evidence.gaps import Nearest, nearest_cloud, nearest_solid
+from text2sim.evidence.leaks import leaks
 from text2sim.evidence.recorded_case import RecordedCase, links_of
 from text2sim.evidence.selection import Target
 from text2sim.recording.deformables import Deformable
@@ -28,6 +29,7 @@ UNITS = {
     "share_in": "",
     "pieces": "",
     "largest_piece": "",
+    "leaked": "",
 }
 _AXES = list(AXES)
 _FLAT = 1e-6
@@ -218,6 +220,13 @@ def _largest_piece(recording: RecordedCase, measure: measures.LargestPiece) -> A
     return np.min([tearing.pieces(body)[1] for body in deformables(recording, measure.of)], axis=0)
 
 
+def _leaked(recording: RecordedCase, measure: measures.Leaked) -> Array:
+    """Sum over bodies of m_b s_b over the sum of m_b, with the share s_b of a body that leaked."""
+    bodies = deformables(recording, measure.of)
+    masses = [float(body.masses.sum()) for body in bodies]
+    return np.average([leaks(recording, body)[0] for body in bodies], axis=0, weights=masses)
+
+
 MEASURES: dict[str, Callable[[RecordedCase, Any], Array]] = {
     "volume": _volume,
     "stretch": _stretch,
@@ -229,5 +238,6 @@ MEASURES: dict[str, Callable[[RecordedCase, Any], Array]] = {
     "share_in": _share_in,
     "pieces": _pieces,
     "largest_piece": _largest_piece,
+    "leaked": _leaked,
 }
 """By kind; values are over frames, (F,)."""

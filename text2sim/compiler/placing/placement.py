@@ -16,6 +16,7 @@ from text2sim.compiler.placing.arrangement import OWN, Entry, Targets, arrange
 from text2sim.compiler.placing.lettering import letter_rows
 from text2sim.compiler.placing.patterns import MAX_COPIES, SINGLE, Variables, copy_count, copy_variables
 from text2sim.compiler.placing.place_error import PatternError, PlaceError
+from text2sim.compiler.placing.rope_path import laid
 from text2sim.compiler.shapes.geometry import TreeExtents
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
 from text2sim.compiler.shapes.sizes import MAX_PIECES, SizeError, Sizes, Spot, TreePieces
@@ -24,6 +25,7 @@ from text2sim.spec_schema.errors import AssetError, Problem, SpecError, nearest
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.placement import RELATIONS
 from text2sim.spec_schema.models.repeat import Glyphs
+from text2sim.spec_schema.models.soft_bodies import Round
 from text2sim.spec_schema.names.selectors import parse_selector
 
 
@@ -146,6 +148,8 @@ class _Placer:
         for name, entry in entries.items():
             places = [model.place for model in entry.models if model.place is not None] if entry.model.place else []
             words = {word for place in places for word in (place.target, place.facing) if isinstance(word, str)}
+            words |= {item.round for model in entry.models for item in getattr(model, "along", None) or ()
+                      if isinstance(item, Round)}  # fmt: skip
             needs[name] = {target for word in words if (target := parse_selector(word).body) in entries}
         while True:
             try:
@@ -167,7 +171,7 @@ class _Placer:
         spots = [Spot(ORIGIN, IDENTITY, getattr(one, "shape", None), one) for one in entry.models]
         self.failed.add(name)
         try:
-            spots = arrange(entry, self.targets)
+            spots = [self._laid(spot) for spot in arrange(entry, self.targets)]
             self.failed.discard(name)
         except _UnplacedError:
             pass
@@ -182,11 +186,17 @@ class _Placer:
             self._report((*root, key) if key else root, error, "asset")
         line = self.loaded.line(root)
         if entry.repeat is None:
-            return [Copy(name, name, None, SINGLE, model, spots[0].pos, spots[0].quat, spots[0].shape, line)]
+            return [Copy(name, name, None, SINGLE, spots[0].model, spots[0].pos, spots[0].quat, spots[0].shape, line)]
         return [
             Copy(f"{name}[{i}]", name, i, variables, spot.model, spot.pos, spot.quat, spot.shape, line)
             for i, (variables, spot) in enumerate(zip(entry.variables, spots, strict=True))
         ]
+
+    def _laid(self, spot: Spot) -> Spot:
+        if getattr(spot.model, "along", None) is None:
+            return spot
+        model = laid(spot.model, spot.pos, spot.quat, lambda selector: self._find(selector, "along"))
+        return spot._replace(model=model)
 
     def _find(self, selector: str, key: str) -> list[Spot]:
         """The copies that a selector means."""

@@ -2,9 +2,16 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 from text2sim.compiler.shapes.geometry import Piece
-from text2sim.compiler.shapes.rotation import quat_between
+from text2sim.compiler.shapes.rotation import (
+    Quaternion,
+    quat_between,
+    quat_conjugate,
+    quat_multiply,
+    quat_rotate,
+)
 from text2sim.compiler.trees.tree import IDENTITY, Tree, TreeGeom, TreeJoint, TreeLink, TreeLoop, Vec
 from text2sim.spec_schema.models.bodies import Chain, Net, Ragdoll
 from text2sim.spec_schema.models.materials import DENSITY, JointDynamics, Material
@@ -104,7 +111,7 @@ def rope_tree(rope: Rope, direction: Vec, rgba: Rgba) -> Tree:
         direction: Unit vector from its first end to its last, in the body's frame.
         rgba: Colour of the links.
     """
-    length, radius = rope.length / rope.segments, rope.radius
+    length, radius = _link_length(rope), rope.radius
     mass, spring = _rope_link(rope)
     # Round ends make the joints smooth. Where they overlap they weigh nothing: the whole weighs what a cylinder does.
     density = mass / capsule_mass(radius, length, 1.0)
@@ -113,13 +120,14 @@ def rope_tree(rope: Rope, direction: Vec, rgba: Rgba) -> Tree:
         inertia = mass * length**2 / 3 + joint.armature
         joint = replace(joint, damping=max(joint.damping, 2 * BEND_DAMPING * math.sqrt(spring * inertia)))
     bar = _bar(length, radius, density, rope.material.friction, rgba, (0.0, 0.0, 0.0), (0.0, 0.0, -length))
+    start, turns = _along(rope, direction)
     link: TreeLink | None = None
     for index in reversed(range(rope.segments)):
         first = index == 0
         link = TreeLink(
             f"link_{index}",
-            pos=(0.0, 0.0, 0.0) if first else (0.0, 0.0, -length),
-            quat=quat_between((0.0, 0.0, -1.0), direction) if first else IDENTITY,
+            pos=start if first else (0.0, 0.0, -length),
+            quat=turns[index],
             joint=(joint if rope.anchored else TreeJoint("free")) if first else replace(joint, spring=spring),
             geoms=(bar,),
             children=() if link is None else (link,),
@@ -128,17 +136,35 @@ def rope_tree(rope: Rope, direction: Vec, rgba: Rgba) -> Tree:
     return Tree((link,), self_collision=rope.self_collision)
 
 
+def _along(rope: Rope, direction: Vec) -> tuple[Vec, list[Quaternion]]:
+    """Where a rope begins [m], and how each link is turned: the first in the body's frame, others in the one before."""
+    if rope.along is None:
+        return (0.0, 0.0, 0.0), [quat_between((0.0, 0.0, -1.0), direction), *[IDENTITY] * (rope.segments - 1)]
+    nodes: list[Vec] = list(rope.along)  # type: ignore[arg-type]  # laid: the places of its joints
+    turns, before = [], IDENTITY
+    for a, b in pairwise(nodes):
+        own = quat_rotate(quat_conjugate(before), tuple(y - x for x, y in zip(a, b, strict=True)))
+        turns.append(quat_between((0.0, 0.0, -1.0), own))
+        before = quat_multiply(before, turns[-1])
+    return nodes[0], turns
+
+
+def _link_length(rope: Rope) -> float:
+    assert rope.length is not None
+    return rope.length / rope.segments
+
+
 def _rope_link(rope: Rope) -> tuple[float, float]:
     """Mass [kg] of a link of a rope, and stiffness [N m/rad] of the spring at its joint."""
-    length, section = rope.length / rope.segments, math.pi * rope.radius**2
-    mass = density_of(rope.material, section * rope.length) * section * length
+    length, section = _link_length(rope), math.pi * rope.radius**2
+    mass = density_of(rope.material, section * length * rope.segments) * section * length
     return mass, rope.youngs_modulus * section * rope.radius**2 / 4 / length
 
 
 def link_of(body: Rope | Chain) -> tuple[float, float]:
     """Return mass [kg] and length [m] of a link, with what its armature adds to it."""
     if isinstance(body, Rope):
-        return _rope_link(body)[0], body.length / body.segments
+        return _rope_link(body)[0], _link_length(body)
     length = body.link_length
     volume = capsule_mass(body.radius, max(length - 2 * body.radius, 0.1 * length), 1.0)
     mass = density_of(body.material, body.links * volume) * volume
@@ -148,7 +174,7 @@ def link_of(body: Rope | Chain) -> tuple[float, float]:
 def rope_frequency(rope: Rope) -> float:
     """Largest angular frequency [rad/s] at which a rope bends to and fro, from link to link: 4 sqrt(k / m) / l."""
     mass, spring = _rope_link(rope)
-    return 4 * math.sqrt(spring / mass) * rope.segments / rope.length
+    return 4 * math.sqrt(spring / mass) / _link_length(rope)
 
 
 def net_tree(net: Net, rgba: Rgba) -> Tree:

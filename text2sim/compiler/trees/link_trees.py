@@ -77,7 +77,9 @@ def known_parts(loaded: LoadedCase, mechanisms: Mechanisms) -> tuple[dict[str, P
                 continue
             parts[name] = mechanism_parts(mechanism, body)
             problems += _check_meaning(loaded, name, body, mechanism)
-        elif isinstance(body, Chain | Rope | Net | Ragdoll):
+        elif isinstance(body, Rope):
+            parts[name] = Parts(tuple(f"link_{k}" for k in range(body.segments)), {})
+        elif isinstance(body, Chain | Net | Ragdoll):
             try:
                 tree = tree_of(body, loaded.folder)
             except AssetError:

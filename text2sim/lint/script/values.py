@@ -145,7 +145,7 @@ def _of_one(facts: Facts, measure: Any, targets: list[Target]) -> Bounds:
         return 0.0, 180.0, "a tilt is 0 to 180 deg"
     if kind == "count_in":
         return 0.0, float(len(targets)), f"`{measure.of}` means {len(targets)}"
-    if kind in ("share_in", "largest_piece"):
+    if kind in ("share_in", "largest_piece", "leaked"):
         return 0.0, 1.0, "a share is 0 to 1"
     if kind == "pieces":
         return float(len(targets)), inf, f"there are {len(targets)} bodies"

@@ -10,6 +10,7 @@ from text2sim.spec_schema.models.soft_measures import (
     FoldedArea,
     Gap,
     LargestPiece,
+    Leaked,
     Measured,
     Pieces,
     SelfPenetration,
@@ -268,6 +269,7 @@ Measure = Annotated[
     | SelfPenetration
     | ShareIn
     | Pieces
-    | LargestPiece,
+    | LargestPiece
+    | Leaked,
     Field(discriminator="kind"),
 ]

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.models.base import Axis, Bool, Integer, Length, NonNegative
+from text2sim.spec_schema.models.base import Axis, Bool, Integer, Length, Model, NonNegative, Selector, Vec3
 from text2sim.spec_schema.models.materials import Material
 from text2sim.spec_schema.models.placed import Placed
 from text2sim.spec_schema.models.shapes import ClothShape, SoftShape
@@ -112,16 +112,32 @@ LINKS = 24
 """Of a rope that does not say how many."""
 
 
+class Round(Model):
+    """A body that a rope goes round: a pulley, a drum, a post."""
+
+    round: Selector
+    """A cylinder or the like that turns about, or stands along, its own z."""
+    side: Axis = (0.0, 0.0, 1.0)
+    """Where the rope touches it, seen from its axis: on top if nothing is said, `[0, 0, -1]` is below."""
+    turns: Annotated[Integer, Field(ge=0, le=50)] = 0
+    """So many whole turns more, side by side along its axis."""
+    radius: Length | None = None
+    """Radius [m] on which the rope lies; that of its shape if left out."""
+
+
 class Rope(Placed):
-    """A rope of capsule links on ball joints, straight at the start; pose is that of its first end.
+    """A rope of capsule links on ball joints, straight at the start or laid `along`; pose is that of its first end.
 
     Its links are named `link_0`, `link_1`, … from the first end on. On a drum about a level axis a turn that no
     pull holds flies off from `w^2 r > g` on (speed of turning w [rad/s], radius r).
     """
 
     kind: Literal["rope"]
-    length: Length
-    """Length [m]."""
+    length: Length | None = None
+    """Length [m]; follows from `along` where that is given."""
+    along: list[Vec3 | Round] | None = Field(default=None, min_length=2, max_length=100)
+    """Points [m] that it goes along at the start, and bodies that it goes round, in turn, such as
+    `[[-0.1, 0, 0], {round: wheel}, [0.1, 0, 0]]`. In its own frame, which is the world's unless it has a pose."""
     radius: Length
     """Radius [m]."""
     segments: Annotated[Integer, Field(ge=2, le=200)] = LINKS
@@ -151,7 +167,14 @@ class Rope(Placed):
 
     @model_validator(mode="after")
     def _slender(self) -> "Rope":
-        if self.length / self.segments < 2 * self.radius * (1 - 1e-9):
+        if (self.length is None) == (self.along is None):
+            raise ValueError("give either length or along")
+        if self.along is not None:
+            if isinstance(self.along[0], Round) or isinstance(self.along[-1], Round):
+                raise ValueError("along begins and ends with a point")
+            if self.place is not None or self.direction != (0.0, 0.0, -1.0):
+                raise ValueError("along says where it is and where it goes: leave out place and direction")
+        elif self.length / self.segments < 2 * self.radius * (1 - 1e-9):  # type: ignore[operator]
             raise ValueError(
                 f"a link must be at least twice as long as the radius (got {self.length / self.segments:g} and "
                 f"{self.radius:g}); take "

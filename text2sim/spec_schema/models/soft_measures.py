@@ -121,6 +121,18 @@ class LargestPiece(Measured):
     """A soft body or its copies."""
 
 
+class Leaked(Measured):
+    """Part (0 to 1) of the mass of grains, liquids or snow that has got into or through walls and floors by then.
+
+    Walls are grounds, statics, driven bodies and those with a mount; what has come deeper into one than what they carry
+    presses it (1.6 cells, or 0.8 of half its thickness) has leaked, and stays so.
+    """
+
+    kind: Literal["leaked"]
+    of: Selector
+    """A granular body, liquid or snow, or its copies."""
+
+
 class ShareIn(Measured):
     """Part (0 to 1) of the mass of bodies that lies in a region: how much sand has run through."""
 

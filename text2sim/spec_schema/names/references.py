@@ -8,6 +8,7 @@ from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import Articulated, Rigid
 from text2sim.spec_schema.models.place_rules import contradictions
 from text2sim.spec_schema.models.placement import Place
+from text2sim.spec_schema.models.soft_bodies import Round
 from text2sim.spec_schema.names.control_references import check_controls
 from text2sim.spec_schema.names.event_references import check_events
 from text2sim.spec_schema.names.expect_references import check_expectations
@@ -88,6 +89,9 @@ def _check_places(cast: NameTable) -> None:
     for section, models in ((("scene", "statics"), cast.statics), (("bodies",), cast.bodies)):
         for name, model in models.items():
             roots[name] = (*section, name)
+            for number, item in enumerate(getattr(model, "along", None) or ()):
+                if isinstance(item, Round):
+                    cast.find(item.round, (*section, name, "along", str(number), "round"), parts=False)
             if model.place is not None:
                 found = _check_place(cast, (*section, name, "place"), name, model)
                 if found is not None:

@@ -10,6 +10,7 @@ KINDS: dict[str, tuple[str, ...]] = {
     "strain": ("soft",),
     "pieces": ("soft",),
     "largest_piece": ("soft",),
+    "leaked": ("granular", "liquid", "snow"),
     "stretch": ("soft", "cloth"),
     "folded_area": ("cloth",),
     "wrinkling": ("cloth",),
@@ -23,6 +24,8 @@ WAYS = {
     ("largest_piece", "cloth"): "its threads do not break",
     ("pieces", "grains"): "it is many from the start: measure the `share_in` a region",
     ("largest_piece", "grains"): "it is many from the start: measure the `share_in` a region",
+    ("leaked", "soft"): "it does not run out: measure the `gap` to its walls",
+    ("leaked", "cloth"): "it does not run out: measure the `gap` to what carries it",
     ("strain", "cloth"): "it is all surface: measure its `stretch`",
     ("volume", "grains"): "it is particles without a surface: measure its `extent`, or the `share_in` a region",
     ("strain", "grains"): "it flows, and has no shape to go back to: measure its `extent`",
@@ -93,7 +96,7 @@ def _report_kind(cast: NameTable, where: Path, kind: str, member: Member) -> Non
     words = kind.replace("_", " ")
     own = getattr(member.model, "kind", "static")
     known = WAYS.get((kind, own if own in ("soft", "cloth") else "grains")) if deforms(member) else None
-    takes = " or ".join(KINDS[kind]) if len(KINDS[kind]) < 3 else "a body that deforms"
+    takes = " or ".join(KINDS[kind]) if len(KINDS[kind]) < 4 else "a body that deforms"
     message = f"`{member.name}` ({'static' if member.static else own}) has no {words}"
     cast.report((*where, "of"), f"{message}; {known or f'it is measured of {takes}'}", "measure-kind")
 

@@ -1,0 +1,41 @@
+"""Commands that run the trials that were not run yet, and make a table of docs/soft.md of all."""
+
+import argparse
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from benchmarks.softlab.documents import engine, keep, known, paste
+from benchmarks.softlab.lab import Lab
+
+
+def tabulate(
+    words: str | None, name: str, marker: str, trials: Sequence[tuple[Any, ...]], measure: Callable[..., Any],
+    row: type[Any], table: Callable[[list[Any]], str],
+) -> None:  # fmt: skip
+    """Run what is wanted and print the table.
+
+    Args:
+        words: Help of the command.
+        name: Of the file of results.
+        marker: Of the table in docs/soft.md.
+        trials: Arguments of `measure`, after the lab.
+        measure: Runs one trial and returns a `row`, a dataclass.
+        row: Its type.
+        table: Makes Markdown of rows.
+    """
+    parser = argparse.ArgumentParser(description=words, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--all", action="store_true", help="run all again")
+    parser.add_argument("--docs", action="store_true", help="put the table into docs/soft.md")
+    options = parser.parse_args()
+    results = {} if options.all else known(name)
+    with Lab() as lab:
+        for trial in trials:
+            if (key := " ".join(map(str, trial))) not in results:
+                results[key] = asdict(measure(lab, *trial))
+                keep(name, results)
+    rows = [row(**results[key]) for trial in trials if (key := " ".join(map(str, trial))) in results]
+    text = f"{table(rows)}\n\nMeasured with {engine()}."
+    print(text)
+    if options.docs:
+        paste("soft.md", marker, text)

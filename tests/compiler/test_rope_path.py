@@ -1,0 +1,94 @@
+"""Ropes that are laid along points and round pulleys."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from text2sim.compiler.build import compile_case
+from text2sim.compiler.placing.placement import place_all
+from text2sim.spec_schema.errors import SpecError
+from text2sim.spec_schema.load import load_case
+
+CASE = """
+text2sim: 2
+name: ropes
+scene: {{duration: 1}}
+bodies:
+  line: {{kind: rope, along: {along}, radius: 0.005, segments: 80, pose: {{pos: [0, 0, 1]}}}}
+  wheel: {{kind: rigid, shape: {{kind: cylinder, radius: 0.1, height: {height}}}, mount: {{kind: hinge, axis: {axis}}}, pose: {{pos: [0, 0, 2], euler_deg: [90, 0, 0]}}}}
+  lower: {{kind: rigid, shape: {{kind: cylinder, radius: 0.06, height: 0.1}}, mount: {{kind: fixed}}, pose: {{pos: [0.5, 0, 1.5], euler_deg: [90, 0, 0]}}}}
+  box: {{kind: rigid, shape: {{kind: box, size: [1, 1, 1]}}, pose: {{pos: [5, 0, 0]}}}}
+"""
+
+
+def case_of(folder: Path, along: str, height: float = 0.1, axis: str = "z"):
+    (folder / "case.yaml").write_text(CASE.format(along=along, height=height, axis=axis))
+    return load_case(folder)
+
+
+def laid(folder: Path, along: str):
+    copies, problems = place_all(case_of(folder, along))
+    assert not problems, problems
+    return copies["line"][0].model
+
+
+def test_it_goes_over_one_pulley_and_under_the_next(tmp_path: Path):
+    """The links keep the rope's radius off both, touch them, and are equally long."""
+    line = laid(tmp_path, "[[-0.105, 0, 0], {round: wheel}, {round: lower, side: [0, 0, -1]}, [0.7, 0, 1.2]]")
+    nodes = np.array(line.along) + [0, 0, 1]
+    assert len(nodes) == 81
+    lengths = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
+    assert lengths == pytest.approx(line.length / 80, rel=1e-6)
+    assert nodes[[0, -1]] == pytest.approx(np.array([[-0.105, 0, 1], [0.7, 0, 2.2]]), abs=1e-6)
+    middles = (nodes[1:] + nodes[:-1]) / 2
+    for center, radius, top in (((0, 0, 2), 0.1, 1), ((0.5, 0, 1.5), 0.06, -1)):
+        away = middles - center
+        # Where it comes to a pulley, a link lies half on the straight part.
+        assert radius + 0.005 - 1e-6 <= np.linalg.norm(away, axis=1).min() < radius + 0.0058
+        assert top * away[np.linalg.norm(away, axis=1).argmin(), 2] > 0
+
+
+def test_turns_lie_side_by_side(tmp_path: Path):
+    line = laid(tmp_path, "[[-0.105, 0, 0], {round: wheel, turns: 2}, [0.105, 0, 0]]")
+    nodes = np.array(line.along) + [0, 0, -1]
+    wound = np.hypot(nodes[:, 0], nodes[:, 2]) < 0.11
+    angle = np.unwrap(np.arctan2(nodes[wound, 2], nodes[wound, 0]))
+    assert abs(angle[-1] - angle[0]) == pytest.approx(5 * math.pi, abs=0.7)
+    assert np.ptp(nodes[wound, 1]) == pytest.approx(2 * 2.2 * 0.005, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("along", "says"),
+    [
+        ("[[-0.105, 0, 0], {round: box}, [0.105, 0, 0]]", "cannot see how thick `box` is"),
+        ("[[-0.02, 0, 1], {round: wheel}, [0.105, 0, 0]]", "comes from a point inside `wheel`"),
+        ("[[0, 0, 0], {round: wheel}, [0, 0, 0]]", "on one line through the axis of `wheel`"),
+        ("[[-1, 0, 2], {round: wheel}, [1, 0, 2]]", "passes `wheel` without touching it"),
+        ("[[-0.105, 0, 0], {round: wheel, side: y}, [0.105, 0, 0]]", "has `side` along the axis of `wheel`"),
+        ("[[-0.105, 0, 0], {round: wheel, turns: 20}, [0.105, 0, 0]]", "take 230 mm of `wheel`, which is 100 mm high"),
+        ("[[-0.105, 0, -40], {round: wheel}, [0.105, 0, 0]]", "too long to lie round `wheel`"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_laid_is_said_at_its_place(tmp_path: Path, along: str, says: str):
+    _, problems = place_all(case_of(tmp_path, along))
+    assert [(says in one.message, one.path) for one in problems] == [(True, "/bodies/line/along/1")]
+
+
+def test_a_hinge_across_the_pulley_is_an_error(tmp_path: Path):
+    _, (problem,) = place_all(case_of(tmp_path, "[[-0.105, 0, 0], {round: wheel}, [0.105, 0, 0]]", axis="y"))
+    assert "goes round the z axis of `wheel`, whose own hinge has another `axis`" in problem.message
+
+
+@pytest.mark.parametrize(
+    ("along", "says"),
+    [
+        ("[[-0.105, 0, 0], {round: whel}, [0.105, 0, 0]]", "`whel`"),
+        ("[{round: wheel}, [0.105, 0, 0]]", "along begins and ends with a point"),
+        ("[[-0.105, 0, 0], [0.105, 0, 0]], length: 1", "give either length or along"),
+    ],
+)
+def test_wrong_words_are_refused(tmp_path: Path, along: str, says: str):
+    with pytest.raises(SpecError, match=says):
+        compile_case(case_of(tmp_path, along), tmp_path / "program")

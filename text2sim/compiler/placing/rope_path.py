@@ -1,0 +1,216 @@
+"""Ropes that are laid along points and round pulleys: where their joints are at the start."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from text2sim.compiler.placing.place_error import PatternError
+from text2sim.compiler.shapes.rotation import (
+    Quaternion,
+    Vec,
+    frame_apply,
+    quat_conjugate,
+    quat_rotate,
+    vector_unit,
+)
+from text2sim.compiler.shapes.sizes import Spot
+from text2sim.spec_schema.models.soft_bodies import Rope, Round
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+CLEAR = 0.02
+"""Gap between rope and pulley at the start, as a part of the rope's radius."""
+PITCH = 2.2
+"""From turn to turn along the pulley, in radii of the rope."""
+FINE = math.radians(2)
+ROUNDS = 60
+"""Tangents between pulleys: each looks for the next one's point, in turn, until nothing moves."""
+COARSE = 1.0
+"""Length of a link over the radius of a pulley, at most."""
+
+STRAIGHT = 0.999
+"""Cosine between the axis of a hinge and that of the pulley on it, at least."""
+
+
+@dataclass
+class _Wheel:
+    """A pulley as the rope sees it: a circle of `radius` [m] about an axis, gone round in the sense `sense`."""
+
+    key: tuple[str, ...]
+    name: str
+    center: Array
+    axis: Array
+    side: Array
+    turns: int
+    radius: float
+    sense: float = 1.0
+    arrive: float = 0.0
+    """Angle [rad] from `side` on, about the axis."""
+    leave: float = 0.0
+    rise: float = 0.0
+    """Way [m] along the axis from the first turn to the last."""
+
+    @property
+    def across(self) -> Array:
+        return np.cross(self.axis, self.side)
+
+    def at(self, angle: float, part: float = 0.5) -> Array:
+        """Return the point at an angle, after a part of the way round."""
+        flat = math.cos(angle) * self.side + math.sin(angle) * self.across
+        return self.center + self.radius * flat + (part - 0.5) * self.rise * self.axis
+
+    def tangent(self, point: Array, sign: float) -> float:
+        """Return the angle at which the line to a point leaves (sign 1) the circle, or from it arrives (-1)."""
+        away = point - self.center
+        x, y = float(away @ self.side), float(away @ self.across)
+        distance = math.hypot(x, y)
+        if distance <= self.radius:
+            raise PatternError(f"comes from a point inside `{self.name}`, with the rope's thickness", *self.key)
+        return math.atan2(y, x) - sign * self.sense * math.acos(self.radius / distance)
+
+    def sweep(self) -> float:
+        """Return the angle [rad] that the rope goes round."""
+        return (self.sense * (self.leave - self.arrive)) % (2 * math.pi) + 2 * math.pi * self.turns
+
+
+@dataclass
+class _Path:
+    """Points and pulleys in turn, in the world [m]."""
+
+    items: list[Array | _Wheel] = field(default_factory=list)
+
+    def settle(self) -> None:
+        """Find where the rope touches the pulleys.
+
+        Raises:
+            PatternError: if it cannot.
+        """
+        wheels = [(k, item) for k, item in enumerate(self.items) if isinstance(item, _Wheel)]
+        for k, wheel in wheels:
+            before, after = (getattr(one, "center", one) for one in (self.items[k - 1], self.items[k + 1]))
+            along = float((after - before) @ wheel.across)
+            if abs(along) < 1e-9:
+                text = f"comes and goes on one line through the axis of `{wheel.name}`; a point to either side of it"
+                raise PatternError(f"{text}, or another `side`, says which way round", *wheel.key)
+            wheel.sense = math.copysign(1.0, along)
+        for _ in range(ROUNDS):
+            for k, wheel in wheels:
+                before, after = self.items[k - 1], self.items[k + 1]
+                wheel.arrive = wheel.tangent(before.at(before.leave, 1) if isinstance(before, _Wheel) else before, -1)
+                wheel.leave = wheel.tangent(after.at(after.arrive, 0) if isinstance(after, _Wheel) else after, 1)
+        for _, wheel in wheels:
+            touch = (-wheel.sense * wheel.arrive) % (2 * math.pi)
+            if not wheel.turns and touch > wheel.sweep() + 1e-9:
+                text = f"passes `{wheel.name}` without touching it at this `side`; move a point, or leave it out"
+                raise PatternError(text, *wheel.key)
+
+    def points(self) -> Array:
+        """Return the whole way as points, (n, 3)."""
+        found: list[Array] = []
+        for item in self.items:
+            if not isinstance(item, _Wheel):
+                found.append(item)
+                continue
+            sweep = item.sweep()
+            steps = max(2, math.ceil(sweep / FINE))
+            found += [item.at(item.arrive + item.sense * sweep * k / steps, k / steps) for k in range(steps + 1)]
+        return np.array(found)
+
+
+def laid(rope: Rope, pos: Vec, quat: Quaternion, find: Callable[[str], Sequence[Spot]]) -> Rope:
+    """Return a rope with `along` as the places [m] of its joints and its length, in its own frame.
+
+    Args:
+        rope: The rope; `along` is not None.
+        pos: Where its frame is [m].
+        quat: How it is turned.
+        find: Gives the copies that a selector means.
+
+    Raises:
+        PatternError: if it cannot be laid like that.
+    """
+    assert rope.along is not None
+    path = _Path()
+    for number, item in enumerate(rope.along):
+        key = ("along", str(number))
+        if isinstance(item, Round):
+            path.items.append(_wheel(item, rope.radius, key, find))
+        else:
+            path.items.append(np.array(frame_apply(pos, quat, item)))
+    path.settle()
+    wheels = [item for item in path.items if isinstance(item, _Wheel)]
+    link = _length(path.points()) / rope.segments
+    for wheel in wheels:
+        if link > COARSE * wheel.radius:
+            more = math.ceil(rope.segments * link / wheel.radius * 2)
+            raise PatternError(
+                f"has links of {1e3 * link:.3g} mm, too long to lie round `{wheel.name}` with a radius of "
+                f"{1e3 * wheel.radius:.3g} mm; `segments: {more}` makes them half of it", *wheel.key,
+            )  # fmt: skip
+        # The middle of a link is nearer to the axis than its ends are.
+        wheel.radius = math.hypot(wheel.radius, link / 2)
+    path.settle()
+    nodes, length = _chords(path.points(), rope.segments)
+    back = quat_conjugate(quat)
+    own = tuple(quat_rotate(back, (node - np.array(pos)).tolist()) for node in nodes)
+    return rope.model_copy(update={"along": own, "length": length * rope.segments})
+
+
+def _wheel(item: Round, thick: float, key: tuple[str, ...], find: Callable[[str], Sequence[Spot]]) -> _Wheel:
+    spots = find(item.round)
+    if len(spots) != 1:
+        raise PatternError(f"goes round one body, and `{item.round}` means {len(spots)}", *key)
+    (spot,) = spots
+    radius = item.radius or getattr(spot.shape, "outer_radius", None) or getattr(spot.shape, "radius", None)
+    if radius is None:
+        raise PatternError(f"cannot see how thick `{item.round}` is about its z axis; give `radius`", *key)
+    mount = getattr(spot.model, "mount", None)
+    if getattr(mount, "kind", None) == "hinge" and abs(vector_unit(mount.axis)[2]) < STRAIGHT:
+        raise PatternError(f"goes round the z axis of `{item.round}`, whose own hinge has another `axis`", *key)
+    axis = np.array(quat_rotate(spot.quat, (0.0, 0.0, 1.0)))
+    side = np.array(vector_unit(item.side))
+    side -= (side @ axis) * axis
+    if np.linalg.norm(side) < 1e-3:
+        raise PatternError(f"has `side` along the axis of `{item.round}`, which is its own z; take one across", *key)
+    rise = PITCH * thick * item.turns
+    height = getattr(spot.shape, "height", None)
+    if height is not None and rise + 2 * thick > height:
+        text = f"{item.turns} turns take {1e3 * (rise + 2 * thick):.3g} mm of `{item.round}`, which is"
+        raise PatternError(f"{text} {1e3 * height:.3g} mm high", *key)
+    return _Wheel(
+        key, item.round, np.array(spot.pos), axis, side / np.linalg.norm(side), item.turns,
+        radius + (1 + CLEAR) * thick, rise=rise,
+    )  # fmt: skip
+
+
+def _length(points: Array) -> float:
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+def _chords(points: Array, count: int) -> tuple[list[Array], float]:
+    """Return the ends of `count` equal chords [m] from the first point to the last, and their length."""
+    low, high = 0.0, _length(points) / count * (1 + 1e-9)
+    for _ in range(50):
+        middle = (low + high) / 2
+        _, reached = _walk(points, count, middle)
+        low, high = (low, middle) if reached else (middle, high)
+    return _walk(points, count, low)[0], low
+
+
+def _walk(points: Array, count: int, length: float) -> tuple[list[Array], bool]:
+    """Step along a way with chords of one length; return the places, and whether the end came before the last."""
+    here, k, nodes = points[0], 0, [points[0]]
+    for _ in range(count):
+        while k + 1 < len(points) and np.linalg.norm(points[k + 1] - here) < length:
+            k += 1
+        if k + 1 == len(points):
+            return [*nodes, points[-1]], True
+        start, way = points[k] - here, points[k + 1] - points[k]
+        # |start + s way| = length, the larger root
+        a, b, c = way @ way, start @ way, start @ start - length**2
+        here = points[k] + (-b + math.sqrt(max(b * b - a * c, 0.0))) / a * way
+        nodes.append(here)
+    return nodes, False
