@@ -68,6 +68,15 @@ def test_what_a_liquid_looks_like_is_written_out() -> None:
     assert case_of(text).plan.render_digest == case.plan.render_digest
 
 
+def test_damping_that_one_body_has_holds_for_all_as_in_the_engine() -> None:
+    soft = "kind: soft, solver: fem, shape: {kind: box, size: [0.1, 0.1, 0.1]}"
+    case = case_of(
+        "text2sim: 2\nname: two\nscene: {duration: 1, contact: {model: sap}}\nbodies:\n"
+        f"  a: {{{soft}, material: {{damping: 0}}, pose: {{pos: [0, 0, 1]}}}}\n  b: {{{soft}, pose: {{pos: [1, 0, 1]}}}}\n"
+    )
+    assert again(case).plan.sim_digest == case.plan.sim_digest
+
+
 def test_derived_settings_stand_there_with_their_reasons() -> None:
     case = case_of(CASE.replace(", restitution: 0.3", ""))
     text = explicit(case).text()

@@ -75,7 +75,7 @@ class Watch:
     def _is_reading(self, event: str, args: tuple[Any, ...]) -> bool:
         """Whether this is part of handing a model to MuJoCo."""
         if event == "subprocess.Popen":
-            return any(str(word).endswith("inspection_child.py") for word in args[1])
+            return any(str(word).endswith(("inspection_child.py", "assets.confined")) for word in args[1])
         below = isinstance(args[-1], int) and args[-1] >= 0  # of a folder that is open
         return below or (isinstance(args[0], str) and args[0].startswith(self.own))
 

@@ -60,7 +60,11 @@ def add_soft(data: dict[str, Any], comments: dict[Path, str], resolution: Resolu
         if name in edges and body.cell is None:
             own["cell"] = edges[name]
             comments[*root, "cell"] = f"derived: {soft.why[f'{solver}_edge']}"
-        _add_material(own, comments, root, open_values(body, str(solver)))
+        values = open_values(body, str(solver))
+        if solver == "fem":
+            why = soft.why.get("damping_alpha", "the largest that a body has: the engine knows one for all")
+            values = {"damping": (soft.fem.damping_alpha, why)}
+        _add_material(own, comments, root, values)
 
 
 def _add_material(own: Any, comments: dict[Path, str], root: Path, values: dict[str, tuple[float, str]]) -> None:

@@ -39,8 +39,6 @@ def open_values(model: Any, solver: str) -> dict[str, tuple[float, str]]:
             "bending_compliance": (BENDING, "ten times what the engine has: folds, not broad waves"),
             "air_resistance": (AIR, "as the engine has it"),
         }
-    if solver == "fem":
-        return {"damping": (DAMPING, "as the engine has it")}
     if model.kind == "cloth":
         return {
             "youngs_modulus": (ipc.YOUNG, "a woven cloth"),
