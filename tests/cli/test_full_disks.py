@@ -4,16 +4,30 @@ import errno
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from exchange.recorded import write_run
+from handmade import Cli
 
+from text2sim.agents.journal import Journal
+from text2sim.agents.models.exchange import Message, ModelError, Request
+from text2sim.agents.models.mailbox import Mailbox
+from text2sim.assets.safe_write import keep
 from text2sim.cli import failure
-from text2sim.recording.record import write_atomically
+from text2sim.evidence.evidence import judge
+from text2sim.evidence.plots import Line, plot_series
+from text2sim.rendering.frames import save
 from text2sim.service import exits
 from text2sim.service.examined import Examined
-from text2sim.spec_schema.errors import MachineError, RunError, naming
+from text2sim.service.wording import reason
+from text2sim.spec_schema.errors import MachineError, RunError
+from text2sim.spec_schema.load import load_case
+from text2sim.spec_schema.whole_files import naming, write_atomically
+from text2sim.templates.video import Video
 
 CASE = (
     "text2sim: 2\nname: drop\nscene: {duration: 0.1}\nbodies:\n  b: {kind: rigid, shape: {kind: sphere, radius: 0.1}}\n"
@@ -37,7 +51,7 @@ def test_a_full_disk_names_the_file_and_leaves_nothing_of_it(tmp_path: Path, mon
         self.touch()
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(Path, "write_text", full)
+    monkeypatch.setattr(Path, "write_bytes", full)
     with pytest.raises(OSError, match="No space left") as met:
         write_atomically(tmp_path / "case.yaml", "x")
     assert met.value.filename == str(tmp_path / "case.yaml")
@@ -63,3 +77,94 @@ def test_what_is_whose_fault() -> None:
 def test_a_reader_that_has_enough_stays_one() -> None:
     with pytest.raises(BrokenPipeError), naming("standard output"):
         raise BrokenPipeError(errno.EPIPE, "Broken pipe")
+
+
+@pytest.fixture
+def full_disk() -> Iterator[None]:
+    """No file gets larger than 100 bytes: every writer fails in the middle, with an error that names none."""
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+OLD = CASE.replace("text2sim: 2", "text2sim: 1")
+WRITERS = {
+    "new x --cases .": "x/case.yaml",
+    "schema -o s.json": "s.json",
+    "fmt messy.yaml": "messy.yaml",
+    "patch old.yaml patch.json": "old.yaml",
+    "migrate old.yaml": "old.yaml",
+    "compile CASE -o program": "scene.py",
+    "show CASE --png drawn.png": "drawn.png",
+    "compare RUN RUN --html page.html": "0.png",
+    "export REC --gltf a.glb": "a.glb",
+    "export REC --usd a.usdc": "a.usdc",
+    "export REC --usd a.usdz": "a.usdz",
+    "run CASE": "scene.py",
+}
+
+
+@pytest.mark.parametrize("words", WRITERS)
+def test_every_command_names_the_file_that_a_full_disk_does_not_take(
+    cli: Cli, case: Path, folder: Path, tmp_path: Path, request: pytest.FixtureRequest, words: str
+) -> None:
+    recorded = write_run(tmp_path / "rec")
+    (tmp_path / "old.yaml").write_text(OLD)
+    (tmp_path / "messy.yaml").write_text(OLD.replace("name: ", "name:   "))
+    (tmp_path / "patch.json").write_text('[{"op": "replace", "path": "/scene/duration", "value": 0.2}]')
+    cli("check", case)  # everything is imported
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file() and ".git" not in path.parts}
+    request.getfixturevalue("full_disk")
+    answer = cli(*(str({"CASE": case, "RUN": folder, "REC": recorded}.get(word, word)) for word in words.split()))
+    assert answer.code == exits.MACHINE, answer.err
+    assert "Traceback" not in answer.err
+    assert WRITERS[words] in answer.err.splitlines()[-1]
+    assert "File too large" in answer.err
+    after = [path for path in tmp_path.rglob("*") if path.is_file() and ".git" not in path.parts]
+    left = [path for path in after if before.get(path) != path.read_bytes() and path.name not in (".lock", folder.name)]
+    assert left == []
+
+
+def _judge(folder: Path, case: Path) -> None:
+    judge(folder, load_case(case).case)
+
+
+def _plot(folder: Path, case: Path) -> None:
+    plot_series(folder / "z.png", np.arange(3.0), [Line("z", np.arange(3.0))], title="z", unit="m")
+
+
+def _film(folder: Path, case: Path) -> None:
+    video = Video(folder / "z.mp4", (64, 64), 10)
+    for _ in range(200):
+        video.write(np.random.default_rng(0).integers(0, 255, (64, 64, 3)).astype(np.uint8))
+    video.close()
+
+
+def _letter(folder: Path, case: Path) -> None:
+    Mailbox(folder / "box").complete(Request("planner", (Message("user", "x" * 200),)), lambda: True)
+
+
+INSIDE = {
+    "measures.csv": _judge,
+    "z.png": _plot,
+    "z.mp4": _film,
+    "legibility.json": lambda folder, case: save(folder / "legibility.json", lambda part: part.write_text("x" * 200)),
+    "journal.jsonl": lambda folder, case: Journal(folder / "journal.jsonl")("asked", text="x" * 200),
+    "planner-01.request.md": _letter,
+    "assets/it.obj": lambda folder, case: keep(folder, "assets/it.obj", b"v 0 0 0\n" * 100),
+}
+
+
+@pytest.mark.parametrize("name", INSIDE)
+def test_every_writer_names_its_file(
+    case: Path, folder: Path, cli: Cli, request: pytest.FixtureRequest, name: str
+) -> None:
+    request.getfixturevalue("full_disk")
+    with pytest.raises((OSError, ModelError)) as met:
+        INSIDE[name](folder, case)
+    error = met.value
+    assert name in (reason(error) if isinstance(error, OSError) else str(error))
+    assert not [path for path in folder.rglob("*") if path.name.endswith(".part")]

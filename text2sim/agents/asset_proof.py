@@ -11,6 +11,7 @@ from text2sim.assets.manifest import Asset, Control, read_manifest, register
 from text2sim.assets.safe_write import FOLDER, digest, keep
 from text2sim.spec_schema.errors import AssetError, MachineError
 from text2sim.spec_schema.text.canonical import format_text
+from text2sim.spec_schema.whole_files import write_atomically
 
 PREVIEWS = "generation/previews"
 PLACING = ("place", "pose", "repeat")
@@ -79,7 +80,7 @@ def _drawn(name: str, loaded: Any, case: Path) -> str | None:
         return str(error)
     folder = case / PREVIEWS
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / f"{name}.png").write_bytes(picture)
+    write_atomically(folder / f"{name}.png", picture)
     return None
 
 

@@ -15,9 +15,10 @@ from text2sim.agents.models.exchange import Image
 from text2sim.agents.pictures import frame_sheet
 from text2sim.agents.replies import CasePlan
 from text2sim.agents.run_summary import citable, evidence_text
-from text2sim.recording.record import RunRecord, write_atomically
+from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.loaded import LoadedCase
+from text2sim.spec_schema.whole_files import replacing, write_atomically
 
 LARGEST_INPUT = 100_000_000
 """Bytes of a file that comes with a request."""
@@ -247,7 +248,8 @@ class Attempts:
             return [], 0
         folder = self.of(attempt.number)
         folder.mkdir(parents=True, exist_ok=True)
-        sheet.save(folder / "frames.png", optimize=True)
+        with replacing(folder / "frames.png") as part:
+            sheet.save(part, "PNG", optimize=True)
         return ["frames.png"], count
 
     def publish(self, attempt: Attempt) -> None:
@@ -269,7 +271,7 @@ def copy_input(file: Path, folder: Path) -> Path:
     content = file.read_bytes()
     if target.exists() and target.read_bytes() != content:
         raise RunError(f"{target} is another file of this name")
-    target.write_bytes(content)
+    write_atomically(target, content)
     return target
 
 

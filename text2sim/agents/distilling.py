@@ -16,8 +16,8 @@ from text2sim.agents.roles import ROLES, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.card_library.library import CARD_FILE, FAILING, REPAIRED, check_card
 from text2sim.card_library.model import card_schema
-from text2sim.recording.record import write_atomically
 from text2sim.spec_schema.errors import RunError, SpecError
+from text2sim.spec_schema.whole_files import write_atomically
 
 MOST = 3
 """Cards from one loop."""

@@ -6,6 +6,8 @@ from pathlib import Path
 from threading import Lock
 from typing import Any, Protocol
 
+from text2sim.spec_schema.whole_files import naming, write_atomically
+
 Listener = Callable[[str, dict[str, Any]], None]
 
 
@@ -44,7 +46,7 @@ class Journal:
         if line in self._known:
             self._known.remove(line)
             return
-        with self._file.open("a", encoding="utf-8") as file:
+        with naming(self._file), self._file.open("a", encoding="utf-8") as file:
             file.write(line + "\n")
 
 
@@ -56,6 +58,6 @@ def _lines(file: Path) -> list[str]:
     rows = text.splitlines(keepends=True)
     if rows and not rows[-1].endswith("\n"):
         # A kill in the middle of a line: it is cut off, and written again when its turn comes.
-        file.write_text("".join(rows[:-1]), "utf-8")
+        write_atomically(file, "".join(rows[:-1]))
         rows = rows[:-1]
     return [row.rstrip("\n") for row in rows]

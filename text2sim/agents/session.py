@@ -32,9 +32,9 @@ from text2sim.agents.models.exchange import Image
 from text2sim.agents.planning import Request
 from text2sim.agents.roles import ROLES
 from text2sim.agents.yaml_text import yaml_text
-from text2sim.recording.record import write_atomically
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.text.source import plain_text
+from text2sim.spec_schema.whole_files import write_atomically
 
 Kind = Literal["generate", "repair", "edit"]
 LONGEST = 100_000

@@ -11,6 +11,7 @@ from typing import Any
 
 from text2sim.assets.answer_cache import remembered
 from text2sim.spec_schema.errors import AssetError
+from text2sim.spec_schema.whole_files import naming
 
 SCRIPT = Path(__file__).with_name("inspection_child.py")
 TIMEOUT = 120
@@ -40,10 +41,11 @@ def inspect_model(kind: str, text: str, files: Files) -> dict[str, Any]:
 def _ask_mujoco(kind: str, text: str, files: Files) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="text2sim-") as name:
         folder = Path(name)
-        (folder / "files").mkdir()
-        for file, content in files:
-            (folder / "files" / file).write_bytes(content)
-        (folder / "model.xml").write_text(text, "utf-8")
+        with naming(folder):
+            (folder / "files").mkdir()
+            for file, content in files:
+                (folder / "files" / file).write_bytes(content)
+            (folder / "model.xml").write_text(text, "utf-8")
         # The script imports nothing of ours, and must not find a module of ours in the place of another.
         environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
         command = [sys.executable, "-P", str(SCRIPT), kind, str(folder)]

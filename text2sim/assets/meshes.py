@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.safe_write import read_file
 from text2sim.spec_schema.errors import AssetError
+from text2sim.spec_schema.whole_files import naming
 
 if TYPE_CHECKING:
     from text2sim.assets.mesh_intake import Up
@@ -83,7 +84,8 @@ def _ask(request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
     read_file(Path(request["path"]))  # what cannot be read is said without a process
     with tempfile.TemporaryDirectory(prefix="text2sim-") as place:
         folder = Path(place)
-        (folder / REQUEST).write_text(json.dumps(request), "utf-8")
+        with naming(folder / REQUEST):
+            (folder / REQUEST).write_text(json.dumps(request), "utf-8")
         try:
             done = subprocess.run(
                 [sys.executable, "-P", "-m", CHILD, str(folder)], cwd=folder, env=environment(),

@@ -8,6 +8,7 @@ from hashlib import sha256
 from pathlib import Path, PurePosixPath
 
 from text2sim.spec_schema.errors import AssetError
+from text2sim.spec_schema.whole_files import naming
 
 FOLDER = "assets"
 """Where a case keeps what it was given or what was made for it."""
@@ -92,7 +93,7 @@ def keep(folder: Path, file: str, content: bytes) -> Path:
     place_in(folder, file)  # what was made in the meantime by somebody else may be a link
     handle, partial = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
     try:
-        with os.fdopen(handle, "wb") as stream:
+        with naming(path), os.fdopen(handle, "wb") as stream:
             stream.write(content)
             stream.flush()
             os.fsync(stream.fileno())

@@ -85,11 +85,12 @@ def check(
     document: dict[str, Any]
     if file.suffix.lower() in MODELS:
         from text2sim.asset_intake.mechanism_check import check_mechanism, preview
+        from text2sim.spec_schema.whole_files import write_atomically
 
         with _pointing_to_root(root):
             report = check_mechanism(file, root)
             if png is not None:
-                png.write_bytes(preview(file, root))
+                write_atomically(png, preview(file, root))
         document = {"ok": True, "file": str(file), **report.as_dict()}
         lines = _mechanism_lines(document)
     else:

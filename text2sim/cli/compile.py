@@ -33,13 +33,13 @@ def compile_cases(
     if row.loaded is not None:
         with staging(program.parent) as stage:
             try:
-                row.plan = compile_case(row.loaded, stage / "program")
+                row.plan = compile_case(row.loaded, stage / program.name)
             except Text2SimError as error:
                 row.blame(error)
             else:
                 row.problems = list(row.plan.warnings)
                 row.collect_sources()
-                install_program(stage / "program", program)
+                install_program(stage / program.name, program)
                 files = sorted(str(p.relative_to(program)) for p in program.rglob("*") if p.is_file())
     if as_json:
         written = {"program": str(program), "files": files} if files else {}

@@ -86,9 +86,10 @@ def merge(base: _File, ours: _File, theirs: _File, name: _Name, marker: Annotate
     from text2sim.cli.output import say
     from text2sim.revision.installation import CONFLICT
     from text2sim.revision.merging import merge_files
+    from text2sim.spec_schema.whole_files import write_atomically
 
     result = merge_files(base, ours, theirs, name, max(1, min(marker, 100)))
-    ours.write_bytes(result.text)
+    write_atomically(ours, result.text)
     for remark in result.remarks:
         say(f"{name}: {remark}", to=sys.stderr)
     raise typer.Exit(exits.OK if result.clean else CONFLICT)

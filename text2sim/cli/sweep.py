@@ -144,7 +144,7 @@ class _Table:
         """Write both files anew: a sweep that is interrupted leaves what it came to."""
         import json
 
-        from text2sim.recording.record import write_atomically
+        from text2sim.spec_schema.whole_files import write_atomically
 
         self.folder.mkdir(parents=True, exist_ok=True)
         write_atomically(self.folder / "sweep.json", json.dumps(self.document(), indent=1, allow_nan=False) + "\n")

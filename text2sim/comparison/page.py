@@ -13,9 +13,9 @@ from text2sim.comparison.compare import Comparison
 from text2sim.comparison.runs import Run
 from text2sim.evidence.page import EMBEDDED, data_uri, read_films, render_page
 from text2sim.evidence.plots import BLUE, GREEN, GREY, ORANGE, VERMILION, Line, plot_series
-from text2sim.recording.record import write_atomically
 from text2sim.recording.run_files import read_measures
 from text2sim.recording.states import Array
+from text2sim.spec_schema.whole_files import write_atomically
 
 STYLES = [(color, dashes) for dashes in ("-", "--", ":", "-.") for color in (BLUE, VERMILION, GREEN, ORANGE, GREY)]
 """A run keeps its colour and dashes through all plots."""

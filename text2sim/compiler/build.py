@@ -24,9 +24,10 @@ from text2sim.compiler.soft.resolution import soft_lowering, soft_settings
 from text2sim.compiler.soft.setup import MAX_SPEED
 from text2sim.compiler.trees.generators import rope_frequency
 from text2sim.compiler.trees.link_trees import known_parts, named_parts, tree_extents, tree_standing
-from text2sim.spec_schema.errors import AssetError, Problem, SpecError, naming
+from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.names.references import check_references
+from text2sim.spec_schema.whole_files import naming
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,8 @@ from text2sim.compiler.literal import Code, comment, identifier, literal
 from text2sim.compiler.plan import EntityPlan, Group, Plan, Surface
 from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.soft.setup import SoftSettings
+from text2sim.spec_schema.errors import MachineError
+from text2sim.spec_schema.whole_files import naming
 
 TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
 FILMING = (
@@ -133,7 +135,8 @@ def _format(texts: dict[str, str]) -> dict[str, str]:
     with tempfile.TemporaryDirectory(prefix="text2sim-") as folder:
         paths = {name: Path(folder) / name for name in texts}
         for name, path in paths.items():
-            path.write_text(texts[name], "utf-8")
+            with naming(path):
+                path.write_text(texts[name], "utf-8")
         command = [
             sys.executable,
             "-m",
@@ -146,7 +149,9 @@ def _format(texts: dict[str, str]) -> dict[str, str]:
         ]
         done = subprocess.run(command, capture_output=True, check=False)
         if done.returncode:
-            raise TemplateBug(done.stderr.decode().replace(folder, "").strip())
+            said = done.stderr.decode().replace(folder, "").strip()
+            # What the formatter cannot write is no bug of ours: a disk is full.
+            raise MachineError(f"{folder}: {said}") if "(os error" in said else TemplateBug(said)
         return {name: path.read_text("utf-8") for name, path in paths.items()}
 
 

@@ -19,6 +19,7 @@ from text2sim.drawing.signs import Marks, draw_legend, draw_marks
 from text2sim.drawing.stage import stage
 from text2sim.drawing.view import View
 from text2sim.drawing.views import camera_pose, cameras, field_of_view, film_view
+from text2sim.spec_schema.whole_files import write_atomically
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
@@ -94,7 +95,7 @@ def write_layout(resolution: "Resolution", path: Path, variant: str = "") -> Non
     """Write the page into a file, and the folder that it is to be in if need be; see `layout`."""
     content = layout(resolution, variant)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(content)
+    write_atomically(path, content)
 
 
 def _cell(column: int, row: int) -> tuple[int, int, int, int]:

@@ -6,11 +6,11 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from text2sim.recording.record import write_atomically
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.text.document import Document, parse_document
 from text2sim.spec_schema.text.source import Source, check_source, read_source
 from text2sim.spec_schema.vocabulary.diagnosis import diagnose
+from text2sim.spec_schema.whole_files import write_atomically
 
 M = TypeVar("M", bound=BaseModel)
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from text2sim.evidence.visibility import read_samples
+from text2sim.spec_schema.whole_files import naming
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -37,7 +38,8 @@ def write_contact_sheet(run_dir: Path) -> Path | None:
         thumbnails.append((camera, time, small))
     if not thumbnails:
         return None
-    contact_sheet(thumbnails).save(target, optimize=True)
+    with naming(target):
+        contact_sheet(thumbnails).save(target, optimize=True)
     return target
 
 

@@ -24,12 +24,13 @@ from text2sim.evidence.selection import base_name
 from text2sim.evidence.soft_diagnostics import soft_diagnostics
 from text2sim.evidence.suspicions import suspicions
 from text2sim.evidence.visibility import summarise_legibility, summarise_visibility
-from text2sim.recording.record import RunRecord, write_atomically
+from text2sim.recording.record import RunRecord
 from text2sim.recording.states import Array
 from text2sim.runtime.outcome import read_status
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.events import ContactEvent, SeparationEvent
 from text2sim.spec_schema.models.measures import ContactCount, ContactForce, Penetration
+from text2sim.spec_schema.whole_files import write_atomically
 
 EPISODES = 5_000
 """Most undeclared touches that `events.jsonl` lists."""

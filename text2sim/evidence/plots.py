@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from text2sim.recording.states import Array
+from text2sim.spec_schema.whole_files import naming
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -97,7 +98,8 @@ def plot_series(
     if several or bounds:
         axes.legend(fontsize=7, loc="best", framealpha=0.85)
     path.parent.mkdir(exist_ok=True)
-    figure.savefig(path, metadata={"Software": None})
+    with naming(path):
+        figure.savefig(path, metadata={"Software": None})
 
 
 def _data_range(lines: Sequence[Line]) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from text2sim.evidence.expectations import moment
 from text2sim.evidence.page import data_uri, read_films, render_page, sentence
 from text2sim.evidence.plots import GREEN, ORANGE, Bound, Line, plot_series
 from text2sim.evidence.recorded_case import RecordedCase
-from text2sim.recording.record import RunRecord, write_atomically
+from text2sim.recording.record import RunRecord
 from text2sim.recording.run_files import read_events, read_json, read_measures, read_text
 from text2sim.recording.states import Array
 from text2sim.runtime.outcome import clean, read_end
@@ -20,6 +20,7 @@ from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.expectations import Expect
+from text2sim.spec_schema.whole_files import write_atomically
 
 TOUCHES = 25
 """Undeclared touches in the table, the hardest."""

@@ -28,6 +28,10 @@ def workplace(path: Path) -> Iterator[Path]:
         raise RunError(f"{path.parent}: cannot write there: {error.strerror}") from error
     try:
         yield folder
+    except OSError as error:
+        if error.filename and not str(error.filename).startswith(str(folder)):
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 

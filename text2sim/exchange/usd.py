@@ -1,7 +1,8 @@
 """A recorded run as a USD stage: z up, metres, every recorded pose as a time sample."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from text2sim.exchange.scenery import Figure, Link, Piece, Scenery, keys
 from text2sim.exchange.usd_lights import add_lights
 from text2sim.exchange.usd_materials import UsdMaterials
 from text2sim.exchange.viewing import Track, camera_tracks
-from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.errors import MachineError, RunError
 
 Array = NDArray[np.floating]
 
@@ -50,7 +51,7 @@ def write_usd(folder: Path, path: Path, *, every: int = 1) -> dict[str, int]:
         raise RunError(f"{path}: a USD file ends in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
     usd = openusd()
     scenery = Scenery(folder, every=every)
-    with workplace(path) as place:
+    with workplace(path) as place, _refusals(path):
         flat = place / (f"{path.stem}.usdc" if path.suffix == ".usdz" else path.name)
         textures = place / f"{path.stem}_textures"
         writer = _Writer(flat, scenery, textures)
@@ -68,6 +69,16 @@ def write_usd(folder: Path, path: Path, *, every: int = 1) -> dict[str, int]:
                     put(picture, beside / picture.name)
             put(flat, path)
     return counts
+
+
+@contextmanager
+def _refusals(path: Path) -> Iterator[None]:
+    """Say what OpenUSD cannot write: it throws what is no error of the system where a disk is full."""
+    try:
+        yield
+    except openusd().Tf.ErrorException as error:
+        said = str(error).strip().partition("\n")[0].rpartition(" : ")[2].strip("'")
+        raise MachineError(f"{path}: OpenUSD cannot write it: {said}") from error
 
 
 class _Writer:

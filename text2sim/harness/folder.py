@@ -86,6 +86,12 @@ def staging(parent: Path) -> Iterator[Path]:
         raise RunError(f"{parent}: cannot write there: {error.strerror}") from error
     try:
         yield folder
+    except OSError as error:
+        if not str(error.filename).startswith(str(folder)):
+            raise
+        # To its user a file has the name that it would get.
+        name = parent / Path(error.filename).relative_to(folder)
+        raise OSError(error.errno, error.strerror, str(name)) from error
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 

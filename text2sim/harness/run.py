@@ -23,7 +23,7 @@ from text2sim.harness.rescue import rescue
 from text2sim.harness.result import RunResult
 from text2sim.harness.sources import film_code, judge_code, simulation_code
 from text2sim.recording.inventory import JUDGED, RECORDED, take
-from text2sim.recording.record import COMPLETE, RunRecord, write_atomically
+from text2sim.recording.record import COMPLETE, RunRecord
 from text2sim.recording.run_files import read_evidence
 from text2sim.runtime.child import THREADS, Limits
 from text2sim.runtime.lock import RunLock
@@ -36,6 +36,7 @@ from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import MachineError, Problem, RunError
 from text2sim.spec_schema.reuse.expanded import expanded_text
 from text2sim.spec_schema.reuse.overlay import needs_layers
+from text2sim.spec_schema.whole_files import write_atomically
 
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan

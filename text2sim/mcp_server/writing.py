@@ -7,7 +7,6 @@ from typing import Any
 from text2sim.mcp_server.answers import Answer, clipped, digest, problem_rows, refusal
 from text2sim.mcp_server.reading import verdict
 from text2sim.mcp_server.workspace import CASE_FILE, Workspace
-from text2sim.recording.record import write_atomically
 from text2sim.revision.files import rewrite
 from text2sim.revision.patch_file import read_patch
 from text2sim.revision.revise import Refused, Revision, revise
@@ -18,6 +17,7 @@ from text2sim.spec_schema.changes.patch import PatchError
 from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.text.source import MAX_BYTES, Source, check_source, read_source
+from text2sim.spec_schema.whole_files import write_atomically
 
 MAX_PATCH = 400_000
 """Characters of a patch."""

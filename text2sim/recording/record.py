@@ -1,13 +1,11 @@
 """`run.json`: what was run, where, and how it ended."""
 
 import json
-import os
-from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from text2sim.spec_schema.errors import naming
+from text2sim.spec_schema.whole_files import write_atomically
 
 FILE = "run.json"
 
@@ -95,20 +93,3 @@ class RunRecord:
                 return False
         texts = (*self.variants, *self.sets, *self.notes, *self.recorded.values(), *self.judged.values())
         return self.state in STATES and all(isinstance(text, str) for text in texts)
-
-
-def write_atomically(path: Path, text: str) -> None:
-    """Write a file that is complete from the moment on at which it is there.
-
-    Raises:
-        OSError: with its name, if it cannot be written; then nothing is left of it.
-    """
-    partial = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with naming(path):
-            partial.write_text(text, "utf-8", newline="")
-            os.replace(partial, path)
-    except OSError:
-        with suppress(OSError):
-            partial.unlink(missing_ok=True)
-        raise

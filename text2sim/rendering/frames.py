@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import os
 from pathlib import Path
 from time import time
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 
 from text2sim.recording.film_record import FilmRecord
 from text2sim.rendering.trace import Quality
+from text2sim.spec_schema.whole_files import replacing
 from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras
 
@@ -80,12 +80,8 @@ def save(path: Path, write: Any) -> None:
         write: Function that writes it to the path it is given.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{os.getpid()}-{path.name}")
-    try:
+    with replacing(path) as part:
         write(part)
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _content(path: Path | None) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from text2sim.evidence.page import render_page, sentence
 from text2sim.evidence.report import REPLAY
 from text2sim.exchange.scenery import Scenery
-from text2sim.recording.record import RunRecord, write_atomically
+from text2sim.recording.record import RunRecord
 from text2sim.recording.run_files import read_json
 from text2sim.replay.findings import pack_findings
 from text2sim.replay.motion import pack_cameras, pack_contacts, pack_figures, pack_links
@@ -19,6 +19,7 @@ from text2sim.replay.packing import Blob
 from text2sim.replay.pictures import Pictures
 from text2sim.replay.shapes import pack_shapes
 from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.whole_files import write_atomically
 
 NAME = REPLAY
 VIEWER = ("arithmetic.js", "arrays.js", "shaders.js", "stage.js", "eye.js", "plots.js", "page.js")

@@ -3,9 +3,9 @@
 import os
 from pathlib import Path
 
-from text2sim.recording.record import write_atomically
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.text.source import Source, read_source
+from text2sim.spec_schema.whole_files import write_atomically
 
 
 def rewrite(file: Path, source: Source, text: str) -> None:

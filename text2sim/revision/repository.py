@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from text2sim.spec_schema.errors import MachineError, RunError
+from text2sim.spec_schema.whole_files import naming
 
 TIMEOUT = 60.0
 MAX_BYTES = 64_000_000
@@ -112,7 +113,8 @@ def extract(repository: Repository, path: Path, target: Path) -> Path:
     for blob, content in zip(blobs, _contents(repository, blobs), strict=True):
         file = target.joinpath(*blob.path.relative_to(home).parts)
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(content)
+        with naming(file):
+            file.write_bytes(content)
     return target if folder else target / place.name
 
 

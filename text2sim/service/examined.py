@@ -105,7 +105,7 @@ class Examined:
         """Take note of an error that its author, or the owner of the machine, can put right."""
         self.exit = exits.exit_of_error(error)
         self.problems = error.problems if isinstance(error, SpecError) else []
-        self.failure = "" if self.problems else reason(error)
+        self.failure = "" if self.problems else reason(error).removeprefix(f"{self.path}: ")
         self.collect_sources()
 
     def collect_sources(self) -> None:

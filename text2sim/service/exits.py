@@ -17,7 +17,8 @@ INTERRUPTED = 130
 """Someone stopped it."""
 
 _OF_THE_MACHINE = frozenset(
-    {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.ENOMEM, errno.EMFILE, errno.EIO, errno.EPIPE, errno.EBADF}
+    {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.ENOMEM, errno.EMFILE, errno.EIO, errno.EPIPE}
+    | {errno.EBADF}
 )
 
 

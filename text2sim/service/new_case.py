@@ -1,5 +1,6 @@
 """New cases: a commented start, or a copy of a case."""
 
+import errno
 import re
 from pathlib import Path
 
@@ -23,6 +24,7 @@ def make_case(name: str, source: Path | None, cases: Path) -> Path:
     """
     from text2sim.harness.folder import staging
     from text2sim.spec_schema.errors import RunError
+    from text2sim.spec_schema.whole_files import naming
 
     if not _NAME.match(name):
         raise RunError(f"{name!r} is not a name: a letter, then letters, digits or underscores (48 at most)")
@@ -35,7 +37,8 @@ def make_case(name: str, source: Path | None, cases: Path) -> Path:
         text = _starter() if source is None else _copy(source, staged)
         text = _NAME_LINE.sub(f"name: {name}", text, count=1)
         text = _schema_line(folder) + _SCHEMA_LINE.sub("", text)
-        (staged / "case.yaml").write_text(text, "utf-8")
+        with naming(folder / "case.yaml"):
+            (staged / "case.yaml").write_text(text, "utf-8")
         staged.rename(folder)
     return folder / "case.yaml"
 
@@ -60,7 +63,10 @@ def _copy(source: Path, target: Path) -> str:
             if (Path(folder) / name).is_symlink() or (at_top and name in ("case.yaml", "program", "runs"))
         }
 
-    shutil.copytree(source, target, ignore=left_out, dirs_exist_ok=True)
+    try:
+        shutil.copytree(source, target, ignore=left_out, dirs_exist_ok=True)
+    except shutil.Error as error:
+        raise OSError(errno.EIO, error.args[0][0][2]) from error
     return text
 
 

@@ -2,10 +2,8 @@
 
 import difflib
 import re
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any, Literal
 
 from text2sim.spec_schema.plain import plain_line
@@ -139,16 +137,3 @@ def _excerpt(line: str, problem: Problem, width: int = 110) -> str:
     shown = plain_line(line[first : first + width])
     at = f"  at {plain_line(problem.path)}" if problem.path else ""
     return f"    {shown.rstrip()}\n    {' ' * (column - first)}^{at}"
-
-
-@contextmanager
-def naming(path: Path | str) -> Iterator[None]:
-    """While this lasts, an error of the system names what is written: where a disk is full it names none.
-
-    Raises:
-        OSError: in place of any other.
-    """
-    try:
-        yield
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(path)) from error

@@ -51,8 +51,12 @@ def _digest(*parts: bytes) -> str:
 def _replace(path: Path, write) -> None:
     """Puts a file in place in one motion: a reader or a crash sees the old one or the new one, never a part."""
     part = path.with_name(path.name + ".part")
-    with part.open("wb") as file:
-        write(file)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(part, path)
+    try:
+        with part.open("wb") as file:
+            write(file)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, path)
+    except OSError as error:  # a full disk names no file
+        part.unlink(missing_ok=True)
+        raise OSError(error.errno, error.strerror, str(path)) from error

@@ -33,10 +33,18 @@ class Video:
         """Appends one picture, shape (height, width, 3), uint8."""
         frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format="rgb24")
         frame = frame.reformat(format="yuv420p", dst_colorspace="ITU709", dst_color_range="MPEG")
-        self._container.mux(self._stream.encode(frame))
+        self._keep(lambda: self._container.mux(self._stream.encode(frame)))
 
     def close(self) -> None:
         """Completes the file."""
-        self._container.mux(self._stream.encode())
-        self._container.close()
+        self._keep(lambda: self._container.mux(self._stream.encode()))
+        self._keep(self._container.close)
         os.replace(self._part, self._path)
+
+    def _keep(self, write) -> None:
+        """Writes; where the disk is full, nothing is left of the film and the error names it."""
+        try:
+            write()
+        except OSError as error:
+            self._part.unlink(missing_ok=True)
+            raise OSError(error.errno, error.strerror, str(self._path)) from error

@@ -1,7 +1,6 @@
 """A take: one simulation of one version of the case, in a folder of its own."""
 
 import json
-import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from hashlib import sha256
@@ -11,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim import __version__
 from text2sim.compiler.provenance import provenance
-from text2sim.recording.record import write_atomically
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.whole_files import write_atomically
 
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
@@ -94,9 +93,7 @@ class LiveRun:
         for name, content in version.program.items():
             path = self.folder / "program" / name
             path.parent.mkdir(parents=True, exist_ok=True)
-            part = path.with_name(path.name + ".part")
-            part.write_bytes(content)
-            os.replace(part, path)
+            write_atomically(path, content)
         write_atomically(self.folder / "case.yaml", version.loaded.source.text)
 
     def write_record(self) -> None:
