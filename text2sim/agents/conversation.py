@@ -116,7 +116,7 @@ class Conversation:
         reasons: list[str] = []
         looks = round_ = 0
         while round_ < rounds:
-            reply = self._call(role, messages)
+            reply = self.reply(role, messages)
             try:
                 data = read_reply(reply)[0]
                 if more is not None and looks < LOOKS and (names := _wanted(data)):
@@ -133,7 +133,13 @@ class Conversation:
             messages += [Message("assistant", _echo(reply)), Message("user", _complaint(reasons))]
         raise RoleFailed(role, reasons)
 
-    def _call(self, role: str, messages: Sequence[Message]) -> str:
+    def reply(self, role: str, messages: Sequence[Message]) -> str:
+        """Return what a role replies to messages, as it is.
+
+        Raises:
+            BudgetSpent: If nothing more may be spent.
+            ModelError: If the model cannot be reached.
+        """
         if (spent := self._budget.exceeded(self.account)) is not None:
             raise BudgetSpent(spent)
         with self._lock:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from text2sim.cli.generate import Cost, Minutes, Tokens
+from text2sim.cli.generate import Attempts, Cost, Minutes, Model, SimTimeout, Tokens
+from text2sim.cli.last_film import Film
 from text2sim.service import exits
 
 if TYPE_CHECKING:
@@ -63,6 +64,65 @@ def draft_suite(
     done = draft_missing(read, document, model, out.parent / f".{out.stem}")
     write_frozen(done, out)
     say(f"{out}: {len(done.prompts)} prompts, frozen with digest {done.digest()}")
+
+
+@evaluate.command("run")
+def run_methods(
+    suite: SuiteFile,
+    methods: Annotated[
+        list[str],
+        typer.Option(
+            "--method",
+            metavar="METHOD",
+            help="text2sim or agent, with :with-cards or :no-cards behind it; or NAME=COMMAND with {prompt}, "
+            "{prompt_file} and {folder}.",
+        ),
+    ],
+    out: Annotated[Path, typer.Option("--out", help="Where method folders go, one for each.")],
+    models: Model = None,
+    only: Only = None,
+    attempts: Attempts = 30,
+    tokens: Tokens = None,
+    cost: Cost = None,
+    minutes: Minutes = None,
+    sim_timeout: SimTimeout = 3600.0,
+    film: Film = "draft",
+    film_minutes: Annotated[float, typer.Option("--film-minutes", min=0.1, help="For one path-traced film.")] = 10.0,
+    allow_code: Annotated[
+        bool,
+        typer.Option(
+            "--allow-code",
+            help="Let `agent` run Python that a model has written: within limits, without keys, but in no sandbox.",
+        ),
+    ] = False,
+    resume: Resume = False,
+) -> None:
+    """Have methods answer the prompts of a suite; the allowance is for each prompt.
+
+    What is answered stays as it is with `--resume`. Exit code 1: a method left nothing for some prompt.
+    """
+    from text2sim.cli.output import say
+    from text2sim.evaluation.method_folder import METHOD, read_method
+    from text2sim.evaluation.methods import Allowance, method_of, run_method
+    from text2sim.evaluation.suite import read_suite, selected
+    from text2sim.spec_schema.errors import RunError
+
+    read, _ = read_suite(suite)
+    prompts, chosen = selected(read, only or []), [method_of(word) for word in methods]
+    if any(one.kind == "agent" for one in chosen) and not allow_code:
+        raise RunError("`agent` runs Python that a model has written, in no sandbox; if you want that: --allow-code")
+    if begun := [one.name for one in chosen if (out / one.name / METHOD).exists()]:
+        if not resume:
+            raise RunError(f"{out}: there is work of {', '.join(begun)} already; `--resume` goes on")
+    allowance = Allowance(attempts, tokens, cost, minutes, sim_timeout, film, film_minutes)
+    failed = 0
+    for one in chosen:
+        folder = run_method(read, prompts, one, models or [], allowance, out, lambda line: say(line, to=sys.stderr))
+        failed += sum(
+            made.result.status == "failed" for name, made in read_method(folder).made.items() if name in prompts
+        )
+        say(str(folder))
+    raise typer.Exit(exits.PHYSICS if failed else exits.OK)
 
 
 @evaluate.command("judge")

@@ -188,6 +188,15 @@ def discovered(folder: Path) -> CaseResult:
     return CaseResult.model_validate({"prompt": prompt_id(folder), "status": "unknown", **found})
 
 
+def resources_of(spent: Mapping[str, Any]) -> Resources:
+    """Return what an account of agents says (`Spent`) in the form of a result."""
+    known = spent["cost"] > 0 or not spent["unpriced"]
+    return Resources(
+        calls=spent["calls"] + spent["cached"], tokens_in=spent["tokens_in"], tokens_out=spent["tokens_out"],
+        tokens_cached=spent["again"], cost=spent["cost"] if known else None, seconds=spent["seconds"],
+    )  # fmt: skip
+
+
 def prompt_id(folder: Path) -> str:
     """Return the id of the prompt that a folder is for."""
     return folder.resolve().name

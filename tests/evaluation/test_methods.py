@@ -1,0 +1,160 @@
+"""Methods at work: any command line, text2sim, and the coding agent, which runs what a model writes."""
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.agents.models.chat_server import ChatServer, completion
+from tests.evaluation.conftest import write_film
+from text2sim.evaluation import genesis_docs
+from text2sim.evaluation.method_folder import read_made, read_method
+from text2sim.evaluation.methods import Allowance, method_of, run_method
+from text2sim.evaluation.suite import read_suite
+from text2sim.spec_schema.errors import RunError
+
+COMMAND = """
+import json, os, pathlib, shutil, sys
+prompt, folder, film = sys.argv[1:]
+folder = pathlib.Path(folder)
+assert os.environ["TEXT2SIM_PROMPT"] == prompt and folder.name in ("drop", "sag")
+print("said", prompt)
+if folder.name == "sag":
+    sys.exit(7)
+shutil.copy(film, folder / "film.mp4")
+"""
+PROGRAM = """Here it is:
+
+```python
+import os, pathlib, shutil, sys
+out = pathlib.Path(sys.argv[2])
+print("keys:", [name for name in os.environ if "KEY" in name or "TOKEN" in name])
+{body}
+```
+"""
+
+
+def run(suite: Path, word: str, out: Path, models: list[str] | None = None, **allowance: Any) -> Path:
+    read, _ = read_suite(suite)
+    return run_method(read, read.prompts, method_of(word), models or [], Allowance(**allowance), out, lambda line: None)
+
+
+def test_any_command_fills_a_method_folder(suite: Path, tmp_path: Path) -> None:
+    (tmp_path / "it.py").write_text(COMMAND)
+    film = write_film(tmp_path / "a film.mp4")
+    word = f"other={sys.executable} {tmp_path / 'it.py'} {{prompt}} {{folder}} '{film}'"
+    method = read_method(run(suite, word, tmp_path / "out"))
+    drop, sag = method.made["drop"], method.made["sag"]
+    assert (method.name, method.record.suite) == ("other", "small")
+    assert (drop.result.status, drop.result.film, drop.result.log) == ("finished", "film.mp4", "log.txt")
+    assert drop.result.wall_s
+    assert drop.result.total is None, "nobody counted"
+    assert "said A red ball falls" in (drop.folder / "log.txt").read_text()
+    assert (sag.result.status, sag.result.why) == ("failed", "it ended with exit code 7")
+
+
+def test_what_a_prompt_says_is_no_blank_and_no_shell(suite: Path, tmp_path: Path) -> None:
+    text = suite.read_text().replace("A red ball falls", "A {folder} $(touch pwned); `touch pwned` falls")
+    suite.write_text(text)
+    code = "import pathlib, sys; pathlib.Path(sys.argv[2], 'film.mp4').write_text(sys.argv[1])"
+    folder = run(suite, f'other={sys.executable} -c "{code}" {{prompt}} {{folder}}', tmp_path / "out")
+    assert (folder / "drop" / "film.mp4").read_text().startswith("A {folder} $(touch pwned); `touch pwned` falls")
+
+
+def test_a_command_that_takes_too_long_is_ended(suite: Path, tmp_path: Path) -> None:
+    folder = run(suite, f'slow={sys.executable} -c "import time; time.sleep(60)"', tmp_path / "out", minutes=0.01)
+    assert "took longer than 0.01 minutes" in read_made(folder / "drop").result.why
+
+
+def test_what_is_answered_is_not_asked_again(suite: Path, tmp_path: Path) -> None:
+    word = f"other={sys.executable} -c \"open('{tmp_path / 'count'}', 'a').write('x')\""
+    for _ in range(2):
+        run(suite, word, tmp_path / "out")
+    assert (tmp_path / "count").read_text() == "xx", "two prompts, once each"
+
+
+@pytest.mark.parametrize("word", ["text3sim", "text2sim:cards", "a b=ls", "x=", "x='"])
+def test_words_that_are_no_method_are_refused(word: str) -> None:
+    with pytest.raises(RunError, match="is no method"):
+        method_of(word)
+
+
+def test_the_agent_reads_runs_mends_and_is_done(suite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SOME_API_KEY", "secret")
+    film = write_film(tmp_path / "made.mp4")
+    replies = [
+        "```yaml\nread: [gs.morphs.Box, Scene.add_entity, gs.morphs.Bax]\n```",
+        PROGRAM.format(body="raise ValueError('not yet')"),
+        PROGRAM.format(body=f"shutil.copy({str(film)!r}, out / 'film.mp4')"),
+        "```yaml\ndone: true\n```",
+    ]
+    with ChatServer(*(completion(reply) for reply in replies)) as server:
+        models = [f"openai/agent@{server.url},vision=yes"]
+        folder = run(suite, "agent:with-cards", tmp_path / "out", models, attempts=5)
+        asked = server.requests[:4]
+    result = read_made(folder / "drop").result
+    assert (result.status, result.accepted, result.attempts) == ("finished", True, 2)
+    assert result.film == "attempts/02/film.mp4"
+    assert result.total is not None
+    assert (result.total.calls, result.total.tokens_in) == (4, 48)
+    first = asked[0]["messages"][1]["content"]
+    assert "A red ball falls onto a flat floor." in first
+    assert "gs.morphs.Sphere(" in first
+    assert "Lessons from earlier failures" in first
+    assert "extents" in asked[1]["messages"][-1]["content"] or "size" in asked[1]["messages"][-1]["content"]
+    assert "there is `Box`" in asked[1]["messages"][-1]["content"]
+    failed = asked[2]["messages"][-1]["content"]
+    assert "ValueError: not yet" in failed
+    assert "keys: []" in failed
+    assert "4 more programs" in failed
+    seen = asked[3]["messages"][-1]["content"]
+    assert sum(part["type"] == "image_url" for part in seen) == 10
+
+
+def test_the_agent_goes_on_after_an_interruption_without_paying_or_running_twice(suite: Path, tmp_path: Path) -> None:
+    body = f"open({str(tmp_path / 'count')!r}, 'a').write('x')"
+    replies = [PROGRAM.format(body=body), PROGRAM.format(body=body + " ")]
+    models: list[str] = []
+    with ChatServer(*(completion(reply) for reply in replies)) as server:
+        models.append(f"openai/agent@{server.url}")
+        folder = run(suite, "agent:no-cards", tmp_path / "out", models, attempts=2)
+        count = len(server.requests)
+        assert read_made(folder / "drop").result.why == "its attempts are spent"
+        for prompt in ("drop", "sag"):
+            (folder / prompt / "result.json").unlink()
+        run(suite, "agent:no-cards", tmp_path / "out", models, attempts=2)
+        assert len(server.requests) == count
+    assert (tmp_path / "count").read_text() == "x" * 4
+    assert "Lessons" not in server.requests[0]["messages"][1]["content"]
+
+
+def test_code_is_run_only_if_somebody_allows_it(
+    suite: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from typer.testing import CliRunner
+
+    from text2sim.cli.main import app
+
+    words = ["evaluate", "run", str(suite), "--method", "agent", "--out", str(tmp_path / "out"), "--model", "mailbox:x"]
+    answer = CliRunner().invoke(app, words)
+    assert isinstance(answer.exception, RunError)
+    assert "--allow-code" in str(answer.exception)
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_digest_is_of_the_installed_genesis() -> None:
+    digest = genesis_docs.digest()
+    assert 20_000 < len(digest) < 60_000
+    for name in ("gs.init(", "Scene.add_entity(", "gs.materials.MPM.Elastic(", "RigidEntity.control_dofs_position("):
+        assert name in digest
+    assert "Young" in genesis_docs.explained(["MPM.Elastic"])
+
+
+def test_text2sim_is_called_as_a_user_calls_it(suite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A request that cannot be put is no failure of the prompt: it stops, with the reason, and nothing is written."""
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [os.environ.get("PYTHONPATH"), os.getcwd()])))
+    with pytest.raises(RunError, match="drop: text2sim generate: .*nobody"):
+        run(suite, "text2sim:no-cards", tmp_path / "out", ["nobody/nothing"])
+    assert not (tmp_path / "out" / "text2sim-no-cards" / "drop" / "result.json").exists()

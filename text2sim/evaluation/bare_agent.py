@@ -1,0 +1,189 @@
+"""A coding agent that writes Genesis programs by hand: the baseline that text2sim is compared with.
+
+This is the one place where code that a model has written is run. It runs in a child process within limits of time,
+memory and log, with an environment that holds no keys (`runtime/child.py`); that is no sandbox: it may read and write
+whatever the user may. So nothing here is done unless somebody has asked for it (`evaluate run --allow-code`).
+"""
+
+import sys
+from dataclasses import asdict, dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from text2sim.agents.conversation import BudgetSpent, Conversation
+from text2sim.agents.journal import Journal
+from text2sim.agents.models.calls import Account, Budget, CallLog
+from text2sim.agents.models.endpoint import endpoint_of
+from text2sim.agents.models.exchange import Image, Message
+from text2sim.agents.models.fences import fenced_blocks, without_thoughts
+from text2sim.agents.models.parsing import ReplyError, read_reply
+from text2sim.agents.roles import quoted
+from text2sim.evaluation.documents import write_json
+from text2sim.evaluation.film_frames import film_frames
+from text2sim.evaluation.genesis_docs import digest, explained
+from text2sim.evaluation.letters import letter
+from text2sim.evaluation.method_folder import CaseResult, resources_of
+from text2sim.recording.record import write_atomically
+from text2sim.recording.run_files import read_json, read_text
+from text2sim.runtime.child import ChildExit, Limits, run_child
+from text2sim.runtime.stop import Stop
+from text2sim.spec_schema.errors import RunError
+
+if TYPE_CHECKING:
+    from text2sim.evaluation.methods import Allowance
+
+PROGRAM, FILM, LOG, ENDED = "main.py", "film.mp4", "log.txt", "ended.json"
+ROUNDS_PER_ATTEMPT = 3
+"""Replies for each program that may be run: the rest is reading."""
+REMEMBERED = 12
+"""Messages that go with a question, the latest, behind the first two."""
+LOG_SHOWN = 6_000
+"""Characters of the end of a log that the agent sees."""
+CARDS = 6
+"""Cards that it is dealt, by the words of the prompt."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A program that ran."""
+
+    folder: Path
+    code: int
+    cause: str
+    wall: float
+    """[s]"""
+
+    @property
+    def film(self) -> Path | None:
+        """Its film, if it made one."""
+        path = self.folder / FILM
+        return path if path.is_file() else None
+
+
+class BareAgent:
+    """The agent at work on one prompt.
+
+    Args:
+        place: The prompt's folder; calls lie in `calls/`, programs and what they wrote in `attempts/NN/`.
+        model: Who it is.
+        allowance: What it may take: the same as text2sim.
+        cards: Whether it is dealt Debug Cards.
+    """
+
+    def __init__(self, place: Path, model: str, allowance: "Allowance", cards: bool) -> None:
+        if not model:
+            raise RunError("say which model is the agent: --model")
+        self._place, self._allowance, self._cards = place, allowance, cards
+        self._account, self._trials = Account(), list[Trial]()
+        budget = Budget(allowance.tokens, allowance.cost, allowance.minutes)
+        log, journal = CallLog(place / "calls"), Journal(place / "journal.jsonl")
+        self._desk = Conversation({"": endpoint_of(model)}, log, self._account, budget, journal)
+        self._budget = budget
+
+    def answer(self, name: str, prompt: str) -> CaseResult:
+        """Work until the agent is done, or its allowance is spent; the last program with a film counts.
+
+        Raises:
+            KeyboardInterrupt: If it was stopped; it goes on from there when it is started again.
+            ModelError: If the model cannot be reached; likewise.
+        """
+        why, accepted = "its attempts are spent", False
+        messages = [
+            Message("system", letter("agent", limit=self._allowance.sim_timeout, attempts=self._allowance.attempts)),
+            Message("user", letter("agent_ask", prompt=prompt, docs=digest(), cards=self._dealt(prompt))),
+        ]
+        try:
+            with Stop() as stop:
+                for _ in range(ROUNDS_PER_ATTEMPT * self._allowance.attempts):
+                    if len(self._trials) >= self._allowance.attempts:
+                        break
+                    reply = self._desk.reply("agent", [*messages[:2], *messages[2:][-REMEMBERED:]])
+                    told, images, done = self._act(reply, stop)
+                    if done:
+                        why, accepted = "", True
+                        break
+                    messages = [Message(one.role, one.text) for one in messages]  # old pictures are not sent again
+                    messages += [Message("assistant", reply), Message("user", told, images)]
+        except BudgetSpent as error:
+            why = str(error)
+        return self._result(name, why, accepted)
+
+    def _act(self, reply: str, stop: Stop) -> tuple[str, tuple[Image, ...], bool]:
+        """Do what a reply asks for; return what is told of it, with pictures, and whether that was the end."""
+        blocks = [one for one in fenced_blocks(without_thoughts(reply)) if one.mark in ("python", "py")]
+        if blocks and blocks[-1].closed:
+            trial = self._run(blocks[-1].text, stop)
+            return self._told(trial), self._pictures(trial), False
+        if blocks:
+            return "The block of Python is not closed: send the program again, whole.", (), False
+        try:
+            data = read_reply(reply)[0]
+        except ReplyError:
+            data = None
+        if isinstance(data, dict) and isinstance(data.get("read"), list):
+            return explained([str(one)[:80] for one in data["read"][:20]]), (), False
+        if isinstance(data, dict) and data.get("done") is True and self._trials:
+            return "", (), True
+        return "Answer with one ```python block, or with ```yaml and `read: […]` or `done: true`.", (), False
+
+    def _run(self, program: str, stop: Stop) -> Trial:
+        """Run a program; one that was run already, before an interruption, is not run again."""
+        folder = (self._place / "attempts" / f"{len(self._trials) + 1:02}").resolve()
+        ended = read_json(folder / ENDED)
+        digest_ = sha256(program.encode()).hexdigest()
+        if not isinstance(ended, dict) or ended.get("program") != digest_:
+            folder.mkdir(parents=True, exist_ok=True)
+            (folder / LOG).unlink(missing_ok=True)
+            write_atomically(folder / PROGRAM, program + "\n")
+            left = self._budget.minutes_left()
+            limit = min(self._allowance.sim_timeout, 60 * left if left is not None else self._allowance.sim_timeout)
+            found: ChildExit = run_child(
+                (sys.executable, PROGRAM, "--out", str(folder)), folder=folder, log=folder / LOG,
+                limits=Limits(timeout=max(1.0, limit)), stop=stop, on_poll=lambda: False,
+            )  # fmt: skip
+            ended = {"program": digest_, "code": found.code, "cause": found.cause, "wall": round(found.wall, 1)}
+            write_json(folder / ENDED, ended)
+        trial = Trial(folder, int(ended["code"]), str(ended["cause"]), float(ended["wall"]))
+        self._trials.append(trial)
+        return trial
+
+    def _told(self, trial: Trial) -> str:
+        log = read_text(trial.folder / LOG).replace(str(trial.folder), ".")
+        film = "film.mp4 is there" if trial.film else "there is no film.mp4"
+        try:
+            film += f", frames: {film_frames(trial.film).listed()}" if trial.film else ""
+        except RunError as error:
+            film = str(error)
+        left = self._allowance.attempts - len(self._trials)
+        return letter("agent_ran", trial=trial, film=film, log=quoted(log[-LOG_SHOWN:]), left=left)
+
+    def _pictures(self, trial: Trial) -> tuple[Image, ...]:
+        if trial.film is None or not self._desk.vision("agent"):
+            return ()
+        try:
+            return film_frames(trial.film).images
+        except RunError:
+            return ()
+
+    def _dealt(self, prompt: str) -> str:
+        if not self._cards:
+            return ""
+        from text2sim.card_library.library import load_library
+        from text2sim.card_library.retrieval import find_cards
+
+        found = find_cards(load_library(), text=prompt, limit=CARDS)
+        return "\n\n".join(match.entry.card.brief() for match in found)
+
+    def _result(self, name: str, why: str, accepted: bool) -> CaseResult:
+        filmed = [one for one in self._trials if one.film]
+        best = filmed[-1] if filmed else self._trials[-1] if self._trials else None
+        parts = {"program": PROGRAM, "log": LOG} | ({"film": FILM} if filmed else {})
+        folder = best.folder.relative_to(self._place.resolve()) if best is not None else None
+        spent = {role: resources_of(asdict(one)) for role, one in self._account.by_role().items()}
+        files = {part: str(folder / file) for part, file in parts.items()} if folder is not None else {}
+        return CaseResult.model_validate({
+            "prompt": name, "status": "failed" if best is None else "finished", "accepted": accepted,
+            "why": why[:4000], "roles": spent, "attempts": len(self._trials),
+            "simulation_s": sum(one.wall for one in self._trials), **files,
+        })  # fmt: skip

@@ -1,0 +1,149 @@
+"""Documentation of the installed Genesis for a coding agent: signatures, and docstrings on demand.
+
+Read from the sources of the package, without importing it: nothing that is old or guessed gets in.
+"""
+
+import ast
+import importlib.util
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+from text2sim.spec_schema.errors import MachineError, nearest
+
+OPTIONS = {
+    "gs.options": ("options/solvers.py", "options/vis.py"),
+    "gs.renderers": ("options/renderers.py",),
+    "gs.morphs": ("options/morphs.py",),
+    "gs.surfaces": ("options/surfaces.py",),
+    "gs.textures": ("options/textures.py",),
+    "gs.materials": ("engine/materials/rigid.py", "engine/materials/kinematic.py"),
+    "gs.materials.MPM": ("engine/materials/MPM",),
+    "gs.materials.FEM": ("engine/materials/FEM",),
+    "gs.materials.PBD": ("engine/materials/PBD",),
+    "gs.materials.SPH": ("engine/materials/SPH",),
+}
+"""Classes that are set up by their fields, by the name under which they are reached."""
+OBJECTS = {
+    "Scene": ("engine/scene.py",),
+    "Camera": ("vis/camera.py",),
+    "RigidEntity": ("engine/entities/rigid_entity/rigid_entity.py", "engine/entities/base_entity.py"),
+    "RigidLink": ("engine/entities/rigid_entity/rigid_link.py",),
+    "MPMEntity": ("engine/entities/mpm_entity.py", "engine/entities/particle_entity.py"),
+    "PBDEntity": ("engine/entities/pbd_entity.py",),
+    "FEMEntity": ("engine/entities/fem_entity.py",),
+    "ForceField": ("engine/force_fields.py",),
+}
+"""Objects that are used by their methods."""
+SKIPPED = ("FoamOptions", "BatchRenderer", "Drone", "USD", "MeshSet", "SFOptions", "ToolOptions", "ViewerOptions")
+FIELD = 40
+"""Characters of a default value."""
+DOCSTRING = 6_000
+"""Characters of a docstring that is asked for."""
+
+
+class Entry(NamedTuple):
+    """A class or method."""
+
+    line: str
+    """Its signature, with the first words of its docstring."""
+    doc: str
+
+
+@cache
+def documentation() -> dict[str, Entry]:
+    """Return all that is documented, by name, in the order of the digest.
+
+    Raises:
+        MachineError: If Genesis is not installed.
+    """
+    spec = importlib.util.find_spec("genesis")
+    if spec is None or spec.origin is None:
+        raise MachineError("Genesis is not installed")
+    root, found = Path(spec.origin).parent, dict[str, Entry]()
+    init = next(node for node in ast.parse((root / "__init__.py").read_text("utf-8")).body if _is(node, "init"))
+    found["gs.init"] = _method("gs.init", init)  # type: ignore[arg-type]
+    for prefix, places in OPTIONS.items():
+        for node in _classes(root, places):
+            if node.name[0] != "_" and node.name not in SKIPPED:
+                found[f"{prefix}.{node.name}"] = _options(f"{prefix}.{node.name}", node)
+    for owner, places in OBJECTS.items():
+        for node in _classes(root, places):
+            for one in node.body:
+                if isinstance(one, ast.FunctionDef) and (one.name == "__init__" or one.name[0] != "_") and _shown(one):
+                    name = owner if one.name == "__init__" else f"{owner}.{one.name}"
+                    found.setdefault(name, _method(name, one))
+    return found
+
+
+def digest() -> str:
+    """Return a line for each class and method."""
+    return "\n".join(entry.line for entry in documentation().values())
+
+
+def explained(names: list[str]) -> str:
+    """Return docstrings of classes and methods; of unknown names the nearest that there is."""
+    rows, known = [], documentation()
+    for name in names:
+        match = next((one for one in known if one == name or one.endswith(f".{name}")), None)
+        if match is None:
+            hint = nearest(name.rpartition(".")[2], [one.rpartition(".")[2] for one in known])
+            rows.append(f"There is nothing called `{name}`" + (f"; there is `{hint}`." if hint else "."))
+        else:
+            rows.append(f"{known[match].line}\n\n{known[match].doc[:DOCSTRING]}".strip())
+    return "\n\n---\n\n".join(rows)
+
+
+def _classes(root: Path, places: tuple[str, ...]) -> Iterator[ast.ClassDef]:
+    for place in places:
+        path = root / place
+        for file in sorted(path.glob("*.py")) if path.is_dir() else [path]:
+            if file.is_file():
+                yield from (node for node in ast.parse(file.read_text("utf-8")).body if isinstance(node, ast.ClassDef))
+
+
+def _options(name: str, node: ast.ClassDef) -> Entry:
+    """Fields of a class of options, with their defaults; those of its bases stand there."""
+    fields = [
+        f"{one.target.id}={_short(one.value) if one.value is not None else 'REQUIRED'}"
+        for one in node.body
+        if isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Name) and one.target.id[0] != "_"
+    ]
+    bases = [ast.unparse(base) for base in node.bases]
+    more = f" + {', '.join(bases)}" if bases and bases != ["Options"] else ""
+    return Entry(f"{name}({', '.join(fields)}){more}", ast.get_docstring(node) or "")
+
+
+def _method(name: str, node: ast.FunctionDef) -> Entry:
+    doc = ast.get_docstring(node) or ""
+    arguments = node.args
+    given = [None] * (len(arguments.args) - len(arguments.defaults)) + list(arguments.defaults)
+    words = [
+        one.arg if default is None else f"{one.arg}={_short(default)}"
+        for one, default in zip(arguments.args, given, strict=True)
+        if one.arg != "self"
+    ]
+    words += [
+        one.arg if default is None else f"{one.arg}={_short(default)}"
+        for one, default in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True)
+    ]
+    about = " ".join(doc.split("\n\n")[0].split())[:110]
+    return Entry(f"{name}({', '.join(words)})" + (f"  # {about}" if about else ""), doc)
+
+
+def _shown(node: ast.FunctionDef) -> bool:
+    """Whether a method is one that people call: no kernel, no property setter, and documented."""
+    marks = [ast.unparse(mark) for mark in node.decorator_list]
+    return not any("qd." in mark or "setter" in mark or "property" in mark for mark in marks) and bool(
+        ast.get_docstring(node) or node.name == "__init__"
+    )
+
+
+def _is(node: ast.stmt, name: str) -> bool:
+    return isinstance(node, ast.FunctionDef) and node.name == name
+
+
+def _short(node: ast.expr) -> str:
+    text = ast.unparse(node)
+    return text if len(text) <= FIELD else "…"

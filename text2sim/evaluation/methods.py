@@ -1,0 +1,275 @@
+"""Methods that answer the prompts of a suite: text2sim, the bare coding agent, and any command line."""
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from time import monotonic
+from typing import Any, Literal
+
+from text2sim import __version__
+from text2sim.evaluation.documents import write_json
+from text2sim.evaluation.method_folder import (
+    CASE,
+    RESULT,
+    CaseResult,
+    MethodRecord,
+    discovered,
+    read_made,
+    resources_of,
+    write_method,
+    write_result,
+)
+from text2sim.evaluation.suite import Prompt, Suite
+from text2sim.recording.record import RunRecord, write_atomically
+from text2sim.recording.run_files import read_json
+from text2sim.runtime.child import kill_group
+from text2sim.service.exits import BUG
+from text2sim.spec_schema.errors import RunError
+
+ARMS = ("text2sim:with-cards", "text2sim:no-cards", "agent:with-cards", "agent:no-cards")
+FORMS = f"{', '.join(ARMS)}, or NAME=COMMAND"
+PROMPT_FILE = "prompt.txt"
+CLOCK = "clock.json"
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Method:
+    """Who answers prompts."""
+
+    name: str
+    kind: Literal["text2sim", "agent", "command"]
+    cards: bool = True
+    command: tuple[str, ...] = ()
+    """Words, with `{prompt}`, `{prompt_file}` and `{folder}`."""
+
+
+@dataclass(frozen=True)
+class Allowance:
+    """What a method may take for each prompt."""
+
+    attempts: int = 30
+    tokens: int | None = None
+    cost: float | None = None
+    minutes: float | None = None
+    sim_timeout: float = 3600.0
+    film: Literal["draft", "final", "none"] = "draft"
+    film_minutes: float = 10.0
+    """Wall time of the path-traced film of text2sim [min]."""
+
+
+def method_of(word: str) -> Method:
+    """Return the method that a word of a command line means.
+
+    Raises:
+        RunError: If it means none.
+    """
+    name, equals, command = word.partition("=")
+    if equals:
+        try:
+            words = tuple(shlex.split(command))
+            MethodRecord(name=name, suite="")
+        except ValueError:
+            words = ()
+        if not words:
+            raise RunError(f"`{word[:80]}` is no method: NAME=COMMAND, the name of letters, digits, `-`, `_` and `.`")
+        return Method(name, "command", command=words)
+    kind, _, cards = word.partition(":")
+    if kind not in ("text2sim", "agent") or cards not in ("", "with-cards", "no-cards"):
+        raise RunError(f"`{word[:80]}` is no method; there are {FORMS}")
+    return Method(f"{kind}-{cards or 'with-cards'}", "agent" if kind == "agent" else "text2sim", cards != "no-cards")
+
+
+def run_method(
+    suite: Suite, prompts: Mapping[str, Prompt], method: Method, models: Sequence[str], allowance: Allowance,
+    out: Path, tell: Tell,
+) -> Path:  # fmt: skip
+    """Have a method answer prompts; those that it has answered already are left alone.
+
+    Args:
+        suite: The suite.
+        prompts: Which of its prompts.
+        method: Who.
+        models: `[ROLE=]MODEL`, for text2sim and the agent; a mailbox gets a folder for each prompt.
+        allowance: For each prompt.
+        out: Where the method folder is put.
+        tell: Told of every prompt in a line.
+
+    Returns:
+        The method folder.
+    """
+    folder = out / method.name
+    made_by = {
+        "method": asdict(method),
+        "models": list(models),
+        "allowance": asdict(allowance),
+        "text2sim": __version__,
+    }
+    write_method(
+        folder, MethodRecord(name=method.name, suite=suite.name, digest=suite.prompts_digest(), made_by=made_by)
+    )
+    for name, prompt in prompts.items():
+        place = folder / name
+        if (place / RESULT).is_file():
+            tell(f"{name}, {method.name}: at hand")
+            continue
+        place.mkdir(parents=True, exist_ok=True)
+        write_atomically(place / PROMPT_FILE, prompt.prompt + "\n")
+        answer = {"text2sim": _text2sim, "agent": _agent, "command": _command}[method.kind]
+        before, start = _clock(place), monotonic()
+        try:
+            result = answer(place, name, prompt, method, [_own(model, method, name) for model in models], allowance)
+        finally:
+            wall = before + monotonic() - start
+            write_json(place / CLOCK, {"wall_s": wall})  # a kill must not give back the time that was used
+        if result.wall_s is None:
+            result = result.model_copy(update={"wall_s": wall})
+        write_result(place, result)
+        tell(f"{name}, {method.name}: {result.status}{f': {result.why}' if result.why else ''}")
+    return folder
+
+
+def _clock(place: Path) -> float:
+    found = read_json(place / CLOCK)
+    return float(found["wall_s"]) if isinstance(found, dict) else 0.0
+
+
+def _own(model: str, method: Method, prompt: str) -> str:
+    """A mailbox of its own for each method and prompt."""
+    role, equals, name = model.partition("=")
+    prefix, name = (f"{role}=", name) if equals and role.isidentifier() else ("", model)
+    return f"{prefix}{name.rstrip('/')}/{method.name}/{prompt}" if name.startswith(("mailbox:", "replay:")) else model
+
+
+def _text2sim(
+    place: Path, name: str, prompt: Prompt, method: Method, models: Sequence[str], allowance: Allowance
+) -> CaseResult:
+    """`text2sim generate`, then its film, as processes of their own."""
+    case = place / "case"
+    words = ["generate", "--out", str(case), "--json", "--film", "none"]
+    words += ["--resume"] if (case / "generation" / "request.json").is_file() else ["--file", str(place / PROMPT_FILE)]
+    words += [word for model in models for word in ("--model", model)]
+    words += ["--attempts", str(allowance.attempts), "--sim-timeout", str(allowance.sim_timeout)]
+    for option in ("tokens", "cost", "minutes"):
+        if (value := getattr(allowance, option)) is not None:
+            words += [f"--{option}", str(value)]
+    code, said = _ours(words + ([] if method.cards else ["--no-cards"]), place / "generate.log")
+    if "account" not in said:
+        why = f"text2sim generate: {said.get('error') or said.get('problems') or f'exit code {code}'}"[:4000]
+        if code == BUG:
+            return CaseResult(prompt=name, status="failed", why=why)
+        raise RunError(f"{name}: {why}")  # no fault of the prompt: the next would fare no better
+    run = Path(said["run"]) if said.get("run") else None
+    film, seconds = _film(run, allowance, place)
+    records = [RunRecord.read(path.parent) for path in case.glob("runs/*/run.json")]
+    return CaseResult(
+        prompt=name,
+        status="finished" if said.get("case") else "failed",
+        accepted=said["state"] == "accepted",
+        why="" if said["state"] == "accepted" else f"{said['state']}: {said.get('why', '')}"[:4000],
+        film=_relative(film, place),
+        program=_relative(case / CASE, place),
+        run=_relative(run, place),
+        roles={role: resources_of(spent) for role, spent in said["account"]["roles"].items()},
+        attempts=len((read_json(case / "generation" / "run.json") or {}).get("attempts", [])),
+        simulation_s=sum(record.wall for record in records if record is not None) + seconds,
+    )
+
+
+def _film(run: Path | None, allowance: Allowance, place: Path) -> tuple[Path | None, float]:
+    """The film of a run, path traced if that is wanted and can be done, else the preview; and the time it took [s]."""
+    if run is None:
+        return None, 0.0
+    start = monotonic()
+    if allowance.film != "none":
+        words = ["render", str(run), "--quality", allowance.film, "--minutes", str(allowance.film_minutes), "--json"]
+        files = _ours(words, place / "film.log")[1].get("files") or []
+        traced = [Path(file) for file in files if file.endswith(".mp4")]
+        if traced:
+            return traced[0], monotonic() - start
+    preview = run / "video.mp4"
+    return (preview if preview.is_file() else None), monotonic() - start
+
+
+def _agent(
+    place: Path, name: str, prompt: Prompt, method: Method, models: Sequence[str], allowance: Allowance
+) -> CaseResult:
+    from text2sim.evaluation.bare_agent import BareAgent
+
+    return BareAgent(place, models[-1] if models else "", allowance, method.cards).answer(name, prompt.prompt)
+
+
+def _command(
+    place: Path, name: str, prompt: Prompt, method: Method, models: Sequence[str], allowance: Allowance
+) -> CaseResult:
+    """A command line of the user's, with the user's environment; its output goes to `log.txt`."""
+    folder = place.resolve()
+    blanks = {"{prompt}": prompt.prompt, "{prompt_file}": str(folder / PROMPT_FILE), "{folder}": str(folder)}
+    words = [_filled(word, blanks) for word in method.command]
+    variables = {"TEXT2SIM_PROMPT": prompt.prompt, "TEXT2SIM_FOLDER": str(folder)}
+    limit = None if allowance.minutes is None else 60 * allowance.minutes
+    why = ""
+    try:
+        code = _watched(words, place / "log.txt", os.environ | variables, limit)
+        why = f"it ended with exit code {code}" if code else ""
+    except subprocess.TimeoutExpired:
+        why = f"it took longer than {allowance.minutes:g} minutes"
+    except OSError as error:
+        why = f"it cannot be run: {error.strerror or error}"
+    if (place / RESULT).is_file():  # it has an account of its own
+        made = read_made(place)
+        told = "; ".join(problem.message for problem in made.problems)
+        result = made.result.model_copy(update={"prompt": name, "why": made.result.why or told or why})
+        return result if not told else result.model_copy(update={"status": "unknown"})
+    found = discovered(place)
+    there = found.film or found.program or found.run
+    return found.model_copy(
+        update={
+            "prompt": name,
+            "status": "finished" if there else "failed",
+            "why": why or ("" if there else "nothing was left"),
+        }
+    )
+
+
+def _filled(word: str, blanks: Mapping[str, str]) -> str:
+    """Fill in blanks once: what a prompt says is no blank."""
+    return re.sub("|".join(map(re.escape, blanks)), lambda found: blanks[found[0]], word)
+
+
+def _ours(words: Sequence[str], log: Path) -> tuple[int, dict[str, Any]]:
+    """Exit code of a command of ours, and the document that it prints; what it says otherwise goes to a log."""
+    with log.open("ab") as sink:
+        command = [sys.executable, "-m", "text2sim", *words]
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=sink, text=True, check=False)
+    try:
+        found = json.loads(done.stdout)
+    except ValueError:
+        found = {}
+    return done.returncode, found if isinstance(found, dict) else {}
+
+
+def _watched(words: Sequence[str], log: Path, environment: Mapping[str, str], limit: float | None) -> int:
+    with log.open("ab") as sink:
+        process = subprocess.Popen(
+            words, stdin=subprocess.DEVNULL, stdout=sink, stderr=sink, env=dict(environment), start_new_session=True
+        )
+        try:
+            return process.wait(limit)
+        finally:
+            kill_group(process)
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(5)
+
+
+def _relative(path: Path | None, place: Path) -> str | None:
+    if path is None or not path.exists():
+        return None
+    return str(path.resolve().relative_to(place.resolve()))
