@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from text2sim import templates
-from text2sim.watching.engine import MODULE
+from text2sim.runtime.warm_engine import MODULE
 
 PATIENCE = 540.0
 """Longest wait [s] for one program: a bare machine compiles the engine's kernels on the way."""
@@ -76,7 +76,7 @@ class WarmEngine:
         return self._folder / f"engine_{precision}.log"
 
     def _start(self, precision: str) -> subprocess.Popen[str]:
-        command = [sys.executable, "-P", "-m", MODULE, str(Path(templates.__file__).parent)]
+        command = [sys.executable, "-P", "-m", MODULE, str(Path(templates.__file__).parent), "live"]
         self._processes[precision] = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log(precision).open("a"), text=True
         )

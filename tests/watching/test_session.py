@@ -6,7 +6,7 @@ import time
 import psutil
 from watched import CASE
 
-from text2sim.watching import engine as engine_module
+from text2sim.runtime import warm_engine as engine_module
 
 HIGHER = ("1.5]", "1.7]")
 

@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from text2sim.cli.many import Ray, StoreUrl, Workers, attempts, where_of
 from text2sim.cli.options import Sets, Variants, overlay_of
 from text2sim.service import exits
 
@@ -34,6 +35,9 @@ def run_cases(
     no_film: Annotated[bool, typer.Option("--no-film", help="Make no film.")] = False,
     force: Force = False,
     gpu: Gpu = False,
+    workers: Workers = 1,
+    ray: Ray = "",
+    store: StoreUrl = "",
     as_json: AsJson = False,
 ) -> None:
     """Simulate cases, judge what happened, and film it.
@@ -43,7 +47,6 @@ def run_cases(
 
     Ctrl-C stops gently and keeps what was recorded; a second one kills.
     """
-    from text2sim.cli.attempt import attempt
     from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say_json
     from text2sim.cli.verdict import exit_of, say_result
@@ -52,6 +55,7 @@ def run_cases(
     # All are read before the first runs: a slip in the last should not show after an hour.
     paths, overlay = find_cases(cases), overlay_of(variants, sets)
     options: dict[str, Any] = {
+        "where": where_of(workers, ray, store, runs),
         "runs": runs,
         "timeout": timeout,
         "memory_gb": memory,
@@ -74,8 +78,7 @@ def run_cases(
         raise typer.Exit(max(row.exit for row in rows))
 
     code, documents = exits.OK, []
-    for row in rows:
-        result = attempt(row, quiet=as_json, **options)
+    for row, result in attempts(rows, quiet=as_json, **options):
         code = max(code, row.exit if result is None else exit_of(result))
         documents.append(row.as_dict() if result is None else result.as_dict())
         if not as_json:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from text2sim.cli.many import Ray, StoreUrl, Workers, attempts, where_of
 from text2sim.cli.options import Sets, Variants, overlay_of
 from text2sim.cli.run import AsJson, Force, Gpu, Memory, Runs, Timeout
 from text2sim.service import exits
@@ -27,10 +28,12 @@ def run_suite(
     film: Annotated[bool, typer.Option("--film", help="Make films too.")] = False,
     force: Force = False,
     gpu: Gpu = False,
+    workers: Workers = 1,
+    ray: Ray = "",
+    store: StoreUrl = "",
     as_json: AsJson = False,
 ) -> None:
     """Run cases like a test suite: a case passes if everything that it expects came true."""
-    from text2sim.cli.attempt import attempt
     from text2sim.cli.output import say, say_json
     from text2sim.cli.verdict import exit_of
     from text2sim.service.examined import examine, find_cases
@@ -39,7 +42,8 @@ def run_suite(
     begun, code = monotonic(), exits.OK
     tally = {"PASS": 0, "FAIL": 0, "ERROR": 0}
     documents: list[dict[str, Any]] = []
-    options = {
+    options: dict[str, Any] = {
+        "where": where_of(workers, ray, store, runs),
         "runs": runs,
         "timeout": timeout,
         "memory_gb": memory,
@@ -51,10 +55,7 @@ def run_suite(
     quiet = as_json or not sys.stderr.isatty()
     overlay = overlay_of(variants, sets)
     rows = [row for path in find_cases(paths) if pattern in (row := examine(path, plan=False, overlay=overlay)).name]
-    for row in rows:
-        result = None
-        if row.loaded is not None:
-            result = attempt(row, quiet=quiet, **options)
+    for row, result in attempts(rows, quiet=quiet, **options):
         word = "ERROR" if result is None else "PASS" if result.passed else "FAIL"
         tally[word] += 1
         code = max(code, row.exit if result is None else exit_of(result))

@@ -25,11 +25,11 @@ def run_sweep(
         overlay: What is laid over the case in every run.
         name: Name of the sweep; empty for a grid.
         grid: Axes of a grid, as `PATH=[a, b]`.
-        options: As `run_case` takes them.
+        options: As `attempts` takes them.
         as_json: Print one JSON document.
     """
-    from text2sim.cli.attempt import attempt
     from text2sim.cli.cases import say_examined
+    from text2sim.cli.many import attempts
     from text2sim.cli.output import say, say_json
     from text2sim.cli.verdict import exit_of, say_failure
     from text2sim.service.examined import examine
@@ -53,8 +53,8 @@ def run_sweep(
         return max(row.exit for row in bad)
 
     code, done = exits.OK, _Table(base, name or _grid_name(grid), Path(options["runs"]))
-    for number, (label, row) in enumerate(rows):
-        result = attempt(row, quiet=as_json, **options)
+    results = attempts([row for _, row in rows], quiet=as_json, **options)
+    for number, ((label, _), (row, result)) in enumerate(zip(rows, results, strict=False)):
         code = max(code, row.exit if result is None else exit_of(result))
         done.add(label, row, result)
         done.write()

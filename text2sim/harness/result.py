@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.harness.folder import Work
+from text2sim.recording.run_files import read_evidence
 from text2sim.spec_schema.errors import Problem
 
 
@@ -52,6 +53,27 @@ class RunResult:
     def passed(self) -> bool:
         """Whether the simulation came to its end and everything expected came true."""
         return self.state == "finished" and (self.evidence or {}).get("verdict") == "passed"
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any], folder: Path) -> "RunResult":
+        """The result as `as_dict` wrote it down in another process, of the run that now lies in `folder`.
+
+        Besides what is written there, `data` says under `stopped` whether someone asked to stop.
+        """
+        own = {name: data[name] for name in ("case", "state", "time", "message", "film_message", "stopped", "damage")}
+        paths = {name: folder / Path(data[name]).name if data[name] else None for name in ("film", "report")}
+        return cls(
+            **own,
+            **paths,
+            folder=folder,
+            work=Work(data["work"]),
+            problem=Problem(**data["problem"]) if data["problem"] else None,
+            evidence=evidence | {"expect": data["expect"]} if (evidence := read_evidence(folder)) else None,
+            warnings=[Problem(**problem) for problem in data["warnings"]],
+            notes=data["notes"],
+            timings=data["timings"],
+            wall=data["wall"],
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """The result as plain data, for machines."""

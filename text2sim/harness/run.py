@@ -46,6 +46,8 @@ __all__ = ["Compile", "Device", "run_case"]
 
 Compile = Callable[["LoadedCase", Path], "Plan"]
 """Writes the program of a case into a folder and returns its plan."""
+Runner = Callable[..., Finished]
+"""Runs the program of a run folder, as `run_program` does."""
 Device = Literal["cpu", "gpu"]
 """What the engine computes on. The CPU is the faster of the two for a scene of a few hundred bodies."""
 
@@ -63,6 +65,7 @@ def run_case(
     stop: Stop | None = None,
     compile_to: Compile | None = None,
     lint: Sequence[dict[str, Any]] = (),
+    runner: Runner = run_program,
 ) -> RunResult:
     """Bring the run folder of a case up to date: simulate, film, judge and report what is not yet.
 
@@ -78,6 +81,7 @@ def run_case(
         stop: Requests to stop; Ctrl-C and SIGTERM if left out.
         compile_to: The compiler.
         lint: Findings to keep with the run, as in `RunRecord`.
+        runner: Runs the program.
 
     Raises:
         SpecError: if the case cannot be compiled.
@@ -100,7 +104,7 @@ def run_case(
         folder = runs / "-".join(filter(None, (loaded.case.name, loaded.overlay.label, plan.sim_digest[:10])))
         with RunLock(runs, folder.name) as lock:
             run = _Run(loaded, plan, folder, engine, limits, clock, stop, lock, film)
-            run.record.lint = list(lint)
+            run.record.lint, run.runner = list(lint), runner
             work = run.work(force=force)
             run.do(work, staged)
             return run.result(work)
@@ -168,6 +172,7 @@ class _Run:
             duration=loaded.case.scene.duration,
             notes=list(plan.notes),
         )
+        self.runner: Runner = run_program
         self.film_message = ""
         self.damage = ""
         """What was found damaged of the run that lay there."""
@@ -297,7 +302,7 @@ class _Run:
     def _run_program(self, flags: tuple[str, ...]) -> Finished:
         if self.device == "gpu":
             flags = (*flags, "--backend", "gpu")
-        return run_program(
+        return self.runner(
             self.folder,
             flags=flags,
             limits=self.limits,

@@ -26,6 +26,12 @@ def judge_code() -> str:
     return _digest(folders[0].parent, (path for folder in folders for path in _sources(folder)))
 
 
+def package_code() -> str:
+    """Return the digest of all our code."""
+    folder = TEMPLATES.parent
+    return _digest(folder, [path for path in folder.rglob("*") if path.suffix in (".py", ".j2", ".yaml")])
+
+
 def _sources(folder: Path) -> list[Path]:
     return [path for path in folder.rglob("*") if path.suffix in (".py", ".j2")]
 

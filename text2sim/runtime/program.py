@@ -61,7 +61,7 @@ def run_program(
     folder = folder.resolve()
     program, log = folder / "program", folder / "log.txt"
     begin = log.stat().st_size if log.is_file() else 0
-    relay = _Relay(folder / "progress.jsonl", clock, stop, limits.timeout)
+    relay = Relay(folder / "progress.jsonl", clock, stop, limits.timeout)
     clock.enter("start")
     command = (sys.executable, "main.py", "--out", str(folder), *flags)
     with stop.gently():
@@ -78,7 +78,7 @@ def run_program(
     return Finished(outcome, ended, provenance(program, text) if failed else None, refused[1] if refused else "")
 
 
-class _Relay:
+class Relay:
     """Passes on what the program says about its progress, and explains a long silence."""
 
     def __init__(self, path: Path, clock: Clock, stop: Stop, timeout: float) -> None:

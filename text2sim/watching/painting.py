@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from text2sim.watching.child import Child
+from text2sim.runtime.dialogue import Child
 from text2sim.watching.judging import Key
 from text2sim.watching.live_run import LiveRun, Version
 

@@ -8,13 +8,14 @@ from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
 
+from text2sim.runtime import warm_engine
+from text2sim.runtime.dialogue import News
 from text2sim.runtime.progress import ProgressTail
 from text2sim.runtime.trouble import told
+from text2sim.runtime.warm_engine import Engine
 from text2sim.templates.cadence import reels
-from text2sim.watching import engine, page_text, painting
+from text2sim.watching import page_text, painting
 from text2sim.watching.case_files import CaseFiles
-from text2sim.watching.child import News
-from text2sim.watching.engine import Engine
 from text2sim.watching.judging import Judge, Judged, Key
 from text2sim.watching.live_run import ENDED_WELL, LiveRun, Version, write_json
 from text2sim.watching.page_state import PageState
@@ -37,7 +38,7 @@ class Options:
     """Time [s] that a simulation may take."""
     memory: int = 3_000_000_000
     """Resident memory [bytes] of the engine above which a fresh one takes its place."""
-    engine: str = engine.MODULE
+    engine: str = warm_engine.MODULE
     """Module of the engine's process."""
     painter: str = painting.MODULE
     """Module of the painter's process."""

@@ -15,7 +15,7 @@ from typing import Any
 import psutil
 
 import text2sim
-from text2sim.runtime.child import child_environment
+from text2sim.runtime.child import child_environment, mortal
 
 LINE = 100_000
 """Longest line of news that is believed [characters]."""
@@ -34,12 +34,30 @@ class News:
 class Child:
     """A process of ours in a session of its own, so that Ctrl-C in a terminal reaches us alone.
 
-    It ends when its input ends, so that it cannot outlive us, whatever happens to us.
+    It ends when its input ends, so that it cannot outlive us, whatever happens to us; on Linux it dies with the thread
+    that started it.
+
+    Args:
+        name: Of the thread that listens to it.
+        module: What it runs.
+        arguments: Its arguments.
+        log: Where its errors go, appended.
+        inbox: Where its news go.
+        secrets: Whether it gets the whole environment, keys included: only for code of ours.
     """
 
-    def __init__(self, name: str, module: str, arguments: Sequence[str], log: Path, inbox: "queue.Queue[Any]") -> None:
+    def __init__(
+        self,
+        name: str,
+        module: str,
+        arguments: Sequence[str],
+        log: Path,
+        inbox: "queue.Queue[Any]",
+        *,
+        secrets: bool = False,
+    ) -> None:
         self.name = name
-        environment = child_environment(os.environ)
+        environment = dict(os.environ) if secrets else child_environment(os.environ)
         # The package may lie in a folder that only our own interpreter was told of.
         home = str(Path(text2sim.__file__).resolve().parent.parent)
         environment["PYTHONPATH"] = os.pathsep.join(filter(None, [home, environment.get("PYTHONPATH", "")]))
@@ -47,7 +65,7 @@ class Child:
             log.unlink()
         with log.open("ab") as sink:
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", module, *arguments],
+                mortal([sys.executable, "-P", "-m", module, *arguments]),
                 cwd=log.parent,
                 env=environment,
                 stdin=subprocess.PIPE,

@@ -30,10 +30,11 @@ _STAYS = frozenset({"engine"})
 class Warm:
     """Genesis, imported and with its kernels loaded."""
 
-    def __init__(self, templates: Path) -> None:
+    def __init__(self, templates: Path, *, live: bool) -> None:
         import genesis
 
         self._gs: Any = genesis
+        self._live = live
         self._started = False
         self._kept: dict[Any, Any] = {}
         self._path: str | None = None
@@ -43,8 +44,8 @@ class Warm:
         sys.path.remove(str(templates))
         _skip_tracebacks()
         _keep_shapes()
-        # What is written here is looked at in the next second, not after a power cut.
-        os.fsync = lambda fd: None
+        if live:  # what is written here is looked at in the next second, not after a power cut
+            os.fsync = lambda fd: None
 
     def load(self, folder: Path) -> Any:
         """Import the program in a folder, as if no other had been imported before; return its main module."""
@@ -57,7 +58,8 @@ class Warm:
         self._path = str(folder)  # stays until the next: some modules are imported only when they are needed
         sys.path.insert(0, self._path)
         program = importlib.import_module("main")
-        sys.modules["recorder"].FRAMES_PER_CHUNK = FRAMES_PER_CHUNK  # type: ignore[attr-defined]
+        if self._live:
+            sys.modules["recorder"].FRAMES_PER_CHUNK = FRAMES_PER_CHUNK  # type: ignore[attr-defined]
         return program
 
     def start(self, program: Any) -> None:
@@ -210,7 +212,7 @@ def main() -> None:
     """Carry out orders until the input ends."""
     sys.dont_write_bytecode = True
     desk = CommandLoop()
-    warm = Warm(Path(sys.argv[1]))
+    warm = Warm(Path(sys.argv[1]), live="live" in sys.argv[2:])
     desk.started = True
     desk.tell(ready=True, memory=_memory())
     first = True

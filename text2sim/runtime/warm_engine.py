@@ -1,4 +1,4 @@
-"""The warm engine as the session sees it: starting, idle, or at work; replaced when it dies or has grown too large."""
+"""The warm engine as its user sees it: starting, idle, or at work; replaced when it dies or has grown too large."""
 
 import queue
 from dataclasses import dataclass, field
@@ -8,10 +8,10 @@ from typing import Any
 
 from text2sim import templates
 from text2sim.runtime.child import ChildExit, Limits, default_memory
+from text2sim.runtime.dialogue import Child
 from text2sim.runtime.outcome import outcome_of, read_end
-from text2sim.watching.child import Child
 
-MODULE = "text2sim.watching.engine_process"
+MODULE = "text2sim.runtime.engine_process"
 START_LIMIT = 180.0
 """Time [s] for the engine's imports."""
 BUILD_LIMIT = 900.0
@@ -47,10 +47,13 @@ class Engine:
         inbox: Where its news go.
         memory: Resident memory [bytes] above which another process takes over.
         module: What the process runs.
+        live: Whether somebody looks at what it writes while it does: in small chunks.
     """
 
-    def __init__(self, folder: Path, inbox: "queue.Queue[Any]", memory: int, module: str = MODULE) -> None:
-        self._inbox, self._memory, self._module = inbox, memory, module
+    def __init__(
+        self, folder: Path, inbox: "queue.Queue[Any]", memory: int, module: str = MODULE, *, live: bool = True
+    ) -> None:
+        self._inbox, self._memory, self._module, self._live = inbox, memory, module, live
         self._log = folder / "engine.log"
         self._log_begin = 0
         self._child: Child | None = None
@@ -65,6 +68,8 @@ class Engine:
         self._lost = 0
         self._precision: str | None = None
         self.job: Job | None = None
+        self.limit = default_memory()
+        """Resident memory [bytes] at which it is killed."""
         self.peak = 0
         """Largest resident memory [bytes] seen."""
         self.size = 0
@@ -116,6 +121,11 @@ class Engine:
         self.job = Job(order, limit)
         self._child.send(order=order, program=str(program), out=str(out))
 
+    @property
+    def said(self) -> str:
+        """What it has printed since its last order."""
+        return read_end(self._log, self._log_begin)
+
     def cancel(self) -> None:
         """Ask it to stop what it does."""
         if self._child is not None and self.job is not None and self.job.cancelled is None:
@@ -156,7 +166,7 @@ class Engine:
             self._memory_at = now + MEMORY_POLL
             used = self._child.memory()
             self.peak = max(self.peak, used)
-            if used > default_memory():
+            if used > self.limit:
                 return self._kill("out_of_memory", f"it used {used / 1e9:.2g} GB of memory")
         job = self.job
         if job is None:
@@ -194,7 +204,7 @@ class Engine:
 
     def _spawn(self) -> Child:
         folder = Path(templates.__file__).parent
-        return Child("engine", self._module, [str(folder)], self._log, self._inbox)
+        return Child("engine", self._module, [str(folder), *["live"] * self._live], self._log, self._inbox)
 
     def _take_aside(self, child: Child, data: dict[str, Any]) -> None:
         """Take in news of a process that is not, or no longer, the one that works."""

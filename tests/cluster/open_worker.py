@@ -1,0 +1,45 @@
+"""A worker that calls functions of this file, which simulate nothing."""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+from text2sim.cluster import task, worker
+from text2sim.cluster.task import Place
+from text2sim.spec_schema.errors import RunError
+
+task.PACKAGE = ""
+
+
+def write(place: Place, text: str) -> dict:
+    """Write a file."""
+    (place.output / "said.txt").write_text(text)
+    return {"pid": os.getpid()}
+
+
+def die(place: Place, times: int) -> dict:
+    """Die as often as that, then live."""
+    deaths = len(list(place.output.glob("death*")))
+    if deaths < times:
+        (place.output / f"death{deaths}").touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return {"deaths": deaths}
+
+
+def refuse(place: Place) -> dict:
+    """Fail in a way that the user can mend."""
+    raise RunError("there is no ball")
+
+
+def wait(place: Place, mark: str) -> dict:
+    """Wait for a request to stop."""
+    (place.output / mark).write_text(str(os.getpid()))
+    while not place.stop.count:
+        time.sleep(0.05)
+    return {"stopped": True}
+
+
+if __name__ == "__main__":
+    assert Path(__file__).name == "open_worker.py"
+    worker.main()

@@ -1,0 +1,110 @@
+"""Cases that are run several at once: on this machine, or on a Ray cluster."""
+
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from text2sim.service import exits
+
+if TYPE_CHECKING:
+    from text2sim.cluster.run import Where
+    from text2sim.cluster.task import Done, Task
+    from text2sim.harness.result import RunResult
+    from text2sim.service.examined import Examined
+
+Workers = Annotated[int, typer.Option("--workers", min=1, max=256, help="So many at once, in engines that stay warm.")]
+Ray = Annotated[
+    str, typer.Option("--ray", metavar="ADDRESS", help="On this Ray cluster (auto: the one of this machine).")
+]
+StoreUrl = Annotated[
+    str, typer.Option("--store", metavar="URL", help="With --ray: folder or URL that all nodes reach; RUNS/.store.")
+]
+EVERY = 15.0
+"""Wall time [s] between lines where nobody watches."""
+
+
+def where_of(workers: int, ray: str, store: str, runs: Path) -> "Where | None":
+    """Where tasks run as the options say; None if one after the other, in this process."""
+    from text2sim.cluster.run import Where
+
+    if store and not ray:
+        raise typer.BadParameter("goes with --ray", param_hint="'--store'")
+    return Where(workers, ray, store or str((runs / ".store").absolute())) if ray or workers > 1 else None
+
+
+def attempts(
+    rows: "Sequence[Examined]", where: "Where | None", *, quiet: bool, runs: Path, **options: Any
+) -> "Iterator[tuple[Examined, RunResult | None]]":
+    """Run cases that were read, and yield each, in their order, with what came of it, as `attempt` does."""
+    from text2sim.cli.attempt import attempt
+
+    if where is None:
+        for row in rows:
+            yield row, None if row.loaded is None else attempt(row, quiet=quiet, runs=runs, **options)
+        return
+    from text2sim.cluster.estimate import measured, needs_of
+    from text2sim.cluster.task import Task
+    from text2sim.harness.result import RunResult
+    from text2sim.spec_schema.errors import MachineError, RunError, Text2SimError
+    from text2sim.spec_schema.reuse.library import VARIABLE
+
+    known, tasks = measured(runs), dict[int, Task]()
+    for number, row in enumerate(rows):
+        try:
+            if row.loaded is not None and row.plan is None and row.ok:
+                row.work_out()
+        except Text2SimError as error:
+            row.blame(error)
+        if row.loaded is None or not row.ok:
+            continue
+        over, prefabs = row.overlay, os.environ.get(VARIABLE)
+        arguments = {"file": row.path.name, "variants": over.variants, "sets": over.sets, "point": over.point}
+        inputs = {"case": row.path.parent} | ({"prefabs": Path(prefabs)} if prefabs else {})
+        needs = needs_of(row.loaded, known, gpu=options["device"] == "gpu")
+        arguments |= {"lint": row.findings(), **options}
+        tasks[number] = Task("text2sim.cluster.work:simulate", arguments, row.title, needs, inputs, runs)
+    found: dict[int, RunResult | None] = {number: None for number in range(len(rows)) if number not in tasks}
+    numbers, next_row = {id(task): number for number, task in tasks.items()}, 0
+    for done in told(list(tasks.values()), where, quiet=quiet):
+        number = numbers[id(done.task)]
+        if done.result is None:
+            rows[number].blame((MachineError if done.machine else RunError)(done.error))
+            rows[number].exit = exits.INTERRUPTED if done.stopped else rows[number].exit
+            found[number] = None
+        else:
+            result = RunResult.from_dict(done.result, runs / done.result["folder"])
+            found[number] = replace(result, warnings=rows[number].problems)
+        while next_row in found:
+            yield rows[next_row], found[next_row]
+            next_row += 1
+    for rest in range(next_row, len(rows)):
+        yield rows[rest], found.get(rest)
+
+
+def told(tasks: "Sequence[Task]", where: "Where", *, quiet: bool) -> "Iterator[Done]":
+    """Carry tasks out; say before what they will take, and on the way how far they are."""
+    from text2sim.cli.output import say
+    from text2sim.cluster.estimate import in_words
+    from text2sim.cluster.run import run_tasks, slots
+    from text2sim.runtime.stop import Stop
+    from text2sim.service.wording import seconds
+
+    if not tasks:
+        return
+    if not quiet:
+        say(in_words(tasks, slots(where)), to=sys.stderr)
+    begun = following = monotonic()
+    with Stop() as stop:
+        for count, done in enumerate(run_tasks(tasks, where, stop), 1):
+            now = monotonic()
+            if not quiet and (now >= following or count == len(tasks)):
+                following = now + EVERY
+                left = (now - begun) / count * (len(tasks) - count)
+                say(f"{count} of {len(tasks)} done, {seconds(left)} left", to=sys.stderr)
+            yield done

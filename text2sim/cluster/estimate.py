@@ -1,0 +1,72 @@
+"""What tasks will take and cost, from what runs took before."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from statistics import fmean
+from typing import TYPE_CHECKING
+
+from text2sim.cluster.task import Needs, Task
+from text2sim.recording.record import RunRecord
+
+if TYPE_CHECKING:
+    from text2sim.spec_schema.loaded import LoadedCase
+
+CORE_HOUR = 0.05
+"""Price [USD] of a core with 4 GB of memory for an hour, at the large clouds' list prices (0.04 to 0.05)."""
+GPU_HOUR = 3.0
+"""Price [USD] of a GPU of a data centre for an hour (2 to 4)."""
+SPARE = 1.2
+"""Memory that is asked for, over what was seen."""
+OWN = 500_000_000
+"""Memory [bytes] of a worker besides the engine: it judges and writes the report."""
+
+
+def measured(runs: Path) -> dict[str, Needs]:
+    """What runs that lie in a folder took, by case: the most memory, and the mean time."""
+    found: dict[str, list[RunRecord]] = {}
+    for path in runs.glob("*/run.json"):
+        if (record := RunRecord.read(path.parent)) is not None and record.peak_memory:
+            found.setdefault(record.case, []).append(record)
+    return {
+        case: Needs(
+            memory=int(SPARE * max(r.peak_memory for r in records)) + OWN,
+            gpu=float(any(r.key.get("device") == "cuda" for r in records)),
+            seconds=fmean(sum(r.timings.values()) for r in records),
+        )
+        for case, records in found.items()
+    }
+
+
+def needs_of(loaded: "LoadedCase", known: dict[str, Needs], *, gpu: bool) -> Needs:
+    """What the simulation of a case occupies: as measured, or a guess."""
+    from text2sim.runtime.machine_check import needs_cuda
+
+    seen = known.get(loaded.case.name, Needs())
+    return Needs(seen.cores, seen.memory, float(gpu or needs_cuda(loaded)), seen.seconds)
+
+
+def in_words(tasks: Sequence[Task], workers: int) -> str:
+    """Say how long tasks will take `workers` workers, and what that costs."""
+    known = [task.needs.seconds for task in tasks if task.needs.seconds is not None]
+    text = f"{len(tasks)} tasks, {workers} at once, up to {max(task.needs.memory for task in tasks) / 1e9:.1f} GB each"
+    if not known:
+        return f"{text}; none was measured before, so nobody knows how long they take"
+    mean = fmean(known)
+    times = [mean if task.needs.seconds is None else task.needs.seconds for task in tasks]
+    cores = sum(time * task.needs.cores for time, task in zip(times, tasks, strict=True)) / 3600
+    gpus = sum(time * task.needs.gpu for time, task in zip(times, tasks, strict=True)) / 3600
+    price = cores * CORE_HOUR + gpus * GPU_HOUR
+    wall = max(sum(times) / workers, max(times))
+    some = "" if len(known) == len(tasks) else f"; {len(tasks) - len(known)} were never measured and taken as the mean"
+    gpu = f" and {gpus:.2g} GPU hours" if gpus else ""
+    return f"{text}: about {_time(wall)}, {cores:.2g} core hours{gpu}, {price:.2g} USD if rented{some}"
+
+
+def _time(seconds: float) -> str:
+    return (
+        f"{seconds:.0f} s"
+        if seconds < 120
+        else f"{seconds / 60:.0f} min"
+        if seconds < 7200
+        else f"{seconds / 3600:.1f} h"
+    )

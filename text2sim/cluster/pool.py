@@ -1,0 +1,123 @@
+"""Tasks in a pool of workers on this machine."""
+
+import queue
+import tempfile
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+from time import monotonic, sleep
+from typing import Any
+
+from text2sim.cluster.task import STOPPED, TRIES, Done, Task
+from text2sim.runtime.child import default_memory
+from text2sim.runtime.dialogue import Child
+from text2sim.runtime.stop import Stop
+
+POLL = 0.2
+MODULE = "text2sim.cluster.worker"
+FAREWELL = 15.0
+"""Time [s] that workers have to end."""
+
+
+class _Member:
+    """A worker of the pool, and what it does."""
+
+    def __init__(self, number: int, folder: Path, inbox: "queue.Queue[Any]", *, warm: bool) -> None:
+        self.name = f"worker {number + 1}"
+        self._start = lambda: Child(self.name, MODULE, [str(home), *["warm"] * warm], log, inbox, secrets=True)
+        home = folder / f"worker_{number + 1}"
+        home.mkdir(parents=True, exist_ok=True)
+        self.log = log = home / "worker.log"
+        self.child: Child = self._start()
+        self.job: tuple[int, float] | None = None
+        """Number of its task, and since when [s] it is at it."""
+
+    def renew(self) -> None:
+        """Start it anew."""
+        self.child = self._start()
+
+
+def run_local(tasks: Sequence[Task], workers: int, stop: Stop, *, warm: bool = True) -> Iterator[Done]:
+    """Carry tasks out, and yield what comes of each as soon as it is known.
+
+    A worker that dies is replaced, and its task is begun again, `TRIES` times in all. At the first request to stop, the
+    tasks that run are asked to stop and no other begins; at the second they are killed. Workers end with us, however we
+    end. No task begins while the memory that the others need leaves too little for it, unless it is alone.
+
+    Args:
+        tasks: What is to be done, in this order.
+        workers: How many at once.
+        stop: Requests to stop.
+        warm: Whether each worker keeps an engine warm.
+    """
+    inbox: queue.Queue[Any] = queue.Queue()
+    waiting, tries, ended = deque(range(len(tasks))), [0] * len(tasks), 0
+    with tempfile.TemporaryDirectory(prefix="text2sim-pool-") as folder, stop.gently():
+        count = min(workers, len(tasks))
+        members = [_Member(number, Path(folder), inbox, warm=warm) for number in range(count)]
+        asked = 0
+        try:
+            while ended < len(tasks):
+                if stop.count:
+                    for number in waiting:
+                        yield Done(tasks[number], None, STOPPED, tries[number])
+                    ended += len(waiting)
+                    waiting.clear()
+                if stop.count > asked:
+                    asked = stop.count
+                    for member in members:
+                        member.child.send(cancel=0) if asked == 1 else member.child.kill()
+                for member in members:
+                    if member.job is None and waiting and _room(tasks, members, tasks[waiting[0]]):
+                        number = waiting.popleft()
+                        tries[number] += 1
+                        member.job = number, monotonic()
+                        task = tasks[number]
+                        inputs = {name: str(path.absolute()) for name, path in task.inputs.items()}
+                        output = None if task.output is None else str(task.output.absolute())
+                        member.child.send(order=number, **task.order(inputs, output))
+                with suppress(queue.Empty):
+                    news = inbox.get(timeout=POLL)
+                    member = next((member for member in members if member.child is news.child), None)
+                    if member is None:
+                        continue
+                    done = _heard(member, news.data, tasks, tries)
+                    if "died" in news.data and ended < len(tasks) and not stop.count:
+                        member.renew()
+                    if isinstance(done, Done):
+                        ended += 1
+                        yield done
+                    elif done is not None:
+                        waiting.appendleft(done)
+        finally:
+            for member in members:
+                member.child.send(cancel=0)
+                member.child.end()
+            until = monotonic() + FAREWELL
+            while monotonic() < until and stop.count < 2 and not all(member.child.gone for member in members):
+                sleep(POLL)
+            for member in members:
+                member.child.kill()
+
+
+def _heard(member: _Member, data: dict[str, Any], tasks: Sequence[Task], tries: list[int]) -> Done | int | None:
+    """What came of the task of a worker, or the number of the task that is to be done again."""
+    if member.job is None or not (data.get("order") == member.job[0] or "died" in data):
+        return None
+    (number, since), member.job = member.job, None
+    seconds = monotonic() - since
+    if "died" not in data:
+        machine = bool(data.get("machine"))
+        return Done(
+            tasks[number], data.get("result"), data.get("error", ""), tries[number], seconds, member.name, machine
+        )
+    if tries[number] < TRIES:
+        return number
+    words = f"its worker was lost {TRIES} times (exit code {data['died']})"
+    return Done(tasks[number], None, words, tries[number], seconds, member.name)
+
+
+def _room(tasks: Sequence[Task], members: Sequence[_Member], task: Task) -> bool:
+    running = [tasks[member.job[0]].needs.memory for member in members if member.job is not None]
+    return not running or sum(running) + task.needs.memory <= default_memory()

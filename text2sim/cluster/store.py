@@ -1,0 +1,136 @@
+"""A shared store: files by the digest of their content, and lists of files by name.
+
+blobs/<sha256>       a file
+trees/<name>.json    what a task left: its result, and its files by path; written last, so it is there or not
+"""
+
+import json
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from hashlib import file_digest, sha256
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from text2sim.spec_schema.errors import RunError
+
+SKIPPED = frozenset({"runs", "program", "__pycache__"})
+"""Folders of an input that stay where they are; those whose name begins with a dot do, too."""
+MAX_FILES = 10_000
+_DIGEST = re.compile(r"[0-9a-f]{64}\Z")
+Tree = dict[str, str]
+"""Path below a folder → digest of the file."""
+
+
+@dataclass
+class Store:
+    """A folder, or any other place that fsspec can reach.
+
+    Args:
+        url: `folder`, `s3://bucket/path`, …
+    """
+
+    url: str
+    _known: set[str] = field(default_factory=set)
+    """Blobs that are there for sure."""
+
+    def __post_init__(self) -> None:
+        import fsspec
+
+        try:
+            self._fs, root = fsspec.core.url_to_fs(self.url)
+            self._root = str(root).rstrip("/")
+            for name in ("blobs", "trees"):
+                self._fs.makedirs(f"{self._root}/{name}", exist_ok=True)
+        except (ValueError, ImportError, OSError) as error:
+            raise RunError(f"the store {self.url} cannot be used: {error}") from error
+
+    def put_tree(self, folder: Path, *, skip: frozenset[str] = frozenset()) -> Tree:
+        """Put the files of a folder, or one file, into the store; return their digests. Links stay out.
+
+        Raises:
+            RunError: if there are too many.
+        """
+        files = list(islice(_files(folder, skip), MAX_FILES + 1))
+        if len(files) > MAX_FILES:
+            raise RunError(f"{folder} has more than {MAX_FILES:,} files; a task takes no more with it")
+        return {name: self._put(path) for name, path in files}
+
+    def get_tree(self, tree: Tree, folder: Path) -> None:
+        """Fetch files that are not in a folder already, each in one motion.
+
+        Raises:
+            RunError: if one leads out of the folder, is missing or damaged.
+        """
+        for name, digest in tree.items():
+            target = folder / name
+            if os.path.isabs(name) or ".." in Path(name).parts or not _DIGEST.match(digest):
+                raise RunError(f"the store {self.url} names the file {name[:80]!r}, which is no place for one")
+            if target.is_file() and _digest(target) == digest:
+                continue
+            target.parent.mkdir(parents=True, exist_ok=True)
+            part = target.with_name(f".{os.getpid()}-{target.name}")
+            try:
+                self._fs.get_file(f"{self._root}/blobs/{digest}", str(part))
+                if _digest(part) != digest:
+                    raise RunError(f"{name} is damaged in the store {self.url}")
+                os.replace(part, target)
+            except FileNotFoundError as error:
+                raise RunError(f"{name} is missing in the store {self.url}") from error
+            finally:
+                part.unlink(missing_ok=True)
+
+    def keep(self, key: str, result: dict[str, Any], tree: Tree) -> None:
+        """Write down what came of a task."""
+        text = json.dumps({"result": result, "files": tree})
+        path = f"{self._root}/trees/{key}.json"
+        part = f"{path}.{os.getpid()}"
+        self._fs.pipe_file(part, text.encode())
+        self._fs.mv(part, path)
+
+    def kept(self, key: str) -> tuple[dict[str, Any], Tree] | None:
+        """What came of a task, if it is known."""
+        try:
+            data = json.loads(self._fs.cat_file(f"{self._root}/trees/{key}.json"))
+            return data["result"], data["files"]
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+
+    def _put(self, path: Path) -> str:
+        digest = _digest(path)
+        target = f"{self._root}/blobs/{digest}"
+        if digest not in self._known and not self._fs.exists(target):
+            part = f"{target}.{os.getpid()}"
+            self._fs.put_file(str(path), part)
+            self._fs.mv(part, target)
+        self._known.add(digest)
+        return digest
+
+
+def digest_of(tree: Tree) -> str:
+    """Digest of a folder's content."""
+    return sha256(json.dumps(tree, sort_keys=True).encode()).hexdigest()
+
+
+def _files(folder: Path, skip: frozenset[str]) -> Iterator[tuple[str, Path]]:
+    if folder.is_file():
+        yield folder.name, folder
+        return
+    for root, folders, files in os.walk(folder):
+        top = Path(root) == folder
+        folders[:] = sorted(
+            n
+            for n in folders
+            if not n.startswith(".") and not (top and n in skip) and not (Path(root) / n).is_symlink()
+        )
+        for name in sorted(files):
+            path = Path(root) / name
+            if not name.startswith(".") and not path.is_symlink():
+                yield path.relative_to(folder).as_posix(), path
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,93 @@
+"""What tasks do: simulate a case, render a part of a film."""
+
+import os
+import shutil
+from typing import Any
+
+from text2sim.cluster.task import Place
+
+
+def simulate(
+    place: Place,
+    *,
+    file: str = "case.yaml",
+    variants: list[str],
+    sets: list[str],
+    point: list[str] | None,
+    lint: list[dict[str, Any]],
+    **options: Any,
+) -> dict[str, Any]:
+    """Bring the run of a case up to date, in the folder `place.output`.
+
+    Args:
+        place: With the folder of the case as input `case`, and the user's prefabs, if there are any, as `prefabs`.
+        file: Name of the case's file in it.
+        variants: As in `Overlay`, and so are `sets` and `point`.
+        sets: See there.
+        point: See there.
+        lint: Findings to keep with the run.
+        options: As `run_case` takes them.
+
+    Returns:
+        The result as `RunResult.as_dict` has it.
+    """
+    from text2sim.harness.run import run_case
+    from text2sim.recording.record import COMPLETE
+    from text2sim.spec_schema.load import load_case
+    from text2sim.spec_schema.reuse.library import VARIABLE
+    from text2sim.spec_schema.reuse.overlay import Overlay
+
+    if "prefabs" in place.inputs:
+        os.environ[VARIABLE] = str(place.inputs["prefabs"])
+    overlay = Overlay(tuple(variants), tuple(sets), (point[0], point[1]) if point else None)
+    loaded = load_case(place.inputs["case"] / file, overlay)
+    result = run_case(loaded, runs=place.output, stop=place.stop, runner=place.runner, lint=lint, **options)
+    again = result.state not in COMPLETE or result.stopped or bool(result.film_message)
+    return {**result.as_dict(), "folder": result.folder.name, "stopped": result.stopped, "again": again}
+
+
+def render(
+    place: Place,
+    *,
+    quality: str,
+    size: list[int] | None,
+    fps: float | None,
+    reels: dict[str, Any],
+    shard: list[int],
+    format: str,
+) -> dict[str, Any]:
+    """Render a part of the films of a run into `place.output`, where its finished pictures lie.
+
+    Args:
+        place: With the run folder as input `run`.
+        quality: As `Filming` takes it, and so are `size` and `fps`.
+        size: See there.
+        fps: See there.
+        reels: As `Filming.reels` takes them.
+        shard: Part, from 0, and number of parts.
+        format: Of the pictures.
+    """
+    from text2sim.recording.film_record import read_recording
+    from text2sim.rendering.film import Filming
+    from text2sim.spec_schema.errors import RunError
+
+    filming = Filming(read_recording(place.inputs["run"]), quality, size=(size[0], size[1]) if size else None, fps=fps)
+    span, during = reels.get("span"), reels.get("during")
+    names, traced = [], 0
+    for reel in filming.reels(
+        reels.get("camera", ""), tuple(span) if span else None, tuple(during) if during else None
+    ):
+
+        def tell(progress: Any) -> None:
+            nonlocal traced
+            traced += bool(progress.seconds)
+            if place.stop.count:
+                raise RunError("stopped on request; finished pictures stay")
+
+        for path in filming.render(reel, tell, shard=(shard[0], shard[1]), format=format):  # type: ignore[arg-type]
+            names.append(path.name)
+            target = place.output / path.name
+            if target != path and not target.exists():
+                place.output.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(path, target)
+    return {"pictures": names, "traced": traced}

@@ -1,0 +1,88 @@
+"""A worker: carries out one task after the other, with an engine that stays warm between them.
+
+Every line of the standard input is an order, `{"order": 1, "function": …}`, or `{"cancel": 1}`, after which nothing is
+begun; the end of the input ends the process. Every line of the standard output is news.
+"""
+
+import json
+import os
+import queue
+import sys
+import threading
+import traceback
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from text2sim.cluster.task import Place, call
+from text2sim.runtime.stop import Stop
+from text2sim.spec_schema.errors import MachineError, Text2SimError
+
+GRACE = 30.0
+"""Time [s] that a task has to end when the input has ended."""
+
+
+class Worker:
+    """Carries out tasks.
+
+    Args:
+        folder: For the engine's log.
+        warm: Whether an engine is kept warm.
+    """
+
+    def __init__(self, folder: Path, *, warm: bool) -> None:
+        from text2sim.runtime.program import run_program
+        from text2sim.runtime.warm_runner import WarmRunner
+
+        self._warm = WarmRunner(folder) if warm else None
+        self._runner = self._warm or run_program
+        self.stop = Stop()
+        """Once it is asked to stop, it begins nothing any more."""
+
+    def perform(self, order: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what the function of a task returned, as `result`, or `error` with the reason."""
+        inputs = {name: Path(path) for name, path in order["inputs"].items()}
+        try:
+            place = Place(inputs, Path(order["output"] or "."), self.stop, self._runner)
+            return {"result": call(order, place)}
+        except (Text2SimError, OSError) as error:
+            return {"error": str(error), "machine": isinstance(error, MachineError | OSError)}
+        except Exception as error:
+            traceback.print_exc()
+            return {"error": f"{type(error).__name__}: {error}", "bug": True}
+
+    def close(self) -> None:
+        """End the engine."""
+        if self._warm is not None:
+            self._warm.close()
+
+
+def main() -> None:
+    """Carry out orders until the input ends."""
+    news = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    orders: queue.Queue[dict[str, Any] | None] = queue.Queue()
+    worker = Worker(Path(sys.argv[1]), warm="warm" in sys.argv[2:])
+
+    def listen() -> None:
+        for line in sys.stdin:
+            order = json.loads(line)
+            if "cancel" in order:
+                worker.stop.request()
+            else:
+                orders.put(order)
+        orders.put(None)
+        worker.stop.request()
+        timer = threading.Timer(GRACE, os._exit, (1,))
+        timer.daemon = True
+        timer.start()
+
+    threading.Thread(target=listen, name="orders", daemon=True).start()
+    print(json.dumps({"ready": True}), file=news, flush=True)
+    while (order := orders.get()) is not None:
+        print(json.dumps({"order": order["order"], **worker.perform(order)}), file=news, flush=True)
+    worker.close()
+
+
+if __name__ == "__main__":
+    main()
