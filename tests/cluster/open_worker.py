@@ -40,6 +40,16 @@ def wait(place: Place, mark: str) -> dict:
     return {"stopped": True}
 
 
+def note(place: Place, log: str, word: str, wait: bool) -> dict:
+    """Write down who did what, and wait, if told to, until there is a file `<log>.go`."""
+    with open(log, "a") as file:
+        file.write(f"{word} {os.getpid()}\n")
+    while wait and not Path(f"{log}.go").exists():
+        time.sleep(0.05)
+    (place.output / word).write_text(word)
+    return {"word": word}
+
+
 if __name__ == "__main__":
     assert Path(__file__).name == "open_worker.py"
     worker.main()

@@ -1,0 +1,146 @@
+"""Tasks on a real Ray cluster of three nodes on this machine, with a worker and a node killed in mid-run."""
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+from open_node import on_node
+
+from text2sim.cluster import ray_pool
+from text2sim.cluster.ray_pool import run_ray
+from text2sim.cluster.task import Needs, Task
+from text2sim.runtime.stop import Stop
+
+ray = pytest.importorskip("ray")
+pytestmark = pytest.mark.slow
+SMALL = Needs(memory=100_000_000)
+CASE = """\
+text2sim: 2
+name: drop
+scene: {duration: 0.2, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 1.5]}}
+actions:
+  measures: {height: {kind: position, of: ball, axis: z}}
+  expect: {falls: {measure: height, at: end, below: 1.4}}
+"""
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[object]:
+    """A head and two more nodes, a core each."""
+    from ray.cluster_utils import Cluster
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]))
+        node = {"num_cpus": 1, "memory": 4_000_000_000, "object_store_memory": 80_000_000}
+        made = Cluster(initialize_head=True, head_node_args={**node, "include_dashboard": False})
+        made.nodes_for_tests = [made.add_node(**node) for _ in range(2)]
+        yield made
+        ray.shutdown()
+        made.shutdown()
+
+
+@pytest.fixture
+def begin(cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., list]:
+    monkeypatch.setattr(ray_pool, "_on_node", on_node)
+
+    def run(tasks: list[Task], stop: Stop | None = None) -> list:
+        return list(run_ray(tasks, cluster.address, str(tmp_path / "store"), stop or Stop(), warm=False))
+
+    return run
+
+
+def count(path: Path) -> int:
+    return path.read_text().count("\n") if path.exists() else 0
+
+
+def test_a_killed_worker_costs_its_task_and_no_other(begin, tmp_path):
+    log = tmp_path / "log"
+    tasks = [
+        Task(
+            "open_worker:note", {"log": str(log), "word": f"w{n}", "wait": n == 3}, needs=SMALL, output=tmp_path / "out"
+        )
+        for n in range(6)
+    ]
+
+    def kill() -> None:
+        while not (words := [line.split() for line in log.read_text().splitlines()] if log.exists() else []) or not (
+            pids := [int(pid) for word, pid in words if word == "w3"]
+        ):
+            time.sleep(0.1)
+        Path(f"{log}.go").touch()  # the second time it does not wait
+        os.kill(pids[0], signal.SIGKILL)
+
+    threading.Thread(target=kill).start()
+    done = begin(tasks)
+    assert [one.error for one in done] == [""] * 6
+    assert {one.task.arguments["word"]: one.tries for one in done} == {f"w{n}": 1 + (n == 3) for n in range(6)}
+    assert len({one.worker for one in done}) > 1  # more than one node
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {f"w{n}" for n in range(6)}
+    assert count(log) == 7
+    again = begin(tasks)  # all of it is in the store
+    assert [one.tries for one in again] == [0] * 6
+    assert count(log) == 7
+
+
+def test_a_lost_node_costs_what_ran_on_it(begin, cluster, tmp_path):
+    log = tmp_path / "log"
+
+    def lose() -> None:
+        while count(log) < 3:
+            time.sleep(0.1)
+        cluster.remove_node(cluster.nodes_for_tests.pop(), allow_graceful=False)
+        Path(f"{log}.go").touch()
+
+    threading.Thread(target=lose).start()
+    done = begin(
+        [Task("open_worker:note", {"log": str(log), "word": f"w{n}", "wait": True}, needs=SMALL) for n in range(3)]
+    )
+    assert [one.error for one in done] == [""] * 3
+    assert sorted(one.tries for one in done) == [1, 1, 2]
+
+
+def test_a_request_to_stop_leaves_no_processes(begin, tmp_path):
+    stop, log = Stop(), tmp_path / "log"
+
+    def ask() -> None:
+        while count(log) < 2:
+            time.sleep(0.1)
+        stop.request()
+
+    threading.Thread(target=ask).start()
+    tasks = [Task("open_worker:note", {"log": str(log), "word": f"w{n}", "wait": True}, needs=SMALL) for n in range(4)]
+    done = begin(tasks, stop)
+    assert [one.stopped for one in done] == [True] * 4
+    pids = [int(line.split()[1]) for line in log.read_text().splitlines()]
+    until = time.monotonic() + 10
+    while any(psutil.pid_exists(pid) for pid in pids) and time.monotonic() < until:
+        time.sleep(0.1)
+    assert not any(psutil.pid_exists(pid) for pid in pids)
+
+
+def test_what_a_user_wrote_wrong_comes_back_as_words(begin, tmp_path):
+    (one,) = begin([Task("open_worker:refuse", needs=SMALL)])
+    assert one.error == "there is no ball"
+
+
+@pytest.mark.usefixtures("engine")
+def test_a_case_runs_on_a_node_and_its_run_comes_here(begin, tmp_path):
+    case = tmp_path / "drop"
+    case.mkdir()
+    (case / "case.yaml").write_text(CASE)
+    arguments = {"variants": [], "sets": [], "point": None, "lint": [], "film": False}
+    task = Task(
+        "text2sim.cluster.work:simulate", arguments, needs=SMALL, inputs={"case": case}, output=tmp_path / "runs"
+    )
+    (one,) = begin([task])
+    assert one.error == ""
+    assert one.result["passed"]
+    folder = tmp_path / "runs" / one.result["folder"]
+    assert {"run.json", "report.html", "evidence.json", "case.yaml"} <= {path.name for path in folder.iterdir()}
