@@ -96,6 +96,8 @@ def test_a_lost_node_costs_what_ran_on_it(begin, cluster, tmp_path):
         while count(log) < 3:
             time.sleep(0.1)
         cluster.remove_node(cluster.nodes_for_tests.pop(), allow_graceful=False)
+        while all(psutil.pid_exists(int(line.split()[1])) for line in log.read_text().splitlines()):
+            time.sleep(0.1)
         Path(f"{log}.go").touch()
 
     threading.Thread(target=lose).start()

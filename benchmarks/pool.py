@@ -1,0 +1,53 @@
+"""Simulations per hour in the local pool: with and without warm engines, one worker and two."""
+
+import argparse
+import tempfile
+from pathlib import Path
+from time import monotonic
+
+from rich.console import Console
+from rich.table import Table
+
+from text2sim.cluster.run import Where, run_tasks
+from text2sim.cluster.task import Task
+from text2sim.runtime.stop import Stop
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def main() -> None:
+    """Measure, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--case", type=Path, default=ROOT / "benchmarks/scenes/ten_boxes.yaml", help="its file")
+    parser.add_argument("--items", type=int, default=6, help="simulations per worker")
+    parser.add_argument("--workers", type=int, nargs="+", default=[1, 2])
+    options = parser.parse_args()
+    table = Table("workers", "engine", "first item [s]", "a further one [s]", "an hour, with start", "an hour, later")
+    for workers in options.workers:
+        for warm in (False, True):
+            table.add_row(str(workers), "warm" if warm else "anew", *measure(options, workers, warm))
+    Console().print(table)
+
+
+def measure(options: argparse.Namespace, workers: int, warm: bool) -> list[str]:
+    """Return the figures of one row."""
+    count = options.items * workers
+    with tempfile.TemporaryDirectory() as folder, Stop() as stop:
+        tasks = []
+        for number in range(count):  # another seed is another run
+            case = {"file": options.case.name, "variants": [], "sets": [f"scene.seed={number + 1}"], "point": None}
+            inputs, output = {"case": options.case.parent}, Path(folder)
+            arguments = {**case, "lint": [], "film": False}
+            tasks.append(Task("text2sim.cluster.work:simulate", arguments, inputs=inputs, output=output))
+        begun, ends = monotonic(), []
+        for done in run_tasks(tasks, Where(workers=workers, warm=warm), stop):
+            assert done.result is not None, done.error
+            ends.append((monotonic() - begun, done.seconds))
+    first = ends[workers - 1][0]  # all workers have begun
+    steady = (count - workers) / (ends[-1][0] - first) * 3600
+    further = sum(seconds for _, seconds in ends[workers:]) / (count - workers)
+    return [f"{ends[0][0]:.1f}", f"{further:.1f}", f"{count / ends[-1][0] * 3600:.0f}", f"{steady:.0f}"]
+
+
+if __name__ == "__main__":
+    main()
