@@ -1,5 +1,6 @@
 """Tasks on a Ray cluster. What they read and write travels through a shared store."""
 
+import logging
 import os
 import tempfile
 from collections import deque
@@ -75,7 +76,7 @@ def run_ray(tasks: Sequence[Task], address: str, url: str, stop: Stop, *, warm: 
                 number, key, since = running.pop(ref)
                 task, seconds = tasks[number], monotonic() - since
                 try:
-                    answer = ray.get(ref)
+                    answer: dict[str, Any] = ray.get(ref)
                 except failures.RayTaskError as error:
                     answer = {"error": str(error.cause or error).splitlines()[-1]}
                 except failures.RayError as error:  # its worker or its node is gone
@@ -86,8 +87,8 @@ def run_ray(tasks: Sequence[Task], address: str, url: str, stop: Stop, *, warm: 
                 if "error" not in answer and (kept := store.kept(key)):
                     yield _fetched(store, task, kept, tries[number], seconds, answer["worker"])
                 else:
-                    words = answer.get("error", f"its result is not in {url}")
-                    yield Done(task, None, words, tries[number], seconds, machine=answer.get("machine", False))
+                    words = str(answer.get("error", f"its result is not in {url}"))
+                    yield Done(task, None, words, tries[number], seconds, machine=bool(answer.get("machine")))
 
 
 def connect(address: str) -> int:
@@ -102,7 +103,7 @@ def connect(address: str) -> int:
         raise MachineError("Ray is not installed here: pip install 'text2sim[ray]'") from error
     try:
         if not ray.is_initialized():
-            ray.init(address=address, log_to_driver=False, logging_level="ERROR")
+            ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
     except (ConnectionError, ValueError, RuntimeError, OSError) as error:
         raise MachineError(f"there is no Ray cluster at {address}: {str(error).splitlines()[0]}") from error
     return max(1, int(ray.cluster_resources().get("CPU", 1)))

@@ -60,11 +60,10 @@ class RunResult:
 
         Besides what is written there, `data` says under `stopped` whether someone asked to stop.
         """
-        own = {name: data[name] for name in ("case", "state", "time", "message", "film_message", "stopped", "damage")}
-        paths = {name: folder / Path(data[name]).name if data[name] else None for name in ("film", "report")}
+        own: dict[str, Any] = {name: data[name] for name in ("case", "state", "time", "message", "film_message", "stopped", "damage")}
+        own |= {name: folder / Path(data[name]).name if data[name] else None for name in ("film", "report")}
         return cls(
             **own,
-            **paths,
             folder=folder,
             work=Work(data["work"]),
             problem=Problem(**data["problem"]) if data["problem"] else None,
