@@ -60,7 +60,9 @@ class RunResult:
 
         Besides what is written there, `data` says under `stopped` whether someone asked to stop.
         """
-        own: dict[str, Any] = {name: data[name] for name in ("case", "state", "time", "message", "film_message", "stopped", "damage")}
+        own: dict[str, Any] = {
+            name: data[name] for name in ("case", "state", "time", "message", "film_message", "stopped", "damage")
+        }
         own |= {name: folder / Path(data[name]).name if data[name] else None for name in ("film", "report")}
         return cls(
             **own,
