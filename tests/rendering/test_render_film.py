@@ -196,9 +196,11 @@ def test_edges_before_the_background_are_no_darker_than_what_they_part(make_run:
 LAMP = {"kind": "lamp", "strength": 1.0, "color": (1, 1, 1), "pos": (0.9, 0.0, 0.4), "radius": 0.25}
 
 
-@pytest.mark.parametrize("blur", [0.0, 0.5])
-def test_before_nothing_lamps_are_not_seen_and_what_is_clear_is_seen_through(make_run: MakeRun, blur: float) -> None:
-    faint = CRATE | {"pos": (-0.6, 0, 0.4), "opacity": 0.3, "velocity": (0.01, 0, 0)}
+@pytest.mark.parametrize(("blur", "opacity"), [(0.0, 0.3), (0.5, 0.3), (0.0, 1.0), (0.5, 1.0)])
+def test_before_nothing_lamps_are_not_seen_and_what_is_clear_is_seen_through(
+    make_run: MakeRun, blur: float, opacity: float
+) -> None:
+    faint = CRATE | {"pos": (-0.6, 0, 0.4), "opacity": opacity, "velocity": (0.01, 0, 0)}
     lights = {**FILM["lights"], "bulb": LAMP}
     filming = film(make_run({"crate": faint}, lights=lights, motion_blur=blur), (64, 36))
     traced = filming.trace(filming.reels()[0].frames[1])
@@ -206,7 +208,7 @@ def test_before_nothing_lamps_are_not_seen_and_what_is_clear_is_seen_through(mak
     background = shown[0, 0]
     assert np.abs(background - 255 * 0.8).max() <= 1
     assert (shown[:, 36:] == background).all(), "where the lamp hangs"
-    assert 0.2 < traced.alpha.max() < 0.8
+    assert (0.2 < traced.alpha.max() < 0.8) == (opacity < 1)
 
 
 def test_the_better_the_picture_the_finer_its_edges(make_run: MakeRun) -> None:
