@@ -26,6 +26,9 @@ def build_dataset(
     out: Annotated[Path, typer.Option("--out", "-o", help="The dataset's folder, which must not be there.")],
     runs: Annotated[Path, typer.Option("--runs", help="Folder in which each run has its own.")] = Path("runs"),
     workers: Annotated[int, typer.Option("--workers", min=1, max=64, help="Draws that are made at a time.")] = 1,
+    decisions: Annotated[
+        Path, typer.Option("--decisions", help="What was decided on the page of `dataset review`.")
+    ] = Path("review.yaml"),
     as_json: AsJson = False,
 ) -> None:
     """Draw, check, simulate, film, annotate and write a dataset.
@@ -36,6 +39,7 @@ def build_dataset(
     from text2sim.cli.output import say, say_json
     from text2sim.dataset.build import build
     from text2sim.dataset.recipe import read_recipe
+    from text2sim.dataset.review import read_decisions
     from text2sim.service.wording import shown
 
     def tell(tally: "Tally", made: "Made") -> None:
@@ -44,12 +48,69 @@ def build_dataset(
             say(f"[{tally.done}/{tally.jobs}] {keys}" + (f"; {len(made.refused)} refused" if made.refused else ""))
 
     wanted = read_recipe(recipe)
-    tally = build(wanted, recipe.parent, out, runs, workers=workers, tell=tell)
+    dropped = {key: one.note for key, one in read_decisions(decisions).items() if one.decision == "drop"}
+    tally = build(wanted, recipe.parent, out, runs, workers=workers, dropped=dropped, tell=tell)
     if as_json:
         say_json({"ok": True, "folder": str(out), "items": tally.items, "refused": tally.refused})
     else:
         counts = ", ".join(f"{count} {split}" for split, count in tally.items.items())
         say(f"{tally.items.total()} items ({counts}), {tally.refused.total()} refused: {shown(out)}")
+    raise typer.Exit(exits.OK)
+
+
+@dataset.command("check")
+def check(folder: Folder, as_json: AsJson = False) -> None:
+    """Prove that a dataset holds together and that nothing of a source lies in two splits."""
+    _require()
+    from text2sim.cli.output import say, say_json
+    from text2sim.dataset.check import check_dataset
+
+    found = check_dataset(folder)
+    if as_json:
+        say_json({"ok": not found, "problems": found})
+    else:
+        for words in found or ["sound, and without leaks"]:
+            say(words)
+    raise typer.Exit(exits.INPUT if found else exits.OK)
+
+
+@dataset.command("questions")
+def questions(folder: Folder, as_json: AsJson = False) -> None:
+    """Count the questions, and say how often somebody who sees no film answers them right."""
+    _require()
+    from collections import Counter
+
+    from text2sim.cli.output import say, say_json
+    from text2sim.dataset.questions import guess_by_words
+    from text2sim.dataset.tables import read_rows
+
+    rows = [row for _, row in read_rows(folder, "questions")]
+    kinds, (hits, chance) = Counter(row["kind"] for row in rows), guess_by_words(rows)
+    if as_json:
+        say_json({"ok": True, "kinds": kinds, "by_words": hits, "by_chance": chance})
+    else:
+        for kind, count in kinds.most_common():
+            example = next(row for row in rows if row["kind"] == kind)
+            say(f"{count:5} {kind.replace('_', ' ')}: {example['question']} {' / '.join(example['choices'])}")
+        say(f"right by words alone: {hits:.2f}; by chance: {chance:.2f}")
+    raise typer.Exit(exits.OK)
+
+
+@dataset.command("review")
+def review(
+    folder: Folder,
+    decisions: Annotated[Path, typer.Option("--decisions", help="What was decided before.")] = Path("review.yaml"),
+    everything: Annotated[bool, typer.Option("--all", help="Show all items, not only the doubtful ones.")] = False,
+) -> None:
+    """Write a page with the doubtful items, on which they are kept or dropped."""
+    _require()
+    from text2sim.cli.output import say
+    from text2sim.dataset.review import read_decisions, write_review
+    from text2sim.service.wording import shown
+
+    path = folder.with_name(f"{folder.name}-review.html")
+    count = write_review(folder, path, read_decisions(decisions), everything=everything)
+    say(f"{count} items: {shown(path)}")
     raise typer.Exit(exits.OK)
 
 

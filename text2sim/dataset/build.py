@@ -3,7 +3,7 @@
 import json
 import shutil
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from dataclasses import dataclass, field
 from multiprocessing import get_context
@@ -13,6 +13,7 @@ from typing import Any
 from text2sim.dataset.card import write_card
 from text2sim.dataset.curation import Likeness
 from text2sim.dataset.item import Item
+from text2sim.dataset.questions import balanced
 from text2sim.dataset.recipe import Recipe
 from text2sim.dataset.shards import ShardWriter
 from text2sim.dataset.simulate import Job, Made, make
@@ -23,8 +24,6 @@ from text2sim.service.examined import case_file, examine, find_cases
 from text2sim.spec_schema.errors import RunError, SpecError
 from text2sim.spec_schema.reuse.overlay import Overlay
 from text2sim.spec_schema.reuse.sweeps import runs_of
-
-TABLES = ("items", "frames")
 
 
 @dataclass
@@ -69,7 +68,9 @@ def jobs_of(recipe: Recipe, root: Path, runs: Path, out: Path) -> list[Job]:
             for base in bases:
                 if base and not (found := examine(case, plan=False, overlay=base)).ok:
                     problems += found.problems
-                jobs += [Job(recipe, name, case_file(case), base, k, runs, out) for k in range(source.draws)]
+                jobs += [
+                    Job(recipe, name, case_file(case), plain.name, base, k, runs, out) for k in range(source.draws)
+                ]
     if problems:
         raise SpecError(problems)
     return jobs
@@ -96,7 +97,14 @@ def run_jobs(jobs: Sequence[Job], workers: int) -> Iterator[Made]:
 
 
 def build(
-    recipe: Recipe, root: Path, target: Path, runs: Path, *, workers: int, tell: Callable[[Tally, Made], None]
+    recipe: Recipe,
+    root: Path,
+    target: Path,
+    runs: Path,
+    *,
+    workers: int,
+    dropped: Mapping[str, str],
+    tell: Callable[[Tally, Made], None],
 ) -> Tally:
     """Build a dataset. The folder is there when it is complete.
 
@@ -106,6 +114,7 @@ def build(
         target: The dataset's folder, which must not be there.
         runs: Folder of run folders; what was simulated already is not simulated again.
         workers: Jobs at a time.
+        dropped: Items that somebody decided against, and why.
         tell: Told after each job.
 
     Raises:
@@ -120,7 +129,7 @@ def build(
     folder = stage / "dataset"
     shutil.rmtree(folder, ignore_errors=True)
     jobs = jobs_of(recipe, root, runs, stage / "items")
-    writer = Writer(recipe, folder, deal(recipe, Counter(job.source for job in jobs)))
+    writer = Writer(recipe, folder, deal(recipe, Counter(job.source for job in jobs)), dropped)
     writer.tally.jobs = len(jobs)
     for made in run_jobs(jobs, workers):
         writer.add(made)
@@ -141,16 +150,19 @@ class Writer:
         recipe: The dataset's.
         folder: Of the dataset.
         splits: Split of each source.
+        dropped: Items that somebody decided against, and why.
     """
 
-    def __init__(self, recipe: Recipe, folder: Path, splits: dict[str, Any]):
-        self._recipe, self._folder, self._splits = recipe, folder, splits
+    def __init__(self, recipe: Recipe, folder: Path, splits: dict[str, Any], dropped: Mapping[str, str] | None = None):
+        self._recipe, self._folder, self._splits, self._dropped = recipe, folder, splits, dropped or {}
         self._tables: dict[tuple[str, str], TableWriter] = {}
         self._shards: dict[str, ShardWriter] = {}
         self._likeness = Likeness(recipe.limits.alike)
         self.tally = Tally()
         folder.mkdir(parents=True)
         self._refused = (folder / "refused.jsonl").open("w", encoding="utf-8")
+        self._asked = (folder / "questions.jsonl").open("w", encoding="utf-8")
+        self._answers: dict[tuple[str, str], Counter[str]] = {}
         write_atomically(folder / "recipe.json", recipe.model_dump_json(indent=1) + "\n")
 
     def add(self, made: Made) -> None:
@@ -159,11 +171,14 @@ class Writer:
         for item in made.items:
             row = item.row
             why = []
-            if {row["same_physics_as"], row.get("counterfactual_of")} & gone:
+            if item.key in self._dropped:
+                why = [f"review: {self._dropped[item.key] or 'dropped'}"]
+            elif {row["same_physics_as"], row.get("counterfactual_of")} & gone:
                 why = ["pair: what it belongs to is refused"]
             elif row["same_physics_as"] is None:
                 twin = self._likeness.twin(item.key, row["case"], item.folder / "states.npz")
-                why = [f"duplicate: moves as {twin}"] if twin else []
+                # A cause without an effect is worth knowing.
+                why = [f"duplicate: moves as {twin}"] if twin not in (None, row.get("counterfactual_of")) else []
             if why:
                 gone.add(item.key)
                 refused.append({"key": item.key, "stage": "item", "why": why, "drawn": row["drawn"]})
@@ -175,7 +190,13 @@ class Writer:
         self.tally.done += 1
 
     def close(self) -> None:
-        """Complete all files."""
+        """Complete all files. Questions come last: only now it is known which can be balanced."""
+        self._asked.close()
+        with Path(self._asked.name).open(encoding="utf-8") as lines:
+            rows = (json.loads(line) for line in lines)
+            for row in balanced(rows, self._answers, self._recipe.seed):
+                self._put("questions", row.pop("split"), [row])
+        Path(self._asked.name).unlink()
         for file in (*self._tables.values(), *self._shards.values(), self._refused):
             file.close()
 
@@ -183,16 +204,22 @@ class Writer:
         split = self._splits[item.row["source"]]
         if split not in self._shards:
             self._shards[split] = ShardWriter(self._folder / "shards", split, 1e6 * self._recipe.shard_mb)
-            for table in TABLES:
-                path = self._folder / table / f"{split}-00000.parquet"
-                self._tables[table, split] = TableWriter(path, table)
         item.row["split"] = split
         extra = {"json": json.dumps(item.row).encode()}
         item.row["shard"] = self._shards[split].add(item.key, item.folder, extra)
-        for table, rows in zip(TABLES, ([item.row], item.frames), strict=True):
-            self._tables[table, split].add(rows)
-            self.tally.tables.setdefault(table, Counter())[split] += len(rows)
+        self._put("items", split, [item.row])
+        self._put("frames", split, item.frames)
+        for row in item.questions:
+            self._asked.write(json.dumps({"split": split, **row}) + "\n")
+            self._answers.setdefault((split, row["question"]), Counter())[row["right"]] += 1
         self.tally.items[split] += 1
+
+    def _put(self, table: str, split: str, rows: list[dict[str, Any]]) -> None:
+        if (table, split) not in self._tables:
+            path = self._folder / table / f"{split}-00000.parquet"
+            self._tables[table, split] = TableWriter(path, table)
+        self._tables[table, split].add(rows)
+        self.tally.tables.setdefault(table, Counter())[split] += len(rows)
 
 
 def _mostly(path: Path) -> str:

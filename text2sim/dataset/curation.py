@@ -1,5 +1,6 @@
 """Why an item gets into a dataset, or does not, and which items somebody should look at."""
 
+import io
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -69,9 +70,9 @@ def decoded(path: Path, size: tuple[int, int]) -> int:
     return count
 
 
-def annotation_faults(path: Path, row: dict[str, Any], frames: list[dict[str, Any]]) -> list[str]:
+def annotation_faults(path: "Path | io.BytesIO", row: dict[str, Any], frames: list[dict[str, Any]]) -> list[str]:
     """Return what contradicts itself in the annotations of an item."""
-    if not path.is_file():
+    if isinstance(path, Path) and not path.is_file():
         return []
     found = []
     with np.load(path) as arrays:
@@ -133,7 +134,7 @@ class Likeness:
         return None
 
 
-def fingerprint(states: Path) -> Any:
+def fingerprint(states: "Path | io.BytesIO") -> Any:
     """Return where the links of a run are at some moments, and the middles of points that deform [m], (M, L, 3)."""
     with np.load(states) as arrays:
         pos = arrays["pos"]

@@ -88,9 +88,14 @@ def make_item(key: str, run: Path, plan: Any, loaded: LoadedCase, recipe: Recipe
     row = {"key": key, **_about_case(loaded, record), **_about_run(record, evidence)}
     row |= {"things": annotator.things, "parts": annotator.parts, "quality": recipe.film.quality}
     row |= {"width": recipe.film.size[0], "height": recipe.film.size[1], "frames": len(pictures)}
-    with (out / "film.mp4").open("rb") as file:
-        row |= {"fps": recording.film["fps"], "film_digest": file_digest(file, "sha256").hexdigest()}
+    row |= {"fps": recording.film["fps"], "film_digest": _digest(out / "film.mp4")}
+    row |= {"states_digest": _digest(out / "states.npz")}
     return Item(key, out, row, [{"key": key, **one} for one in rows])
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return file_digest(file, "sha256").hexdigest()
 
 
 def _annotate(
@@ -191,7 +196,6 @@ def _about_case(loaded: LoadedCase, record: RunRecord) -> dict[str, Any]:
         "assets": assets,
         "case_digest": sha256(loaded.source.text.encode()).hexdigest(),
         "sim_digest": record.key.get("sim_digest", ""),
-        "states_digest": sha256(json.dumps(record.recorded, sort_keys=True).encode()).hexdigest(),
         "versions": json.dumps({"text2sim": record.text2sim, **record.versions}),
     }
 

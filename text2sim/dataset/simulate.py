@@ -9,8 +9,9 @@ from typing import Any
 
 from text2sim import __version__
 from text2sim.dataset.curation import is_doubtful, refusals
-from text2sim.dataset.draws import Values, draw, generator, overlay_of
+from text2sim.dataset.draws import Values, draw, generator, number_at, overlay_of
 from text2sim.dataset.item import Item, make_item
+from text2sim.dataset.questions import ask, cause_in_words, what_if
 from text2sim.dataset.recipe import Recipe, Source
 from text2sim.harness.run import run_case
 from text2sim.recording.record import write_atomically
@@ -28,6 +29,8 @@ class Job:
     recipe: Recipe
     source: str
     case: Path
+    name: str
+    """Of the case."""
     base: Overlay
     """Variant or point of a sweep."""
     number: int
@@ -39,8 +42,7 @@ class Job:
     @property
     def key(self) -> str:
         """Name of its first item."""
-        name = self.case.parent.name if self.case.name == "case.yaml" else self.case.stem
-        words = [self.source, name, self.base.label, f"{self.number:03d}"]
+        words = [self.source, self.name, self.base.label, f"{self.number:03d}"]
         return "-".join(_ODD.sub("_", word) for word in words if word)
 
 
@@ -95,7 +97,8 @@ def _make(job: Job) -> Made:
         run_of_other = _run(job, other, key, told, made)
         if run_of_other is not None:
             about = {"counterfactual_of": first, "cause": next(iter(changed))}
-            _films(job, source, made, other, run_of_other.folder, key, told, about)
+            if _films(job, source, made, other, run_of_other.folder, key, told, about) is not None:
+                _compare(made, first, key, *_change(row, changed))
     return made
 
 
@@ -164,8 +167,26 @@ def _films(
         item.row |= {"source": job.source, "variant": variant, "draw": job.number, "drawn": told, **about}
         item.row |= {"same_physics_as": first, "doubtful": is_doubtful(item.row, job.recipe.limits)}
         made.items.append(item)
+        item.questions = ask(item.row, item.frames, item.folder)
         first = first or name
     return first
+
+
+def _change(row: Examined, changed: Values) -> tuple[str, Any, float | None]:
+    """Path and value of a cause that was changed, and the number that was there."""
+    (path, value), *_ = changed.items()
+    try:
+        return path, value, number_at(_data(row), path)
+    except Text2SimError:
+        return path, value, None
+
+
+def _compare(made: Made, first: str, key: str, *change: Any) -> None:
+    """Ask about the films of a run what a run with another cause answers."""
+    other = next(item for item in made.items if item.key == key or item.row["same_physics_as"] == key)
+    for item in made.items:
+        if first in (item.key, item.row["same_physics_as"]):
+            item.questions += what_if(item.row, other.row, cause_in_words(*change), item.frames, item.folder)
 
 
 def _redressed(

@@ -1,0 +1,95 @@
+"""Questions: their answers as the states have them, and nothing for those who only read the words."""
+
+import json
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from crates import Take
+
+from text2sim.dataset.questions import ask, balanced, cause_in_words, guess_by_words, what_if
+from text2sim.dataset.review import read_decisions, write_review
+from text2sim.spec_schema.errors import SpecError
+
+HIT = {"kind": "contact", "name": None, "between": ["crate", "ball"], "time": 0.5, "end": 0.6}
+
+
+def asked(take: Take, *events: dict, speed: float = 1.0, key: str = "a") -> dict[str, dict]:
+    item = take(key, speed=speed)
+    (item.folder / "events.jsonl").write_text("".join(json.dumps(event) + "\n" for event in events))
+    return {row["question"]: row for row in ask(item.row, item.frames, item.folder)}
+
+
+def test_answers_and_evidence_are_those_of_the_recording(take: Take) -> None:
+    found = asked(take, HIT)
+    will = found["You see pictures 0 to 2 only. Will “ball” touch “crate” later on?"]
+    assert will["right"] == "yes" and json.loads(will["evidence"])["first_contact"] == 0.5
+    by = {k: found.get(f"Have “ball” and “crate” touched by picture {k} of 8?") for k in (2, 4, 5)}
+    assert by[2] is not None and by[2]["right"] == "no"
+    assert by[4] is None and by[5] is None, "pictures near the moment are not asked about"
+    assert found["What does “ball” touch first after the start?"]["right"] == "“crate”"
+    nothing = asked(take, key="b")
+    assert nothing["You see pictures 0 to 2 only. Will “ball” touch “crate” later on?"]["right"] == "no"
+    assert not any("move first" in text for text in nothing), "the ball never moves"
+
+
+def test_what_is_not_seen_is_not_asked_about(take: Take) -> None:
+    item = take("a")
+    (item.folder / "events.jsonl").write_text(json.dumps(HIT) + "\n")
+    for frame in item.frames:
+        for thing in frame["objects"]:
+            thing["hidden"] = 0.9 if thing["name"] == "ball" else thing["hidden"]
+    assert not any("ball" in row["question"] for row in ask(item.row, item.frames, item.folder))
+
+
+def test_a_paired_run_answers_what_would_be(take: Take) -> None:
+    base, other = take("a"), take("a-heavy", speed=0.5, counterfactual_of="a", cause="bodies.crate.material.density")
+    for item, count in ((base, 1), (other, 0)):
+        item.row["events"] = [{"name": "reaches_ball", "count": count, "first": None, "last": None}]
+    words = cause_in_words("bodies.crate.material.density", 5000, 1000.0)
+    assert words == "the density of “crate” were much larger"
+    assert cause_in_words("params.speed", 5, 6.0) == "“speed” were smaller"
+    (row,) = what_if(base.row, other.row, words, base.frames, base.folder)
+    assert (row["right"], row["key"]) == ("no", "a")
+    assert json.loads(row["evidence"])["item"] == "a-heavy"
+
+
+def lopsided() -> list[dict]:
+    """Questions of which some texts have one answer nearly always, and one has it always."""
+    rows = []
+    for k in range(600):
+        kind, often = ("ball", 0.9) if k % 3 == 0 else ("crate", 0.1) if k % 3 == 1 else ("door", 1.0)
+        right = "yes" if (k * 7919 % 100) / 100 < often else "no"
+        rows.append({"split": "train", "key": f"i{k}", "kind": "will", "question": f"Will the {kind} reach?",
+                     "right": right, "evidence": "{}"})  # fmt: skip
+    return rows
+
+
+def test_words_alone_are_no_better_than_chance() -> None:
+    rows = lopsided()
+    counts: dict[tuple[str, str], Counter] = {}
+    for row in rows:
+        counts.setdefault((row["split"], row["question"]), Counter())[row["right"]] += 1
+    plain = [row | {"choices": ["no", "yes"], "answer": int(row["right"] == "yes")} for row in rows]
+    assert guess_by_words(plain)[0] > 0.85, "the classifier finds what there is to be found"
+    kept = list(balanced(rows, counts, 1))
+    assert len(kept) > 60
+    assert not any("door" in row["question"] for row in kept), "what has one answer only is not asked"
+    answers = Counter((row["question"], row["choices"][row["answer"]]) for row in kept)
+    assert len({*answers.values()} | {20}) <= 2
+    by_words, chance = guess_by_words(kept)
+    assert chance == 0.5
+    assert by_words < 0.6
+    assert 0.35 < sum(row["answer"] == 0 for row in kept) / len(kept) < 0.65, "nor does the place of an answer"
+
+
+def test_the_review_shows_what_is_doubtful_and_decisions_are_read_back(dataset: Path, tmp_path: Path) -> None:
+    assert write_review(dataset, tmp_path / "page.html", {}) == 0
+    assert write_review(dataset, tmp_path / "page.html", {}, everything=True) == 3
+    page = (tmp_path / "page.html").read_text()
+    assert page.count("data:image/jpeg") == 12 and "A crate slides." in page
+    (tmp_path / "review.yaml").write_text('review:\n  a: {decision: drop, note: "dark"}\n')
+    assert read_decisions(tmp_path / "review.yaml")["a"].note == "dark"
+    (tmp_path / "review.yaml").write_text("review:\n  a: {decision: dorp}\n")
+    with pytest.raises(SpecError, match=r"review.yaml:2:\d+: error"):
+        read_decisions(tmp_path / "review.yaml")

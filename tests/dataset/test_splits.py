@@ -1,0 +1,110 @@
+"""Leaks that are planted in a dataset, by moving rows, by moving files, and by changing what the rows say."""
+
+import json
+import shutil
+import tarfile
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from crates import Take
+
+from text2sim.dataset.build import Writer
+from text2sim.dataset.check import check_dataset
+from text2sim.dataset.recipe import Recipe, parse_recipe
+from text2sim.dataset.simulate import Made
+from text2sim.dataset.splits import deal
+from text2sim.dataset.tables import SCHEMAS
+from text2sim.spec_schema.text.source import Source
+
+
+def edit(path: Path, change: Any) -> None:
+    rows = pq.read_table(path).to_pylist()
+    pq.write_table(pa.Table.from_pylist(change(rows), schema=SCHEMAS[path.parent.name]), path)
+
+
+def test_what_was_built_is_sound(dataset: Path) -> None:
+    assert check_dataset(dataset) == []
+
+
+def test_a_film_of_the_same_simulation_in_another_split_is_a_leak(dataset: Path) -> None:
+    train, test = (dataset / "items" / f"{split}-00000.parquet" for split in ("train", "test"))
+    row = pq.read_table(train).to_pylist()[1]
+    edit(train, lambda rows: rows[:1])
+    edit(test, lambda rows: [*rows, row | {"split": "test"}])
+    found = "\n".join(check_dataset(dataset))
+    assert "a-film1 in test is same physics as a in train" in found
+    assert "one source, one: a-film1 in test and a in train" in found
+    assert "frames: a-film1 is no item of train" in found
+
+
+def test_renaming_what_belongs_together_hides_nothing(dataset: Path) -> None:
+    """A shard of one split is copied to another one, and its rows get new names for everything."""
+    shard = dataset / "shards" / "test-00001.tar"
+    names = {column: "new" for column in ("source", "case", "case_digest", "sim_digest", "states_digest")}
+    with tarfile.open(dataset / "shards" / "train-00000.tar") as old, tarfile.open(shard, "w") as new:
+        for info in old:
+            if info.name.startswith("a."):
+                content = old.extractfile(info).read()  # type: ignore[union-attr]
+                info.name = info.name.replace("a.", "c.", 1)
+                if info.name == "c.json":
+                    content = json.dumps(json.loads(content) | names | {"key": "c", "split": "test"}).encode()
+                if info.name == "c.case.yaml":
+                    content = content.replace(b"case_one", b"case_three")
+                info.size = len(content)
+                import io
+
+                new.addfile(info, io.BytesIO(content))
+    first = pq.read_table(dataset / "items" / "train-00000.parquet").to_pylist()[0]
+    row = first | names | {"key": "c", "split": "test", "shard": shard.name}
+    edit(dataset / "items" / "test-00000.parquet", lambda rows: [*rows, row])
+    found = check_dataset(dataset)
+    assert any(words.startswith("leak: ") and "moves as" in words for words in found), found
+    assert any("one film digest" in words for words in found)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (lambda d: (d / "shards" / "test-00000.tar").unlink(), "b: is in the table, and in no shard"),
+        (lambda d: shutil.copy(d / "shards" / "train-00000.tar", d / "shards" / "train-00001.tar"), "is in two shards"),
+        (lambda d: (d / "shards" / "test-00000.tar").write_bytes(b"x" * 2000), "test-00000.tar: is damaged"),
+        (lambda d: (d / "frames" / "test-00000.parquet").write_bytes(b"x"), "test-00000.parquet: is no Parquet file"),
+        (
+            lambda d: edit(d / "items" / "test-00000.parquet", lambda r: [r[0] | {"film_digest": "0"}]),
+            "film.mp4 is not the one",
+        ),
+    ],
+)
+def test_damage_is_told(dataset: Path, spoil: Any, said: str) -> None:
+    spoil(dataset)
+    assert any(said in words for words in check_dataset(dataset))
+
+
+def test_sources_are_dealt_as_wholes_near_their_shares() -> None:
+    rows = "".join(f"  s{k}: {{cases: [c]}}\n" for k in range(9)) + "  fixed: {cases: [c], split: test}\n"
+    recipe = parse_recipe(Source(f"text2sim_dataset: 1\nname: x\nsources:\n{rows}", "r.yaml"))
+    sizes = {f"s{k}": 10 + k for k in range(9)} | {"fixed": 15}
+    splits = deal(recipe, sizes)
+    assert splits["fixed"] == "test"
+    share = {name: sum(sizes[s] for s in splits if splits[s] == name) / sum(sizes.values()) for name in recipe.splits}
+    assert share["train"] == pytest.approx(0.7, abs=0.1)
+    assert share["validation"] > 0.05
+
+
+def test_duplicates_and_what_hangs_on_them_are_refused(take: Take, recipe: Recipe, tmp_path: Path) -> None:
+    writer = Writer(recipe, tmp_path / "d", {"one": "train"}, {"e": "ugly"})
+    writer.add(Made([take("a")], []))
+    writer.add(Made([take("c"), take("c-film1", same_physics_as="c")], []))
+    writer.add(Made([take("d", speed=1.4), take("d-same", speed=1.4, counterfactual_of="d")], []))
+    writer.add(Made([take("e", speed=2.0)], []))
+    writer.close()
+    refused = [json.loads(line) for line in (tmp_path / "d" / "refused.jsonl").read_text().splitlines()]
+    assert {row["key"]: row["why"] for row in refused} == {
+        "c": ["duplicate: moves as a"],
+        "c-film1": ["pair: what it belongs to is refused"],
+        "e": ["review: ugly"],
+    }
+    assert writer.tally.items == {"train": 3}, "a cause without an effect is no duplicate"

@@ -1,0 +1,135 @@
+"""A page for items that somebody should look at, and the decisions, which are kept in a file that git can follow."""
+
+import base64
+import io
+import json
+from html import escape
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import ValidationError
+
+from text2sim.dataset.shards import read_shard
+from text2sim.dataset.tables import read_rows
+from text2sim.recording.record import write_atomically
+from text2sim.spec_schema.errors import RunError, SpecError
+from text2sim.spec_schema.models.base import Model
+from text2sim.spec_schema.text.document import parse_document
+from text2sim.spec_schema.text.source import read_source
+from text2sim.spec_schema.vocabulary.diagnosis import diagnose
+
+FILE = "review.yaml"
+PICTURES = 4
+
+
+class Decision(Model):
+    """What somebody decided about an item."""
+
+    decision: Literal["keep", "drop"]
+    note: str = ""
+
+
+class Decisions(Model):
+    """What was decided, by key of the item."""
+
+    review: dict[str, Decision] = {}
+
+
+def read_decisions(path: Path) -> dict[str, Decision]:
+    """Read decisions; none if there is no file.
+
+    Raises:
+        SpecError: with all that is wrong with it, and where.
+    """
+    if not path.is_file():
+        return {}
+    document = parse_document(read_source(path))
+    try:
+        return Decisions.model_validate(document.data).review
+    except ValidationError as error:
+        raise SpecError(diagnose(document, error, Decisions, document.data)) from None
+
+
+def write_review(folder: Path, path: Path, decisions: dict[str, Decision], *, everything: bool = False) -> int:
+    """Write the page; return how many items it shows.
+
+    Args:
+        folder: The dataset.
+        path: The page.
+        decisions: Those that were made.
+        everything: Show all items, not only the doubtful ones.
+
+    Raises:
+        RunError: if the folder holds no dataset.
+    """
+    rows = {row["key"]: row for _, row in read_rows(folder, "items") if everything or row["doubtful"]}
+    if not [*(folder / "items").glob("*.parquet")]:
+        raise RunError(f"{folder}: holds no dataset")
+    blocks = []
+    for shard in sorted((folder / "shards").glob("*.tar")):
+        for key, files in read_shard(shard):
+            if key in rows:
+                blocks.append(_block(rows[key], files["film.mp4"], decisions.get(key)))
+    made = {key: one.model_dump() for key, one in decisions.items()}
+    page = _PAGE.replace("@NAME@", escape(folder.name)).replace("@BLOCKS@", "\n".join(blocks))
+    write_atomically(path, page.replace("@MADE@", json.dumps(made).replace("<", "\\u003c")))
+    return len(blocks)
+
+
+def _block(row: dict[str, Any], film: bytes, made: Decision | None) -> str:
+    doubts = [*row["suspicions"], *row["remarks"]]
+    doubts += [f"`{one['name']}` {one['why']}" for one in row["expectations"] if one["ok"] is not True]
+    numbers = {"energy from nowhere": row["energy_gain"], "deepest penetration [m]": row["penetration"]}
+    doubts += [f"{name}: {value:.3g}" for name, value in numbers.items() if value]
+    pictures = "".join(f'<img src="data:image/jpeg;base64,{data}" alt="">' for data in _pictures(film))
+    said = "".join(f"<li>{escape(text)}</li>" for text in doubts)
+    key, note = escape(row["key"]), escape(made.note if made else "")
+    radios = "".join(
+        f'<label><input type="radio" name="{key}" value="{word}"{" checked" if made and made.decision == word else ""}>'
+        f"{word}</label>"
+        for word in ("keep", "drop")
+    )
+    return (
+        f'<section data-key="{key}"><h2>{key}</h2><p>{escape(row["prompt"])}</p>{pictures}<ul>{said}</ul>'
+        f'{radios}<input class="note" placeholder="note" value="{note}"></section>'
+    )
+
+
+def _pictures(film: bytes) -> list[str]:
+    import av
+    import numpy as np
+
+    with av.open(io.BytesIO(film)) as container:
+        pictures = [picture.to_image() for picture in container.decode(video=0)]
+    found = []
+    for k in np.linspace(0, len(pictures) - 1, PICTURES).round().astype(int):
+        buffer = io.BytesIO()
+        pictures[k].save(buffer, "jpeg", quality=85)
+        found.append(base64.b64encode(buffer.getvalue()).decode())
+    return found
+
+
+_PAGE = """<!doctype html><meta charset="utf-8"><title>Review of @NAME@</title>
+<style>body{font:15px system-ui;max-width:1100px;margin:2em auto;color:#222}
+section{border-top:1px solid #ccc;padding:1em 0}
+img{width:24%;margin-right:1%}h2{font-size:1em}label{margin-right:1.5em}.note{width:30em}
+button{position:fixed;top:1em;right:1em;padding:.6em 1em}</style>
+<h1>Review of @NAME@</h1><p>Decide, and save <code>review.yaml</code> beside the recipe: <code>dataset build --decisions
+review.yaml</code> leaves out what is dropped.</p><button>save review.yaml</button>
+@BLOCKS@
+<script>
+const made = @MADE@;
+document.querySelector("button").onclick = () => {
+  for (const s of document.querySelectorAll("section")) {
+    const one = s.querySelector("input:checked");
+    if (one) made[s.dataset.key] = {decision: one.value, note: s.querySelector(".note").value};
+  }
+  const rows = Object.keys(made).sort().map(k =>
+    `  ${k}: {decision: ${made[k].decision}, note: ${JSON.stringify(made[k].note)}}\\n`);
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob(["review:\\n", ...rows]));
+  link.download = "review.yaml";
+  link.click();
+};
+</script>
+"""
