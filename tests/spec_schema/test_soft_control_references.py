@@ -29,7 +29,6 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
     ("soft-holder", f"{CONTROL}/to", None, {CONTROL: {"kind": "attach", "body": "curtain", "to": "jelly"}}),
     ("soft-holder", f"{CONTROL}/to", None, {CONTROL: {"kind": "attach", "body": "ball", "to": "jelly"}}),
     ("not-held", f"{CONTROL}/body", None, {"/bodies/sand": SAND, CONTROL: {"kind": "attach", "body": "sand", "to": "world"}}),
-    ("one-way", f"{CONTROL}/to", None, {CONTROL: {"kind": "attach", "body": "jelly", "region": TOP, "to": "ball"}}),
     ("points", f"{CONTROL}/points", None, {CONTROL: {"kind": "attach", "body": "curtain", "points": 3, "to": "hook"}}),
     (
         "no-world",

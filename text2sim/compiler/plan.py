@@ -228,6 +228,8 @@ class Hold:
     """The link of those."""
     stiffness: float | None
     """[N/m] in all; None holds firmly."""
+    both_ways: bool
+    """Whether what holds them feels them."""
     start: float
     until: tuple[float | str, ...]
     """Times [s] and events, whichever comes first."""

@@ -1,20 +1,28 @@
 """Points of deformable bodies that are held by the world, or by links that carry them along.
 
-A hold goes one way: a link moves the points, and does not feel them.
+A link moves the points. It feels them in a hold of pbd particles that goes both ways, and in no other.
 
     fem   vertices are put where the link carries them in every substep; only what it accelerates in it is not foreseen
     pbd   particles are put there in every step, and go on with the link's velocity meanwhile
+          both ways: they are put there in every substep, and what threads pull them off is a blow to the link
     mpm   particles are pulled there by springs as stiff as a substep bears: at a speed v they trail by 4 substeps of v
 """
 
 import genesis as gs
 import numpy as np
+import quadrants as qd
 import torch
 from genesis.engine.couplers import SAPCoupler
+from genesis.engine.solvers.rigid.abd.forward_dynamics import func_vel_at_point
+from genesis.engine.solvers.rigid.abd.misc import func_apply_coupling_force
+from genesis.utils.array_class import LinksState
+from genesis.utils.geom import qd_transform_by_trans_quat
 from points import INVERSE, Points, array, assign, choose, each_substep, rotate, tensor
 
 FIRM, SHAKY = 0.5, 0.8
 """Angular frequency times substep of a spring that holds firmly, and from which on one shakes; at 2 it explodes."""
+LEAST = 1e-6
+"""Least inverse mass [1/kg] of a holder: that of the world is zero."""
 
 
 class Hold:
@@ -28,11 +36,25 @@ class Hold:
         count: How many points of the region, evenly spread; None: all of them.
         to: Links that hold it, each the points that are nearest to it; none: the world.
         stiffness: Springs of this stiffness in all [N/m]; None: firmly.
+        both_ways: Whether the links feel the points; for pbd.
         start: Time [s].
         until: Times [s] or names of events at which it ends, whichever comes first.
     """
 
-    def __init__(self, scene, body, *, pose, region, count=None, to=(), stiffness=None, start=0.0, until=()):
+    def __init__(
+        self,
+        scene,
+        body,
+        *,
+        pose,
+        region,
+        count=None,
+        to=(),
+        stiffness=None,
+        both_ways=False,
+        start=0.0,
+        until=(),
+    ):
         self.start, self.until, self.active, self.over = start, until, False, False
         self.rigid, self.links, self.clock, self.h = (
             scene.rigid_solver,
@@ -53,7 +75,8 @@ class Hold:
                 f"springs of {stiffness:g} N/m on {self.mass:.3g} kg need substeps of at most {longest:.2g} s (they "
                 f"last {self.h:.2g} s): make it softer, or leave `stiffness` out to hold firmly"
             )
-        self.grip = (_Fem if self.points.fem else _Mpm if self.points.mpm else _Pbd)(self)
+        pbd = _Mutual if both_ways else _Pbd
+        self.grip = (_Fem if self.points.fem else _Mpm if self.points.mpm else pbd)(self)
 
     def begin(self):
         """Take hold: every point stays where it is now, seen from what holds it."""
@@ -147,6 +170,99 @@ class _Pbd:
                 self.hold.chosen[None] + self.entity.particle_start, dtype=gs.tc_int, device=gs.device
             )
             self.entity.solver._kernel_release_particle(chosen, torch.zeros(1, dtype=gs.tc_int, device=gs.device))
+
+
+class _Mutual:
+    """Particles that a link carries, and that pull at it.
+
+    A held particle goes with its link, as if it were a part of it, and then gets moved by threads and contacts: it has
+    been given the momentum `m dv`, which belongs to the link and becomes a force `m dv / h` on it in the next substep. So
+    what the cloth loses the link gets. `m` is the link's mass as the point feels it, shared among its points: threads
+    then move the particle as far as they could move the link.
+    """
+
+    def __init__(self, hold):
+        self.hold, self.solver, self.hooked = hold, hold.points.solver, False
+
+    def begin(self):
+        hold, solver = self.hold, self.solver
+        chosen = hold.chosen + hold.points.entity.particle_start
+        weights = array(hold.rigid.get_links_invweight(hold.links)).reshape(len(hold.links), -1)[hold.owner]
+        arms = np.linalg.norm(hold.local, axis=1)
+        mass = 1.0 / np.maximum(weights[:, 0] + weights[:, 1] * arms**2, LEAST) / np.bincount(hold.owner)[hold.owner]
+        self.numbers, self.own = torch.as_tensor(chosen, dtype=gs.tc_int), solver.particles_info.mass[int(chosen[0])]
+        links = torch.as_tensor(np.asarray(hold.links)[hold.owner], dtype=gs.tc_int)
+        self.rows = self.numbers, links, tensor(hold.local)
+        self.mass = tensor(mass)
+        self._weigh(mass)
+        if not self.hooked:
+            self.hooked = True
+            self._hook()
+
+    def step(self):
+        pass
+
+    def end(self):
+        self._weigh(np.full(len(self.numbers), self.own))
+
+    def _weigh(self, masses):
+        for number, mass in zip(self.numbers.tolist(), masses, strict=True):
+            self.solver.particles_info.mass[number] = float(mass)
+
+    def _hook(self):
+        solver, links = self.solver, self.hold.rigid.dyn_state.links
+        fall, settle = solver._kernel_apply_external_force, solver.substep_post_coupling
+
+        def carried(f, t):
+            fall(f, t)
+            if self.hold.active:
+                _carry(solver.particles, *self.rows, self.hold.h, links)
+
+        def felt(f):
+            settle(f)
+            if self.hold.active:
+                _feel(solver.particles, *self.rows, self.mass, self.hold.h, links)
+
+        # Between gravity, which the link has felt already, and the threads.
+        solver._kernel_apply_external_force, solver.substep_post_coupling = carried, felt
+
+
+@qd.func
+def _anchor(link, x, y, z, links: LinksState):
+    return qd_transform_by_trans_quat(qd.Vector([x, y, z], dt=gs.qd_float), links.pos[link, 0], links.quat[link, 0])
+
+
+@qd.kernel
+def _carry(
+    particles: qd.template(),
+    numbers: qd.types.ndarray(),
+    holders: qd.types.ndarray(),
+    local: qd.types.ndarray(),
+    h: qd.f32,
+    links: LinksState,
+):
+    for k in range(numbers.shape[0]):
+        at = _anchor(holders[k], local[k, 0], local[k, 1], local[k, 2], links)
+        speed = func_vel_at_point(holders[k], 0, at, links)
+        particles[numbers[k], 0].pos = at
+        particles[numbers[k], 0].vel = speed
+        particles[numbers[k], 0].ipos = at - speed * h
+
+
+@qd.kernel
+def _feel(
+    particles: qd.template(),
+    numbers: qd.types.ndarray(),
+    holders: qd.types.ndarray(),
+    local: qd.types.ndarray(),
+    mass: qd.types.ndarray(),
+    h: qd.f32,
+    links: LinksState,
+):
+    for k in range(numbers.shape[0]):
+        at = _anchor(holders[k], local[k, 0], local[k, 1], local[k, 2], links)
+        given = mass[k] * (particles[numbers[k], 0].vel - func_vel_at_point(holders[k], 0, at, links))
+        func_apply_coupling_force(holders[k], 0, at, given / h, links)
 
 
 class _Mpm:

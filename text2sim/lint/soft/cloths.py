@@ -124,7 +124,7 @@ def _pulled(facts: Facts, body: SoftBody) -> bool:
 def _one_way(facts: Facts) -> Iterator[Problem]:
     """Points that are attached to something free: they never pull it."""
     soft = soft_facts(facts)
-    solvers = {body.body: body.solver for body in soft.of("pbd", "mpm", "fem")}
+    solvers = {body.body: body.solver for body in soft.of("mpm", "fem")}
     for name, control in facts.case.actions.controls.items():
         if control.kind != "attach" or control.to == "world":
             continue
@@ -199,29 +199,30 @@ actions:
     Rule(
         id="one-way-hold",
         severity="warning",
-        title="A cloth or soft body is attached to a free body, which does not feel it.",
+        title="A soft body is attached to a free body, which does not feel it.",
         reason="""\
-The engine moves the held points of cloth and soft bodies with the link that holds them, and gives the link nothing
-back: a free body to which a hanging cloth is attached falls as if there were no cloth, and takes the cloth along.""",
+The engine moves the held points of soft bodies with the link that holds them, and gives the link nothing back: a free
+body to which a soft one is attached falls as if it were alone, and takes it along. Cloth of solver pbd pulls at what
+holds it.""",
         way_out="""\
-Attach it to what is fixed, driven, or moved by a motor, or to the `world`; a load can lie in a cloth or on a soft body,
-which feels it.""",
+Attach it to what is fixed, driven, or moved by a motor, or to the `world`; a load can lie on a soft body, which feels
+it; or take cloth.""",
         example="""\
 bodies:
-  sheet: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.6, 0.6]}, pose: {pos: [0, 0, 1.0]}}
-  load: {kind: rigid, shape: {kind: sphere, radius: 0.05}, pose: {pos: [0, 0, 0.9]}}
+  slab: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.6, 0.1, 0.1]}, pose: {pos: [0, 0, 1.0]}}
+  load: {kind: rigid, shape: {kind: sphere, radius: 0.05}, pose: {pos: [0, 0, 0.8]}}
 actions:
   controls:
-    hang: {kind: attach, body: sheet, region: {edge: left}, to: world}
-    carry: {kind: attach, body: sheet, region: {nearest: [0, 0, 0]}, to: load}
+    hang: {kind: attach, body: slab, region: {face: left}, to: world}
+    carry: {kind: attach, body: slab, region: {face: bottom}, to: load}
 """,
         mended="""\
 bodies:
-  sheet: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.6, 0.6]}, pose: {pos: [0, 0, 1.0]}}
-  load: {kind: rigid, shape: {kind: sphere, radius: 0.05}, pose: {pos: [0, 0, 0.9]}}
+  slab: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.6, 0.1, 0.1]}, pose: {pos: [0, 0, 1.0]}}
+  load: {kind: rigid, shape: {kind: sphere, radius: 0.05}, pose: {pos: [0, 0, 0.8]}}
 actions:
   controls:
-    hang: {kind: attach, body: sheet, region: {edge: left}, to: world}
+    hang: {kind: attach, body: slab, region: {face: left}, to: world}
 """,
         run=_one_way,
     ),

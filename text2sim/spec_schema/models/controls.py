@@ -163,8 +163,9 @@ class Attach(Model):
     """A hold between two bodies, from a time on; they keep the relative pose that they have then.
 
     Between rigid bodies it is a weld, and the two links that it holds do not touch each other meanwhile; other links of
-    the two bodies do. Of a body that deforms it holds points: pins, hooks, clamps. Such a hold goes one
-    way: what holds the points carries them along, and does not feel them.
+    the two bodies do. Of a body that deforms it holds points: pins, hooks, clamps. Cloth (pbd) pulls at what holds it,
+    unless that is driven or has a motor: a parachute, a sling, a sail. A soft body does not: what holds its points
+    carries them along, and does not feel them.
     """
 
     kind: Literal["attach"]

@@ -1,7 +1,7 @@
 """Whether controls fit what they act on: bodies of links, or bodies that deform."""
 
 from text2sim.spec_schema.errors import nearest
-from text2sim.spec_schema.models.bodies import DEFORMABLE, Rigid
+from text2sim.spec_schema.models.bodies import DEFORMABLE
 from text2sim.spec_schema.models.controls import Attach, Force, Impulse, Release, Torque
 from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.names.name_table import Member, NameTable
@@ -78,21 +78,10 @@ def check_attach_kind(cast: NameTable, where: Path, control: Attach, body: Membe
         )
         cast.report((*where, "to"), message, "soft-holder")
         return False
-    if _moves_freely(target):
-        message = f"`{target.name}` moves freely, and does not feel what hangs on it: a hold goes one way"
-        cast.report((*where, "to"), message, "one-way", severity="warning")
     if control.points is not None and body.count == 1 and control.points < target.count:
         message = f"{control.points} points are too few for the {target.count} bodies in `{target.text}`: one for each"
         cast.report((*where, "points"), message, "points")
     return not (body.count == 1 and target.count > 1)  # one body is shared by all that hold it
-
-
-def _moves_freely(target: Member) -> bool:
-    """Whether nothing but what hangs on it would hold it back."""
-    model = target.model
-    if isinstance(model, Rigid):
-        return model.mount.kind == "free"
-    return getattr(model, "kind", None) in ("chain", "rope", "ragdoll") or getattr(model, "base", None) == "free"
 
 
 def check_release_moment(cast: NameTable, where: Path, control: Release, attach: Attach) -> None:
