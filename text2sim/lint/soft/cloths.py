@@ -105,20 +105,22 @@ def _draped(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> str:
 def _dragged(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> str:
     """What is wrong with a cloth that is pulled from under something."""
     its = facts.box(copy)
-    if its is None or not facts.free(copy) or not _pulled(facts, body):
+    if its is None or not facts.free(copy) or not _pulled(facts, body, copy.body):
         return ""
     over = soft.comes_down_on(copy, body.copy) and its[0][2] - body.box[1][2] < CLOSE
     return f"`{body.name}` is pulled from under `{copy.name}`, which feels nothing of it" if over else ""
 
 
-def _pulled(facts: Facts, body: SoftBody) -> bool:
-    """Whether something that moves holds a cloth."""
+def _pulled(facts: Facts, body: SoftBody, lying: str) -> bool:
+    """Whether something that moves holds a cloth; never by what lies on it, if that is tied to it."""
+    moved = False
     for control in facts.case.actions.controls.values():
         if control.kind == "attach" and control.body.split("[")[0] == body.body and control.to != "world":
-            copies = facts.placed.get(control.to.split("[")[0].split(".")[0], [])
-            if any(facts.moves(copy) for copy in copies):
-                return True
-    return False
+            holder = control.to.split("[")[0].split(".")[0]
+            if holder == lying:
+                return False
+            moved = moved or any(map(facts.moves, facts.placed.get(holder, [])))
+    return moved
 
 
 def _one_way(facts: Facts) -> Iterator[Problem]:
