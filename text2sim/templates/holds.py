@@ -175,10 +175,10 @@ class _Pbd:
 class _Mutual:
     """Particles that a link carries, and that pull at it.
 
-    A held particle goes with its link, as if it were a part of it, and then gets moved by threads and contacts: it has
-    been given the momentum `m dv`, which belongs to the link and becomes a force `m dv / h` on it in the next substep. So
-    what the cloth loses the link gets. `m` is the link's mass as the point feels it, shared among its points: threads
-    then move the particle as far as they could move the link.
+    A held particle goes with its link, as if it were a part of it, and then threads and contacts move it: they have
+    given it the momentum `m dv`, which belongs to the link and becomes a force `m dv / h` on it in the next substep.
+    So the link gets what the cloth loses. `m` is the link's mass as the point feels it, shared among its points:
+    threads then move the particle as far as they could move the link.
     """
 
     def __init__(self, hold):
