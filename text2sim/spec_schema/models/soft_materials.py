@@ -48,8 +48,8 @@ class ClothMaterial(Model):
     """With solver pbd: how easily it folds [rad/N]; 1e-4 if left out, which is stiff as card. 1e4 drapes like
     cotton."""
     air_resistance: NonNegative | None = None
-    """With solver pbd: drag `c |v| v` [kg/m] of still air on each point; c is 1e-3 if left out. A sheet is a parachute: with
-    n points, `(size / cell + 1)` along each side, it carries a mass m down at `sqrt(m g / (n c))`."""
+    """With solver pbd: drag `c |v| v` [kg/m] of still air on each point; c is 1e-3 if left out. A sheet is a parachute:
+    with n points, `(size / cell + 1)` along each side, it carries a mass m down at `sqrt(m g / (n c))`."""
 
 
 class GranularMaterial(Model):
