@@ -1,4 +1,4 @@
-"""From a save to the new film: `text2sim watch` on three scenes, one number changed at every save.
+"""From a save to the new scene on the page: `text2sim watch` on three scenes, one number changed at every save.
 
 With `--memory 50`, the memory of the engine over fifty saves of one scene as well.
 """
@@ -70,7 +70,7 @@ def main() -> None:
         "wall of 30 bricks, 2 s": (WALL, r"(value: )[\d.]+", lambda i: f"{1 + (i + 1) / 100:.2f}"),
         "newton_cradle, 6 s in 30,000 steps": (cradle, r"(angle: )[\d.]+", lambda i: f"{35 - (i + 1) / 10:.1f}"),
     }
-    table = Table("scene", "problems told [s]", "built [s]", "simulated [s]", "film [s]", "all [s]", "memory [MB]")
+    table = Table("scene", "problems told [s]", "built [s]", "simulated [s]", "shown [s]", "all [s]", "memory [MB]")
     for name, (text, pattern, value) in scenes.items():
         with tempfile.TemporaryDirectory() as folder:
             rows, memory = measure(Path(folder), text, pattern, value, options.saves)
@@ -123,7 +123,7 @@ def measure(folder: Path, text: str, pattern: str, value, saves: int) -> tuple[l
             done, seen = wait(r"^take \d+: ", seen)
             (take,) = (folder / "runs").glob("watch-*/take-*")
             seconds = json.loads((take / "watch.json").read_text())["seconds"]
-            rows.append({"check": told - begun, **{key: seconds[key] for key in ("build", "simulate", "film")}})
+            rows.append({"check": told - begun, **{key: seconds[key] for key in ("build", "simulate", "scene")}})
             rows[-1]["all"] = done - begun
             if engine.is_running():
                 memory.append(engine.memory_info().rss / 1e6)

@@ -100,11 +100,7 @@ def joint(mechanism: Mechanism, name: str):
 class TestUrdf:
     def test_links_joints_limits_and_masses_are_read(self, write: Write) -> None:
         arm = load_mechanism(write({"arm.urdf": ARM}), "arm.urdf")
-        assert (arm.kind, arm.link_names, arm.joint_names) == (
-            "urdf",
-            ("base", "upper", "hand"),
-            ("shoulder",),
-        )
+        assert (arm.kind, arm.link_names) == ("urdf", ("base", "upper", "hand"))
         shoulder = joint(arm, "shoulder")
         assert (shoulder.kind, shoulder.link, shoulder.limit, shoulder.motor) == (
             "hinge",
@@ -115,7 +111,6 @@ class TestUrdf:
         assert (shoulder.range, shoulder.damping) == (pytest.approx((-1, 2)), pytest.approx(0.3))
         assert arm.links[2].mass == pytest.approx(2)
         assert arm.inertialess
-        assert not arm.actuated
 
     def test_the_document_keeps_only_what_the_engine_reads(self, write: Write) -> None:
         arm = load_mechanism(write({"arm.urdf": ARM}), "arm.urdf")
@@ -232,12 +227,10 @@ class TestMjcf:
     def test_everything_has_a_name_and_units(self, write: Write) -> None:
         gripper = load_mechanism(write({"m.xml": GRIPPER}), "m.xml")
         assert gripper.link_names == ("link_0", "left", "pendulum")
-        assert gripper.joint_names == ("grip", "pendulum")
         assert joint(gripper, "pendulum").range == pytest.approx((-1.5708, 0.7854), abs=1e-4)
         motor = joint(gripper, "grip").motor
         assert motor is not None
         assert (motor.stiffness, motor.damping, motor.limit) == (200, 20, 9)
-        assert gripper.actuated
         assert gripper.links[3].mass == 0.5
 
     def test_the_stage_and_the_options_are_left_out(self, write: Write) -> None:

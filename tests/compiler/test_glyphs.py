@@ -9,19 +9,33 @@ import cv2
 import numpy as np
 import pytest
 from PIL import Image
+from soft_quality import signed_volume, surface_faults
 
 from text2sim.compiler.build import resolve_case
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.extrude import convex_parts, polygons_of
-from text2sim.compiler.shapes.glyphs import chosen, glyph_parts, stroke_width, whole
+from text2sim.compiler.shapes.glyphs import chosen, glyph_parts, whole
 from text2sim.compiler.shapes.rotation import IDENTITY, quat_from_euler_deg
 from text2sim.compiler.shapes.softmesh import soft_surface, write_obj
-from text2sim.compiler.shapes.softquality import signed_volume, surface_faults
 from text2sim.spec_schema.errors import AssetError, SpecError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.models.shapes import Sketch, Text
 
 HERE = Path(".")
+
+
+def stroke_width(form) -> float:
+    """Return the width [m] of the thinnest strokes of a form: where a wider brush would not reach a tenth of it.
+
+    Mean widths hide thin parts, and least ones are those of every pointed end.
+    """
+    low_x, low_z, high_x, high_z = form.bounds
+    low, high = 0.0, min(high_x - low_x, high_z - low_z)
+    for _ in range(12):
+        width = (low + high) / 2
+        brushed = form.buffer(-width / 2, join_style="mitre").buffer(width / 2 * (1 + 1e-9), join_style="mitre")
+        low, high = (width, high) if brushed.intersection(form).area >= 0.9 * form.area else (low, width)
+    return low
 
 
 def text(words, **more):

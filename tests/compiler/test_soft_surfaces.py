@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydantic import TypeAdapter
+from soft_quality import quality, signed_volume, surface_faults, tetrahedralise
 
 from text2sim.compiler.build import resolve_case
 from text2sim.compiler.shapes import geometry
@@ -13,8 +14,7 @@ from text2sim.compiler.shapes.regions import RegionError, region_points
 from text2sim.compiler.shapes.remesh import divided
 from text2sim.compiler.shapes.rotation import IDENTITY, quat_from_euler_deg
 from text2sim.compiler.shapes.softmesh import SoftMesh, soft_surface, write_obj
-from text2sim.compiler.shapes.softquality import signed_volume, surface_faults
-from text2sim.compiler.shapes.tets import quality, tet_options, tetrahedralise
+from text2sim.compiler.shapes.tets import tet_options
 from text2sim.spec_schema.errors import AssetError, SpecError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.models.regions import BodyRegion

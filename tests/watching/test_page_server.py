@@ -5,21 +5,20 @@ import json
 import re
 import socket
 import threading
-from importlib import resources
 
 import pytest
 
+from text2sim.replay.page import live_page, scripts
 from text2sim.watching.page_state import PageState
 from text2sim.watching.server import LISTENERS, PageServer
 
-FILM = bytes(range(256)) * 4
+SCENE = b'{"contents": {}, "blob": ""}'
 
 
 @pytest.fixture
 def board():
     board = PageState(case="drop", file="case.yaml", words="ready", tone="good")
-    board.keep_cameras(["main", "top"])
-    board.show_film("main", "1-main.mp4", FILM)
+    board.show_scene("1-1", "1", SCENE, whole=False)
     return board
 
 
@@ -50,13 +49,14 @@ def test_the_page(server):
     assert "default-src 'none'" in policy
     nonce = re.search(r"script-src 'nonce-([^']+)'", policy)
     assert nonce
-    assert body.count(f'nonce="{nonce[1]}"'.encode()) == 2
+    assert body.count(f'nonce="{nonce[1]}"'.encode()) == 3
 
 
 def test_the_page_needs_nothing_from_elsewhere():
-    page = resources.files("text2sim.watching").joinpath("page.html").read_text("utf-8")
+    library, script = scripts()
+    page = live_page("x").replace(library, "")
     assert not re.search(r"(?i)https?://|//[\w-]+\.\w|@import|url\(", page)
-    assert "innerHTML" not in page, "what comes from files goes in as text"
+    assert "innerHTML" not in script, "what comes from files goes in as text"
 
 
 def test_it_listens_on_this_machine_only(server):
@@ -66,7 +66,7 @@ def test_it_listens_on_this_machine_only(server):
         pass
 
 
-@pytest.mark.parametrize("path", ["/", "/board", "/film/1-main.mp4", "//board", "/wrong/board", "/wrong/", "*"])
+@pytest.mark.parametrize("path", ["/", "/board", "/scene/1-1", "//board", "/wrong/board", "/wrong/", "*"])
 def test_nothing_without_the_secret(server, path):
     assert ask(server, path, secret=False)[0] == 404
 
@@ -97,9 +97,9 @@ def test_a_link_from_elsewhere_can_be_followed(server):
 
 @pytest.mark.parametrize(
     "path",
-    ["film/../case.yaml", "film/2-main.mp4", "film/..%2f..%2fcase.yaml", "film//etc/passwd", "etc/passwd", "page.html"],
+    ["scene/../case.yaml", "scene/2-1", "scene/..%2f..%2fcase.yaml", "scene//etc/passwd", "etc/passwd", "page.html"],
 )
-def test_nothing_but_page_board_and_films(server, path):
+def test_nothing_but_page_board_and_scenes(server, path):
     assert ask(server, path)[0] == 404
 
 
@@ -108,33 +108,20 @@ def test_nothing_can_be_sent_to_it(server):
     assert ask(server, "board", method="PUT")[0] == 501
 
 
-def test_a_film_whole_and_in_parts(server):
-    status, headers, body = ask(server, "film/1-main.mp4")
-    assert (status, body, headers["Accept-Ranges"]) == (200, FILM, "bytes")
-    status, headers, body = ask(server, "film/1-main.mp4", Range="bytes=10-19")
-    assert (status, body, headers["Content-Range"]) == (206, FILM[10:20], "bytes 10-19/1024")
-    assert ask(server, "film/1-main.mp4", Range="bytes=1000-")[2] == FILM[1000:]
-    assert ask(server, "film/1-main.mp4", Range="bytes=-24")[2] == FILM[-24:]
-    assert ask(server, "film/1-main.mp4", Range="bytes=1024-")[0] == 416
-    assert ask(server, "film/1-main.mp4", Range="bytes=nonsense")[2] == FILM
-    status, headers, body = ask(server, "film/1-main.mp4", method="HEAD")
-    assert (status, body, headers["Content-Length"]) == (200, b"", "1024")
+def test_a_scene(server):
+    status, headers, body = ask(server, "scene/1-1")
+    assert (status, body, headers["Content-Type"]) == (200, SCENE, "application/json")
+    status, headers, body = ask(server, "scene/1-1", method="HEAD")
+    assert (status, body, headers["Content-Length"]) == (200, b"", str(len(SCENE)))
 
 
-def test_the_film_before_can_still_be_read_but_no_older_one(server, board):
-    board.show_film("main", "2-main.mp4", b"two")
-    assert ask(server, "film/1-main.mp4")[2] == FILM
-    board.show_film("main", "3-main.mp4", b"three")
-    assert ask(server, "film/1-main.mp4")[0] == 404
-    assert ask(server, "film/2-main.mp4")[2] == b"two"
-
-
-def test_films_stand_in_the_order_of_the_cameras(server, board):
-    board.keep_cameras(["top", "main"])
-    board.show_film("top", "1-top.mp4", b"top")
-    assert [row["camera"] for row in json.loads(ask(server, "board")[2])["films"]] == ["top", "main"]
-    board.keep_cameras(["top"])
-    assert [row["camera"] for row in json.loads(ask(server, "board")[2])["films"]] == ["top"]
+def test_the_scene_before_can_still_be_read_but_no_older_one(server, board):
+    board.show_scene("1-2", "1", b"two", whole=False)
+    assert ask(server, "scene/1-1")[2] == SCENE
+    board.show_scene("1-3", "1", b"three", whole=True)
+    assert ask(server, "scene/1-1")[0] == 404
+    assert ask(server, "scene/1-2")[2] == b"two"
+    assert json.loads(ask(server, "board")[2])["scene"] == {"name": "1-3", "take": "1", "whole": True}
 
 
 class Listener:

@@ -1,5 +1,6 @@
 """What is done when a case is saved, and how the session gets over processes that crash, hang or grow."""
 
+import json
 import threading
 import time
 
@@ -8,21 +9,29 @@ from watched import CASE
 
 from text2sim.runtime import warm_engine as engine_module
 
+
+def shown(watched):
+    """What the page has to know of the scene that it shows."""
+    return json.loads(watched.board.scene(watched.content()["scene"]["name"]))["contents"]
+
+
 HIGHER = ("1.5]", "1.7]")
 
 
-def test_the_first_text_is_simulated_filmed_and_judged(watch):
+def test_the_first_text_is_simulated_judged_and_shown(watch):
     watched = watch()
     done = watched.wait("done")
     assert done["take"] == 1
     assert done["state"] == "finished"
-    assert {"simulate", "film", "judge"} <= done["what"]
+    assert {"simulate", "scene", "judge"} <= done["what"]
     assert done["expect"] == {"falls": True}
     content = watched.content()
     assert content["tone"] == "good"
-    assert [row["name"] for row in content["measures"]] == ["height"]
-    (film,) = content["films"]
-    assert watched.board.film(film["name"]) == b"take take-1, 480 wide, [1.0, 0.0, 0.0, 1.0]"
+    assert (content["scene"]["take"], content["scene"]["whole"]) == ("1", True)
+    scene = shown(watched)
+    assert [row["name"] for row in scene["measures"]] == ["height"]
+    assert [(row["name"], row["ok"]) for row in scene["expect"]] == [("falls", True)]
+    assert {piece["body"]: piece["color"] for piece in scene["pieces"]} == {"ball": [255, 0, 0, 255]}
 
 
 def test_another_number_is_another_take(watch):
@@ -44,30 +53,28 @@ def test_what_lies_there_does_not_pretend_to_be_a_run(watch):
     assert (watched.runs / "take-1/case.yaml").read_text() == watched.file.read_text()
 
 
-def test_another_look_is_only_filmed(watch):
+def test_another_look_is_only_shown(watch):
     watched = watch()
     watched.wait("done")
-    said, before = len(watched.said), watched.content()["films"]
+    said, before = len(watched.said), watched.content()["scene"]
     watched.save(("color: red", "color: blue"))
     done = watched.wait("done", said)
     assert done["take"] == 1
-    assert "film" in done["what"]
-    assert "simulate" not in done["what"]
-    (film,) = watched.content()["films"]
-    assert film != before[0]
-    assert b"[0.0, 0.0, 1.0, 1.0]" in (watched.board.film(film["name"]) or b"")
+    assert done["what"] & {"simulate", "scene"} == {"scene"}
+    assert watched.content()["scene"]["name"] != before["name"]
+    assert shown(watched)["pieces"][0]["color"] == [0, 0, 255, 255]
 
 
 def test_another_expectation_is_only_judged(watch):
     watched = watch()
     watched.wait("done")
-    said, films = len(watched.said), watched.content()["films"]
+    said = len(watched.said)
     watched.save(("below: 1.2", "below: 1.7, above: 1.3"))
     done = watched.wait("done", said)
     assert done["take"] == 1
-    assert done["what"] & {"simulate", "film", "judge"} == {"judge"}
+    assert done["what"] & {"simulate", "scene", "judge"} == {"scene", "judge"}
     assert done["expect"] == {"falls": False}
-    assert watched.content()["films"] == films
+    assert [row["ok"] for row in shown(watched)["expect"]] == [False]
     assert watched.content()["tone"] == "bad"
 
 
@@ -80,10 +87,10 @@ def test_another_comment_changes_nothing(watch):
     assert watched.content()["tone"] == "good"
 
 
-def test_problems_are_shown_at_once_and_the_film_stays(watch):
+def test_problems_are_shown_at_once_and_the_scene_stays(watch):
     watched = watch()
     watched.wait("done")
-    said, films = len(watched.said), watched.content()["films"]
+    said, scene = len(watched.said), watched.content()["scene"]
     watched.save(("radius: 0.1", "raduis: 0.1"))
     begun = time.monotonic()
     assert set(watched.wait("checked", said)) == {"unknown-key", "missing"}
@@ -92,7 +99,7 @@ def test_problems_are_shown_at_once_and_the_film_stays(watch):
     content = watched.content()
     assert content["tone"] == "bad"
     assert content["stale"] is True
-    assert content["films"] == films
+    assert content["scene"] == scene
     assert {row["line"] for row in content["problems"]} == {6}
     assert "raduis" in content["problems"][0]["excerpt"]
     time.sleep(0.2)
@@ -118,7 +125,7 @@ def test_a_save_supersedes_what_is_being_simulated(watch):
     assert [name for name, _ in watched.said[said:]] == ["checked", "checked", "done"]
 
 
-def test_a_film_is_not_simulated_twice_while_it_is_being_simulated(watch):
+def test_a_case_is_not_simulated_twice_while_it_is_being_simulated(watch):
     """A change of looks during a simulation leaves it alone."""
     watched = watch(timeout=1.0)
     watched.wait("done")
@@ -138,7 +145,7 @@ def test_a_simulation_that_takes_too_long_is_stopped_and_shown_as_far_as_it_came
     assert words == "timeout: it took longer than 0.3 s, and was stopped"
     done = watched.wait("done", said)
     assert done["state"] == "timeout"
-    assert done["no_film"] == ""
+    assert done["no_scene"] == ""
 
 
 def test_a_simulation_that_does_not_stop_is_killed(watch, monkeypatch):
@@ -163,7 +170,7 @@ def test_a_crash_is_told_and_the_next_save_works(watch):
     watched.save(("A ball falls.", "A ball crashes."), HIGHER)
     words, _ = watched.wait("trouble", said)
     assert words.startswith("crashed: the engine gave up (SIGABRT")
-    assert watched.wait("done", said)["no_film"] == "nothing was recorded"
+    assert "nothing was recorded" in watched.wait("done", said)["no_scene"]
     said = len(watched.said)
     watched.save(("A ball crashes.", "A ball falls."), ("1.7]", "1.8]"))
     assert watched.wait("done", said)["state"] == "finished"
@@ -250,23 +257,13 @@ def test_an_engine_that_does_not_start_is_given_up(watch):
     assert watched.wait("checked", said), "checks go on"
 
 
-def test_a_painter_that_crashes_is_given_up(watch):
-    watched = watch()
-    watched.wait("done")
-    said = len(watched.said)
-    watched.save(("A ball falls.", "The film breaks."), HIGHER)
-    done = watched.wait("done", said)
-    assert done["state"] == "finished"
-    assert "crashed" in done["no_film"]
-
-
 def test_nothing_is_left_when_it_ends(watch):
     others = set(psutil.Process().children(recursive=True))  # of other tests
     watched = watch()
     watched.wait("done")
     children = set(psutil.Process().children(recursive=True)) - others
-    assert len(children) >= 2
+    assert children
     watched.stop()
     _, alive = psutil.wait_procs(list(children), timeout=5)
     assert not alive
-    assert not [thread for thread in threading.enumerate() if thread.name in ("engine", "painter")]
+    assert not [thread for thread in threading.enumerate() if thread.name in ("engine", "scene")]

@@ -39,7 +39,7 @@ class Watched:
         self.said: list[tuple[str, Any]] = []
         """What the listener was told, in order."""
         self.stops = 0
-        options = {"engine": "fake_engine", "painter": "fake_painter", **options}
+        options = {"engine": "fake_engine", **options}
         self.session = Session(self.file, self.runs, lambda: examine(self.file), self.board, self, Options(**options))
         self._thread = threading.Thread(target=self.session.run, args=(lambda: self.stops,))
 
@@ -86,7 +86,7 @@ class Watched:
     def trouble(self, words: str, problem: Problem | None) -> None:
         self.said.append(("trouble", (words, problem)))
 
-    def done(self, take: LiveRun, evidence: dict[str, Any] | None, no_film: str) -> None:
-        done = {"take": take.number, "state": take.state, "what": set(take.seconds), "no_film": no_film}
+    def done(self, take: LiveRun, evidence: dict[str, Any] | None, no_scene: str) -> None:
+        done = {"take": take.number, "state": take.state, "what": set(take.seconds), "no_scene": no_scene}
         found = {name: row["ok"] for name, row in (evidence or {}).get("expect", {}).items()}
         self.said.append(("done", {**done, "expect": found}))

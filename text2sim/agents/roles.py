@@ -41,7 +41,6 @@ ROLES = {
         Role("distiller", "Distiller", "distill"),
     )
 }
-WRITERS = tuple(role for role in ROLES.values() if role.owns)
 
 
 @cache

@@ -110,19 +110,9 @@ class Mechanism:
         return tuple(link.name for link in self.links[1:])
 
     @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints that move, without the one that lets the root move freely."""
-        return tuple(joint.name for joint in self.joints if joint.kind != "free")
-
-    @property
     def mass(self) -> float:
         """Mass [kg] of all links, where the file says it."""
         return sum(link.mass for link in self.links)
-
-    @property
-    def actuated(self) -> bool:
-        """Whether the file puts a motor on some joint."""
-        return any(joint.motor is not None for joint in self.joints)
 
 
 Mechanisms = dict[tuple[str, str | None], Mechanism]

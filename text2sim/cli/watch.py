@@ -25,7 +25,6 @@ def watch(
     port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Of the page; 0 takes one that is free.")] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
     runs: Annotated[Path, typer.Option("--runs", help="Folder in which watch-<case> goes.")] = Path("runs"),
-    width: Annotated[int, typer.Option("--width", min=64, max=1920, help="Of the preview film, in pixels.")] = 480,
     timeout: Annotated[
         float, typer.Option("--timeout", min=1.0, help="Wall time in seconds that a simulation may take.")
     ] = 60.0,
@@ -33,9 +32,9 @@ def watch(
         float, typer.Option("--memory", min=1.0, help="Memory in GB above which a fresh engine takes over.")
     ] = 3.0,
 ) -> None:
-    """Check a case whenever it is saved, simulate it in a warm engine, and show the film in the browser.
+    """Check a case whenever it is saved, simulate it in a warm engine, and show that in 3D in the browser.
 
-    The film is a preview, and what lies in runs/watch-<case> is no run: `text2sim run` makes that.
+    It is shown while it is simulated. What lies in runs/watch-<case> is no run: `text2sim run` makes that.
 
     Ctrl-C ends it.
     """
@@ -71,7 +70,7 @@ def watch(
             say(f"watching {shown(path)}; Ctrl-C ends it")
             say(f"page: {server.url}")
             sys.stdout.flush()
-            options = Options(width=width, timeout=timeout, memory=int(memory * 1e9))
+            options = Options(timeout=timeout, memory=int(memory * 1e9))
             session = Session(path, folder, lambda: _examine(path, overlay), board, _Terminal(), options)
             if browser:
                 _open(server.url)
@@ -123,7 +122,7 @@ class _Terminal:
     def trouble(self, words: str, problem: "Problem | None") -> None:
         self._say(str(problem) if problem is not None else words, to=sys.stderr)
 
-    def done(self, take: "LiveRun", evidence: dict[str, Any] | None, no_film: str) -> None:
+    def done(self, take: "LiveRun", evidence: dict[str, Any] | None, no_scene: str) -> None:
         from text2sim.cli.output import expectation_rows
         from text2sim.cli.verdict import MARKS
         from text2sim.watching.page_text import timing
@@ -133,7 +132,7 @@ class _Terminal:
             if ok is not True:
                 self._say(f"  {MARKS[ok]:<4}  {name}  {words}")
         score = f", {sum(ok is True for ok, _, _ in rows)} of {len(rows)} expectations came true" if rows else ""
-        none = f"; no film: {no_film}" if no_film else ""
+        none = f"; nothing to show: {no_scene}" if no_scene else ""
         self._say(f"{timing(take)}; {take.state.replace('_', ' ')}{score}{none}")
 
     def _say(self, words: str, to: Any = None) -> None:

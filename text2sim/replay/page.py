@@ -1,4 +1,4 @@
-"""The 3D replay: `RUN/replay.html`, one page that needs no other file, no network and no server."""
+"""The page in 3D: `RUN/replay.html`, which needs no other file and no server, and that of a case that is watched."""
 
 import base64
 import json
@@ -22,8 +22,9 @@ from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.whole_files import write_atomically
 
 NAME = REPLAY
-VIEWER = ("arithmetic.js", "arrays.js", "shaders.js", "stage.js", "eye.js", "plots.js", "page.js")
-"""Parts of the script, in their order."""
+VIEWER = ("arrays.js", "stage.js", "eye.js", "plots.js", "live.js", "page.js")
+"""Parts of our script, in their order."""
+LIBRARY = "vendor/three.min.js"
 MOMENTS = 40
 """At which is asked where things are."""
 QUICK = 200_000_000
@@ -41,6 +42,41 @@ def write_replay(folder: Path, case: Case) -> Path:
     Args:
         folder: Of the run.
         case: As it was judged.
+
+    Raises:
+        RunError: if nothing, or something broken, is recorded there.
+    """
+    contents, blob = pack_scene(folder, case)
+    evidence, record = read_json(folder / "evidence.json") or {}, RunRecord.read(folder)
+    why = evidence.get("why") or (record.message if record else "") or "there is nothing to judge"
+    values = {
+        "case": case,
+        "verdict": evidence.get("verdict") or "incomplete",
+        "why": sentence(str(why)),
+        # The only scripts that may run are ours: the browser compares.
+        "allowed": [base64.b64encode(sha256(text.encode()).digest()).decode() for text in scripts()],
+        "contents": _trusted(contents),
+        "blob": blob,
+    }
+    path = folder / NAME
+    write_atomically(path, _page(values))
+    return path
+
+
+def live_page(nonce: str) -> str:
+    """Return the page of a case that is watched, which asks its server for everything; its scripts have a nonce."""
+    return _page({"nonce": nonce})
+
+
+def pack_scene(folder: Path, case: Case) -> tuple[str, str]:
+    """Pack what is recorded of a run so far, and what was found in it.
+
+    Args:
+        folder: Of the run.
+        case: As it was judged.
+
+    Returns:
+        What the viewer has to know, as JSON that cannot end an element of HTML; the arrays, deflated, in base64.
 
     Raises:
         RunError: if nothing, or something broken, is recorded there.
@@ -65,32 +101,20 @@ def write_replay(folder: Path, case: Case) -> Path:
         "pictures": pictures.uris,
         "notes": notes,
     }
-    evidence, record = read_json(folder / "evidence.json") or {}, RunRecord.read(folder)
-    why = evidence.get("why") or (record.message if record else "") or "there is nothing to judge"
-    script = _script()
-    page = render_page(
-        "replay",
-        "replay.html.j2",
-        {
-            "case": case,
-            "verdict": evidence.get("verdict") or "incomplete",
-            "why": sentence(str(why)),
-            "script": _trusted(script),
-            # The one script that may run is ours: the browser compares.
-            "allowed": base64.b64encode(sha256(script.encode()).digest()).decode(),
-            "contents": _trusted(_json(contents)),
-            "blob": blob.text(),
-        },
-    )
-    path = folder / NAME
-    write_atomically(path, page)
-    return path
+    return _json(contents), blob.text()
 
 
-def _script() -> str:
+def scripts() -> tuple[str, str]:
+    """Return the library, and our script."""
     here = Path(__file__).parent / "viewer"
     parts = [(here / name).read_text("utf-8") for name in VIEWER]
-    return '(() => {\n"use strict";\n' + "\n".join(parts) + "\n})();"
+    return (here / LIBRARY).read_text("utf-8"), '(() => {\n"use strict";\n' + "\n".join(parts) + "\n})();"
+
+
+def _page(values: dict[str, Any]) -> str:
+    return render_page(
+        "replay", "replay.html.j2", {"nonce": "", "scripts": [_trusted(text) for text in scripts()], **values}
+    )
 
 
 def _json(contents: dict[str, Any]) -> str:

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 FRAMES_PER_CHUNK = 20
-"""Recorded frames after which they are written down, so that the painter can begin before the end."""
+"""Recorded frames after which they are written down, so that the page can show them before the end."""
 GRACE = 5.0
 """Time [s] that a simulation has to stop when the input has ended."""
 _STAYS = frozenset({"engine"})

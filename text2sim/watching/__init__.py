@@ -1,1 +1,1 @@
-"""Runs a case again whenever it is saved: a warm engine, a quick painter, and a page in the browser."""
+"""Runs a case again whenever it is saved: a warm engine, and a page in the browser that shows it in 3D."""

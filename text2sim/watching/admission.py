@@ -16,8 +16,8 @@ def policy(nonce: str, forms: str = "'none'") -> str:
     """What a page may do: nothing but run our script and style, which have the nonce, and ask us."""
     only = f"'nonce-{nonce}'"
     return (
-        f"default-src 'none'; script-src {only}; style-src {only}; media-src 'self'; connect-src 'self'; "
-        f"base-uri 'none'; form-action {forms}; frame-ancestors 'none'"
+        f"default-src 'none'; script-src {only}; style-src {only}; img-src data:; media-src 'self'; "
+        f"connect-src 'self'; base-uri 'none'; form-action {forms}; frame-ancestors 'none'"
     )
 
 

@@ -38,17 +38,6 @@ class Version:
         case = self.loaded.case.model_dump_json(by_alias=True, exclude={"render": True})
         return sha256(case.encode()).hexdigest()
 
-    @cached_property
-    def ahead(self) -> float:
-        """How far [s] cameras look ahead."""
-        return max((camera.get("smooth", 0.0) / 2 for camera in self.plan.render["cameras"].values()), default=0.0)
-
-    @cached_property
-    def colors(self) -> dict[str, list[float]]:
-        """Colours by copy, where the case gives them: a change of them alone is no reason to simulate again."""
-        groups = (*self.plan.statics, *self.plan.bodies)
-        return {e.name: list(e.surface.rgba) for g in groups for e in g.entities if e.surface is not None}
-
 
 @dataclass
 class LiveRun:
@@ -66,7 +55,7 @@ class LiveRun:
     traceback: str = ""
     begun: float = field(default_factory=monotonic)
     seconds: dict[str, float] = field(default_factory=dict)
-    """What was done for the version, and how long that took [s]; of the film, and of all, since the save."""
+    """What was done for the version, and how long that took [s]; of the scene, and of all, since the save."""
 
     @property
     def running(self) -> bool:

@@ -1,4 +1,4 @@
-"""What the page shows, and the films that it plays."""
+"""What the page shows, and the scenes that it reads."""
 
 import json
 import threading
@@ -9,9 +9,8 @@ class PageState:
     """A record that the session changes and that pages follow."""
 
     def __init__(self, **content: Any) -> None:
-        self._content: dict[str, Any] = {**content, "films": []}
-        self._films: dict[str, bytes] = {}
-        self._cameras: list[str] = []
+        self._content: dict[str, Any] = {**content, "scene": None}
+        self._scenes: dict[str, bytes] = {}
         self._version = 0
         self._changed = threading.Condition()
         self._closed = False
@@ -23,25 +22,25 @@ class PageState:
                 self._content |= changes
                 self._notify()
 
-    def show_film(self, camera: str, name: str, film: bytes) -> None:
-        """Show a film under a name that none had before; pages may still be reading the one that it replaces."""
-        with self._changed:
-            rows: list[dict[str, str]] = self._content["films"]
-            kept = {row["name"] for row in rows} | {name}
-            self._films = {key: value for key, value in (self._films | {name: film}).items() if key in kept}
-            rows = [*(row for row in rows if row["camera"] != camera), {"camera": camera, "name": name}]
-            self._show_films(rows)
+    def show_scene(self, name: str, take: str, scene: bytes, *, whole: bool) -> None:
+        """Show a scene under a name that none had before; pages may still be reading the one that it replaces.
 
-    def keep_cameras(self, cameras: list[str]) -> None:
-        """Say which cameras there are, in order; films of others go."""
+        Args:
+            name: Of the scene.
+            take: Of which simulation.
+            scene: As the page reads it.
+            whole: Whether its simulation has ended.
+        """
         with self._changed:
-            self._cameras = cameras
-            self._show_films(self._content["films"])
+            before = (self._content["scene"] or {}).get("name")
+            self._scenes = {key: value for key, value in self._scenes.items() if key == before} | {name: scene}
+            self._content["scene"] = {"name": name, "take": take, "whole": whole}
+            self._notify()
 
-    def film(self, name: str) -> bytes | None:
-        """Return a film, if it is still there."""
+    def scene(self, name: str) -> bytes | None:
+        """Return a scene, if it is still there."""
         with self._changed:
-            return self._films.get(name)
+            return self._scenes.get(name)
 
     def read(self) -> tuple[int, str]:
         """Return the version of what is shown, and it as JSON."""
@@ -64,13 +63,6 @@ class PageState:
     def closed(self) -> bool:
         """Whether nothing more will be shown."""
         return self._closed
-
-    def _show_films(self, rows: list[dict[str, str]]) -> None:
-        rows = [row for row in rows if row["camera"] in self._cameras]
-        rows.sort(key=lambda row: self._cameras.index(row["camera"]))
-        if rows != self._content["films"]:
-            self._content["films"] = rows
-            self._notify()
 
     def _notify(self) -> None:
         self._version += 1

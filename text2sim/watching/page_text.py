@@ -28,25 +28,15 @@ def refusal(checked: Checked) -> dict[str, Any]:
     return {"words": words, "tone": "bad", "mark": "✗", "progress": None}
 
 
-def findings(evidence: dict[str, Any] | None) -> dict[str, Any]:
-    """Expectations and measures."""
-    if evidence is None:
-        return {"expect": [], "measures": []}
-    return {
-        "expect": [{"name": name, **row} for name, row in evidence["expect"].items()],
-        "measures": [{"name": name, **row} for name, row in evidence["measures"].items()],
-    }
-
-
-def closing(take: LiveRun, evidence: dict[str, Any] | None, no_film: str) -> dict[str, Any]:
+def closing(take: LiveRun, evidence: dict[str, Any] | None, no_scene: str) -> dict[str, Any]:
     """How a take ended, and what was found."""
     if take.state != "finished" or evidence is None:
         words, good = take.message or take.state.replace("_", " "), False
     else:
         good = evidence["verdict"] == "passed"
         words = f"{evidence['verdict']}: {evidence['why']}"
-    if no_film:
-        words += f"; no film: {no_film}"
+    if no_scene:
+        words += f"; nothing to show: {no_scene}"
     return {"words": words, "tone": "good" if good else "bad", "mark": "✓" if good else "✗", "progress": None}
 
 
@@ -54,6 +44,6 @@ def timing(take: LiveRun) -> str:
     """What was done, and how long that took."""
     seconds = take.seconds
     words = [f"simulated in {seconds['simulate']:.2f} s"] if "simulate" in seconds else []
-    words += [f"film {seconds['film']:.2f} s after saving"] if "film" in seconds else []
+    words += [f"shown {seconds['scene']:.2f} s after saving"] if "scene" in seconds else []
     words += [f"judged in {seconds['judge']:.2f} s"] if "judge" in seconds and len(seconds) <= 2 else []
     return f"take {take.number}: {', '.join(words)}"

@@ -61,5 +61,5 @@ class Listener(Protocol):
     def trouble(self, words: str, problem: Problem | None) -> None:
         """Something went wrong; `problem` says at which line of the case, if that is known."""
 
-    def done(self, take: "LiveRun", evidence: dict[str, Any] | None, no_film: str) -> None:
-        """States, film and judgement are up to date; `no_film` says why there is none."""
+    def done(self, take: "LiveRun", evidence: dict[str, Any] | None, no_scene: str) -> None:
+        """States, judgement and scene are up to date; `no_scene` says why there is none."""

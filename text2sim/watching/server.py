@@ -9,9 +9,9 @@ import secrets
 import threading
 from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from importlib import resources
 from typing import Any
 
+from text2sim.replay.page import live_page
 from text2sim.watching.admission import HEADERS, admitted, policy
 from text2sim.watching.page_state import PageState
 
@@ -20,8 +20,7 @@ LISTENERS = 16
 """Most pages that follow at the same time."""
 KEEP_ALIVE = 10.0
 """Time [s] between signs of life to a page."""
-_RANGE = re.compile(r"bytes=(\d*)-(\d*)\Z")
-_FILM = re.compile(r"film/([\w.-]{1,100}\.mp4)\Z")
+_SCENE = re.compile(r"scene/([\w-]{1,60})\Z")
 
 
 class PageServer:
@@ -30,10 +29,9 @@ class PageServer:
     def __init__(self, board: PageState, port: int = 0) -> None:
         token = secrets.token_urlsafe(18)
         nonce = secrets.token_urlsafe(12)
-        page = resources.files("text2sim.watching").joinpath("page.html").read_text("utf-8")
         self._server = _Server((HOST, port), _Handler)
         self._server.board, self._server.token, self._server.nonce = board, token, nonce
-        self._server.page = page.replace("NONCE", nonce).encode()
+        self._server.page = live_page(nonce).encode()
         self._board = board
         self.url = f"http://{HOST}:{self._server.server_port}/{token}/"
         """Where the page is."""
@@ -79,8 +77,8 @@ class _Handler(BaseHTTPRequestHandler):
             self._answer(200, self.server.board.read()[1].encode(), "application/json")
         elif path == "events":
             self._follow()
-        elif (match := _FILM.match(path)) and (film := self.server.board.film(match[1])) is not None:
-            self._send_film(film)
+        elif (match := _SCENE.match(path)) and (scene := self.server.board.scene(match[1])) is not None:
+            self._answer(200, scene, "application/json")
         else:
             self._answer(404, b"there is nothing here\n", "text/plain; charset=utf-8")
 
@@ -107,29 +105,6 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
         if self.command != "HEAD":
             self.wfile.write(body)
-
-    def _send_film(self, film: bytes) -> None:
-        """Send a film, or the part of it that a player asks for."""
-        match = _RANGE.match(self.headers.get("Range", ""))
-        first, last = 0, len(film) - 1
-        if match and (match[1] or match[2]):
-            first = int(match[1]) if match[1] else max(0, len(film) - int(match[2]))
-            last = min(int(match[2]), last) if match[1] and match[2] else last
-            if first > last:
-                self._headers(416, "text/plain")
-                self.send_header("Content-Range", f"bytes */{len(film)}")
-                self.send_header("Content-Length", "0")
-                self.end_headers()
-                return
-            self._headers(206, "video/mp4")
-            self.send_header("Content-Range", f"bytes {first}-{last}/{len(film)}")
-        else:
-            self._headers(200, "video/mp4")
-        self.send_header("Accept-Ranges", "bytes")
-        self.send_header("Content-Length", str(last - first + 1))
-        self.end_headers()
-        if self.command != "HEAD":
-            self.wfile.write(film[first : last + 1])
 
     def _follow(self) -> None:
         """Send every new version of the board until the page is closed."""

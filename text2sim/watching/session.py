@@ -1,4 +1,4 @@
-"""Watches one case: checks it when it is saved, and brings states, film and judgement up to date."""
+"""Watches one case: checks it when it is saved, and brings states, judgement and scene up to date."""
 
 import queue
 import shutil
@@ -13,14 +13,13 @@ from text2sim.runtime.dialogue import News
 from text2sim.runtime.progress import ProgressTail
 from text2sim.runtime.trouble import told
 from text2sim.runtime.warm_engine import Engine
-from text2sim.templates.cadence import reels
-from text2sim.watching import page_text, painting
+from text2sim.watching import page_text
 from text2sim.watching.case_files import CaseFiles
-from text2sim.watching.judging import Judge, Judged, Key
+from text2sim.watching.judging import Judge, Judged
 from text2sim.watching.live_run import ENDED_WELL, LiveRun, Version, write_json
 from text2sim.watching.page_state import PageState
-from text2sim.watching.painting import Painting, Shown
 from text2sim.watching.protocols import Checked, Listener
+from text2sim.watching.scenes import Packed, Scenes
 
 POLL = 0.05
 """Time [s] between looks at the files."""
@@ -32,16 +31,12 @@ FAREWELL = 10.0
 class Options:
     """What a user may choose."""
 
-    width: int = 480
-    """Of the film [pixels]."""
     timeout: float = 60.0
     """Time [s] that a simulation may take."""
     memory: int = 3_000_000_000
     """Resident memory [bytes] of the engine above which a fresh one takes its place."""
     engine: str = warm_engine.MODULE
     """Module of the engine's process."""
-    painter: str = painting.MODULE
-    """Module of the painter's process."""
 
 
 class Session:
@@ -71,16 +66,15 @@ class Session:
         self._inbox: queue.Queue[Any] = queue.Queue()
         self.engine = Engine(folder, self._inbox, options.memory, options.engine)
         self.judge = Judge(self._inbox)
-        self.painting = Painting(folder, options.width, self._inbox, options.painter)
+        self.scenes = Scenes(self._inbox)
         self._version: Version | None = None
         self._saved = monotonic()
         self._takes = 0
         self._take: LiveRun | None = None
         self._progress: ProgressTail | None = None
-        self._films = 0
-        self._filmed: Key | None = None
+        self._shows = 0
         self._told: tuple[int, str, str] | None = None
-        """What was last said to be up to date: take, judgement, film."""
+        """What was last said to be up to date: take, film, judgement."""
         self._valid = False
         """Whether the text as it is now can be run."""
         self._shown = False
@@ -91,7 +85,6 @@ class Session:
         for old in self._folder.glob("take-*"):
             shutil.rmtree(old, ignore_errors=True)
         self.engine.start()
-        self.painting.start()
         try:
             self._check()
             while not stops():
@@ -106,11 +99,9 @@ class Session:
             self.engine.cancel()
             until = monotonic() + FAREWELL
             self.engine.end()
-            self.painting.end()
-            while monotonic() < until and stops() < 2 and not (self.engine.ended and self.painting.ended):
+            while monotonic() < until and stops() < 2 and not self.engine.ended:
                 sleep(POLL)
             self.engine.kill()
-            self.painting.kill()
 
     # --- the text ------------------------------------------------------------------------------------------------
 
@@ -135,7 +126,6 @@ class Session:
         if again and take is not None and not take.running and take.state not in ENDED_WELL:
             self._take = None  # it may have been bad luck: whoever saves once more wants it tried once more
         self._version = version
-        self._board.keep_cameras([reel[0]["camera"] for reel in reels(version.plan.render).values()])
         self._reconcile()
 
     def _compile(self, checked: Checked) -> Version | None:
@@ -156,20 +146,23 @@ class Session:
             return
         if take.version is not version:
             take.adopt(version)
+            take.write_inputs(version)
         if take.state == "building":
             return
-        key = (take.number, version.plan.render_digest)
-        if self.painting.key != key:
-            self.painting.film(take, version)
         judged = self.judge.judged
         if not take.running and (judged is None or judged.key != (take.number, version.judge_digest)):
             take.write_inputs(version)
             self.judge.judge((take.number, version.judge_digest), take.folder, version.loaded.case)
+            if self._valid:
+                self._board.show(words="judging", tone="busy", progress=None)
+            return
+        judgement = "" if take.running else version.judge_digest
+        key = (take.number, version.plan.render_digest, judgement)
+        self.scenes.pack(key, take.folder, version.loaded.case, whole=not take.running)
         self._conclude(take, version, key)
 
     def _simulate(self, version: Version) -> None:
         if self._take is not None and self._take.running:
-            self.painting.cancel()
             self.engine.cancel()
             self._take.unwanted = True
             return
@@ -179,7 +172,6 @@ class Session:
         if not self.engine.fits("32" if soft is None else soft.precision):
             self._listener.status("a fresh engine is being started, for another precision of numbers")
             return
-        self.painting.cancel()
         self._takes += 1
         self._take = take = LiveRun(self._takes, self._folder / f"take-{self._takes}", version)
         take.seconds["check"] = monotonic() - version.saved
@@ -188,22 +180,18 @@ class Session:
         self.engine.simulate(take.number, take.folder / "program", take.folder, self._options.timeout)
         self._board.show(words="building the scene", tone="busy", mark="…", stale=True, progress=None, timing="")
 
-    def _conclude(self, take: LiveRun, version: Version, film: Key) -> None:
+    def _conclude(self, take: LiveRun, version: Version, key: tuple[int, str, str]) -> None:
         """Say, once, that everything is up to date."""
-        filmed = self._filmed == film or bool(self.painting.trouble)
-        key = (take.number, version.judge_digest, version.plan.render_digest)
-        judged = self.judge.judged
-        if take.running or (self._told == key and (self._shown or not self._valid)):
+        judged, packed = self.judge.judged, self.scenes.whole
+        if take.running or judged is None or (self._told == key and (self._shown or not self._valid)):
             return
-        if not filmed or judged is None or judged.key != key[:2]:
-            if self._valid:
-                self._board.show(words="filming" if not filmed else "judging", tone="busy", progress=None)
+        if packed is None or packed.key != key:
             return
         self._shown = True
         take.seconds["all"] = monotonic() - version.saved
-        self._board.show(**page_text.findings(judged.evidence), stale=not self._valid)
+        self._board.show(stale=not self._valid)
         if self._valid:
-            closing = page_text.closing(take, judged.evidence, self.painting.trouble)
+            closing = page_text.closing(take, judged.evidence, packed.message)
             self._board.show(**closing, timing=page_text.timing(take))
         if self._told == key:
             self._listener.status("nothing to do: neither physics, film nor expectations have changed")
@@ -213,7 +201,7 @@ class Session:
         for old in self._folder.glob("take-*"):
             if old != take.folder:
                 shutil.rmtree(old, ignore_errors=True)
-        self._listener.done(take, judged.evidence, self.painting.trouble)
+        self._listener.done(take, judged.evidence, packed.message)
 
     # --- news ----------------------------------------------------------------------------------------------------
 
@@ -234,9 +222,9 @@ class Session:
                 self._take.seconds["judge"] = news.seconds
             if news.message and self._take is not None and self._take.state in ENDED_WELL:
                 self._listener.trouble(news.message, None)
-        elif isinstance(news, News) and news.child.name == "painter":
-            if (shown := self.painting.take(news.child, news.data)) is not None:
-                self._show_film(shown)
+        elif isinstance(news, Packed):
+            self.scenes.take(news)
+            self._show_scene(news)
         elif isinstance(news, News):
             before = self.engine.ready
             self._after(self.engine.take(news.child, news.data))
@@ -249,19 +237,14 @@ class Session:
                 take.state = "simulating"
                 take.seconds["build"] = monotonic() - take.begun
 
-    def _show_film(self, shown: Shown) -> None:
+    def _show_scene(self, packed: Packed) -> None:
         take = self._take
-        if take is None or shown.key[0] != take.number:
+        if take is None or packed.key[0] != take.number or not packed.scene:
             return
-        try:
-            film = shown.path.read_bytes()
-        except OSError:
-            return
-        if shown.whole and self._filmed != shown.key and self._version is not None:
-            take.seconds["film"] = monotonic() - self._version.saved
-            self._filmed = shown.key
-        self._films += 1
-        self._board.show_film(shown.camera, f"{take.number}-{self._films}-{shown.camera}.mp4", film)
+        if packed.whole and self._version is not None:
+            take.seconds["scene"] = monotonic() - self._version.saved
+        self._shows += 1
+        self._board.show_scene(f"{take.number}-{self._shows}", str(take.number), packed.scene, whole=packed.whole)
         self._board.show(stale=not self._valid)
 
     def _guard(self) -> None:
@@ -288,7 +271,7 @@ class Session:
         take.state, take.message = result["state"], result.get("message", "")
         take.traceback = result.get("traceback", "")
         if result.get("killed"):
-            # For the painter and the judge, who read how it ended from there.
+            # For the judge, who reads how it ended from there.
             status = {"state": take.state, "message": take.message}
             write_json(take.folder / "status.json", status)
         if take.unwanted:

@@ -13,8 +13,6 @@ from text2sim.spec_schema.models.shapes import Sketch, Text
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
 
-GLYPHS = ("text", "sketch")
-"""Kinds of shapes that are made of letters or pieces."""
 _MEMORY = 256
 _KNOWN: dict[Any, "tuple[Any, tuple[Glyph, ...]]"] = {}
 
@@ -101,17 +99,3 @@ def _together(glyphs: tuple[Glyph, ...]) -> "Polygon | MultiPolygon":
 
     forms = [translate(one.form, *one.offset) if any(one.offset) else one.form for one in glyphs]
     return forms[0] if len(forms) == 1 else areas(unary_union(forms))
-
-
-def stroke_width(form: "Polygon | MultiPolygon") -> float:
-    """Return the width [m] of the thinnest strokes of a form: where a wider brush would not reach a tenth of it.
-
-    Mean widths hide thin parts, and least ones are those of every pointed end.
-    """
-    low_x, low_z, high_x, high_z = form.bounds
-    low, high = 0.0, min(high_x - low_x, high_z - low_z)
-    for _ in range(12):
-        width = (low + high) / 2
-        brushed = form.buffer(-width / 2, join_style="mitre").buffer(width / 2 * (1 + 1e-9), join_style="mitre")
-        low, high = (width, high) if brushed.intersection(form).area >= 0.9 * form.area else (low, width)
-    return low

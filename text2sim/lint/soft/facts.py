@@ -13,7 +13,6 @@ from text2sim.compiler.soft.scales import PARTICLE, Scales, scales, sheet_size, 
 from text2sim.compiler.soft.solvers import contact_model, is_soft, solver_of
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Ground, apart
-from text2sim.spec_schema.models.bodies import Rope
 
 HIGHEST = 1e4
 """Nothing is thought to get farther [m] than this."""
@@ -211,11 +210,6 @@ def soft_facts(facts: Facts) -> SoftFacts:
 def touches_soft(model: Any) -> bool:
     """Whether deformable bodies feel a rigid one."""
     return getattr(getattr(model, "material", None), "touch_soft", True)
-
-
-def is_rope(model: Any) -> bool:
-    """Whether a body is a rope of links."""
-    return isinstance(model, Rope)
 
 
 def _travel(motion: Any) -> float:

@@ -1,11 +1,10 @@
-// The arrays of the page: deflated, in base64.
+// The arrays of a scene: deflated, in base64.
 
-async function readBlob() {
-  const element = document.getElementById("blob");
-  const text = atob(element.textContent.trim());
-  element.remove();
-  const packed = new Uint8Array(text.length);
-  for (let i = 0; i < text.length; i++) packed[i] = text.charCodeAt(i);
+const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
+
+async function inflated(base64) {
+  const text = atob(base64.trim());
+  const packed = Uint8Array.from(text, (letter) => letter.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Response(stream).arrayBuffer();
 }
@@ -23,51 +22,45 @@ function unpack(value, buffer) {
   return Object.fromEntries(Object.entries(value).map(([key, row]) => [key, unpack(row, buffer)]));
 }
 
-/** Points of one box as floats. */
-function floats(points) {
-  const made = new Float32Array(points.array.length);
-  for (let i = 0; i < made.length; i++) made[i] = points.low[i % 3] + points.step[i % 3] * points.array[i];
-  return made;
+/** Rows before and after a time, and how far it is from the one to the other. */
+function around(times, t) {
+  let low = 0, high = times.length - 1;
+  if (high < 0 || t <= times[0]) return [0, 0, 0];
+  if (t >= times[high]) return [high, high, 0];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= t) low = middle; else high = middle;
+  }
+  return [low, high, (t - times[low]) / (times[high] - times[low])];
 }
 
-/** Where the links are at a time: calls back with number, position and orientation. */
-function eachPose(links, t, call) {
-  const [a, b, w] = around(links.times, t), n = links.count;
-  const { array, low, step } = links.pos, quat = links.quat;
-  for (let k = 0; k < n; k++) {
-    const pos = [0, 0, 0], turn = [0, 0, 0, 0], i = 3 * (a * n + k), j = 3 * (b * n + k);
-    for (let c = 0; c < 3; c++) {
-      pos[c] = low[3 * k + c] + step[3 * k + c] * (array[i + c] * (1 - w) + array[j + c] * w);
-    }
-    const p = 4 * (a * n + k), q = 4 * (b * n + k);
-    let side = 0, size = 0;
-    for (let c = 0; c < 4; c++) side += quat[p + c] * quat[q + c];
-    for (let c = 0; c < 4; c++) {
-      turn[c] = quat[p + c] * (1 - w) + (side < 0 ? -1 : 1) * quat[q + c] * w;
-      size += turn[c] * turn[c];
-    }
-    size = Math.sqrt(size) || 1;
-    for (let c = 0; c < 4; c++) turn[c] /= size;
-    call(k, pos, turn);
-  }
+/** Points of one box as floats. */
+function floats(points) {
+  return Float32Array.from(points.array, (x, i) => points.low[i % 3] + points.step[i % 3] * x);
+}
+
+/** Poses of all links at a time, as matrices. */
+function posesAt(links, t) {
+  const [a, b, w] = around(links.times, t), n = links.count, { array, low, step } = links.pos;
+  const turn = (frame, k) => new THREE.Quaternion(links.quat[4 * (frame * n + k) + 1], links.quat[4 * (frame * n + k) + 2],
+    links.quat[4 * (frame * n + k) + 3], links.quat[4 * (frame * n + k)]).normalize();
+  return Array.from({ length: n }, (_, k) => {
+    const place = (c) => {
+      const [before, after] = [array[3 * (a * n + k) + c], array[3 * (b * n + k) + c]];
+      return low[3 * k + c] + step[3 * k + c] * (before * (1 - w) + after * w);
+    };
+    return new THREE.Matrix4().compose(new THREE.Vector3(place(0), place(1), place(2)), turn(a, k).slerp(turn(b, k), w),
+      new THREE.Vector3(1, 1, 1));
+  });
+}
+
+/** The matrix of a pose as the page has it: metres, and a quaternion (w, x, y, z). */
+function matrixOf({ pos, quat: [w, x, y, z] }) {
+  return new THREE.Matrix4().compose(new THREE.Vector3(...pos), new THREE.Quaternion(x, y, z, w), new THREE.Vector3(1, 1, 1));
 }
 
 /** Points of a body that deforms at a time, into an array. */
 function deformed(figure, t, into) {
   const [a, b, w] = around(figure.times, t), n = 3 * figure.count, { array, low, step } = figure.points;
-  for (let i = 0; i < n; i++) {
-    into[i] = low[i % 3] + step[i % 3] * (array[a * n + i] * (1 - w) + array[b * n + i] * w);
-  }
-}
-
-/** Normals of a surface, into an array: the larger a triangle, the more it counts. */
-function writeNormals(points, faces, into) {
-  into.fill(0);
-  for (let f = 0; f < faces.length; f += 3) {
-    const a = 3 * faces[f], b = 3 * faces[f + 1], c = 3 * faces[f + 2];
-    const ux = points[b] - points[a], uy = points[b + 1] - points[a + 1], uz = points[b + 2] - points[a + 2];
-    const vx = points[c] - points[a], vy = points[c + 1] - points[a + 1], vz = points[c + 2] - points[a + 2];
-    const x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
-    for (const k of [a, b, c]) { into[k] += x; into[k + 1] += y; into[k + 2] += z; }
-  }
+  for (let i = 0; i < n; i++) into[i] = low[i % 3] + step[i % 3] * (array[a * n + i] * (1 - w) + array[b * n + i] * w);
 }

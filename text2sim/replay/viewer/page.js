@@ -18,37 +18,55 @@ function prose(text) {
 const COARSE = [1, 0.6, 0.4, 0.25], SLOW = 90;
 
 class Replay {
-  constructor(data) {
-    this.data = data;
-    this.coarse = 0;
-    const [last] = [data.links.times, data.figures[0]?.times, data.measure_times].filter((row) => row?.length).map((row) => row.at(-1))
-      .sort((a, b) => b - a);
-    this.span = [0, last || 1];
-    this.time = 0;
-    this.canvas = byId("view");
-    this.eye = new Eye(this.canvas, data, () => this.redraw());
+  constructor() {
+    Object.assign(this, { canvas: byId("view"), coarse: 0, time: 0, span: [0, 0], plots: [], rows: [] });
     try {
-      this.stage = new Stage(this.canvas, data);
+      this.stage = new Stage(this.canvas);
       this.stage.onchange = () => this.redraw();
+      this.eye = new Eye(this.stage.camera, this.canvas, () => this.redraw());
+      this.eye.onfree = () => { byId("camera").value = "free"; };
     } catch (error) {
       byId("trouble").textContent = `Nothing can be drawn in 3D: ${error.message}. Plots and events work without.`;
       byId("trouble").hidden = false;
     }
-    this.plots = data.measures.map((row) => new Plot(byId("plots"), row, data.measure_times, this.span, data.events, (t) => this.seek(t)));
-    byId("plots-part").hidden = !data.measures.length;
-    this.listCameras();
-    this.listExpectations();
-    this.listEvents();
     this.listen();
-    for (const note of data.notes) byId("notes").append(make("li", note));
-    byId("notes-part").hidden = !data.notes.length;
-    this.dress();
     new ResizeObserver(() => { this.dress(); }).observe(this.canvas.parentElement);
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.dress());
   }
 
+  /** Shows a recording; one that takes the place of another keeps the moment and the view, or follows to its end. */
+  show(data) {
+    const first = !this.data, following = this.time >= this.span[1] - 1e-9;
+    const ends = [data.links.times, data.figures[0]?.times, data.measure_times].map((times) => times?.at(-1) ?? 0);
+    this.data = data;
+    this.span = [0, Math.max(...ends) || 1];
+    if (!first) this.time = following ? this.span[1] : Math.min(this.time, this.span[1]);
+    this.shown = undefined;
+    byId("time").max = this.span[1];
+    byId("contacts").hidden = !data.contacts;
+    for (const name of ["plots", "expect", "events", "ticks", "notes"]) byId(name).replaceChildren();
+    this.stage?.show(data);
+    this.eye?.show(data);
+    this.plots = data.measures.map((row) => new Plot(byId("plots"), row, data.measure_times, this.span, data.events, (t) => this.seek(t)));
+    byId("plots-part").hidden = !data.measures.length;
+    this.listCameras();
+    if (first) this.reset();
+    this.listExpectations();
+    this.listEvents();
+    for (const note of data.notes) byId("notes").append(make("li", note));
+    byId("notes-part").hidden = !data.notes.length;
+    this.dress();
+  }
+
+  reset() {
+    this.eye?.reset();
+    byId("camera").value = "free";
+    this.redraw();
+  }
+
   /** Takes sizes and colours from the page. */
   dress() {
+    if (!this.data) return;
     this.resize();
     const dark = window.matchMedia("(prefers-color-scheme: dark)").matches;
     if (this.stage) this.stage.background = this.data.background.map((c, k) => dark ? 0.16 * c + [0.03, 0.04, 0.05][k] : c);
@@ -65,18 +83,14 @@ class Replay {
   }
 
   listCameras() {
-    const list = byId("camera");
+    const list = byId("camera"), chosen = this.eye?.track;
+    list.replaceChildren(list.options[0]);
     this.data.cameras.forEach((camera, k) => {
       const option = make("option", `film: ${camera.name}`);
       option.value = k;
       list.append(option);
     });
-    list.addEventListener("change", () => {
-      if (list.value === "free") this.eye.free(); else this.eye.track = Number(list.value);
-      this.redraw();
-      list.blur();
-    });
-    this.eye.onfree = () => { list.value = "free"; };
+    list.value = chosen ?? "free";
   }
 
   listExpectations() {
@@ -121,14 +135,17 @@ class Replay {
   }
 
   listen() {
-    const slider = byId("time");
-    slider.max = this.span[1];
+    const slider = byId("time"), list = byId("camera");
+    list.addEventListener("change", () => {
+      if (list.value === "free") this.eye.free(); else this.eye.track = Number(list.value);
+      this.redraw();
+      list.blur();
+    });
     slider.addEventListener("input", () => this.seek(Number(slider.value)));
     byId("play").addEventListener("click", () => this.toggle());
     byId("contacts").addEventListener("click", () => this.showTouches());
-    byId("contacts").hidden = !this.data.contacts;
-    byId("reset").addEventListener("click", () => { this.eye.reset(); this.eye.onfree(); });
-    this.canvas.addEventListener("dblclick", () => { this.eye.reset(); this.eye.onfree(); });
+    byId("reset").addEventListener("click", () => this.reset());
+    this.canvas.addEventListener("dblclick", () => this.reset());
     let pressed = [0, 0];
     this.canvas.addEventListener("pointerdown", (event) => { pressed = [event.clientX, event.clientY]; });
     this.canvas.addEventListener("pointerup", (event) => {
@@ -140,7 +157,7 @@ class Replay {
   }
 
   press(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("select")) return;
+    if (!this.data || event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("select")) return;
     if (event.key === " " && event.target.matches?.("button")) return;  // it does what it does
     const times = this.data.links.times.length > 1 ? this.data.links.times : this.data.figures[0]?.times ?? this.data.links.times;
     const step = (count) => {
@@ -155,7 +172,7 @@ class Replay {
     const deeds = {
       " ": () => this.toggle(), ArrowLeft: () => step(event.shiftKey ? -10 : -1), ArrowRight: () => step(event.shiftKey ? 10 : 1),
       ArrowUp: () => speed(1), ArrowDown: () => speed(-1), Home: () => this.seek(0), End: () => this.seek(this.span[1]),
-      c: () => this.showTouches(), r: () => { this.eye.reset(); this.eye.onfree(); }, Escape: () => this.choose(-1),
+      c: () => this.showTouches(), r: () => this.reset(), Escape: () => this.choose(-1),
     };
     const deed = deeds[event.key];
     if (!deed) return;
@@ -164,7 +181,7 @@ class Replay {
   }
 
   showTouches() {
-    if (!this.stage || !this.data.contacts) return;
+    if (!this.stage || !this.data?.contacts) return;
     this.stage.touches = !this.stage.touches;
     byId("contacts").setAttribute("aria-pressed", this.stage.touches);
     this.redraw();
@@ -172,8 +189,9 @@ class Replay {
 
   /** Names the body in a pixel of the picture. */
   pick(x, y) {
-    if (!this.stage) return "";
-    this.choose(this.stage.pick(this.eye.camera(this.time), x, y));
+    if (!this.stage || !this.data) return "";
+    this.eye.look(this.time);
+    this.choose(this.stage.pick(x, y));
     return this.stage.bodies[this.stage.chosen] ?? "";
   }
 
@@ -223,7 +241,7 @@ class Replay {
   }
 
   redraw() {
-    if (this.waiting) return;
+    if (this.waiting || !this.data) return;
     this.waiting = true;
     requestAnimationFrame((now) => { this.waiting = false; this.frame(now); });
   }
@@ -240,7 +258,8 @@ class Replay {
     }
     if (this.stage) {
       if (this.shown !== this.time) this.stage.setTime(this.time);
-      this.stage.draw(this.eye.camera(this.time));
+      this.eye.look(this.time);
+      this.stage.draw();
     }
     if (this.shown !== this.time) {
       for (const plot of this.plots) plot.setTime(this.time);
@@ -256,9 +275,13 @@ class Replay {
   }
 }
 
-readBlob().then((buffer) => {
-  window.replay = new Replay(unpack(JSON.parse(byId("contents").textContent), buffer));
-}).catch((error) => {
-  byId("trouble").textContent = `This page cannot be shown here: ${error.message}`;
-  byId("trouble").hidden = false;
-});
+window.replay = new Replay();
+const contents = byId("contents");
+if (contents) {
+  inflated(byId("blob").textContent).then((buffer) => {
+    window.replay.show(unpack(JSON.parse(contents.textContent), buffer));
+  }).catch((error) => {
+    byId("trouble").textContent = `This page cannot be shown here: ${error.message}`;
+    byId("trouble").hidden = false;
+  });
+} else follow(window.replay);

@@ -201,10 +201,6 @@ class _Maker:
         return {"$ref": f"#/definitions/{name}"}
 
 
-def _is(kind: str) -> Schema:
-    return {"properties": {"kind": {"const": kind}}, "required": ["kind"]}
-
-
 def _or_expression(schema: Schema) -> Schema:
     """Take an expression, too: `pattern` says nothing about what is not text, nor `minimum` about text."""
     return {**schema, "type": [schema["type"], "string"], "pattern": EXPRESSION}

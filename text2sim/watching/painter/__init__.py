@@ -1,1 +1,0 @@
-"""Draws films of recorded states quickly: the process that `text2sim watch` keeps for it."""
