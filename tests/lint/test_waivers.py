@@ -38,3 +38,9 @@ def test_warnings_of_earlier_stages_can_be_waived(tmp_path: Path) -> None:
     report = report_on(tmp_path, late, push, f"waive: {{after-end: {REASON}}}")
     assert "after-end" not in {problem.rule for problem in report.problems}
     assert [one.problem.rule for one in report.waived] == ["after-end"]
+
+
+def test_a_waiver_of_a_rule_that_there_was_is_only_idle(tmp_path: Path) -> None:
+    report = report_on(tmp_path, SUNK, f"waive: {{under-floor: {REASON}, weak-press: {REASON}}}")
+    (found,) = (problem for problem in report.problems if problem.path == "/waive/weak-press")
+    assert (found.rule, found.severity) == ("unused-waiver", "warning")

@@ -19,11 +19,12 @@ def lint_case(resolution: Resolution) -> Report:
     """
     from text2sim.lint.facts import Facts
     from text2sim.lint.report import sift
-    from text2sim.lint.rules import EARLIER, RULES
+    from text2sim.lint.rules import EARLIER, RETIRED, RULES
     from text2sim.lint.script.at_rest import held_at_start
 
     facts = Facts(resolution)
     asked = [rule for rule in RULES if facts.own_contact or not rule.own_contact]
     found = [problem for rule in asked for problem in rule.run(facts)]
-    report = sift(resolution.loaded, [*resolution.plan.warnings, *found], [*(rule.id for rule in RULES), *EARLIER])
+    known = [*(rule.id for rule in RULES), *EARLIER, *RETIRED]
+    report = sift(resolution.loaded, [*resolution.plan.warnings, *found], known)
     return replace(report, held=held_at_start(facts))

@@ -3,7 +3,7 @@
 from text2sim.lint.contact import bounce, creep, driven_through, nets, sliding, tunnelling
 from text2sim.lint.film import cameras, empty, leaving, viewpoints
 from text2sim.lint.joints import angles, following, holding, idle, joints, ropes
-from text2sim.lint.numbers import counted_twice, densities, limits, magnitudes, masses, meshes, steps, stiffness
+from text2sim.lint.numbers import counted_twice, densities, magnitudes, masses, meshes, steps, stiffness
 from text2sim.lint.rule import EXAMPLE_BASE, Rule
 from text2sim.lint.script import (
     at_rest,
@@ -17,7 +17,6 @@ from text2sim.lint.script import (
     too_early,
 )
 from text2sim.lint.soft import (
-    acting,
     cloths,
     cost,
     elements,
@@ -29,11 +28,12 @@ from text2sim.lint.soft import (
     sap,
     solver_domain,
     starts,
+    tearing,
     walls,
 )
 from text2sim.lint.start import edges, floor, overlap, selfcontact, unsupported
 
-__all__ = ["EARLIER", "EXAMPLE_BASE", "RULES", "Rule", "find_rule"]
+__all__ = ["EARLIER", "EXAMPLE_BASE", "RETIRED", "RULES", "Rule", "find_rule"]
 
 RULES: tuple[Rule, ...] = (
     *overlap.RULES,
@@ -61,7 +61,6 @@ RULES: tuple[Rule, ...] = (
     *ropes.RULES,
     *angles.RULES,
     *masses.RULES,
-    *limits.RULES,
     *names.RULES,
     *script.RULES,
     *events_at_start.RULES,
@@ -85,12 +84,25 @@ RULES: tuple[Rule, ...] = (
     *sap.RULES,
     *records.RULES,
     *ipc.RULES,
-    *acting.RULES,
+    *tearing.RULES,
     *cost.RULES,
 )
 
 EARLIER = ("after-end", "driven-subject", "no-final")
 """Warnings that are given before the lint, and that can be waived too."""
+
+
+RETIRED = (
+    "contact-timeconst",
+    "few-pairs",
+    "heavy-armature",
+    "outside-domain",
+    "restitution-unused",
+    "rough-bounce",
+    "soft-contact",
+    "weak-press",
+)
+"""Rules of earlier versions: cases may waive them still."""
 
 
 def find_rule(name: str) -> Rule | None:

@@ -106,16 +106,6 @@ def test_a_slider_that_falls(assets: Path, axis: str, more: str, scene: str, wan
     assert bool(findings(assets, "falls-along-slider", *parts)) == wanted
 
 
-def test_a_rotor_heavier_than_its_load(assets: Path) -> None:
-    heavy = SLIDER.format(axis="x", more=", armature: 3")
-    (found,) = findings(assets, "heavy-armature", heavy)
-    assert "2 times too slowly" in found.message  # sqrt((1 + 3) / 1)
-    assert found.path == "/bodies/weight/mount/armature"
-    assert not findings(assets, "heavy-armature", SLIDER.format(axis="x", more=", armature: 0.5"))
-    driven = SLIDER.format(axis="x", more=", armature: 3, actuator: {stiffness: 900, damping: 90}")
-    assert not findings(assets, "heavy-armature", driven)
-
-
 STACK = """
 scene: {{substeps: {substeps}}}
 bodies:
@@ -171,23 +161,6 @@ bodies:
     assert not findings(assets, "light-link", case % ("cg", 0.01))
     assert not findings(assets, "light-link", case % ("newton", 0.003))
     assert findings(assets, "light-link", case % ("newton", 1e-6))
-
-
-def test_room_for_contacts(assets: Path) -> None:
-    case = """
-scene: {contact: {max_pairs: %d}}
-bodies:
-  cube:
-    kind: rigid
-    shape: {kind: %s}
-    pose: {pos: [0, 0, 0.2]}
-    repeat: {kind: grid, counts: [5, 5, 2], spacing: 0.15}
-"""
-    box = "box, size: [0.1, 0.1, 0.1]"
-    (found,) = findings(assets, "few-pairs", case % (30, box))  # 50 cubes, 200 points, room for 150
-    assert found.path == "/scene/contact/max_pairs"
-    assert not findings(assets, "few-pairs", case % (60, box))
-    assert not findings(assets, "few-pairs", case % (30, "sphere, radius: 0.05"))  # a ball has one point
 
 
 @pytest.mark.parametrize(

@@ -158,16 +158,6 @@ def test_a_piston_that_only_holds_is_not_felt(tmp_path: Path) -> None:
     assert findings(tmp_path, "thin-wall", PRESS, piston) == []
 
 
-def test_a_weak_piston_is_told_what_it_needs(tmp_path: Path) -> None:
-    stiff = "bodies: {block: {material: {youngs_modulus: 3.0e+6}}}"
-    (found,) = findings(tmp_path, "weak-press", PRESS, stiff)
-    assert found.path == "/actions/controls/press"
-    needed = re.search(r"a stiffness of ([\d.e+]+) N/m", found.message)
-    assert needed
-    better = f"bodies: {{piston: {{mount: {{actuator: {{stiffness: {float(needed[1]):g}, damping: 4000}}}}}}}}"
-    assert findings(tmp_path, "weak-press", PRESS, stiff, better) == []
-
-
 @pytest.mark.parametrize(("speed", "iterations", "found"), [(4, 4, 0), (8, 4, 0), (16, 4, 1), (16, 20, 0), (32, 20, 1)])
 def test_a_sheet_catches_what_it_caught(tmp_path: Path, speed: int, iterations: int, found: int) -> None:
     thrown = f"""\
@@ -272,18 +262,6 @@ actions:
 """
     (found,) = findings(tmp_path, "leaves-bounds", FLAG, let_go)
     assert "beyond the -z side" in found.message
-
-
-def test_a_weak_piston_that_waits_for_an_event_is_told_likewise(tmp_path: Path) -> None:
-    stiff = "bodies: {block: {material: {youngs_modulus: 3.0e+6}}}"
-    waits = """\
-actions:
-  controls: {press: {on: landed}}
-  measures: {height: {kind: position, of: block, axis: z}}
-  events: {landed: {kind: threshold, measure: height, below: 0.06}}
-"""
-    (found,) = findings(tmp_path, "weak-press", PRESS, stiff, waits)
-    assert found.path == "/actions/controls/press"
 
 
 def test_a_layer_that_holds_no_particle_is_refused(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from lint_support import findings, report_on
+from lint_support import findings
 
 BALL = "bodies: {{ball: {{kind: rigid, shape: {{kind: sphere, radius: 0.1}}, pose: {{pos: {0}}}{1}}}}}"
 
@@ -97,14 +97,6 @@ class TestFallsForEver:
         sideways = "scene: {gravity: [9.81, 0, 0], duration: 3}"
         (found,) = findings(tmp_path, "falls-for-ever", sideways, BALL.format("[0, 0, 1]", ""))
         assert found.path == "/bodies/ball"
-
-
-def test_outside_the_domain_counts_the_origin(tmp_path: Path) -> None:
-    domain = "scene: {domain: {min: [-1, -1, 0], max: [1, 1, 1]}}"
-    assert findings(tmp_path, "outside-domain", domain, BALL.format("[0.99, 0, 0.5]", "")) == []
-    (found,) = findings(tmp_path, "outside-domain", domain, BALL.format("[0, 0, 1.2]", ""))
-    assert "z from 0 to 1" in found.message
-    assert report_on(tmp_path, domain, BALL.format("[0, 0, 1.2]", "")).ok
 
 
 def test_what_stands_beside_the_end_of_the_floor(tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 
 A contact that bounces is a spring and damper with the angular frequency w = 1 / (time constant x damping ratio). It
 lasts pi / w. The explicit step h is stable up to h w = 0.95 (measured: beyond, each bounce gains energy); up to 0.4 the
-restitution is met within 0.05, and from there on it scatters with the moment of touch within a step. See
+restitution is met within 0.05, which is what a message asks for. See
 `compiler.settings`.
 """
 
@@ -17,7 +17,7 @@ from text2sim.spec_schema.errors import Problem
 ENERGY_BOUND = 0.95
 """Largest substep times angular frequency of a bouncing contact at which the engine stays stable."""
 SCATTER_BOUND = 0.4
-"""The same for a restitution that is met within 0.05, and contacts that gain next to no energy."""
+"""The same for a restitution that is met within 0.05."""
 MAX_BOUNCE_TIME = 0.02
 """Longest time [s] for which a bouncing contact may last without a warning."""
 
@@ -34,13 +34,6 @@ def _bounce(facts: Facts, rule: str) -> Iterator[Problem]:
             text = (
                 f"{says} with contact timeconst {facts.settings.timeconst:g} s would gain energy at a substep of "
                 f"{step:g} s; it needs scene.substeps of at least {needed}, or a longer timeconst"
-            )
-            yield facts.problem(rule, where, text)
-    elif step > SCATTER_BOUND * time * (1 + 1e-9):
-        if rule == "rough-bounce":
-            text = (
-                f"{says} scatters by up to 0.15 with the moment of touch, for a contact lasts only "
-                f"{pi * time / step:.0f} substeps; it would be met with scene.substeps of {needed} or more"
             )
             yield facts.problem(rule, where, text)
     elif pi * time > MAX_BOUNCE_TIME and rule == "soft-bounce":
@@ -78,19 +71,6 @@ are shot away.""",
         example=_BALL % "substeps: 1, contact: {timeconst: 0.02}",
         mended=_BALL % "dt: 0.01",
         run=lambda facts: _bounce(facts, "restitution-step"),
-        own_contact=True,
-    ),
-    Rule(
-        id="rough-bounce",
-        severity="warning",
-        title="Contacts that bounce last too few substeps to bounce as asked.",
-        reason="""\
-A contact that bounces lasts pi times `timeconst x damping ratio`. At fewer than eight substeps, the restitution
-scatters by up to 0.15 with the moment within a step at which bodies touch.""",
-        way_out="More substeps, or leave `scene.contact.timeconst` to the compiler.",
-        example=_BALL % "dt: 0.001, substeps: 1, contact: {timeconst: 0.02}",
-        mended=_BALL % "dt: 0.01",
-        run=lambda facts: _bounce(facts, "rough-bounce"),
         own_contact=True,
     ),
     Rule(

@@ -7,13 +7,13 @@ of the joint: a pendulum with as much armature as inertia of its own swings sqrt
 """
 
 from collections.abc import Iterator
-from math import degrees, dist, inf, pi, radians, sqrt
+from math import degrees, dist, inf, pi, radians
 
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
-from text2sim.lint.joints.motors import amount, one_each, powered
+from text2sim.lint.joints.motors import amount, one_each
 from text2sim.lint.joints.swing import Swing
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
@@ -135,29 +135,6 @@ def _catches(facts: Facts, swing: Swing, way: Vec) -> bool:
     return False
 
 
-def _armature(facts: Facts) -> Iterator[Problem]:
-    mechanics = mechanics_of(facts)
-    driven = {id(motor.swing) for motor in powered(facts)}
-    for swing in mechanics.swings():
-        own = swing.inertia - swing.joint.armature
-        factor = 1.0 if swing.motor is None else 30.0
-        if swing.inertia <= 0.0 or swing.joint.armature <= factor * own:
-            continue
-        if swing.motor is not None and id(swing) in driven and swing.motor.max_force is None:
-            continue
-        where = mechanics.where(swing, "armature")
-        if facts.raw(where) is None:
-            continue
-        unit = "kg m2" if swing.hinge else "kg"
-        slower = sqrt(swing.inertia / own) if own > 0.0 else inf
-        text = (
-            f"with this, `{mechanics.label(swing)}` is as hard to move as {amount(swing.inertia, unit)}, and its own "
-            f"inertia is {amount(own, unit)}: it swings and falls {slower:.2g} times too slowly; a rotor of up to "
-            f"{0.1 * own:.1g} hardly shows"
-        )
-        yield facts.problem("heavy-armature", where, text)
-
-
 _DOOR = """\
 bodies:
   door:
@@ -237,19 +214,5 @@ friction or anything below, gravity takes it away.""",
         example=_SLIDE % "",
         mended=_SLIDE % ", range: [-0.2, 0]",
         run=_falls,
-    ),
-    Rule(
-        id="heavy-armature",
-        severity="warning",
-        title="The rotor of a joint outweighs what it moves.",
-        reason="""\
-`armature` is the inertia of a motor's rotor, felt at the joint, and is added to that of the body. Gravity does not
-pull on it: a passive joint with as much armature as inertia swings 1.4 times too slowly, and a small part on a large
-rotor hardly falls at all. Reported for passive joints from once, for motors with a limited force from 30 times the
-inertia.""",
-        way_out="Leave `armature` out, or make it a small part of the inertia in the message.",
-        example=_PENDULUM % "0.1",
-        mended=_PENDULUM % "0.001",
-        run=lambda facts: one_each(_armature(facts)),
     ),
 )

@@ -1,9 +1,4 @@
-"""The time step against what goes on within it: contacts, spinning, schedules.
-
-Contacts. A contact undoes a penetration with the time constant tc, which the engine raises to two substeps. A body of
-weight m g rests where its contact carries it, which is (MuJoCo's "solver parameters", with the engine's impedance 0.95)
-at a depth of about `0.05 g tc^2`: 0.02 mm at 2 ms, 5 mm at 0.1 s; one that comes with the speed v sinks in by about
-`v tc / e`.
+"""The time step against what goes on within it: spinning, schedules.
 
 Spinning. What turns by more than half a radian within a substep is tested for contact at every twelfth of a turn only.
 
@@ -31,36 +26,6 @@ SPIN = 0.5
 """Turn [rad] within a substep that is worth a word."""
 COARSE = 8
 """Time steps in a cycle below which a sine is coarse."""
-SOFT = 0.1
-"""Depth of a body at rest that is worth a word, as a part of the thinnest piece of the scene."""
-
-
-def _contact_time(facts: Facts) -> Iterator[Problem]:
-    asked, h, dt = facts.case.scene.contact.timeconst, facts.substep, facts.case.scene.dt
-    if asked is None or facts.settings.bounce_time:  # bounces have rules of their own
-        return
-    where = ("scene", "contact", "timeconst")
-    if asked < 2 * h * (1 - 1e-6):
-        text = (
-            f"the engine raises this to two substeps, {amount(2 * h, 's')}; scene.substeps of "
-            f"{ceil(2 * dt / asked - 1e-9)} or more would make contacts as stiff as this"
-        )
-        yield facts.problem("contact-timeconst", where, text)
-
-
-def _soft(facts: Facts) -> Iterator[Problem]:
-    asked = facts.case.scene.contact.timeconst
-    if asked is None or facts.settings.bounce_time:
-        return
-    gravity = sum(g * g for g in facts.plan.gravity) ** 0.5
-    depth, thinnest = 0.05 * gravity * asked**2, facts.lowering.thinnest
-    if depth > SOFT * thinnest:
-        better = (SOFT * thinnest / (0.1 * gravity)) ** 0.5
-        text = (
-            f"with this, bodies at rest lie about {amount(depth * 1e3, 'mm')} deep in what carries them, and the "
-            f"thinnest piece here is {amount(thinnest * 1e3, 'mm')}; leave it out, or take {better:.1g} s or less"
-        )
-        yield facts.problem("soft-contact", ("scene", "contact", "timeconst"), text)
 
 
 # --- spinning ------------------------------------------------------------------------------------------------------
@@ -157,11 +122,6 @@ def _fast(facts: Facts) -> Iterator[Problem]:
                     break
 
 
-_BALL = """\
-scene: {dt: 0.01, %s}
-bodies:
-  plate: {kind: rigid, shape: {kind: box, size: [0.2, 0.2, 0.01]}, pose: {pos: [0, 0, 0.1]}}
-"""
 _TURNED = """\
 scene: {substeps: 1}
 bodies:
@@ -180,33 +140,6 @@ bodies:
 """
 
 RULES = (
-    Rule(
-        id="contact-timeconst",
-        severity="warning",
-        title="Contacts cannot be as stiff as asked at this time step.",
-        reason="""\
-The engine raises `scene.contact.timeconst` to two substeps: a shorter one would be unstable. More substeps alone make
-contacts no stiffer, a shorter time constant alone does not either: both are needed.""",
-        way_out="More substeps, or leave the time constant out: it then is two substeps.",
-        example=_BALL % "substeps: 2, contact: {timeconst: 0.002}",
-        mended=_BALL % "substeps: 10, contact: {timeconst: 0.002}",
-        run=_contact_time,
-        own_contact=True,
-    ),
-    Rule(
-        id="soft-contact",
-        severity="warning",
-        title="Contacts are so soft that bodies sink into each other.",
-        reason="""\
-At rest a body lies about `0.05 g timeconst^2` deep in what carries it, and more under a load: 0.5 mm at 30 ms, 5 mm at
-0.1 s. One that lands with the speed v sinks in by about `v timeconst / e`. Reported if the first is more than a tenth
-of the thinnest piece of the scene.""",
-        way_out="Leave the time constant to the compiler.",
-        example=_BALL % "contact: {timeconst: 0.1}",
-        mended=_BALL % "contact: {timeconst: 0.02}",
-        run=_soft,
-        own_contact=True,
-    ),
     Rule(
         id="fast-spin",
         severity="warning",

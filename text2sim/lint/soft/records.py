@@ -48,17 +48,6 @@ def _soft(facts: Facts, selector: str) -> bool:
     return getattr(body, "kind", None) in DEFORMABLE
 
 
-def _bounce(facts: Facts) -> Iterator[Problem]:
-    soft = soft_facts(facts)
-    if soft.model not in OTHER:
-        return
-    for name in (*facts.case.scene.statics, *facts.case.bodies):
-        where: Path = facts.where(name, "material", "restitution")
-        if facts.raw(where):
-            text = f"nothing bounces by a restitution under contact model {soft.model}; leave it out"
-            yield facts.problem("restitution-unused", where, text)
-
-
 UNHEEDED = {
     "pbd": (("youngs_modulus", "poisson_ratio", "bending_stiffness"), "stretch_compliance and bending_compliance"),
     "ipc": (("stretch_compliance", "bending_compliance", "air_resistance"), "youngs_modulus and bending_stiffness"),
@@ -80,6 +69,12 @@ def _stuff(facts: Facts) -> Iterator[Problem]:
             if facts.raw(where) is not None:
                 text = f"`{body.body}` has solver {body.solver}, which takes no notice of {key}; it takes {instead}"
                 yield facts.problem("unheeded-stuff", where, text, key=True)
+    if soft.model in OTHER:
+        for name in (*facts.case.scene.statics, *facts.case.bodies):
+            where = facts.where(name, "material", "restitution")
+            if facts.raw(where):
+                text = f"nothing bounces by a restitution under contact model {soft.model}; leave it out"
+                yield facts.problem("unheeded-stuff", where, text)
     if soft.of("mpm"):
         return
     for name in (*facts.case.scene.statics, *facts.case.bodies):
@@ -127,31 +122,14 @@ actions:
         run=_no_records,
     ),
     Rule(
-        id="restitution-unused",
-        severity="warning",
-        title="A restitution under a contact model that has none.",
-        reason="""\
-Restitution is made from the damping of the engine's own rigid contacts. Under sap and ipc contacts are another
-solver's, which takes no notice of it.""",
-        way_out="Leave `restitution` out.",
-        example=f"""\
-bodies:
-{_SOFT_BAR}  {_BALL}, material: {{restitution: 0.8}}}}
-""",
-        mended=f"""\
-bodies:
-{_SOFT_BAR}  {_BALL}}}
-""",
-        run=_bounce,
-    ),
-    Rule(
         id="unheeded-stuff",
         severity="warning",
         title="A value in a material that the solver takes no notice of.",
         reason="""\
 Cloth of solver pbd knows how much its threads and folds give, in units of that method; cloth of solver ipc is an
 elastic shell with a stiffness in Pa. Neither takes what is meant for the other, and nothing translates between
-them. And only the grid of mpm bodies knows a reach of rigid surfaces.""",
+them. Only the grid of mpm bodies knows a reach of rigid surfaces. Restitution is made from the damping of the
+engine's own rigid contacts, which contact models sap and ipc do not use.""",
         way_out="Give what the solver takes, or leave the value out.",
         example=_RAG % "youngs_modulus: 1.0e+6",
         mended=_RAG % "bending_compliance: 0.001",

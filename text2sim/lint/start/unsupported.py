@@ -1,4 +1,4 @@
-"""Bodies with nothing to come to rest on, and bodies that start outside of the scene's domain."""
+"""Bodies with nothing to come to rest on."""
 
 import math
 from collections.abc import Iterator
@@ -14,31 +14,6 @@ from text2sim.spec_schema.models.events import LeftDomainEvent, RegionEvent
 
 FAR = 10.0
 """Fall [m] from which on it counts that nothing is below."""
-
-
-def _outside_domain(facts: Facts) -> Iterator[Problem]:
-    """One finding for each body; the origins count, as they do for the event."""
-    domain = facts.case.scene.domain
-    if domain is None:
-        return
-    for name in facts.case.bodies:
-        outside = [copy for copy in facts.placed[name] if facts.moves(copy) and _beyond(domain, copy.pos)]
-        if outside:
-            copy = outside[0]
-            text = (
-                f"`{copy.name}` starts at {vector(copy.pos)}{more_copies(len(outside))}, outside of scene.domain "
-                f"({_beyond(domain, copy.pos)}): a `left_domain` event happens at once; move it, or make the domain "
-                "larger"
-            )
-            yield facts.problem("outside-domain", facts.said(copy.body, "pose", "place", "repeat"), text, key=True)
-
-
-def _beyond(domain: object, pos: Vec) -> str:
-    low, high = domain.min, domain.max  # type: ignore[attr-defined]
-    for axis, p, a, b in zip("xyz", pos, low, high, strict=True):
-        if not a <= p <= b:
-            return f"{axis} from {a:g} to {b:g}"
-    return ""
 
 
 def _falls_for_ever(facts: Facts) -> Iterator[Problem]:
@@ -167,25 +142,5 @@ bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [2, 0, 1]}}
 """,
         run=_falls_for_ever,
-    ),
-    Rule(
-        id="outside-domain",
-        severity="warning",
-        title="A body starts outside of `scene.domain`.",
-        reason="""\
-The domain says where bodies are expected to stay. The origin of a body counts; what starts outside has left the domain
-at time 0, so that every `left_domain` event happens at once.""",
-        way_out="Move the body, or make the domain larger.",
-        example="""\
-scene: {domain: {min: [-1, -1, 0], max: [1, 1, 2]}}
-bodies:
-  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [1.5, 0, 0.5]}}
-""",
-        mended="""\
-scene: {domain: {min: [-1, -1, 0], max: [2, 1, 2]}}
-bodies:
-  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [1.5, 0, 0.5]}}
-""",
-        run=_outside_domain,
     ),
 )

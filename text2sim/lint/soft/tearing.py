@@ -1,113 +1,21 @@
-"""What acts on deformable bodies: motors too weak to press them, pulls that tear them."""
+"""Forces that tear deformable bodies."""
 
 import math
 from collections.abc import Iterator
 from typing import Any
 
-from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.geometry import Bounds
 from text2sim.compiler.soft.scales import PARTICLE
 from text2sim.lint.facts import Facts
-from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, soft_facts
 from text2sim.lint.soft.walls import free_by, opening
-from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.regions import SIDES
 
-SHORT = 0.2
-"""A press that stops short by more than this part of its way into a body is reported."""
-MUCH = 0.7
-"""Strain to which the law of Hooke is carried on."""
 APART = 2 / PARTICLE
 """Times its length to which a body can be drawn out until its particles are two cells apart."""
 TEARS = 0.5
 """Strain of a pulled part of an mpm body from which on its particles part."""
-
-
-def _weak_press(facts: Facts) -> Iterator[Problem]:
-    """Sliders with motors that are told to go where soft bodies are."""
-    soft = soft_facts(facts)
-    seen = set()
-    for (entity, joint), spans in spans_of(facts).items():
-        copy = facts.copies[entity]
-        mount = getattr(copy.model, "mount", None)
-        motor = next((m for m in facts.plan.motors if m.entity == entity and m.joint == joint), None)
-        if mount is None or mount.kind != "slider" or motor is None or copy.body in seen:
-            continue
-        for span in spans:
-            if span.mode != "position":
-                continue
-            low, high = span.extremes()
-            for q in (low, high):
-                force, depth, body = _resistance(facts, soft.bodies, copy, _axis(mount.axis), q)
-                if body is None:
-                    continue
-                room = force / motor.stiffness if motor.stiffness > 0 else math.inf
-                limit = motor.max_force
-                weak = limit is not None and limit < force * (1 - SHORT)
-                if not weak and room <= SHORT * depth:
-                    continue
-                seen.add(copy.body)
-                text = (
-                    f"`{copy.name}` is to press {length(depth)} into `{body.name}`, which resists with about "
-                    f"{force:.3g} N (E A times strain), but its motor "
-                )
-                if weak:
-                    text += f"gives {limit:.3g} N at most; a max_force of {1.5 * force:.2g} would do"
-                else:
-                    text += (
-                        f"(stiffness {motor.stiffness:g} N/m) gives in by {length(min(room, depth))}; a stiffness of "
-                        f"{force / (SHORT / 2 * depth):.2g} N/m would do"
-                    )
-                yield facts.problem("weak-press", ("actions", "controls", span.control), text, key=True)
-                break
-            if copy.body in seen:
-                break
-
-
-def _resistance(
-    facts: Facts, bodies: list[SoftBody], copy: Copy, axis: tuple[float, float, float], q: float
-) -> tuple[float, float, SoftBody | None]:
-    """Force [N] of soft bodies against a copy that has moved by `q` [m], how deep [m] it is in one, and in which."""
-    box = facts.box(copy)
-    if box is None or abs(q) < 1e-9:
-        return 0.0, 0.0, None
-    main = max(range(3), key=lambda k: abs(axis[k]))
-    if abs(axis[main]) < 0.9:
-        return 0.0, 0.0, None
-    force, deepest, hit = 0.0, 0.0, None
-    shift = q * (1 if axis[main] > 0 else -1)
-    for body in bodies:
-        young = getattr(body.model.material, "youngs_modulus", None)
-        if body.model.kind != "soft" or young is None:
-            continue
-        area, depth, thick = _entered(box, body.box, main, shift)
-        if area > 0.0 and depth > 0.0:
-            force += young * area * min(depth / thick, MUCH)
-            if depth > deepest:
-                deepest, hit = depth, body
-    return force, deepest, hit
-
-
-def _entered(box: Bounds, other: Bounds, main: int, shift: float) -> tuple[float, float, float]:
-    """Area [m2] of contact, depth [m] along an axis, and thickness [m] there of what a moved box enters."""
-    area = 1.0
-    for k in range(3):
-        if k != main:
-            area *= max(0.0, min(box[1][k], other[1][k]) - max(box[0][k], other[0][k]))
-    before = box[0][main] - other[1][main] if shift < 0 else other[0][main] - box[1][main]
-    depth = abs(shift) - max(before, 0.0)
-    if before < -1e-3:  # it is inside, or behind
-        return 0.0, 0.0, 1.0
-    thick = other[1][main] - other[0][main]
-    return area, min(depth, thick), thick
-
-
-def _axis(axis: Any) -> tuple[float, float, float]:
-    names = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-    return names[axis] if isinstance(axis, str) else axis
 
 
 def _tearing(facts: Facts) -> Iterator[Problem]:
@@ -195,41 +103,6 @@ def _area(facts: Facts, body: SoftBody, region: Any) -> float | None:
 _JELLY = "{kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.11]}"
 
 RULES = (
-    Rule(
-        id="weak-press",
-        severity="warning",
-        title="A motor that is too weak to press a soft body as far as it is told to.",
-        reason="""\
-A soft body resists with about E A times its strain: 0.3 MPa on 25 cm2, pressed by a fifth, are 150 N. A position drive
-stops short by that force over its `stiffness`, and at its `max_force` altogether: a piston of 20,000 N/m stopped 22 mm
-above its target, at 450 N.""",
-        way_out="Raise `stiffness` or `max_force` as the message says, or take a softer body.",
-        example=f"""\
-bodies:
-  jelly: {_JELLY}, material: {{youngs_modulus: 3.0e+5}}}}
-  piston:
-    kind: rigid
-    shape: {{kind: box, size: [0.3, 0.3, 0.08]}}
-    pose: {{pos: [0, 0, 0.27]}}
-    mount: {{kind: slider, axis: z, actuator: {{stiffness: 2000, damping: 100}}}}
-actions:
-  controls:
-    press: {{kind: drive, joint: piston, position: {{kind: ramp, to: -0.08, end: 1.0}}}}
-""",
-        mended=f"""\
-bodies:
-  jelly: {_JELLY}, material: {{youngs_modulus: 3.0e+5}}}}
-  piston:
-    kind: rigid
-    shape: {{kind: box, size: [0.3, 0.3, 0.08]}}
-    pose: {{pos: [0, 0, 0.27]}}
-    mount: {{kind: slider, axis: z, actuator: {{stiffness: 2000000, damping: 10000}}}}
-actions:
-  controls:
-    press: {{kind: drive, joint: piston, position: {{kind: ramp, to: -0.08, end: 1.0}}}}
-""",
-        run=_weak_press,
-    ),
     Rule(
         id="tearing-force",
         severity="warning",
