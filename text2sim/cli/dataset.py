@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from text2sim.cli.many import Ray, StoreUrl, Workers, where_of
 from text2sim.service import exits
 
 if TYPE_CHECKING:
@@ -25,7 +26,9 @@ def build_dataset(
     recipe: Annotated[Path, typer.Argument(metavar="RECIPE", help="What to build, in YAML.")],
     out: Annotated[Path, typer.Option("--out", "-o", help="The dataset's folder, which must not be there.")],
     runs: Annotated[Path, typer.Option("--runs", help="Folder in which each run has its own.")] = Path("runs"),
-    workers: Annotated[int, typer.Option("--workers", min=1, max=64, help="Draws that are made at a time.")] = 1,
+    workers: Workers = 1,
+    ray: Ray = "",
+    store: StoreUrl = "",
     decisions: Annotated[
         Path, typer.Option("--decisions", help="What was decided on the page of `dataset review`.")
     ] = Path("review.yaml"),
@@ -47,9 +50,11 @@ def build_dataset(
             keys = ", ".join(item.key for item in made.items) or "nothing"
             say(f"[{tally.done}/{tally.jobs}] {keys}" + (f"; {len(made.refused)} refused" if made.refused else ""))
 
-    wanted = read_recipe(recipe)
+    from text2sim.cluster.run import Where
+
+    wanted, where = read_recipe(recipe), where_of(workers, ray, store, runs) or Where()
     dropped = {key: one.note for key, one in read_decisions(decisions).items() if one.decision == "drop"}
-    tally = build(wanted, recipe.parent, out, runs, workers=workers, dropped=dropped, tell=tell)
+    tally = build(wanted, recipe.parent, out, runs, where=where, dropped=dropped, tell=tell)
     if as_json:
         say_json({"ok": True, "folder": str(out), "items": tally.items, "refused": tally.refused})
     else:

@@ -3,25 +3,25 @@
 import json
 import shutil
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from text2sim.cluster.run import Where, run_tasks
 from text2sim.dataset.card import write_card
 from text2sim.dataset.curation import Likeness
 from text2sim.dataset.item import Item
 from text2sim.dataset.questions import balanced
 from text2sim.dataset.recipe import Recipe
 from text2sim.dataset.shards import ShardWriter
-from text2sim.dataset.simulate import Job, Made, make
+from text2sim.dataset.simulate import Job, Made, read_made, task_of
 from text2sim.dataset.splits import deal
 from text2sim.dataset.tables import TableWriter
 from text2sim.recording.record import write_atomically
+from text2sim.runtime.stop import Stop
 from text2sim.service.examined import case_file, examine, find_cases
-from text2sim.spec_schema.errors import RunError, SpecError
+from text2sim.spec_schema.errors import MachineError, RunError, SpecError
 from text2sim.spec_schema.reuse.overlay import Overlay
 from text2sim.spec_schema.reuse.sweeps import runs_of
 
@@ -76,33 +76,13 @@ def jobs_of(recipe: Recipe, root: Path, runs: Path, out: Path) -> list[Job]:
     return jobs
 
 
-def run_jobs(jobs: Sequence[Job], workers: int) -> Iterator[Made]:
-    """Do jobs side by side; yield what came of them as they end. No more than two for each worker are in hand."""
-    if workers <= 1:
-        yield from map(make, jobs)
-        return
-    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
-        rest, waiting = iter(jobs), set()
-        try:
-            while True:
-                while len(waiting) < 2 * workers and (job := next(rest, None)) is not None:
-                    waiting.add(pool.submit(make, job))
-                if not waiting:
-                    return
-                done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
-                yield from (future.result() for future in done)
-        finally:
-            for future in waiting:
-                future.cancel()
-
-
 def build(
     recipe: Recipe,
     root: Path,
     target: Path,
     runs: Path,
     *,
-    workers: int,
+    where: Where,
     dropped: Mapping[str, str],
     tell: Callable[[Tally, Made], None],
 ) -> Tally:
@@ -113,7 +93,7 @@ def build(
         root: Folder that its paths are seen from.
         target: The dataset's folder, which must not be there.
         runs: Folder of run folders; what was simulated already is not simulated again.
-        workers: Jobs at a time.
+        where: Where the jobs are done, and how many at a time.
         dropped: Items that somebody decided against, and why.
         tell: Told after each job.
 
@@ -131,9 +111,18 @@ def build(
     jobs = jobs_of(recipe, root, runs, stage / "items")
     writer = Writer(recipe, folder, deal(recipe, Counter(job.source for job in jobs)), dropped)
     writer.tally.jobs = len(jobs)
-    for made in run_jobs(jobs, workers):
-        writer.add(made)
-        tell(writer.tally, made)
+    tasks = {id(task): (task, job) for job in jobs for task in [task_of(job)]}
+    with Stop() as stop:
+        for done in run_tasks([task for task, _ in tasks.values()], where, stop):
+            job = tasks[id(done.task)][1]
+            if done.machine:
+                raise MachineError(done.error)
+            failed = {"key": job.key, "stage": "error", "why": [done.error], "drawn": []}
+            made = read_made(job) if done.result and not done.result["again"] else Made([], [failed])
+            writer.add(made)
+            tell(writer.tally, made)
+        if stop.count:
+            raise RunError("stopped on request; what is done stays, and the same command goes on from there")
     writer.close()
     if not writer.tally.items:
         raise RunError(f"no item came of {len(jobs)} draws: {_mostly(folder / 'refused.jsonl')}")

@@ -57,6 +57,7 @@ def _seen(item: Item) -> float:
 def decoded(path: Path, size: tuple[int, int]) -> int:
     """Return how many pictures of this size a film gives before it ends or breaks."""
     import av
+    import av.error
 
     count = 0
     try:
@@ -65,7 +66,7 @@ def decoded(path: Path, size: tuple[int, int]) -> int:
                 if (picture.width, picture.height) != size:
                     return 0
                 count += 1
-    except (av.FFmpegError, OSError, IndexError):
+    except (av.error.FFmpegError, OSError, IndexError):
         pass
     return count
 

@@ -3,8 +3,9 @@
 from text2sim.spec_schema.paths import dotted, parse_dotted
 from text2sim.spec_schema.text.document import Path, parse_pointer
 
-LOOKS = ("background", "backdrop", "exposure", "tone")
+LOOKS = ("background", "backdrop", "tone")
 """Keys of the film section that are neither light nor camera."""
+LIGHTS = ("lights", "exposure")
 
 
 def parse_path(text: str) -> Path:
@@ -28,6 +29,8 @@ def in_section(path: Path, group: str) -> str | None:
     inner = steps[1] if film and len(steps) > 1 else ""
     if group == "looks":
         ok, wanted = "look" in steps or inner in LOOKS, f"a `look`, or render.{', render.'.join(LOOKS)}"
+    elif group == "lights":
+        ok, wanted = inner in LIGHTS, f"a path that begins with render.{' or render.'.join(LIGHTS)}"
     else:
         ok, wanted = inner == group, f"a path that begins with render.{group}"
     return None if ok else f"is none of the {group}: that is {wanted}"

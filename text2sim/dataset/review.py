@@ -99,7 +99,7 @@ def _pictures(film: bytes) -> list[str]:
     import av
     import numpy as np
 
-    with av.open(io.BytesIO(film)) as container:
+    with av.open(io.BytesIO(film), "r") as container:
         pictures = [picture.to_image() for picture in container.decode(video=0)]
     found = []
     for k in np.linspace(0, len(pictures) - 1, PICTURES).round().astype(int):

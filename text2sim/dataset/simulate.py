@@ -8,13 +8,16 @@ from pathlib import Path
 from typing import Any
 
 from text2sim import __version__
+from text2sim.cluster.task import Place, Task
 from text2sim.dataset.curation import is_doubtful, refusals
 from text2sim.dataset.draws import Values, draw, generator, number_at, overlay_of
 from text2sim.dataset.item import Item, make_item
 from text2sim.dataset.questions import ask, cause_in_words, what_if
 from text2sim.dataset.recipe import Recipe, Source
-from text2sim.harness.run import run_case
+from text2sim.harness.run import Runner, run_case
 from text2sim.recording.record import write_atomically
+from text2sim.runtime.program import run_program
+from text2sim.runtime.stop import Stop
 from text2sim.service.examined import Examined, examine
 from text2sim.spec_schema.errors import Text2SimError
 from text2sim.spec_schema.reuse.overlay import Overlay
@@ -38,6 +41,8 @@ class Job:
     runs: Path
     out: Path
     """Folder for the files of its items."""
+    runner: Runner = run_program
+    stop: Stop | None = None
 
     @property
     def key(self) -> str:
@@ -55,22 +60,67 @@ class Made:
     """Draws and items that are not taken: `key`, `stage` (check, run, expectation, item), `why`, `drawn`."""
 
 
-def make(job: Job) -> Made:
+def task_of(job: Job) -> Task:
+    """Return a job as a task."""
+    own = job.recipe.model_copy(update={"sources": {job.source: job.recipe.sources[job.source]}})
+    arguments = {
+        "recipe": own.model_dump(mode="json", exclude_unset=True),
+        "source": job.source,
+        "file": job.case.name,
+        "name": job.name,
+        "variants": job.base.variants,
+        "sets": job.base.sets,
+        "point": job.base.point,
+        "number": job.number,
+        "runs": str(job.runs.absolute()),
+    }
+    return Task(f"{__name__}:work", arguments, job.key, inputs={"case": job.case.parent}, output=job.out)
+
+
+def work(
+    place: Place,
+    *,
+    recipe: dict[str, Any],
+    source: str,
+    file: str,
+    name: str,
+    variants: list[str],
+    sets: list[str],
+    point: list[str] | None,
+    number: int,
+    runs: str,
+) -> dict[str, Any]:
+    """Do a job where it is sent to; its items, and what is said of them, are written to `place.output`."""
+    base = Overlay(tuple(variants), tuple(sets), (point[0], point[1]) if point else None)
+    case = place.inputs["case"] / file
+    told = Recipe.model_validate(recipe)
+    job = Job(told, source, case, name, base, number, Path(runs), place.output, place.runner, place.stop)
+    make(job)
+    return {"again": place.stop.count > 0}
+
+
+def make(job: Job) -> None:
     """Do a job, unless an earlier build did. What its author can put right ends up among what is refused."""
     job.out.mkdir(parents=True, exist_ok=True)
     done, digest = job.out / f"{job.key}.json", _digest(job)
-    if done.is_file() and (saved := json.loads(done.read_text("utf-8")))["digest"] == digest:
-        items = [Item(**{**item, "folder": job.out / item["key"]}) for item in saved["items"]]
-        return Made(items, saved["refused"])
+    if done.is_file() and json.loads(done.read_text("utf-8"))["digest"] == digest:
+        return
     made = _make(job)
-    rows = [asdict(item) | {"folder": ""} for item in made.items]
-    write_atomically(done, json.dumps({"digest": digest, "items": rows, "refused": made.refused}))
-    return made
+    if job.stop is None or not job.stop.count:
+        rows = [asdict(item) | {"folder": ""} for item in made.items]
+        write_atomically(done, json.dumps({"digest": digest, "items": rows, "refused": made.refused}))
+
+
+def read_made(job: Job) -> Made:
+    """Return what came of a job that is done."""
+    saved = json.loads((job.out / f"{job.key}.json").read_text("utf-8"))
+    items = [Item(**{**item, "folder": job.out / item["key"]}) for item in saved["items"]]
+    return Made(items, saved["refused"])
 
 
 def _digest(job: Job) -> str:
-    source = {job.source: job.recipe.sources[job.source]}
-    recipe = job.recipe.model_copy(update={"sources": source}).model_dump_json(exclude={"splits", "description"})
+    own = job.recipe.model_dump(mode="json", exclude={"splits", "description", "sources", "shard_mb"})
+    recipe = json.dumps([own, job.recipe.sources[job.source].model_dump(mode="json", exclude={"cases", "split"})])
     texts = [recipe, repr(job.base), job.case.read_text("utf-8", "replace"), __version__]
     return sha256("\0".join(texts).encode()).hexdigest()
 
@@ -132,7 +182,8 @@ def _run(job: Job, row: Examined, key: str, drawn: list[dict[str, Any]], made: M
     stage = "check"
     if row.ok and row.loaded is not None:
         try:
-            return run_case(row.loaded, runs=job.runs, film=False, lint=row.findings())
+            lint, how = row.findings(), {"runner": job.runner, "stop": job.stop}
+            return run_case(row.loaded, runs=job.runs, film=False, lint=lint, **how)
         except Text2SimError as error:
             row.blame(error)
             stage = "run"

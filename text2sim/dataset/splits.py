@@ -22,14 +22,16 @@ def deal(recipe: Recipe, sizes: Mapping[str, int]) -> dict[str, Split]:
     given: dict[str, Split] = {
         name: source.split for name, source in recipe.sources.items() if source.split is not None
     }
-    filled = dict.fromkeys(recipe.splits, 0.0)
+    filled: dict[Split, float] = dict.fromkeys(recipe.splits, 0.0)
     for name, split in given.items():
         filled[split] = filled.get(split, 0.0) + sizes[name]
     whole, shares = sum(sizes.values()), sum(recipe.splits.values())
     for name in sorted(sizes, key=lambda name: (-sizes[name], name)):
         if name in given:
             continue
-        missing = {split: share / shares * whole - filled[split] for split, share in recipe.splits.items() if share}
+        missing: dict[Split, float] = {
+            split: share / shares * whole - filled[split] for split, share in recipe.splits.items() if share
+        }
         split = max(missing, key=lambda split: missing[split])
         given[name] = split
         filled[split] += sizes[name]

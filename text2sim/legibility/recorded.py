@@ -85,7 +85,7 @@ class Recorded:
             triangles.append(self._deformed(part, faces, t))
             piece.append(np.full(len(triangles[-1]), k))
         corners = np.concatenate(triangles)
-        there = np.isfinite(corners).all(axis=(1, 2))
+        there: NDArray[np.bool_] = np.isfinite(corners).reshape(-1, 9).min(axis=1)
         there[: len(self._links)] &= ~states.gone(t)[self._links]
         return corners, np.concatenate(piece), there
 
