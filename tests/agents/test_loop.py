@@ -72,7 +72,7 @@ def begin(case: Path, monkeypatch: pytest.MonkeyPatch, model: Any) -> Session:
     return Session.begin(case, Wish("generate", REQUEST, {"": "x"}, attempts=4, cards=False), [], [])
 
 
-@pytest.mark.usefixtures("engine")
+@pytest.mark.usefixtures("engine", "tracer")
 def test_from_words_to_an_accepted_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     model, case = scripted(REPLIES), tmp_path / "drop"
     session = begin(case, monkeypatch, model)

@@ -84,9 +84,37 @@ def test_extremes_are_shown_of_what_is_expected_and_the_deepest_overlap(run: Pat
     assert [one.bodies for one in told] == [("ball",), ("ball", "floor")]
 
 
+def test_the_greatest_deformation_is_shown_and_a_slight_one_is_not(run: Path) -> None:
+    evidence = {
+        "events": {}, "time": {"reached": 2.0},
+        "deformables": {
+            "jelly": {"volume": {"value": 0.8, "at": 0.4}, "stretch": {"value": 1.3, "at": 1.4}},
+            "stiff": {"strain": {"value": 0.001, "at": 0.9}, "volume": {"value": 0.9, "at": 1.0}},
+            "calm": {"strain": {"value": 0.01, "at": 0.7}},
+        },
+    }  # fmt: skip
+    (run / "evidence.json").write_text(json.dumps(evidence))
+    found = shown(run)
+    assert (found[1.4], found[1.0]) == (["greatest stretch of jelly"], ["greatest volume of stiff"])
+    assert not any("calm" in word for said in found.values() for word in said)
+
+
+def test_what_the_preview_leaves_out_is_said(run: Path) -> None:
+    tell(run, hit=0.41)
+    (run / "program" / "looks.json").write_text(
+        json.dumps(
+            {"box": {"finish": "wood", "label": {"text": "A"}}, "gel": {"finish": "jelly"}, "ball": {"finish": "rough"}}
+        )
+    )
+    told = frame_sheet(run)[2]
+    assert (
+        "patterns and labels, so also wood and the label of `box`; jelly of `gel`: judge such looks by the case" in told
+    )
+
+
 def test_pictures_come_from_the_film_at_those_times(run: Path) -> None:
     tell(run, hit=0.41)
-    sheet, count = frame_sheet(run)
+    sheet, count, _ = frame_sheet(run)
     assert count == FRAMES
     assert sheet is not None
     first = np.asarray(sheet)[4 + SIZE[1] * 3 // 4, 4 + SIZE[0] // 2, 0]

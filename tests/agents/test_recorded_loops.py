@@ -19,7 +19,7 @@ MOST = {"edit_colour": 6_000, "perpetual": 9_000}
 """Tokens that a replay may take: letters that grow are noticed."""
 
 
-@pytest.mark.usefixtures("engine")
+@pytest.mark.usefixtures("engine", "tracer")
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("file", REPLAYED, ids=lambda file: file.parent.name)
 def test_a_recorded_loop_ends_as_it_did(file: Path, tmp_path: Path) -> None:

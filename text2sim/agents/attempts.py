@@ -184,10 +184,11 @@ class Attempts:
         attempt.expect = {
             name: {k: row[k] for k in ("ok", "wanted", "why")} for name, row in result.expectations.items()
         }
-        attempt.pictures, frames = self._pictures(attempt, result.folder)
+        attempt.pictures, frames, pictured = self._pictures(attempt, result.folder)
         bodies = [*examined.loaded.case.bodies, *examined.loaded.case.scene.statics]
         asked = [one for name in given for one in numbered(name, result.expectations)]
-        text = evidence_text(result.folder, result.evidence, vars(record) if record is not None else {}, asked)
+        told = vars(record) if record is not None else {}
+        text = evidence_text(result.folder, result.evidence, told, asked, pictured)
         if examined.warnings:
             text += "\n\n## Warnings of the lint\n\n" + "\n".join(
                 f"- {p.path}: {p.message} [{p.rule}]" for p in examined.warnings[:10]
@@ -241,16 +242,16 @@ class Attempts:
             attempt.cites = sorted({*attempt.cites, "diagnostic:causes"})
             self.keep(attempt)
 
-    def _pictures(self, attempt: Attempt, run: Path) -> tuple[list[str], int]:
-        """Make the sheet of numbered pictures that the Critic sees; say how many are on it."""
-        sheet, count = frame_sheet(run)
+    def _pictures(self, attempt: Attempt, run: Path) -> tuple[list[str], int, str]:
+        """Make the sheet of numbered pictures that the Critic sees; say how many there are, and what to know."""
+        sheet, count, told = frame_sheet(run)
         if sheet is None:
-            return [], 0
+            return [], 0, ""
         folder = self.of(attempt.number)
         folder.mkdir(parents=True, exist_ok=True)
         with replacing(folder / "frames.png") as part:
             sheet.save(part, "PNG", optimize=True)
-        return ["frames.png"], count
+        return ["frames.png"], count, told
 
     def publish(self, attempt: Attempt) -> None:
         """Make an attempt the case."""

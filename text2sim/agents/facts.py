@@ -199,7 +199,7 @@ def _seen(body: str, evidence: Mapping[str, Any]) -> tuple[bool | None, str]:
     if row is None:
         return None, f"what the film shows of `{body}` was not measured"
     most = row["share"]["max"]
-    return most >= SEEN, f"`{body}` fills at most {100 * most:.2g} % of the film's picture"
+    return most >= SEEN, f"`{body}` fills at most {100 * most:.2g} % of the film's picture, seen from {SEEN:.1%} on"
 
 
 def _moved(claim: Claim, recording: "RecordedCase") -> tuple[bool | None, str]:

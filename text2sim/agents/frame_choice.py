@@ -15,9 +15,11 @@ APART = 0.1
 """Simulated time [s] between pictures of one camera: nearer ones show the same."""
 BESIDE = 0.15
 """How long [s] before and after an event a picture is taken."""
-EVENTS, EXTREMES = 5, 4
+EVENTS, EXTREMES, DEFORMED = 4, 4, 2
 DEEP = 0.002
 """Penetration [m] from which its worst moment is shown."""
+STRAINED = {"strain": 0.05, "stretch": 1.05, "volume": 0.05}
+"""What a body that deforms has to come to for its worst moment to be shown; of its volume, what it loses or gains."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,7 @@ def moments(evidence: Data, actions: Data) -> Iterator[Moment]:
         for end in ("max", "min")
         if row.get(f"{end}_at") is not None
     ]
+    yield from _deformed(evidence)
     last = float(evidence["time"]["reached"])
     yield from [one for one in extremes if APART < one.t < last - APART][:EXTREMES]
     depth = evidence.get("penetration") or {}
@@ -68,6 +71,19 @@ def moments(evidence: Data, actions: Data) -> Iterator[Moment]:
     for row in events[:3]:
         yield Moment(row.t - BESIDE, f"before {row.said}", row.bodies)
         yield Moment(row.t + BESIDE, f"after {row.said}", row.bodies)
+
+
+def _deformed(evidence: Data) -> Iterator[Moment]:
+    """Yield when bodies are strained, stretched or compressed most."""
+    found = []
+    for body, row in (evidence.get("deformables") or {}).items():
+        for name, least in STRAINED.items():
+            worst = row.get(name) or {}
+            value = worst.get("value")
+            if value is not None and (abs(value - 1) if name == "volume" else value) >= least:
+                found.append(Moment(worst["at"], f"greatest {name} of {body}", (body,)))
+                break
+    yield from found[:DEFORMED]
 
 
 def chosen(wanted: Sequence[Moment], pictures: Sequence["Frame"], count: int) -> list[Shown]:

@@ -1,8 +1,10 @@
-"""The pictures of a run on one sheet, numbered, for the Critic: of the film, or traced where there is none."""
+"""The pictures of a run on one sheet, numbered, for the Critic: path-traced as the film will be, or of its preview."""
 
 import json
 from collections.abc import Iterator
+from math import inf
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from text2sim.agents.frame_choice import Moment, Shown, chosen, moments
@@ -13,7 +15,7 @@ if TYPE_CHECKING:
 
 SHEET_WIDTH = 500
 """Of a picture on the sheet [pixels]; of a tall one, of which four stand in a row, 375."""
-FRAMES = 8
+FRAMES = 9
 """Pictures on it at most,"""
 CLOSE = 4
 """and how many of them have a close view beside them."""
@@ -21,23 +23,33 @@ LITTLE = 0.2
 """Part of the picture below which what it is about is shown from near as well."""
 SIGHT = 160
 """Width [pixels] of the pictures in which bodies are looked for."""
-TRACED = 8
-"""Pictures that are traced where OpenGL is missing: a second or two each."""
+SECONDS = 90.0
+"""That the pictures may take to be traced, a second or two each; those of the preview serve if that is not enough."""
+
+TOLD = "The frames are path-traced, as the film will be, but small and coarse."
+PLAIN = (None, "rough", "painted", "plastic", "smooth")
+"""Finishes that a preview shows about as they are."""
+LOOKS = 8
+"""Bodies whose missing looks are named."""
 
 Row = tuple[str, str, Any, Any]
 """Camera, what is said of it, the picture, and a close view of it or None."""
 
 
-def frame_sheet(run: Path) -> tuple[Any, int]:
-    """Return the pictures of a run as one, each with its number and time, and how many they are.
+def frame_sheet(run: Path) -> tuple[Any, int, str]:
+    """Return the pictures of a run as one, each with its number and time, how many they are, and what to know of them.
 
     Shown are the ends of the main film, events with what is just before and after, extremes of measures and the
     deepest overlap, and evenly what is left; what it is about is shown from near beside it, if it is small.
-    (None, 0) if there are no pictures.
+    (None, 0, "") if there are no pictures.
     """
     from text2sim.evidence.contact_sheet import contact_sheet
 
-    rows = list(_filmed(run)) or list(_kept(run)) or list(_traced(run))
+    rows, told = list(_traced(run, SECONDS)), TOLD
+    if not rows:
+        rows, told = list(_filmed(run)) or list(_kept(run)), _left_out(run)
+    if not rows:  # no preview without OpenGL
+        rows, told = list(_traced(run, inf)), TOLD
     tall = any(picture.width < 1.4 * picture.height for _, _, picture, _ in rows)
     columns, width = (4, SHEET_WIDTH * 3 // 4) if tall else (3, SHEET_WIDTH)
     thumbnails, close = [], 0
@@ -47,7 +59,9 @@ def frame_sheet(run: Path) -> tuple[Any, int]:
         if near is not None and close < CLOSE:
             close += 1
             thumbnails.append(("", f"frame {number}, close", near.resize(picture.size)))
-    return (contact_sheet(thumbnails, width=width, columns=columns) if rows else None), len(rows)
+    if not rows:
+        return None, 0, ""
+    return contact_sheet(thumbnails, width=width, columns=columns), len(rows), told
 
 
 def _read(path: Path) -> Any:
@@ -156,28 +170,51 @@ def _kept(run: Path) -> Iterator[Row]:
                 yield camera, f"{rows[k][0]:.2f} s", picture, None
 
 
-def _traced(run: Path) -> Iterator[Row]:
-    """Pictures of the main film from the path tracer; nothing where that cannot be done."""
+def _traced(run: Path, seconds: float) -> Iterator[Row]:
+    """Pictures of the main film from the path tracer; nothing where that cannot be done, or not in so many seconds."""
     from text2sim.spec_schema.errors import Text2SimError
 
+    until = monotonic() + seconds
     try:
+        from PIL import Image
+
         from text2sim.recording.film_record import read_recording
         from text2sim.rendering.film import Filming, Reel
 
         recording = read_recording(run)
         width, height = recording.film["resolution"]
-        filming = Filming(recording, "draft", size=(SHEET_WIDTH, max(2, round(SHEET_WIDTH * height / width))))
+        filming = Filming(recording, "draft", size=(SHEET_WIDTH, max(2, round(SHEET_WIDTH * height / width / 2) * 2)))
         reel = filming.reels()[0]
-        wanted = _told(run)
-        shown = chosen(wanted, reel.frames, TRACED)
-        paths = filming.render(Reel(reel.name, [one.frame for one in shown]), lambda progress: None)
+        shown = chosen(_told(run), reel.frames, FRAMES)
+        few = Reel(reel.name, [one.frame for one in shown])
+        filming.render(few, lambda progress: None, until=until)
+        pictures = [Image.fromarray(picture) for picture in filming.pictures(few, filming.rendered(few))]
     except (Text2SimError, ImportError, OSError):
         return
     eye = _eye(run)
-    for one, path in zip(shown, paths, strict=True):
-        picture = _read(path)
-        if picture is not None:
-            yield one.frame.camera, _said(one), picture, _close(eye, one, picture)
+    for one, picture in zip(shown, pictures, strict=True):
+        yield one.frame.camera, _said(one), picture, _close(eye, one, picture)
+
+
+def _left_out(run: Path) -> str:
+    """Say which looks the pictures of a preview do not show."""
+    try:
+        looks = json.loads((run / "program" / "looks.json").read_text("utf-8"))
+        worn = {name: _unshown(look) for name, look in looks.items()}
+    except (OSError, ValueError, TypeError, AttributeError):
+        worn = {}
+    rows = [f"{words} of `{name}`" for name, words in worn.items() if words][:LOOKS]
+    some = f", so also {'; '.join(rows)}" if rows else ""
+    return (
+        "The frames are of the preview, which leaves out shadows, the place around, finishes, patterns and labels"
+        f"{some}: judge such looks by the case."
+    )
+
+
+def _unshown(look: dict[str, Any]) -> str:
+    """What of a look only the path tracer shows."""
+    words = [f"the {key}" for key in ("pattern", "label") if look.get(key)]
+    return " and ".join([*([look["finish"]] if look.get("finish") not in PLAIN else []), *words])
 
 
 def _told(run: Path) -> list[Moment]:

@@ -27,7 +27,11 @@ LOG = 1_500
 
 
 def evidence_text(
-    folder: Path, evidence: Mapping[str, Any] | None, record: Mapping[str, Any], given: Iterable[str]
+    folder: Path,
+    evidence: Mapping[str, Any] | None,
+    record: Mapping[str, Any],
+    given: Iterable[str],
+    pictured: str = "",
 ) -> str:
     """Say what a run shows.
 
@@ -36,6 +40,7 @@ def evidence_text(
         evidence: What stands in `evidence.json`; None if nothing was recorded.
         record: What stands in `run.json`.
         given: Expectations that come from the request.
+        pictured: What to know of the pictures that go with it.
     """
     parts = [_outcome(record)]
     if evidence is not None:
@@ -44,7 +49,7 @@ def evidence_text(
             _table("## Measures", _measures(folder, evidence["measures"])),
             _table("## Events", _events(evidence["events"])),
             _table("## Diagnostics", _diagnostics(evidence)),
-            _table("## What the cameras saw", _seen(evidence)),
+            _table("## What the cameras saw", [*([f"- {pictured}"] if pictured else []), *_seen(evidence)]),
         ]
     else:
         parts.append("Nothing was recorded.")
