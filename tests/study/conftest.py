@@ -21,15 +21,15 @@ COLOURS = {"anchor_system": (200, 40, 40), "better_system": (40, 200, 40), "wors
 
 
 def film(path: Path, colour: tuple[int, int, int], title: str = "") -> None:
-    """Write a film of half a second with a tag that tells whose it is."""
+    """Write a film of one second with a tag that tells whose it is."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with av.open(str(path), "w") as made:
         made.metadata["title"] = title
         stream = made.add_stream("mpeg4", rate=10)
         stream.width, stream.height = 64, 48
-        for k in range(5):
+        for k in range(10):
             picture = np.full((48, 64, 3), colour, np.uint8)
-            picture[:, 10 * k : 10 * k + 8] = 255
+            picture[:, 6 * k : 6 * k + 6] = 255
             made.mux(stream.encode(av.VideoFrame.from_ndarray(picture)))
         made.mux(stream.encode())
 

@@ -1,6 +1,7 @@
 """Films that tell by nothing but their pictures who made them."""
 
 import os
+from fractions import Fraction
 from pathlib import Path
 
 from text2sim.spec_schema.errors import RunError
@@ -28,7 +29,8 @@ def anonymised(source: Path, target: Path) -> None:
             old = pictures.codec_context
             if max(old.width, old.height) > LONGEST_SIDE:
                 raise RunError(f"{source}: its pictures are larger than {LONGEST_SIDE} pixels")
-            stream = made.add_stream("libx264", rate=pictures.average_rate or 25)
+            rate = pictures.average_rate or Fraction(25)
+            stream = made.add_stream("libx264", rate=rate)
             stream.width, stream.height, stream.pix_fmt = old.width // 2 * 2, old.height // 2 * 2, "yuv420p"
             stream.options = {"crf": "14", "preset": "veryfast", "threads": "2"}
             for name in ("colorspace", "color_primaries", "color_trc", "color_range"):
@@ -38,7 +40,7 @@ def anonymised(source: Path, target: Path) -> None:
                 if count > MOST_FRAMES:
                     raise RunError(f"{source}: it has more than {MOST_FRAMES:,} pictures")
                 plain = frame.reformat(stream.width, stream.height, "yuv420p")
-                plain.pts, plain.pict_type = None, 0  # the encoder decides anew
+                plain.pts, plain.time_base, plain.pict_type = count - 1, 1 / rate, 0
                 made.mux(stream.encode(plain))
             made.mux(stream.encode())
         if not count:

@@ -1,7 +1,7 @@
 "use strict";
 const films = [...document.querySelectorAll("video")], form = document.querySelector("form");
 const fields = [...form.querySelectorAll("fieldset")], trouble = document.getElementById("trouble");
-const play = () => films.forEach((film) => { film.currentTime = 0; film.play(); });
+const play = () => films.forEach((film) => { if (film.currentTime) film.currentTime = 0; film.play(); });
 const loaded = (film) => new Promise((done) => {
   if (film.readyState >= 4) return done();
   film.addEventListener("canplaythrough", done, { once: true });

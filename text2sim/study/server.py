@@ -62,8 +62,8 @@ class StudyPage:
         if admitted(path, request.headers, self._hosts, self.answers.token) is None:
             return await _nothing(request)
         answer = await call(request)
-        answer.headers.update(HEADERS)
-        answer.headers.setdefault("Cache-Control", "no-store")
+        for name, value in {"Cache-Control": "no-store", **HEADERS}.items():
+            answer.headers.setdefault(name, value)
         return answer
 
     def _place(self, request: Request) -> tuple[str, int, int] | None:
@@ -126,7 +126,9 @@ class StudyPage:
 def _shown(state: str, status: int = 200, **contents: Any) -> Response:
     nonce = secrets.token_urlsafe(12)
     page = render_page("study", "page.html.j2", {"state": state, "nonce": nonce, **contents})
-    return HTMLResponse(page, status, {"Content-Security-Policy": policy(nonce, "'self'")})
+    # Without any referrer a form is sent from the origin `null`, which is everybody's.
+    headers = {"Content-Security-Policy": policy(nonce, "'self'"), "Referrer-Policy": "same-origin"}
+    return HTMLResponse(page, status, headers)
 
 
 async def _nothing(request: Request, error: Exception | None = None) -> Response:
