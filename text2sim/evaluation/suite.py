@@ -176,7 +176,7 @@ def selected(suite: Suite, only: Iterable[str]) -> Mapping[str, Prompt]:
 
 def _same(one: str, other: str, from_: float) -> bool:
     """Whether two texts are alike; the quick bounds of difflib first, as there are many pairs."""
-    if one == other or (min(len(one), len(other)) > 20 and (one in other or other in one)):
+    if one == other or (min(len(one), len(other)) > 12 and (one in other or other in one)):
         return True
     matcher = SequenceMatcher(None, one, other, autojunk=False)
     return matcher.real_quick_ratio() >= from_ and matcher.quick_ratio() >= from_ and matcher.ratio() >= from_
