@@ -2,16 +2,18 @@
 
 import numpy as np
 import pytest
+import trimesh
 from filmed import MakeRun
 
 from text2sim.compiler.build import plan_case
 from text2sim.recording.film_record import read_recording
 from text2sim.rendering import tone
-from text2sim.rendering.backdrop import wall_mesh
+from text2sim.rendering.backdrop import backdrop_mesh, edge_rays, wall_mesh
 from text2sim.rendering.film import Filming
 from text2sim.rendering.floors import SURFACES, texture
 from text2sim.rendering.supports import Fixed, posts
 from text2sim.spec_schema.load import load_text
+from text2sim.templates.cameras import View
 
 CASE = """
 text2sim: 2
@@ -69,6 +71,37 @@ def test_the_wall_is_straight_and_behind_the_scene_but_round_about_a_camera_that
     turns = np.linspace(0, 2 * np.pi, 8, endpoint=False)
     round_about = [np.array([4 * np.cos(a), 4 * np.sin(a), 1.0]) for a in turns]
     assert np.ptp(wall_mesh(BACKDROP, round_about, things, 1.0)[0].vertices[:, 1]) > 8
+
+
+def looking(azimuth: float, away: float, aside: float = 0.0) -> View:
+    """A camera at 1 m, that looks past the middle by so much."""
+    c, s = np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))
+    pos, look_at = np.array([away * c, away * s, 1.0]), np.array([-aside * s, aside * c, 0.5])
+    return View(pos, look_at, np.array([0.0, 0.0, 1.0]), 45.0, 1.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("cameras", "straight"),
+    [
+        ([(-90, 4, 0.0), (-126, 5, 0.0), (-55, 5, 0.0)], True),
+        ([(-90, 4, 0.0), (-55, 4, 4.0)], False),
+        ([(-90, 4, 9.0)], False),
+    ],
+)
+def test_no_camera_sees_where_the_wall_or_the_floor_ends(cameras, straight):
+    views = [looking(*camera) for camera in cameras]
+    eyes, rays = [view.pos for view in views], [edge_rays(view, 16 / 9) for view in views]
+    wall, _ = wall_mesh(BACKDROP, eyes, np.array([(0.0, 1.0, 0.5)]), 1.0, rays)
+    assert (np.ptp(wall.vertices[wall.vertices[:, 2] > 1][:, :2] @ (0, 1)) < 3) == straight
+    reach = float(np.hypot(*wall.vertices[:, :2].T).max())
+    floor = backdrop_mesh(BACKDROP, eyes, rays, reach)
+    assert np.hypot(*floor.vertices[:, :2].T).max() >= reach
+    room = trimesh.Trimesh(
+        np.concatenate([wall.vertices, floor.vertices]), np.concatenate([wall.faces, floor.faces + len(wall.vertices)]),
+        process=False,
+    )  # fmt: skip
+    for eye, ways in zip(eyes, rays, strict=True):
+        assert room.ray.intersects_any(np.broadcast_to(eye, ways.shape), ways).all()
 
 
 def test_what_hangs_in_the_air_gets_posts_where_nothing_moves():

@@ -5,6 +5,7 @@ cheaper: in a closed room no path of light ends before its longest length.
 """
 
 from collections.abc import Iterable, Sequence
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,8 @@ STEPS = 40
 SIDES = 192
 BEHIND = np.radians(75.0)
 """How far to both sides of where a camera looks the wall goes."""
+BEYOND_EDGE = np.radians(6.0)
+"""How much farther it goes than cameras see."""
 HAZY = {"ground": 0.8, "horizon": 1.2}
 """Distance from the camera at which ground without an end is lost in haze, in radii of the stage."""
 LOST = 1.5
@@ -47,43 +50,66 @@ DEEP, SHALLOW = 5.0, 2.2
 BEYOND, MOST = 0.7, 99.0
 """and how far behind this part [%] of all that is seen it stands."""
 WIDE, TALL, COVE = 9.0, 3.2, 0.05
-"""Width and height of a straight wall, and the radius of its curve to the floor, in its distances."""
+"""Width and height of a straight wall at least, and the radius of its curve to the floor, in its distances."""
+WIDEST, TALLEST, MARGIN = 30.0, 12.0, 1.05
+"""The same at most: cameras that see farther along it get a round one; and what it is larger by than cameras see."""
 FALLOFF = 0.3
 """How much darker a wall is at its far ends than in its middle, where the subject stands before it."""
 
 
-def wall_mesh(backdrop: dict[str, Any], eyes: Iterable[Array], things: Array, stage: float) -> tuple[Mesh, Array]:
+def edge_rays(view: Any, aspect: float) -> Array:
+    """Return directions into a picture: its middle, then its left and right edges from below upwards, shape (n, 3).
+
+    Args:
+        view: Of the film's camera.
+        aspect: Width of the picture by its height.
+    """
+    right, up, ahead = (np.array(axis) for axis in basis(view.pos, view.look_at, view.up))
+    tall = np.tan(np.radians(view.fov) / 2)
+    sides = [x * aspect * right + y * up for x in (-1, 1) for y in np.linspace(-1, 1, 9)]
+    return np.stack([ahead, *(ahead + tall * side for side in sides)])
+
+
+def wall_mesh(
+    backdrop: dict[str, Any], eyes: Iterable[Array], things: Array, stage: float, rays: Sequence[Array] = ()
+) -> tuple[Mesh, Array]:
     """Return a wall behind the scene and how bright it is at each vertex, 0 to 1.
 
-    It is straight, or round if cameras look in too many directions for one straight wall.
+    It is straight, or round if cameras look in too many directions for one straight wall, or along it. No camera sees
+    where it ends.
 
     Args:
         backdrop: As the film section has it resolved, with a level.
         eyes: Where cameras stand, now and then [m].
         things: Places of all that is seen, over all of the time [m], shape (n, 3).
         stage: Radius of what the film is about [m].
+        rays: Of each camera, see `edge_rays`.
     """
     eyes = list(eyes)
     ways = np.subtract(backdrop["center"][:2], np.array([np.asarray(eye, float)[:2] for eye in eyes]).reshape(-1, 2))
     ways = ways[np.hypot(*ways.T) > 1e-6]
     ways /= np.hypot(*ways.T)[:, None]
     ahead = ways.mean(axis=0) if len(ways) else np.zeros(2)
-    if np.linalg.norm(ahead) < 0.5 or (ways @ ahead / np.linalg.norm(ahead)).min() < np.cos(SPREAD):
-        made = _round_wall(backdrop, eyes, max(float(backdrop["radius"]), _farthest(backdrop, eyes) * CLEARANCE / NEAR))
+    extent = None
+    if np.linalg.norm(ahead) >= 0.5 and (ways @ ahead / np.linalg.norm(ahead)).min() >= np.cos(SPREAD):
+        ahead /= np.linalg.norm(ahead)
+        depths = (things[:, :2] - backdrop["center"][:2]) @ ahead
+        # What strays farthest passes through it: it stands where the many end.
+        reach = float(np.percentile(depths, MOST)) if len(depths) else 0.0
+        away = float(np.clip(reach + BEYOND * stage, SHALLOW * stage, DEEP * stage))
+        extent = _extent(backdrop, eyes, rays, ahead, away)
+    if extent is None:
+        radius = max(float(backdrop["radius"]), _farthest(backdrop, eyes) * CLEARANCE / NEAR)
+        made = _round_wall(backdrop, eyes, radius, rays)
         x, y = backdrop["center"][:2]
         placed = made.vertices + (x, y, backdrop["level"] - SUNK)
         return Mesh(placed, made.faces, made.normals), np.ones(len(placed))
-    ahead /= np.linalg.norm(ahead)
-    depths = (things[:, :2] - backdrop["center"][:2]) @ ahead
-    # What strays farthest passes through it: it stands where the many end.
-    reach = float(np.percentile(depths, MOST)) if len(depths) else 0.0
-    away = float(np.clip(reach + BEYOND * stage, SHALLOW * stage, DEEP * stage))
-    cove, height = COVE * away, TALL * away
+    cove, (width, height) = COVE * away, extent
     turn = np.linspace(0, np.pi / 2, 9)
     rise = np.append(cove - cove * np.cos(turn), np.linspace(cove, height, 24)[1:])
     depth = np.append(away - cove + cove * np.sin(turn), np.full(23, away))
     lean = np.append(np.cos(turn), np.zeros(23))
-    side = np.linspace(-WIDE / 2, WIDE / 2, 49) * away
+    side = np.linspace(-width / 2, width / 2, 49)
     across = np.array([ahead[1], -ahead[0]])
     flat = side[:, None, None] * across + depth[None, :, None] * ahead
     vertices = np.concatenate([flat, np.broadcast_to(rise[None, :, None], (*flat.shape[:2], 1))], axis=2)
@@ -99,25 +125,49 @@ def wall_mesh(backdrop: dict[str, Any], eyes: Iterable[Array], things: Array, st
     return Mesh(placed, faces, normals.reshape(-1, 3)), bright.ravel()
 
 
-def backdrop_mesh(backdrop: dict[str, Any], eyes: Iterable[Array]) -> Mesh | None:
+def _extent(
+    backdrop: dict[str, Any], eyes: Sequence[Array], rays: Sequence[Array], ahead: Array, away: float
+) -> tuple[float, float] | None:
+    """Return width and height [m] of a straight wall whose ends no camera sees; None if it would be too large."""
+    width, height = WIDE * away, TALL * away
+    across, onto = np.array([ahead[1], -ahead[0], 0.0]), np.append(ahead, 0.0)
+    for eye, ways in zip(eyes, rays, strict=False):
+        place = np.subtract(eye, [*backdrop["center"][:2], backdrop["level"]])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            far = (away - place @ onto) / np.maximum(ways @ onto, 0.0)
+            floor = np.where(ways[:, 2] < 0, -place[2] / ways[:, 2], np.inf)
+        ways, far = ways[far <= floor], far[far <= floor]
+        if not np.isfinite(far).all():
+            return None
+        met = place + far[:, None] * ways
+        width = max(width, 2 * MARGIN * float(np.abs(met @ across).max(initial=0.0)))
+        height = max(height, MARGIN * float(met[:, 2].max(initial=0.0)))
+    return (width, height) if width < WIDEST * away and height < TALLEST * away else None
+
+
+def backdrop_mesh(
+    backdrop: dict[str, Any], eyes: Iterable[Array], rays: Sequence[Array] = (), reach: float = 0.0
+) -> Mesh | None:
     """Return the mesh of a backdrop, without the wall of `wall`; None if there is none.
 
     Args:
         backdrop: As the film section has it resolved.
         eyes: Where cameras stand, now and then [m].
+        rays: Of each camera, see `edge_rays`.
+        reach: How far [m] from its middle it goes at least.
     """
     kind, eyes = backdrop["kind"], list(eyes)
     if kind == "none" or backdrop["level"] is None:
         return None
     if kind in ("cyclorama", "wall"):
-        radius = max(float(backdrop["radius"]), _farthest(backdrop, eyes) * CLEARANCE / NEAR)
+        radius = max(float(backdrop["radius"]), _farthest(backdrop, eyes) * CLEARANCE / NEAR, reach)
     else:
         off = [np.hypot(*np.subtract(eye, backdrop["center"])[:2]) for eye in eyes]
         radius = LOST * HAZY[kind] * float(backdrop["radius"]) + max(off, default=0.0)
     rings = radius * np.geomspace(0.05, 1.0, STEPS)
     made = _turned(np.column_stack([np.append(0.0, rings), np.zeros(STEPS + 1)]), np.tile([0.0, 1.0], (STEPS + 1, 1)))
     if kind == "cyclorama":
-        made = joined([made, _round_wall(backdrop, eyes, radius)])
+        made = joined([made, _round_wall(backdrop, eyes, radius, rays)])
     x, y = backdrop["center"][:2]
     return Mesh(made.vertices + (x, y, backdrop["level"] - SUNK), made.faces, made.normals)
 
@@ -159,14 +209,14 @@ def sky(backdrop: dict[str, Any], background: Array, view: Any, size: tuple[int,
     return background + (np.asarray(backdrop["sky"]) - background) * np.clip(rise / OVERHEAD, 0.0, 1.0) ** 0.7
 
 
-def _round_wall(backdrop: dict[str, Any], eyes: Iterable[Array], radius: float) -> Mesh:
+def _round_wall(backdrop: dict[str, Any], eyes: Sequence[Array], radius: float, rays: Sequence[Array]) -> Mesh:
     bend, near = FILLET * radius, NEAR * radius
     turn = np.linspace(0, np.pi / 2, STEPS)
     curve = np.stack([near + bend * np.sin(turn), bend - bend * np.cos(turn)], axis=1)
     slopes = np.stack([-np.sin(turn), np.cos(turn)], axis=1)
     top = [(near + bend, WALL * radius + bend)]
     wall = _turned(np.concatenate([curve, top]), np.concatenate([slopes, slopes[-1:]]))
-    return _open(wall, backdrop, eyes)
+    return _open(wall, backdrop, eyes, near + bend, rays)
 
 
 def _turned(profile: Array, slopes: Array) -> Mesh:
@@ -188,15 +238,28 @@ def _between(a: Array, b: Array) -> Array:
     return np.abs((a - b + np.pi) % (2 * np.pi) - np.pi)
 
 
-def _open(wall: Mesh, backdrop: dict[str, Any], eyes: Iterable[Array]) -> Mesh:
+def _open(wall: Mesh, backdrop: dict[str, Any], eyes: Sequence[Array], radius: float, rays: Sequence[Array]) -> Mesh:
     """Return the part of a wall that cameras see behind the scene."""
     middle = wall.vertices[wall.faces].mean(axis=1)
     angle = np.arctan2(middle[:, 1], middle[:, 0])
     kept = np.zeros(len(angle), bool)
-    for eye in eyes:
+    for eye, ways in zip_longest(eyes, rays):
         x, y = np.subtract(backdrop["center"][:2], np.asarray(eye)[:2])
         if np.hypot(x, y) < 1e-6:  # straight from above
             kept[:] = True
-        else:
-            kept |= _between(angle, np.arctan2(y, x)) < BEHIND
+            continue
+        kept |= _between(angle, np.arctan2(y, x)) < BEHIND
+        if ways is not None:
+            bearings = _met_at(np.array([-x, -y]), ways[:, :2], radius)
+            widest = _between(bearings, bearings[0]).max() + BEYOND_EDGE
+            kept |= _between(angle, bearings[0]) < widest
     return Mesh(wall.vertices, wall.faces[kept], wall.normals)
+
+
+def _met_at(place: Array, ways: Array, radius: float) -> Array:
+    """Return where rays from a place (2,) that go these ways (n, 2) meet a round wall: angles at its middle [rad]."""
+    ways = ways / np.maximum(np.hypot(*ways.T), 1e-9)[:, None]
+    along = ways @ place
+    far = np.sqrt(np.maximum(along**2 - place @ place + radius**2, 0.0)) - along
+    met = place + far[:, None] * ways
+    return np.arctan2(met[:, 1], met[:, 0])

@@ -93,7 +93,7 @@ def texture(pattern: str) -> Array:
         tint = np.array([0.92, 1.0, 1.12])  # what is darker is warmer
     elif pattern == "grass":
         blades = gaussian_filter(chance.standard_normal((TEXELS, TEXELS)), 1.3, mode="wrap")
-        made = 1 + surface.contrast * (0.55 * _clouds(chance, 1.5) + 0.85 * blades / blades.std())
+        made = 1 + surface.contrast * (0.2 * _clouds(chance, 1.5) + 0.95 * blades / blades.std())
         tint = np.array([1.1, 1.0, 1.2])
     elif pattern in ("asphalt", "sand"):
         grit = gaussian_filter(chance.standard_normal((TEXELS, TEXELS)), 1.0, mode="wrap")

@@ -13,7 +13,7 @@ import numpy as np
 
 from text2sim.compiler.film_lights import ROOM as ROOMY
 from text2sim.recording.film_record import FilmRecord, Part, SurfaceLook
-from text2sim.rendering.backdrop import backdrop_mesh, wall_mesh
+from text2sim.rendering.backdrop import backdrop_mesh, edge_rays, wall_mesh
 from text2sim.rendering.finishes import finish_of, material, needs_uvs, worn
 from text2sim.rendering.floors import floor_material
 from text2sim.rendering.lights import dome, emitters, gradient
@@ -112,8 +112,8 @@ class Stage:
         # What falls out of the picture takes no floor along.
         return float(max(min(lowest), lowest[0] - np.ptp(states.bounds(bodies, 0.0)[:, 2]))) if lowest else None
 
-    def _eyes(self) -> list[Any]:
-        """Return where the cameras stand over the films, and where each would be if it filmed all of the time."""
+    def _views(self) -> list[View]:
+        """Return how the cameras look over the films, and how each would if it filmed all of the time."""
         film, last = self.recording.film, self.recording.last
         cameras = Cameras(film, self.recording.states)
         pictures = [frame for reel in reels(film).values() for frame in frames(film, reel, last)]
@@ -123,7 +123,7 @@ class Stage:
         moments += [
             (name, film["start"] + p * (film["end"] - film["start"]), p) for name in film["cameras"] for p in parts
         ]
-        return [cameras.view(*moment).pos for moment in moments]
+        return [cameras.view(*moment) for moment in moments]
 
     def at(self, t: float, *, gloss: bool = True) -> Moment:
         """Return the scene at simulated time `t` [s], if wanted with what clear things reflect."""
@@ -152,8 +152,12 @@ class Stage:
 
     def _make_backdrop(self) -> dict[str, tuple[Callable[[Any], Any], Any]]:
         """Return what makes the floor and the wall of any material, and the material of each."""
-        eyes, backdrop = self._eyes(), self.backdrop
-        mesh = backdrop_mesh(backdrop, eyes)
+        views, backdrop, (wide, tall) = self._views(), self.backdrop, self.recording.film["resolution"]
+        eyes, rays, reach = [view.pos for view in views], [edge_rays(view, wide / tall) for view in views], 0.0
+        if backdrop["kind"] == "wall" and backdrop["level"] is not None:
+            wall, bright = wall_mesh(backdrop, eyes, self._places(), float(backdrop["radius"]) / ROOMY, rays)
+            reach = float(np.hypot(*(wall.vertices[:, :2] - backdrop["center"][:2]).T).max())
+        mesh = backdrop_mesh(backdrop, eyes, rays, reach)
         if mesh is None:
             return {}
         floor = backdrop.get("floor")
@@ -162,7 +166,6 @@ class Stage:
         color, _ = shaded(self._floor.color, self._floor.finish)
         made = {"backdrop": (_painted("backdrop", mesh, np.broadcast_to(color, mesh.vertices.shape)), laid)}
         if backdrop["kind"] == "wall":
-            wall, bright = wall_mesh(backdrop, eyes, self._places(), float(backdrop["radius"]) / ROOMY)
             color = linear(np.asarray(self.recording.film["background"])) * bright[:, None]
             made["wall"] = (_painted("wall", wall, color), material(BACKDROP_FINISH, two_sided=True))
         return made
