@@ -12,6 +12,7 @@ from text2sim.cluster.run import Where, run_tasks
 from text2sim.dataset.card import write_card
 from text2sim.dataset.curation import Likeness
 from text2sim.dataset.item import Item
+from text2sim.dataset.lerobot import RobotWriter
 from text2sim.dataset.questions import balanced
 from text2sim.dataset.recipe import Recipe
 from text2sim.dataset.shards import ShardWriter
@@ -73,7 +74,8 @@ def jobs_of(recipe: Recipe, root: Path, runs: Path, out: Path) -> list[Job]:
                 ]
     if problems:
         raise SpecError(problems)
-    return jobs
+    # The first draws of all come first: a build that is stopped has something of everything.
+    return sorted(jobs, key=lambda job: job.number)
 
 
 def build(
@@ -146,6 +148,7 @@ class Writer:
         self._recipe, self._folder, self._splits, self._dropped = recipe, folder, splits, dropped or {}
         self._tables: dict[tuple[str, str], TableWriter] = {}
         self._shards: dict[str, ShardWriter] = {}
+        self._robots: dict[str, RobotWriter] = {}
         self._likeness = Likeness(recipe.limits.alike)
         self.tally = Tally()
         folder.mkdir(parents=True)
@@ -186,7 +189,7 @@ class Writer:
             for row in balanced(rows, self._answers, self._recipe.seed):
                 self._put("questions", row.pop("split"), [row])
         Path(self._asked.name).unlink()
-        for file in (*self._tables.values(), *self._shards.values(), self._refused):
+        for file in (*self._tables.values(), *self._shards.values(), *self._robots.values(), self._refused):
             file.close()
 
     def _write(self, item: Item) -> None:
@@ -196,6 +199,8 @@ class Writer:
         item.row["split"] = split
         extra = {"json": json.dumps(item.row).encode()}
         item.row["shard"] = self._shards[split].add(item.key, item.folder, extra)
+        name = f"{split}-{item.row['source']}-{item.row['case']}"
+        self._robots.setdefault(name, RobotWriter(self._folder / "lerobot" / name)).add(item)
         self._put("items", split, [item.row])
         self._put("frames", split, item.frames)
         for row in item.questions:

@@ -7,7 +7,6 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from text2sim import __version__
 from text2sim.cluster.task import Place, Task
 from text2sim.dataset.curation import is_doubtful, refusals
 from text2sim.dataset.draws import Values, draw, generator, number_at, overlay_of
@@ -120,7 +119,9 @@ def read_made(job: Job) -> Made:
 
 def _digest(job: Job) -> str:
     own = job.recipe.model_dump(mode="json", exclude={"splits", "description", "sources", "shard_mb"})
-    recipe = json.dumps([own, job.recipe.sources[job.source].model_dump(mode="json", exclude={"cases", "split"})])
+    recipe = json.dumps(
+        [own, job.recipe.sources[job.source].model_dump(mode="json", exclude={"cases", "split", "draws"})]
+    )
     texts = [recipe, repr(job.base), job.case.read_text("utf-8", "replace"), __version__]
     return sha256("\0".join(texts).encode()).hexdigest()
 

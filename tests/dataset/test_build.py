@@ -1,0 +1,114 @@
+"""A dataset that is really built: drawn, refused, simulated, filmed, and loaded."""
+
+import json
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from text2sim.cluster.run import Where
+from text2sim.dataset.build import Tally, build, jobs_of
+from text2sim.dataset.check import check_dataset
+from text2sim.dataset.recipe import parse_recipe
+from text2sim.dataset.simulate import Made
+from text2sim.spec_schema.errors import RunError, SpecError
+from text2sim.spec_schema.text.source import Source
+
+CASE = """
+text2sim: 2
+name: drop
+prompt: A ball falls beside a post.
+scene: {duration: 0.4, dt: 0.01, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  ball:
+    kind: rigid
+    shape: {kind: sphere, radius: 0.1}
+    material: {density: 500}
+    pose: {pos: [0, 0, 0.4]}
+  post:
+    kind: rigid
+    shape: {kind: box, size: [0.2, 0.2, 0.4]}
+    mount: {kind: fixed}
+    pose: {pos: [0.5, 0, 0.2]}
+actions:
+  measures: {height: {kind: position, of: ball, axis: z}}
+  events: {lands: {kind: contact, between: [ball, floor]}}
+  expect: {lands_in_time: {event: lands, within: [0.1, 0.35]}}
+"""
+RECIPE = """
+text2sim_dataset: 1
+name: drops
+film: {quality: preview, size: [64, 36], fps: 10}
+annotations: [cameras, depth, instances, flow, boxes, visibility]
+tries: 20
+sources:
+  drops:
+    cases: [case.yaml]
+    draws: 2
+    films: 2
+    physics:
+      bodies.ball.pose.pos[0]: {choice: [0.45, 0.0]}
+      bodies.ball.pose.pos[2]: {uniform: [0.3, 1.6]}
+    looks: {bodies.ball.look.color: {choice: ["#c23b34", "#2a9d8f"]}}
+    counterfactuals: {no_gravity: {scene.gravity: {choice: [[0, 0, 0]]}}}
+    holds: [lands_in_time]
+"""
+
+
+@pytest.fixture
+def recipe_folder(tmp_path: Path) -> Path:
+    (tmp_path / "case.yaml").write_text(CASE)
+    return tmp_path
+
+
+def test_draws_are_made_until_they_fit_and_pairs_are_linked(recipe_folder: Path, engine: None) -> None:
+    recipe, told = parse_recipe(Source(RECIPE, "recipe.yaml")), []
+    target = recipe_folder / "drops"
+
+    def tell(tally: Tally, made: Made) -> None:
+        told.append(tally.done)
+
+    tally = build(recipe, recipe_folder, target, recipe_folder / "runs", where=Where(), dropped={}, tell=tell)
+    assert told == [1, 2]
+    assert check_dataset(target) == []
+    items = {row["key"]: row for row in pq.read_table(target / "items").to_pylist()}
+    assert [*items] == [
+        f"drops-drop-{k:03d}{what}" for k in (0, 1) for what in ("", "-film1", "-no_gravity", "-no_gravity-film1")
+    ]
+    for k in ("000", "001"):
+        base, film, other = (items[f"drops-drop-{k}{what}"] for what in ("", "-film1", "-no_gravity"))
+        assert film["same_physics_as"] == base["key"] and film["states_digest"] == base["states_digest"]
+        assert film["film_digest"] != base["film_digest"]
+        assert other["counterfactual_of"] == base["key"] and other["cause"] == "scene.gravity"
+        assert [row["ok"] for row in base["expectations"]] == [True]
+        assert [row["ok"] for row in other["expectations"]] == [False]
+        heights = {row["path"]: json.loads(row["value"]) for row in base["drawn"]}
+        assert heights["bodies.ball.pose.pos[0]"] == 0.0
+        # A fall from rest takes sqrt(2 h / g): what lies beyond the time that is expected was drawn again.
+        assert (2 * (heights["bodies.ball.pose.pos[2]"] - 0.1) / 9.81) ** 0.5 <= 0.36
+    refused = [json.loads(line) for line in (target / "refused.jsonl").read_text().splitlines()]
+    stages = {row["stage"] for row in refused}
+    assert "check" in stages, "a ball in the post is refused by the check"
+    assert tally.refused.total() == len(refused)
+    assert all(row["why"] and row["drawn"] for row in refused)
+
+
+def test_what_a_recipe_asks_of_cases_has_to_be_there(recipe_folder: Path) -> None:
+    recipe = parse_recipe(Source(RECIPE.replace("draws: 2", "variants: [heavy]"), "recipe.yaml"))
+    with pytest.raises(SpecError, match="has no variant `heavy`"):
+        jobs_of(recipe, recipe_folder, recipe_folder, recipe_folder)
+
+
+def test_a_dataset_that_is_there_is_not_overwritten(recipe_folder: Path) -> None:
+    recipe = parse_recipe(Source(RECIPE, "recipe.yaml"))
+    (recipe_folder / "drops").mkdir()
+    with pytest.raises(RunError, match="is there already"):
+        build(
+            recipe,
+            recipe_folder,
+            recipe_folder / "drops",
+            recipe_folder,
+            where=Where(),
+            dropped={},
+            tell=lambda *_: None,
+        )

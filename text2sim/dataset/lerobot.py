@@ -1,0 +1,159 @@
+"""Items whose joints are driven, in the layout of LeRobot, version 3.0: one folder for each case and split.
+
+An item is an episode. Its state is the positions and velocities of the joints that motors drive, its action what the
+motors gave; both at the moments of the pictures. Format: https://huggingface.co/docs/lerobot/lerobot-dataset-v3
+"""
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from text2sim.dataset.item import Item
+from text2sim.recording.record import write_atomically
+
+VIDEO = "observation.images.film"
+DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+FILM = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
+CHUNK = 1000
+"""Files in a folder."""
+NUMBERS = ("timestamp", "frame_index", "episode_index", "index", "task_index")
+
+
+def driven_joints(layout: dict[str, Any], forces: Any) -> list[dict[str, Any]]:
+    """Return the hinges and sliders that motors acted on: rows of a layout, with forces of all frames, (F, D)."""
+    joints = [joint for joint in layout["joints"] if joint["kind"] in ("hinge", "slider")]
+    return [joint for joint in joints if np.any(forces[:, joint["dofs"][0]])]
+
+
+class RobotWriter:
+    """Writes the episodes of one case.
+
+    Args:
+        folder: Of this LeRobot dataset.
+    """
+
+    def __init__(self, folder: Path):
+        self._folder = folder
+        self._episodes: list[dict[str, Any]] = []
+        self._tasks: dict[str, int] = {}
+        self._sums: dict[str, list[Any]] = {}
+        self._form: tuple[Any, ...] | None = None
+        self._count = 0
+
+    def add(self, item: Item) -> bool:
+        """Add an item; return whether it fits: its joints move by motors, the same ones at the same rate as before."""
+        layout = json.loads((item.folder / "layout.json").read_text("utf-8"))
+        with np.load(item.folder / "states.npz") as arrays:
+            time, qpos, speed, force = (arrays[name] for name in ("time", "qpos", "dofs_velocity", "dofs_force"))
+        joints = driven_joints(layout, force)
+        names = [f"{joint['body']}.{joint['joint']}" for joint in joints]
+        row = item.row
+        form = (tuple(names), round(row["fps"], 6), row["width"], row["height"])
+        if not joints or self._form not in (None, form):
+            return False
+        self._form = form
+        frames = np.searchsorted(time, [frame["time"] - 1e-9 for frame in item.frames]).clip(0, len(time) - 1)
+        q, d = [joint["q"][0] for joint in joints], [joint["dofs"][0] for joint in joints]
+        state = np.concatenate([qpos[np.ix_(frames, q)], speed[np.ix_(frames, d)]], axis=1).astype(np.float32)
+        self._write(row, item.folder / "film.mp4", state, force[np.ix_(frames, d)].astype(np.float32))
+        return True
+
+    def _write(self, row: dict[str, Any], film: Path, state: Any, action: Any) -> None:
+        number, length = len(self._episodes), len(state)
+        task = self._tasks.setdefault(row["prompt"] or row["case"], len(self._tasks))
+        steps = np.arange(length)
+        place = {"chunk_index": number // CHUNK, "file_index": number % CHUNK}
+        path = self._folder / DATA.format(**place)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        table = {
+            "observation.state": _column(state),
+            "action": _column(action),
+            "timestamp": pa.array((steps / row["fps"]).astype(np.float32)),
+            "frame_index": pa.array(steps),
+            "episode_index": pa.array(np.full(length, number)),
+            "index": pa.array(steps + self._count),
+            "task_index": pa.array(np.full(length, task)),
+        }
+        pq.write_table(pa.table(table), path)
+        video = self._folder / FILM.format(video_key=VIDEO, **place)
+        video.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(film, video)
+        self._episodes.append(
+            {
+                "episode_index": number,
+                "tasks": [row["prompt"] or row["case"]],
+                "length": length,
+                "dataset_from_index": self._count,
+                "dataset_to_index": self._count + length,
+                **{f"data/{key}": value for key, value in place.items()},
+                **{f"videos/{VIDEO}/{key}": value for key, value in place.items()},
+                f"videos/{VIDEO}/from_timestamp": 0.0,
+                f"videos/{VIDEO}/to_timestamp": length / row["fps"],
+                "meta/episodes/chunk_index": 0,
+                "meta/episodes/file_index": 0,
+                "text2sim/key": row["key"],
+            }
+        )
+        for name, rows in (("observation.state", state), ("action", action)):
+            some = rows.astype(float)
+            now = [length, some.sum(axis=0), (some**2).sum(axis=0), some.min(axis=0), some.max(axis=0)]
+            if name in self._sums:
+                n, total, squares, low, high = self._sums[name]
+                now = [n + length, total + now[1], squares + now[2], np.minimum(low, now[3]), np.maximum(high, now[4])]
+            self._sums[name] = now
+        self._count += length
+
+    def close(self) -> None:
+        """Write what is known at the end: the metadata. Nothing is left of a case without driven joints."""
+        if self._form is None:
+            return
+        import pandas  # `datasets` brings it
+
+        names, fps, width, height = self._form
+        meta = self._folder / "meta"
+        (meta / "episodes" / "chunk-000").mkdir(parents=True)
+        pq.write_table(pa.Table.from_pylist(self._episodes), meta / "episodes" / "chunk-000" / "file-000.parquet")
+        tasks = pandas.DataFrame({"task_index": list(self._tasks.values())}, index=list(self._tasks))
+        tasks.to_parquet(meta / "tasks.parquet")
+        states = [*(f"{name}.position" for name in names), *(f"{name}.velocity" for name in names)]
+        video = {"video.height": height, "video.width": width, "video.codec": "h264", "video.pix_fmt": "yuv420p",
+                 "video.is_depth_map": False, "video.fps": fps, "video.channels": 3, "has_audio": False}  # fmt: skip
+        numbers = {
+            name: {"dtype": "float32" if name == "timestamp" else "int64", "shape": [1], "names": None}
+            for name in NUMBERS
+        }
+        features = {
+            "observation.state": {"dtype": "float32", "shape": [len(states)], "names": states},
+            "action": {"dtype": "float32", "shape": [len(names)], "names": [f"{name}.force" for name in names]},
+            VIDEO: {
+                "dtype": "video",
+                "shape": [height, width, 3],
+                "names": ["height", "width", "channels"],
+                "info": video,
+            },
+        }
+        info = {
+            "codebase_version": "v3.0", "robot_type": "text2sim", "total_episodes": len(self._episodes),
+            "total_frames": self._count, "total_tasks": len(self._tasks), "chunks_size": CHUNK,
+            "data_files_size_in_mb": 100, "video_files_size_in_mb": 500, "fps": fps,
+            "splits": {"train": f"0:{len(self._episodes)}"}, "data_path": DATA, "video_path": FILM,
+            "features": features | numbers,
+        }  # fmt: skip
+        write_atomically(meta / "info.json", json.dumps(info, indent=1) + "\n")
+        stats = {
+            name: {"min": low.tolist(), "max": high.tolist(), "mean": (total / n).tolist(),
+                   "std": np.sqrt(np.maximum(squares / n - (total / n) ** 2, 0)).tolist(), "count": [n]}
+            for name, (n, total, squares, low, high) in self._sums.items()
+        }  # fmt: skip
+        write_atomically(meta / "stats.json", json.dumps(stats, indent=1) + "\n")
+
+
+def _column(rows: Any) -> Any:
+    """Rows of numbers as LeRobot has them: a single number is no list."""
+    wide = rows.shape[1]
+    return pa.array(rows.ravel()) if wide == 1 else pa.FixedSizeListArray.from_arrays(pa.array(rows.ravel()), wide)
