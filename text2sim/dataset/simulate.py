@@ -14,6 +14,7 @@ from text2sim.dataset.item import Item, make_item
 from text2sim.dataset.questions import ask, cause_in_words, what_if
 from text2sim.dataset.recipe import Recipe, Source
 from text2sim.harness.run import Runner, run_case
+from text2sim.harness.sources import package_code
 from text2sim.recording.record import write_atomically
 from text2sim.runtime.program import run_program
 from text2sim.runtime.stop import Stop
