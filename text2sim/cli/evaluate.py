@@ -182,13 +182,15 @@ def report(
 
 def _report(suite: Path, out: Path) -> None:
     from text2sim.cli.output import say
+    from text2sim.evaluation.report import write_report
     from text2sim.evaluation.suite import read_suite
     from text2sim.evaluation.tables import tables_of, text_of, write_tables
 
     tables = tables_of(read_suite(suite)[0], out)
     say(text_of(tables))
-    for path in write_tables(tables, out):
-        say(str(path))
+    write_tables(tables, out)
+    say(f"report: {write_report(tables, out)}")
+    say(f"tables: {out / 'tables'}")
 
 
 def _say_account(judging: "Judging") -> None:

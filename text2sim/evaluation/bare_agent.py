@@ -24,11 +24,11 @@ from text2sim.evaluation.film_frames import film_frames
 from text2sim.evaluation.genesis_docs import digest, explained
 from text2sim.evaluation.letters import letter
 from text2sim.evaluation.method_folder import CaseResult, resources_of
-from text2sim.recording.record import write_atomically
 from text2sim.recording.run_files import read_json, read_text
 from text2sim.runtime.child import ChildExit, Limits, run_child
 from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.whole_files import write_atomically
 
 if TYPE_CHECKING:
     from text2sim.evaluation.methods import Allowance

@@ -11,9 +11,9 @@ from text2sim.agents.yaml_text import yaml_text
 from text2sim.evaluation.judging import judge_endpoint
 from text2sim.evaluation.letters import letter
 from text2sim.evaluation.suite import CATEGORIES, Prohibition, Prompt, Requirements, Suite, complete
-from text2sim.recording.record import write_atomically
 from text2sim.spec_schema.models.base import Model, Name
 from text2sim.spec_schema.text.document import Document
+from text2sim.spec_schema.whole_files import write_atomically
 
 
 class Draft(Model):

@@ -59,6 +59,18 @@ def film_frames(film: Path) -> FilmFrames:
     return FilmFrames(tuple(images), tuple(times[k] for k in chosen), times[-1] + step, size)
 
 
+def pictures_at(film: Path, times: list[float]) -> list[Any]:
+    """Return the pictures of a film that show times [s] best; the last one for those beyond its end.
+
+    Raises:
+        RunError: If it cannot be decoded.
+    """
+    own, _, _ = _looked_through(film)
+    nearest = [int(np.abs(np.array(own) - time).argmin()) for time in times]
+    found = dict(zip(sorted(set(nearest)), _pictures(film, sorted(set(nearest))), strict=True))
+    return [found[k] for k in nearest]
+
+
 def _looked_through(film: Path) -> tuple[list[float], Any, tuple[int, int]]:
     """Times [s] of all pictures, all of them small and grey (n, 36, 64), and the size of the first."""
     import av

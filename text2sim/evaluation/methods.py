@@ -27,11 +27,12 @@ from text2sim.evaluation.method_folder import (
     write_result,
 )
 from text2sim.evaluation.suite import Prompt, Suite
-from text2sim.recording.record import RunRecord, write_atomically
+from text2sim.recording.record import RunRecord
 from text2sim.recording.run_files import read_json
 from text2sim.runtime.child import kill_group
 from text2sim.service.exits import BUG
 from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.whole_files import write_atomically
 
 ARMS = ("text2sim:with-cards", "text2sim:no-cards", "agent:with-cards", "agent:no-cards")
 FORMS = f"{', '.join(ARMS)}, or NAME=COMMAND"

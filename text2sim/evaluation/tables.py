@@ -25,8 +25,8 @@ from text2sim.evaluation.statistics import (
     spread_within,
 )
 from text2sim.evaluation.suite import Suite
-from text2sim.recording.record import write_atomically
 from text2sim.spec_schema.errors import RunError, SpecError
+from text2sim.spec_schema.whole_files import write_atomically
 
 Row = dict[str, Any]
 
