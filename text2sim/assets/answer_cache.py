@@ -11,6 +11,7 @@ import tempfile
 from base64 import b64decode, b64encode
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
+from functools import lru_cache
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -119,6 +120,7 @@ def _tidy(where: Path) -> None:
             path.unlink(missing_ok=True)
 
 
+@lru_cache
 def _version(name: str) -> str:
     try:
         return version(name)

@@ -16,7 +16,6 @@ from text2sim.compiler.placing.arrangement import OWN, Entry, Targets, arrange
 from text2sim.compiler.placing.lettering import letter_rows
 from text2sim.compiler.placing.patterns import MAX_COPIES, SINGLE, Variables, copy_count, copy_variables
 from text2sim.compiler.placing.place_error import PatternError, PlaceError
-from text2sim.compiler.placing.rope_path import laid
 from text2sim.compiler.shapes.geometry import TreeExtents
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
 from text2sim.compiler.shapes.sizes import MAX_PIECES, SizeError, Sizes, Spot, TreePieces
@@ -195,6 +194,8 @@ class _Placer:
     def _laid(self, spot: Spot) -> Spot:
         if getattr(spot.model, "along", None) is None:
             return spot
+        from text2sim.compiler.placing.rope_path import laid  # needs arrays, which most cases do without
+
         model = laid(spot.model, spot.pos, spot.quat, lambda selector: self._find(selector, "along"))
         return spot._replace(model=model)
 

@@ -36,7 +36,7 @@ class Noun:
 class Model(BaseModel):
     """A mapping of the language: closed (unknown keys are errors), immutable and finite."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True, defer_build=True)
 
 
 @dataclass(frozen=True)
