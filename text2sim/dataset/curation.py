@@ -1,6 +1,7 @@
 """Why an item gets into a dataset, or does not, and which items somebody should look at."""
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -12,6 +13,12 @@ from text2sim.dataset.recipe import Limits
 
 MOMENTS = 12
 """At which two runs are compared."""
+GLANCE, GLANCES = 12, 4
+"""Fields along each side of a picture, and pictures of a film, whose mean colours are compared."""
+SAME = 1.5
+"""Mean difference of these colours, of 255, below which two films of one simulation are the same."""
+LINKS = 16
+"""Of a run, at most, and as many points that deform, whose ways are compared."""
 NEAR = 0.5
 """Part of a limit from which on an item is doubtful."""
 
@@ -28,8 +35,10 @@ def refusals(item: Item, limits: Limits) -> list[str]:
         found.append(f"penetration: {1e3 * depth:.3g} mm, more than {1e3 * limits.penetration:g} mm")
     if (seen := _seen(item)) < limits.seen:
         found.append(f"legibility: no moving body fills {limits.seen:g} of the picture in half of them ({seen:.2g})")
-    if (count := decoded(item.folder / "film.mp4", (row["width"], row["height"]))) != row["frames"]:
-        found.append(f"film: {count} of {row['frames']} pictures can be decoded")
+    pictures = decoded(item.folder / "film.mp4", (row["width"], row["height"]))
+    if len(pictures) != row["frames"]:
+        found.append(f"film: {len(pictures)} of {row['frames']} pictures can be decoded")
+    item.glance = pictures[:: max(1, len(pictures) // GLANCES)]
     found += annotation_faults(item.folder / "annotations.npz", row, item.frames)
     return found
 
@@ -54,21 +63,22 @@ def _seen(item: Item) -> float:
     return median(shares) if shares else 0.0
 
 
-def decoded(path: Path, size: tuple[int, int]) -> int:
-    """Return how many pictures of this size a film gives before it ends or breaks."""
+def decoded(path: Path, size: tuple[int, int]) -> list[list[int]]:
+    """Return mean colours of fields of each picture, 0 to 255, as far as a film can be read and has this size."""
     import av
     import av.error
 
-    count = 0
+    found: list[list[int]] = []
     try:
         with av.open(str(path)) as film:
             for picture in film.decode(video=0):
                 if (picture.width, picture.height) != size:
-                    return 0
-                count += 1
+                    return found
+                image = picture.reformat(width=GLANCE, height=GLANCE, format="rgb24", interpolation="AREA")
+                found.append(image.to_ndarray().ravel().tolist())
     except (av.error.FFmpegError, OSError, IndexError):
         pass
-    return count
+    return found
 
 
 def annotation_faults(path: "Path | io.BytesIO", row: dict[str, Any], frames: list[dict[str, Any]]) -> list[str]:
@@ -115,7 +125,7 @@ class Likeness:
 
     def __init__(self, limit: float):
         self._limit = limit
-        self._known: dict[tuple[str, int], list[tuple[str, Any, float]]] = {}
+        self._known: dict[tuple[str, int], list[tuple[str, Any]]] = {}
 
     def twin(self, key: str, name: str, states: Path) -> str | None:
         """Return the item of the same case that is nearly this one; take note of this one if there is none.
@@ -128,11 +138,20 @@ class Likeness:
         places = fingerprint(states)
         room = float(np.ptp(places.reshape(-1, 3), axis=0).max()) if places.size else 0.0
         others = self._known.setdefault((name, places.size), [])
-        for other, there, _ in others:
+        for other, there in others:
             if places.size and np.linalg.norm(places - there, axis=-1).mean() < self._limit * max(room, 1e-9):
                 return other
-        others.append((key, places, room))
+        others.append((key, places))
         return None
+
+
+def same_film(item: Item, others: Sequence[Item]) -> str | None:
+    """Return which of some films of the same simulation looks the same; None if none does."""
+    for other in others:
+        one, two = np.array(item.glance, float), np.array(other.glance, float)
+        if one.shape == two.shape and np.abs(one - two).mean() < SAME:
+            return other.key
+    return None
 
 
 def fingerprint(states: "Path | io.BytesIO") -> Any:
@@ -140,9 +159,9 @@ def fingerprint(states: "Path | io.BytesIO") -> Any:
     with np.load(states) as arrays:
         pos = arrays["pos"]
         chosen = np.linspace(0, len(pos) - 1, MOMENTS).round().astype(int) if len(pos) else []
-        found = [pos[chosen].astype(float)]
+        found = [pos[chosen][:, :: max(1, pos.shape[1] // LINKS)].astype(float)]
         if "soft_points" in arrays:
             soft = arrays["soft_points"]
             rows = np.linspace(0, len(soft) - 1, MOMENTS).round().astype(int)
-            found.append(soft[rows][:, :: max(1, soft.shape[1] // 16)].astype(float))
+            found.append(soft[rows][:, :: max(1, soft.shape[1] // LINKS)].astype(float))
     return np.concatenate(found, axis=1) if len(found[0]) else np.zeros((0, 0, 3))

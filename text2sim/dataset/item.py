@@ -35,7 +35,7 @@ class Item:
         row: Of the table of items, without split and shard.
         frames: Rows of the table of frames.
         questions: Rows of the table of questions.
-        reasons: Why it is refused; empty if it is not.
+        glance: Mean colours of fields of some pictures, 0 to 255.
     """
 
     key: str
@@ -43,7 +43,7 @@ class Item:
     row: dict[str, Any]
     frames: list[dict[str, Any]] = field(default_factory=list)
     questions: list[dict[str, Any]] = field(default_factory=list)
-    reasons: list[str] = field(default_factory=list)
+    glance: list[list[int]] = field(default_factory=list)
 
 
 def film_of(recording: FilmRecord, film: Film) -> tuple[FilmRecord, list[Frame]]:

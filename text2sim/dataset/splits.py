@@ -1,10 +1,11 @@
 """Splits without leaks: what belongs together lies in one split, and a check that proves it."""
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from text2sim.dataset.recipe import Recipe, Split
+from text2sim.dataset.recipe import SPLITS, Recipe, Split
+from text2sim.spec_schema.errors import RunError
 
 TOGETHER = ("source", "case", "case_digest", "sim_digest", "states_digest", "film_digest")
 """Columns of the items of which no value may be in two splits."""
@@ -12,30 +13,39 @@ LINKS = ("same_physics_as", "counterfactual_of")
 """Columns that name another item, which has to be in the same split."""
 
 
-def deal(recipe: Recipe, sizes: Mapping[str, int]) -> dict[str, Split]:
+def deal(recipe: Recipe, jobs: Iterable[tuple[str, str]]) -> dict[str, Split]:
     """Return the split of each source: the largest first, each to where most is missing.
 
     Args:
         recipe: Says the shares, and the splits of some sources.
-        sizes: How many items each source will have about.
+        jobs: Source and case of everything that will be made. Sources that share a case stay together.
+
+    Raises:
+        RunError: if sources that share a case are wanted in different splits.
     """
-    given: dict[str, Split] = {
-        name: source.split for name, source in recipe.sources.items() if source.split is not None
-    }
-    filled: dict[Split, float] = dict.fromkeys(recipe.splits, 0.0)
-    for name, split in given.items():
-        filled[split] = filled.get(split, 0.0) + sizes[name]
-    whole, shares = sum(sizes.values()), sum(recipe.splits.values())
-    for name in sorted(sizes, key=lambda name: (-sizes[name], name)):
-        if name in given:
-            continue
-        missing: dict[Split, float] = {
-            split: share / shares * whole - filled[split] for split, share in recipe.splits.items() if share
-        }
-        split = max(missing, key=lambda split: missing[split])
-        given[name] = split
-        filled[split] += sizes[name]
-    return given
+    sizes, cases = Counter[str](), dict[str, str]()
+    group = {name: name for name in recipe.sources}
+    for source, case in jobs:
+        sizes[source] += 1
+        first, second = group[cases.setdefault(case, source)], group[source]
+        group = {name: first if root == second else root for name, root in group.items()}
+    found: dict[str, Split] = {}
+    for name, source in recipe.sources.items():
+        if source.split is not None and found.setdefault(group[name], source.split) != source.split:
+            raise RunError(f"the source {name} has a case in common with one that goes to {found[group[name]]}")
+    weight = Counter[str]()
+    for name, size in sizes.items():
+        weight[group[name]] += size
+    filled: dict[Split, float] = dict.fromkeys(SPLITS, 0.0)
+    for root, split in found.items():
+        filled[split] += weight[root]
+    whole, shares = weight.total(), sum(recipe.splits.values())
+    for root in sorted(weight, key=lambda root: (-weight[root], root)):
+        if root not in found:
+            missing = {split: share / shares * whole - filled[split] for split, share in recipe.splits.items() if share}
+            found[root] = max(missing, key=lambda split: missing[split])
+            filled[found[root]] += weight[root]
+    return {name: found[group[name]] for name in sizes}
 
 
 def leaks(rows: Iterable[tuple[str, Mapping[str, Any]]]) -> list[str]:
