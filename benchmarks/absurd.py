@@ -55,6 +55,8 @@ class Scene:
     """The case below its head."""
     wrong: str
     """What happens if the expectation is missed."""
+    model: str = ""
+    """The model file, for those that have one."""
 
 
 def _fall(scene: str, ball: str, height: float, *, others: str = "", controls: str = "", below: float = 0.0) -> str:
@@ -107,6 +109,35 @@ def _geared(gear: float) -> str:
     angle = "measures: {q: {kind: joint_position, of: ball}}, "
     expect = "expect: {follows: {measure: q, at: end, equals: 1.0, tolerance: 0.05}}"
     return f"scene: {{duration: 1.0, {FLOOR}}}\n{bodies}actions: {{{drive}{angle}{expect}}}\n"
+
+
+def _model(inside: str) -> str:
+    """An MJCF file of two turning arms of 1 kg, `slow` and `fast`, and what ties or drives them."""
+    arms = "".join(
+        f'<body name="{name}" pos="0 0 {z}"><joint name="{name}" axis="0 0 1"/>'
+        f'<geom type="box" size="0.2 0.025 0.025" mass="1"/></body>'
+        for name, z in (("slow", 0.5), ("fast", 0.8))
+    )
+    return f'<mujoco><compiler angle="radian"/><worldbody>{arms}</worldbody>{inside}</mujoco>'
+
+
+def _tied(ratio: float) -> Scene:
+    """Two arms of a file of which one turns `ratio` times as far as the other, which a motor turns by 1 rad."""
+    tie = f'<equality><joint joint1="fast" joint2="slow" polycoef="0 {ratio:g} 0 0 0"/></equality>'
+    motor = '<actuator><position joint="slow" kp="100" kv="10"/></actuator>'
+    expect = (
+        "follows: {measure: slow, at: end, equals: 1.0, tolerance: 0.05}, "
+        f"tied: {{measure: fast, at: end, equals: {ratio!r}, tolerance: {max(0.05 * ratio, 0.05):g}}}"
+    )
+    return Scene(f"two joints of a file tied 1:{ratio:g}", _driven(expect), "does not follow", _model(tie + motor))
+
+
+def _driven(expect: str) -> str:
+    drive = "go: {kind: drive, joint: arm.slow, position: {kind: ramp, to: 1.0, start: 0.0, end: 0.5}}"
+    angles = ", ".join(f"{name}: {{kind: joint_position, of: arm.{name}}}" for name in ("slow", "fast"))
+    actions = f"actions: {{controls: {{{drive}}}, measures: {{{angles}}}, expect: {{{expect}}}}}"
+    body = "bodies: {arm: {kind: articulated, file: model.xml, base: fixed}}"
+    return f"scene: {{duration: 1.0, {FLOOR}}}\n{body}\n{actions}\n"
 
 
 def _heap(kind: str, extra: str = "") -> str:
@@ -234,6 +265,15 @@ SCENES = {
     "gear_1e6": Scene("a motor of 1e6 N m/rad on 1 kg (a gear of 1:1000, twice)", _geared(1e6), "does not follow"),
     "gear_1e12": Scene("a motor of 1e12 N m/rad on 1 kg (a gear of 1:1e6)", _geared(1e12), "does not follow"),
     "gear_1e-6": Scene("a motor of 1e-6 N m/rad on 1 kg", _geared(1e-6), "does not follow"),
+    "gear_of_a_file": Scene(
+        "a motor of a file with gear 1e6",
+        _driven("follows: {measure: slow, at: end, equals: 1.0, tolerance: 0.05}"),
+        "does not follow",
+        _model('<actuator><position joint="slow" kp="100" kv="10" gear="1e6"/></actuator>'),
+    ),
+    "tied_1e6": _tied(1e6),
+    "tied_1e-6": _tied(1e-6),
+    "tied_3": _tied(3.0),
     "liquid_1e-6": Scene(
         "a layer of water of 1 um, in cells of 20 mm",
         f"scene: {{duration: 0.1, {FLOOR}}}\nbodies: {{film: {{kind: liquid, cell: 0.02, "
@@ -272,6 +312,7 @@ def tried(scene: Scene, engine: WarmEngine) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "case.yaml").write_text(HEAD + scene.text)
+        (folder / "model.xml").write_text(scene.model)
         found: dict[str, Any] = {"state": "finished", "message": "", "sound": None, "suspicions": []}
         try:
             loaded = load_case(folder)

@@ -207,6 +207,25 @@ def test_fmt_does_not_write_through_links(cli: Cli, case: Path, tmp_path: Path):
     assert "{  kind" in outside.read_text()
 
 
+@pytest.mark.parametrize("words", ["check", "check --json", "show --no-png", "diff", "new other --from", "patch"])
+def test_no_command_reads_what_a_case_file_points_at(cli: Cli, case: Path, tmp_path: Path, words: str):
+    (tmp_path / "secret").write_text("password: 1234\n")
+    (case / "case.yaml").unlink()
+    (case / "case.yaml").symlink_to(tmp_path / "secret")
+    more = {"diff": [tmp_path], "patch": [write_patch(tmp_path)]}.get(words, [])
+    answer = cli(*words.split(), case, *more)
+    assert answer.code == 2
+    assert "1234" not in answer.out + answer.err
+    assert "link" in answer.out + answer.err
+    assert not (tmp_path / "cases" / "other").exists()
+
+
+def write_patch(folder: Path) -> Path:
+    path = folder / "patch.json"
+    path.write_text('[{"op": "remove", "path": "/password"}]')
+    return path
+
+
 def test_fmt_says_what_is_no_yaml(cli: Cli, tmp_path: Path):
     folder = write_case(tmp_path / "bad", "text2sim: [1\n")
     answer = cli("fmt", folder, "--json")

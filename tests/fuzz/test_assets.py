@@ -108,6 +108,8 @@ FILES: dict[str, bytes] = {
     "odd.xml": b'<?xml version="1.0" encoding="no-such-thing"?>' + MJCF.encode(),
     "ref.xml": MJCF.replace("<joint/>", '<joint ref="abc"/>').encode(),
     "textures.xml": MJCF.replace("<worldbody>", f"<asset>{CHECKERS}</asset><worldbody>").encode(),
+    "tied.xml": MJCF.replace("<worldbody>", '<equality><joint joint1="j" joint2="j" polycoef="0 1e6"/></equality><worldbody>').encode(),
+    "tie.xml": MJCF.replace("<worldbody>", '<equality><joint joint1="j" polycoef="0 x"/></equality><worldbody>').encode(),
     "cubes.xml": MJCF.replace("<worldbody>", '<asset><texture builtin="flat" width="4096"/><texture builtin="flat" width="4096"/></asset><worldbody>').encode(),
     "range.xml": MJCF.replace("<joint/>", '<joint range="a b"/>').encode(),
     "mesh.urdf": URDF.format("gone.dae").encode(),

@@ -1,6 +1,8 @@
 """Nothing leads out of the folder that is served, and nothing that is too large gets in or out."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -181,3 +183,28 @@ def test_arguments_that_a_tool_does_not_have_are_refused(agent: Agent) -> None:
 
 def test_half_a_character_is_answered(agent: Agent) -> None:
     assert agent("language", topic="\ufffe \x9b").document
+
+
+def test_half_a_surrogate_pair_is_answered_and_the_server_goes_on(tmp_path: Path) -> None:
+    """The SDK drops a request that holds one; no client of it can send one, but others can."""
+    hello = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "x", "version": "1"}}
+    calls = [{"case": "q\ud800"}, {"case": "q \udc00 \u00e9"}, {"case": "q"}]
+    rows = [{"id": 0, "method": "initialize", "params": hello}, {"method": "notifications/initialized"}]
+    rows += [
+        {"id": k, "method": "tools/call", "params": {"name": "check", "arguments": a}} for k, a in enumerate(calls, 1)
+    ]
+    server = subprocess.Popen(
+        [sys.executable, "-m", "text2sim", "mcp", "--root", str(tmp_path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    )
+    assert server.stdin is not None
+    assert server.stdout is not None
+    with server:
+        for row in rows:
+            server.stdin.write(json.dumps({"jsonrpc": "2.0", **row}).encode() + b"\n")
+            server.stdin.flush()
+        answers = [json.loads(server.stdout.readline()) for _ in range(4)]
+        server.stdin.close()
+    assert {answer["id"] for answer in answers} == {0, 1, 2, 3}
+    assert all(answer["result"]["isError"] for answer in answers if answer["id"])

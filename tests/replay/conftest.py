@@ -50,7 +50,7 @@ def judged(tmp_path: Path) -> Path:
     (folder / "events.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
     evidence = {
         "verdict": "failed", "why": f"1 of 2 expectations missed: falls {HARM}",
-        "measures": {"height": {"unit": "m"}},
+        "measures": {"height": {"unit": "m"}}, "events": {}, "time": {"reached": 0.1},
         "expect": {
             "lands": {"name": "lands", "ok": True, "wanted": "`landing` happens first", "why": "happened"},
             "falls": {"name": "falls", "ok": False, "wanted": "`height` below 0.99 m", "why": HARM},

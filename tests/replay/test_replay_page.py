@@ -13,6 +13,7 @@ import pytest
 from exchange.recorded import FRAMES, write_run
 
 from text2sim.cli.main import app
+from text2sim.evidence.report import write_report
 from text2sim.exchange.scenery import Scenery
 from text2sim.replay import motion, page
 from text2sim.replay.motion import pack_contacts, pack_figures, pack_links, thinned
@@ -191,3 +192,12 @@ def test_command(judged: Path, tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["replay", str(judged), "--json"])
     assert done.exit_code == 0, done.output
     assert json.loads(done.stdout)["bytes"] == (judged / page.NAME).stat().st_size
+
+
+@pytest.mark.parametrize(
+    "text", ["[1]", "{", "3", '{"verdict": {"a": 1}, "expect": [1]}', '{"measures": [], "expect": {"lands": 3}}']
+)
+def test_evidence_of_a_stranger_is_none(judged: Path, case: Case, text: str):
+    (judged / "evidence.json").write_text(text)
+    assert write_replay(judged, case).is_file()
+    assert write_report(judged, case).is_file()

@@ -14,6 +14,8 @@ MAX_TEXTURE = 4096
 MAX_PIXELS = 120_000_000
 """Of all textures that a document has made: MuJoCo keeps each whole, at three bytes a pixel."""
 MAX_LINKS = 500
+MAX_RATIO = 1000.0
+"""Between two joints that are tied to each other; a harmonic drive has 320 at most."""
 
 SECTIONS = frozenset("compiler default asset worldbody contact equality tendon actuator".split())
 IGNORED = frozenset("option size statistic visual sensor keyframe custom camera light".split())
@@ -103,6 +105,8 @@ def _check_elements(root: ET.Element) -> None:
                 raise AssetError(
                     f"has an actuator `{element.get('name', '')}` on something else than a joint; remove it"
                 )
+            if section.tag == "equality" and element.tag == "joint":
+                _check_tie(element)
             pixels += _pixels(element) if element.tag == "texture" else 0
             if pixels > MAX_PIXELS:
                 raise AssetError(f"has textures of more than {MAX_PIXELS:,} pixels in all; make them smaller")
@@ -117,11 +121,20 @@ def _check_elements(root: ET.Element) -> None:
                 )
 
 
-def _number(text: str | None) -> float:
+def _check_tie(element: ET.Element) -> None:
+    """Refuse gears that nothing could turn: the inertia of what turns faster counts by the square of the ratio."""
+    factors = [abs(_number(text, "polycoef")) for text in element.get("polycoef", "0 1").split()]
+    ratio = factors[1] if len(factors) > 1 else 1.0
+    if max(factors, default=0.0) > MAX_RATIO or 0 < ratio < 1 / MAX_RATIO:
+        name = element.get("joint1", "")
+        raise AssetError(f"ties joint `{name}` to another 1:{ratio:g} (`polycoef`); up to 1:{MAX_RATIO:g} is possible")
+
+
+def _number(text: str | None, name: str = "ref") -> float:
     try:
         return float(text or 0.0)
     except ValueError:
-        raise AssetError(f'has a number that is none: ref="{(text or "")[:40]}"') from None
+        raise AssetError(f'has a number that is none: {name}="{(text or "")[:40]}"') from None
 
 
 def _pixels(texture: ET.Element) -> int:

@@ -18,6 +18,8 @@ def replay(
     left it out.
     """
     from text2sim.cli.output import say, say_json
+    from text2sim.recording.inventory import fault
+    from text2sim.recording.record import RunRecord
     from text2sim.replay.page import write_replay
     from text2sim.service.wording import shown
     from text2sim.spec_schema.errors import RunError
@@ -26,6 +28,9 @@ def replay(
     case = run / "expanded.yaml"
     if not case.is_file():
         raise RunError(f"{run}: not the folder of a run: it has no expanded.yaml")
+    record = RunRecord.read(run)
+    if record is not None and (damage := fault(run, record.judged)):
+        raise RunError(f"{run}: {damage}; run the case again")
     path = write_replay(run, load_case(case).case)
     if as_json:
         say_json({"ok": True, "file": str(path), "bytes": path.stat().st_size})

@@ -13,7 +13,7 @@ from text2sim.evidence.page import data_uri, read_films, render_page, sentence
 from text2sim.evidence.plots import GREEN, ORANGE, Bound, Line, plot_series
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.recording.record import RunRecord
-from text2sim.recording.run_files import read_events, read_json, read_measures, read_text
+from text2sim.recording.run_files import read_events, read_evidence, read_measures, read_text
 from text2sim.recording.states import Array
 from text2sim.runtime.outcome import clean, read_end
 from text2sim.spec_schema.errors import RunError
@@ -56,7 +56,7 @@ def write_report(run_dir: Path, case: Case) -> Path:
 
 
 def _contents(run_dir: Path, case: Case) -> dict[str, Any]:
-    evidence = read_json(run_dir / "evidence.json") or {}
+    evidence = read_evidence(run_dir) or {}
     record = RunRecord.read(run_dir)
     events = read_events(run_dir)
     declared = [row for row in events if row["name"]]

@@ -1,8 +1,10 @@
 """The server: its tools, their descriptions, and the wire. The only module that imports the protocol's SDK."""
 
 import base64
+import json
 import os
 import signal
+import threading
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from functools import partial
@@ -137,7 +139,8 @@ def _add_reading(server: MCPServer, workspace: Workspace) -> None:
     async def frames_of(
         run: Run,
         times: Annotated[
-            list[float] | None, Field(description="Simulated times [s]; up to 16.", max_length=frames.MOST)
+            list[Annotated[float, Field(allow_inf_nan=False)]] | None,
+            Field(description="Simulated times [s]; up to 16.", max_length=frames.MOST),
         ] = None,
         count: Annotated[
             int, Field(description="How many pictures, spread over the film, without times.", ge=1, le=frames.MOST)
@@ -297,6 +300,30 @@ def _result(answer: Answer) -> CallToolResult:
     return CallToolResult(content=content, is_error=answer.failed)
 
 
+def _mended(line: bytes) -> bytes:
+    """A line from the client; half a surrogate pair in it, for which the SDK would drop it all, is a question mark."""
+    if b"\\ud" not in line.lower():
+        return line
+    try:
+        return json.dumps(json.loads(line), ensure_ascii=False).encode("utf-8", "replace") + b"\n"
+    except (ValueError, RecursionError):
+        return line
+
+
+def _mend_input() -> None:
+    """Put what comes through `_mended` in the place of the standard input."""
+    wire, (source, sink) = os.fdopen(os.dup(0), "rb"), os.pipe()
+    os.dup2(source, 0)
+
+    def copy() -> None:
+        with os.fdopen(sink, "wb") as mended:
+            for line in wire:
+                mended.write(_mended(line))
+                mended.flush()
+
+    threading.Thread(target=copy, daemon=True).start()
+
+
 def serve(root: Path) -> None:
     """Serve over the standard streams until the client goes away; the process works in `root` from now on."""
     jobs = Jobs()
@@ -308,4 +335,5 @@ def serve(root: Path) -> None:
 
     for number in SIGNALS:
         signal.signal(number, end)
+    _mend_input()
     make_server(Workspace(root), jobs).run("stdio")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.evidence.report import bound_of
-from text2sim.recording.run_files import read_events, read_json, read_measures
+from text2sim.recording.run_files import read_events, read_evidence, read_measures
 from text2sim.replay.packing import Blob
 from text2sim.spec_schema.models.case import Case
 
@@ -20,7 +20,7 @@ EVENTS = 600
 
 def pack_findings(folder: Path, case: Case, blob: Blob, notes: list[str]) -> dict[str, Any]:
     """Pack what was measured and found; what is missing is left out."""
-    evidence = read_json(folder / "evidence.json") or {}
+    evidence = read_evidence(folder) or {}
     time, columns = read_measures(folder)
     every = math.ceil(max(len(time), 1) / ROWS)
     measures = []

@@ -12,7 +12,7 @@ from text2sim.evidence.page import render_page, sentence
 from text2sim.evidence.report import REPLAY
 from text2sim.exchange.scenery import Scenery
 from text2sim.recording.record import RunRecord
-from text2sim.recording.run_files import read_json
+from text2sim.recording.run_files import read_evidence
 from text2sim.replay.findings import pack_findings
 from text2sim.replay.motion import pack_cameras, pack_contacts, pack_figures, pack_links
 from text2sim.replay.packing import Blob
@@ -47,7 +47,7 @@ def write_replay(folder: Path, case: Case) -> Path:
         RunError: if nothing, or something broken, is recorded there.
     """
     contents, blob = pack_scene(folder, case)
-    evidence, record = read_json(folder / "evidence.json") or {}, RunRecord.read(folder)
+    evidence, record = read_evidence(folder) or {}, RunRecord.read(folder)
     why = evidence.get("why") or (record.message if record else "") or "there is nothing to judge"
     values = {
         "case": case,

@@ -107,11 +107,11 @@ def _parse(text: str, length: int, depth: int) -> tuple[ast.expr, frozenset[str]
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise ExpressionError(f"`{text.strip()}` is not arithmetic") from None
     names: set[str] = set()
-    _check(tree, text, depth, names)
+    _check(tree, text, (1, depth), names)
     return tree, frozenset(names)
 
 
-def _check(node: ast.AST, text: str, depth: int, names: set[str]) -> None:
+def _check(node: ast.AST, text: str, depth: tuple[int, int], names: set[str]) -> None:
     """Refuse what is not of the language or too deep, and gather the names, in one pass: there may be thousands."""
     kind = type(node)
     if kind in _SIGNS:
@@ -119,8 +119,9 @@ def _check(node: ast.AST, text: str, depth: int, names: set[str]) -> None:
     if kind not in _PARTS:
         way_out = f"; {_HINTS[kind]}" if kind in _HINTS else ""
         raise ExpressionError(f"`{_snippet(node, text)}` is not part of the language{way_out}")
-    if not depth:
-        raise ExpressionError("the expression is nested too deep: write parts of it as params")
+    at, most = depth
+    if at > most:
+        raise ExpressionError(f"the expression is nested more than {most} deep")
     if isinstance(node, ast.Constant):
         return _check_constant(node.value)
     if isinstance(node, ast.Name):
@@ -130,7 +131,7 @@ def _check(node: ast.AST, text: str, depth: int, names: set[str]) -> None:
     for field in _PARTS[kind]:
         child = getattr(node, field)
         for item in child if isinstance(child, list) else [child]:
-            _check(item, text, depth - 1, names)
+            _check(item, text, (at + 1, most), names)
 
 
 def _check_name(name: str, text: str, names: set[str]) -> None:

@@ -4,6 +4,7 @@ import re
 from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
+from os.path import realpath, sep
 from pathlib import Path
 
 from text2sim.spec_schema.errors import Problem, SpecError
@@ -59,6 +60,9 @@ def read_source(path: Path, file: str | None = None) -> Source:
     """
     file = file if file is not None else str(path)
     try:
+        # A folder may be anybody's: what is read is in it, and not whatever a link in it points at.
+        if path.is_symlink() and not realpath(path).startswith(f"{realpath(path.parent)}{sep}"):
+            raise OSError(0, "it is a link that leads out of the folder; name the file that it points at")
         # A pipe that nobody writes to would be waited for without end, and a device has no end.
         if path.exists() and not path.is_dir() and not path.is_file():
             raise OSError(0, "it is no ordinary file")
