@@ -196,6 +196,11 @@ def test_a_signal_that_the_engine_swallows_stops_the_program_all_the_same(tmp_pa
         ),
         ("velocity: {kind: steps, times: [0.5, 0.8], values: [1, 2]}", [(0.0, "constant(value=0.0)"), (0.5, "steps(")]),
         ("position: {kind: ramp, to: 0.3, start: 1.0, end: 2.0}", [(0.0, "ramp(start=1.0")]),
+        (
+            "position: {kind: ramp, from: 0.2, to: 0.3, start: 1.0, end: 2.0}",
+            [(0.0, "constant(value=0.0)"), (1.0, "ramp(start=1.0")],
+        ),
+        ("velocity: {kind: ramp, from: 0, to: 3, start: 1.0, end: 2.0}", [(0.0, "ramp(start=1.0")]),
         ("force: 2.0", [(0.0, "constant(value=2.0)")]),
     ],
 )

@@ -107,3 +107,11 @@ def test_the_text_says_what_the_patched_data_says(data: st.DataObject):
 
 def test_a_number_of_another_type_is_written():
     assert edit_text("a: [0, 1]\n", [{"op": "replace", "path": "/a", "value": [0.0, 1]}]) == "a: [0.0, 1]\n"
+
+
+def test_shots_that_are_replaced_come_in_their_new_order() -> None:
+    text = "text2sim: 2\nrender:\n  shots:\n    # the end\n    last: {camera: b}\n    first: {camera: a}\n"
+    shots = {"first": {"camera": "a"}, "middle": {"camera": "b"}, "last": {"camera": "b"}}
+    made = edit_text(text, [{"op": "replace", "path": "/render/shots", "value": shots}])
+    assert list(parse_document(Source(made, "case.yaml")).data["render"]["shots"]) == list(shots)
+    assert "# the end\n    last" in made

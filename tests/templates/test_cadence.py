@@ -48,6 +48,14 @@ def test_a_replay_in_slow_motion_with_a_hold():
     assert [p.again for p in pictures] == [False] * 10 + [True] * 15, "it is marked as a replay"
 
 
+def test_only_what_was_shown_before_is_a_replay():
+    """A cut that goes back a little is none, and a second view is one until it comes to what is new."""
+    film = FILM | {"shots": [shot("wide", 0.0, 1.0), shot("near", 0.9, 1.5), shot("top", 1.0, 2.0)]}
+    pictures = frames(film, reels(film)["video"], 2.0)
+    again = {camera: [p.again for p in pictures if p.camera == camera] for camera in ("wide", "near", "top")}
+    assert again == {"wide": [False] * 10, "near": [False] * 6, "top": [True] * 5 + [False] * 5}
+
+
 def test_a_moving_camera_goes_on_over_shots_without_a_cut_and_while_time_is_held():
     film = FILM | {"shots": [shot("near", 0.0, 1.0), shot("near", 1.0, 1.5, speed=0.5, hold=0.5), shot("top", 0, 1)]}
     pictures = frames(film, reels(film)["video"], 2.0)

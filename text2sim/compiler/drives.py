@@ -95,8 +95,9 @@ def _chain(segments: list[Target], first: float) -> tuple[DriveSegment, ...]:
     segments = sorted(segments, key=lambda segment: segment[0])
     rows: list[DriveSegment] = []
     start, mode, schedule, line, name = segments[0]
-    if start > 0.0 and not isinstance(schedule, Ramp):  # a ramp holds its first value by itself
-        rows.append(DriveSegment(0.0, mode, constructor(first if mode == "position" else 0.0), line, name))
+    held = first if mode == "position" else 0.0
+    if start > 0.0 and not (isinstance(schedule, Ramp) and schedule.from_ in (None, held)):  # these hold it themselves
+        rows.append(DriveSegment(0.0, mode, constructor(held), line, name))
     value: Callable[[float], float] = lambda t: first  # noqa: E731
     mode_before = None
     for index, (start, mode, schedule, line, name) in enumerate(segments):

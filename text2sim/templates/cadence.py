@@ -14,6 +14,10 @@ MAIN = "video"
 """The first film; the others are `video_<camera>`."""
 
 
+BACK = 0.25
+"""Time [s of film] by which a shot goes back to be a replay."""
+
+
 class Frame(NamedTuple):
     """A picture of a film."""
 
@@ -33,7 +37,7 @@ class Frame(NamedTuple):
     speed: float
     """Simulated seconds per second of film."""
     again: bool = False
-    """Whether its shot goes back to what was shown before."""
+    """Whether it shows once more what was shown before."""
 
     def moments(self, n: int) -> list[tuple[float, float]]:
         """Time [s] and part at n moments while the shutter is open, in the middle of as many equal spans."""
@@ -96,13 +100,16 @@ def frames(film: dict, reel: list[dict], last: float) -> list[Frame]:
     """
     found, seen = [], -float("inf")
     for shot in _recorded(reel, last):
-        again, seen = shot["from"] < seen - 1e-6, max(seen, shot["to"])
+        # A cut that goes back by less than is noticed is no replay, and what comes after a second view is new.
+        until, seen = seen if shot["from"] < seen - BACK * shot["speed"] else shot["from"], max(seen, shot["to"])
         step = shot["speed"] / film["fps"]
         blur = film["motion_blur"] * step / 2
         for i in range(max(1, round((shot["to"] - shot["from"]) / step))):
             t = min(shot["from"] + i * step, shot["to"])
-            found.append((shot["camera"], t, max(t - blur, shot["from"]), min(t + blur, shot["to"]), step, again))
-        found += [(shot["camera"], *[shot["to"]] * 3, step, again)] * round(shot["hold"] * film["fps"])
+            shutter = max(t - blur, shot["from"]), min(t + blur, shot["to"])
+            found.append((shot["camera"], t, *shutter, step, t < until))
+        held = (shot["camera"], *[shot["to"]] * 3, step, shot["from"] < until >= shot["to"])
+        found += [held] * round(shot["hold"] * film["fps"])
     pictures = []
     for first, end in _takes([row[0] for row in found]):
         whole = max(end - first - 1, 1)

@@ -13,6 +13,10 @@ Origin = Callable[[tuple[str, ...]], Entry | None]
 """Where an entry that is added may come from with its comments, by its path."""
 
 
+ORDERED = (("shots",), ("cameras",))
+"""Mappings whose order means something: what replaces one brings its own."""
+
+
 class Amendment:
     """The layout of a document that is changed in place.
 
@@ -116,6 +120,8 @@ class Amendment:
                     fresh.key = key
                     fresh.parent = entry
                     entry.value.append(fresh)
+            if path[-1:] in ORDERED:
+                entry.value.sort(key=lambda child: list(value).index(child.key))
         elif isinstance(value, list) and isinstance(entry.value, list) and not entry.mapping:
             self._set_items(entry, value, path)
         elif isinstance(entry.value, list) or isinstance(value, dict | list) or not identical(entry.value, value):

@@ -91,7 +91,8 @@ class Torque(Model):
 class Drive(Model):
     """A target for a joint's actuator. Several drives of one joint take over from each other in time.
 
-    Until the first of them begins, the joint is held where it starts, or at rest, or pushed by nothing.
+    Until the first of them begins (the `start` or first time of its target; at once if it has none), the joint is held
+    where it starts, or at rest, or pushed by nothing.
     """
 
     kind: Literal["drive"]
