@@ -116,7 +116,11 @@ class TestEmpty:
 
 def test_a_tiny_subject_and_the_distance_that_shows_it(tmp_path: Path) -> None:
     far = BALL.format("[0, 0, 0.5]", ""), SCRIPT, STILL.format("[0, -12, 0.5]", "[0, 0, 0.5]")
-    assert len(findings(tmp_path, "small-subject", *far)) == 1
+    (problem,) = findings(tmp_path, "small-subject", *far)
+    assert problem.message.endswith("would show it")
+    farther = far[0], far[1], STILL.format("[0, -60, 0.5]", "[0, 0, 0.5]")
+    (problem,) = findings(tmp_path, "small-subject", *farther)
+    assert "a second camera there" in problem.message, "one there would show nothing else"
     near = STILL.format("[0, -5, 0.5]", "[0, 0, 0.5]")
     assert findings(tmp_path, "small-subject", *far, near) == []
 

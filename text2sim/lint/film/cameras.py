@@ -14,6 +14,8 @@ from text2sim.spec_schema.text.document import Path
 
 SMALL = 0.001
 """Part of the picture below which a subject is not recognised: 30 x 30 pixels of 1280 x 720."""
+APART = 0.3
+"""Part of a camera's distance; from nearer than that it shows something else."""
 CUT = 0.5
 """Part of a subject, by the area of its balls, that has to be in the picture."""
 EARLY = 0.1
@@ -80,12 +82,18 @@ def _small(facts: Facts) -> Iterator[Problem]:
         share, best = max((view.share(balls), -index) for index, view in enumerate(seeing))
         if share < SMALL:
             view = seeing[-best]
-            away = math.dist(view.pos, middle_of(balls))
+            away, nearer = math.dist(view.pos, middle_of(balls)), math.sqrt(share / (4 * SMALL))
             text = (
                 f"`{name}`, which the script is about, fills less than {100 * share:.1g} % of the picture at the "
-                f"start: camera `{view.name}` is {length(away)} away; {length(away * math.sqrt(share / (4 * SMALL)))} "
-                "would show it"
+                f"start: camera `{view.name}` is {length(away)} away; "
             )
+            if nearer > APART:
+                text += f"{length(away * nearer)} would show it"
+            else:
+                there = f"from {length(away * nearer)}"
+                text += (
+                    f"what shows it, {there}, shows little else: a second camera there, with a shot of its own, would"
+                )
             yield facts.problem("small-subject", ("render", "cameras", view.name), text, key=True)
 
 
