@@ -14,7 +14,7 @@ from text2sim.spec_schema.text.document import Path
 
 SMALL = 0.001
 """Part of the picture below which a subject is not recognised: 30 x 30 pixels of 1280 x 720."""
-APART = 0.3
+APART = 0.2
 """Part of a camera's distance; from nearer than that it shows something else."""
 CUT = 0.5
 """Part of a subject, by the area of its balls, that has to be in the picture."""
