@@ -127,7 +127,7 @@ document.querySelector("button").onclick = () => {
   const rows = Object.keys(made).sort().map(k =>
     `  ${k}: {decision: ${made[k].decision}, note: ${JSON.stringify(made[k].note)}}\\n`);
   const link = document.createElement("a");
-  link.href = URL.createObjectURL(new Blob(["review:\\n", ...rows]));
+  link.href = URL.createObjectURL(new Blob([rows.length ? "review:\\n" : "review: {}\\n", ...rows]));
   link.download = "review.yaml";
   link.click();
 };
