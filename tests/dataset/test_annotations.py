@@ -174,3 +174,33 @@ def test_a_broken_item_is_refused_with_reasons(take: Take, recipe: Any, tmp_path
     np.savez(deep.folder / "annotations.npz", **shifted)
     reasons = refusals(deep, recipe.limits)
     assert {why.split(":")[0] for why in reasons} == {"penetration", "film", "annotation"}
+
+
+def test_traced_pictures_show_things_where_the_annotations_have_them(
+    take: Take, recipe: Any, tracer: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By colour: the crate alone is red. Its edges are a pixel or so wide."""
+    from crates import CASE
+
+    from text2sim.dataset.item import make_item
+    from text2sim.rendering import renderer
+    from text2sim.spec_schema.load import load_text
+
+    monkeypatch.setattr(renderer, "find_variant", lambda: renderer.Variant("scalar"))
+    run = take("a").folder.parents[1] / "a" / "case_one"
+    script = run / "program" / "render.py"
+    dome = {"dome": {"kind": "environment", "strength": 1.0, "color": (1, 1, 1), "horizon": (1, 1, 1)}}
+    script.write_text(script.read_text().replace("LIGHTS = {}", f"LIGHTS = {dome!r}"))
+    traced = recipe.model_copy(
+        update={"film": recipe.film.model_copy(update={"quality": "draft", "frames": 2, "size": (160, 90)})}
+    )
+    item = make_item("t", run, None, load_text(CASE.format(name="c"), tmp_path / "c.yaml"), traced, tmp_path / "t")
+    with np.load(item.folder / "annotations.npz") as found:
+        masks = found["instances"] == 1 + BODIES.index("crate")
+    import av
+
+    with av.open(str(item.folder / "film.mp4")) as film:
+        for mask, picture in zip(masks, film.decode(video=0), strict=True):
+            image = picture.to_ndarray(format="rgb24").astype(int)
+            red = image[..., 0] > 1.5 * image[..., 2]
+            assert (red & mask).sum() / (red | mask).sum() > 0.85
