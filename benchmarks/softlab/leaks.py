@@ -50,7 +50,7 @@ class Tank:
 
 TRIALS = (
     *(("liquid", 0.02, reach) for reach in (0.1, 0.25, 0.5, 1.0)),
-    *((kind, 0.02, reach) for kind in ("granular", "snow") for reach in (0.1, 0.5)),
+    *(("granular", 0.02, reach) for reach in (0.1, 0.5)),
 )
 """Kind, cell [m], reach [cells]. A tenth of 20 mm is what the engine takes by itself."""
 

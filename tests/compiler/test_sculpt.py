@@ -143,8 +143,9 @@ def test_limits_hold_before_anything_is_made() -> None:
     with pytest.raises(AssetError, match=r"`detail` can be 0\.\d+ m or more"):
         grid_of(fine, placed_parts(fine))
     long = sculpt(rod={"kind": "limb", "points": [[0, 0, 0], [9, 9, 9]], "radii": 1.0},
-                  wire={"kind": "limb", "points": [[0, 0, 0], [0, 0, 5]], "radii": 0.01})  # fmt: skip
-    with pytest.raises(AssetError, match=r"part `wire` is 0.02 m thin, .* it would be lost"):
+                  wire={"kind": "limb", "points": [[0, 0, 0], [0, 0, 5]], "radii": 0.01},
+                  pin={"kind": "limb", "points": [[0, 0, 0], [0, 5, 0]], "radii": 0.011})  # fmt: skip
+    with pytest.raises(AssetError, match=r"part `wire` is 0.02 m thin, .* it would be lost, as would `pin`; make"):
         sculpted(long)
     assert math.prod(grid_of(sculpt(ball=BALL), placed_parts(sculpt(ball=BALL))).counts) < MAX_NODES
     with pytest.raises(AssetError, match="in 2 pieces: .* of part `far`"):

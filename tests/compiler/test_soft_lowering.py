@@ -142,6 +142,14 @@ def test_rigid_bodies_tell_their_friction_where_something_deforms() -> None:
     assert said.plan.bodies[1].entities[0].material_options["coup_softness"] == pytest.approx(0.008)
 
 
+def test_what_holds_a_liquid_reaches_half_a_cell(tmp_path: Path) -> None:
+    """With less water runs through walls: benchmarks/soft_leaks.py."""
+    text = f"  a: {{kind: liquid, {BOX}, cell: 0.02, pose: {{pos: [0, 0, 1]}}}}"
+    case = resolve(text)
+    assert case.plan.statics[0].entities[0].material_options["coup_softness"] == pytest.approx(0.01)
+    assert any(note.startswith("soft_reach = 0.01 m: half a cell") for note in case.plan.settings.notes())
+
+
 def test_a_picture_goes_into_the_program(tmp_path: Path) -> None:
     from PIL import Image
 

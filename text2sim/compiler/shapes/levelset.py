@@ -140,15 +140,18 @@ def grid_of(shape: Sculpt, parts: list[Placed]) -> Grid:
             f"is made on a grid of at most {MAX_NODES:,} nodes: with a size of {size:.3g} m, `detail` can be "
             f"{_up(finest):g} m or more (got {cell:g})"
         )
-    if thinnest.form.thin < LEAST * grid.cell:
+    lost = list(dict.fromkeys(one.name for one in parts if one.form.thin < LEAST * grid.cell))
+    if lost:
         way = (
             f"take a `detail` of {thinnest.form.thin / LEAST:.2g} m"
             if shape.detail is not None
             else "make a body of its own of it, or all of it smaller"
         )
+        too = "".join(f", `{name}`" for name in lost if name != thinnest.name)
         raise AssetError(
             f"part `{thinnest.name}` is {thinnest.form.thin:.3g} m thin, and the cells of the grid are {grid.cell:.3g} "
-            f"m: it would be lost; make it {_up(LEAST * grid.cell):g} m or thicker, or {way}"
+            f"m: it would be lost{too and f', as would{too[1:]}'}; make it {_up(LEAST * grid.cell):g} m or thicker, "
+            f"or {way}"
         )
     return grid
 

@@ -14,7 +14,7 @@ from text2sim.compiler.shapes.tets import tet_options
 from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.materials import made_of
 from text2sim.compiler.soft.meshes import MeshFiles
-from text2sim.compiler.soft.scales import Scales
+from text2sim.compiler.soft.scales import SOFTNESS, Scales
 from text2sim.compiler.soft.solver_domain import extents_of
 from text2sim.compiler.soft.solvers import FAMILIES, solver_of
 from text2sim.compiler.trees.tree import Tree
@@ -23,8 +23,6 @@ from text2sim.spec_schema.models.soft_bodies import Cloth
 
 PRIMITIVES = {"box": "Box", "sphere": "Sphere", "cylinder": "Cylinder"}
 """Shapes that the engine can fill with grains itself."""
-SOFTNESS, CELLS_OF_SOFTNESS = 0.002, 8
-"""How far [m] contact of a rigid body reaches out, by the engine's choice, and how many of it make a grid's cell."""
 
 
 @dataclass
@@ -80,8 +78,7 @@ class SoftLowering:
             options["needs_coup"] = False
         elif self.model in ("particle", "sap"):
             options["coup_friction"] = material.friction
-            derived = (self.scales.mpm_cell or 1.0) / CELLS_OF_SOFTNESS
-            reach = material.soft_reach or min(derived, SOFTNESS)
+            reach = material.soft_reach or self.scales.reach or SOFTNESS
             if reach != SOFTNESS:
                 options["coup_softness"] = float(f"{reach:.3g}")
         return replace(entity, material_options=options)

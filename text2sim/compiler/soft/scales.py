@@ -19,6 +19,8 @@ MPM_THROUGH, FLOW_THROUGH, FEM_THROUGH, PBD_ACROSS = 5, 8, 4, 40
 shorter side of a sheet."""
 MPM_BUDGET, FEM_BUDGET, PBD_BUDGET = 20_000, 4_000, 4_000
 """Particles, tetrahedra and particles in a scene that two cores still simulate in minutes."""
+SOFTNESS, CELLS_OF_SOFTNESS = 0.002, 8
+"""How far [m] contact of a rigid body reaches out, by the engine's choice, and how many of it make a grid's cell."""
 STROKE = 1 / 6
 """Thickness of the strokes of a bold letter, as a part of its height."""
 
@@ -29,6 +31,8 @@ class Scales:
 
     mpm_cell: float | None = None
     """Cell of the grid [m]; None without mpm bodies."""
+    reach: float = 0.0
+    """How far [m] outside rigid bodies mpm bodies feel them, unless their material has a `soft_reach`."""
     pbd_size: float | None = None
     """Distance of particles [m]; None without pbd bodies."""
     edges: dict[str, float] = field(default_factory=dict)
@@ -62,8 +66,10 @@ def scales(scene: Scene, placed: dict[str, list[Copy]], folder: Path) -> Scales:
     for solver in ("fem", "ipc"):
         if solver in by_solver:
             edges |= _edges(solver, by_solver[solver], folder, why)
+    cell = _mpm_cell(scene, by_solver["mpm"], folder, why) if "mpm" in by_solver else None
     return Scales(
-        mpm_cell=_mpm_cell(scene, by_solver["mpm"], folder, why) if "mpm" in by_solver else None,
+        mpm_cell=cell,
+        reach=0.0 if cell is None else _reach(cell, by_solver["mpm"], why),
         pbd_size=_pbd_size(scene, by_solver["pbd"], folder, why) if "pbd" in by_solver else None,
         edges=edges,
         why=why,
@@ -119,6 +125,13 @@ def _mpm_cell(scene: Scene, copies: list[Copy], folder: Path, why: dict[str, str
         return _rounded(fine)
     why["mpm_cell"] = f"{MPM_BUDGET} particles fill its bodies ({volume:.3g} m3); finer is slow"
     return _rounded(coarse)
+
+
+def _reach(cell: float, copies: list[Copy], why: dict[str, str]) -> float:
+    if any(copy.model.kind == "liquid" for copy in copies):
+        why["soft_reach"] = "half a cell: a liquid runs through walls that reach less far"
+        return cell / 2
+    return min(cell / CELLS_OF_SOFTNESS, SOFTNESS)
 
 
 def _pbd_size(scene: Scene, copies: list[Copy], folder: Path, why: dict[str, str]) -> float:

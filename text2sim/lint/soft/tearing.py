@@ -68,7 +68,7 @@ def _forced_stretch(facts: Facts, body: SoftBody) -> tuple[float, str]:
         radius = opening(copy.shape) if one is body else None
         if radius is None:
             continue
-        free = radius - free_by(copy, soft.cell)
+        free = radius - free_by(copy, soft)
         stretch = mean / (math.pi * max(free, 0.1 * radius) ** 2)
         if stretch > worst:
             worst, whose = stretch, copy.name

@@ -38,9 +38,9 @@ class Material(Model):
     touch_soft: Bool = True
     """Whether soft bodies, cloth, grains and liquids feel it; false for a hook or rod that only holds."""
     soft_reach: Length | None = None
-    """How far [m] outside its surface `mpm` bodies begin to feel it; 0.002, or an eighth of a cell if that is less.
-    Half a cell keeps a liquid out of walls; about a cell keeps out what is pressed or squeezed. What lies on it stays
-    as far off, and flows past it more slowly."""
+    """How far [m] outside its surface `mpm` bodies begin to feel it. If left out: half a cell in a scene with a liquid,
+    which keeps that out of walls; else 0.002, or an eighth of a cell if that is less. About a cell keeps out what is
+    pressed or squeezed. What lies on it stays as far off, and flows past it more slowly."""
 
     @model_validator(mode="after")
     def _one_mass(self) -> "Material":
