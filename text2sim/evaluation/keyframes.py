@@ -12,10 +12,12 @@ from text2sim.recording.states import Array
 if TYPE_CHECKING:
     from text2sim.spec_schema.models.case import Case
 
-STILL = 1e-3
+STILL = 2e-4
 """Way [m] from frame to frame below which something stands still."""
 SLACK = 0.05
-"""Part of a way that integration may add to what velocities say."""
+"""Part of a way that integration may add to what velocities say,"""
+SOFT_SLACK = 0.5
+"""and of a body that deforms: points that something holds are moved by the solver, and have no velocity from that."""
 FREE = 0.5
 """Acceleration in units of gravity that nothing recorded explains, from which on it is not explained,"""
 PUSHED = 0.2
@@ -62,20 +64,22 @@ def motion_of(recording: RecordedCase) -> Motion:
     """Compare recorded positions with recorded velocities, and these with gravity and contacts.
 
     Of each link and each body that deforms, the way of the centre from frame to frame has to lie between what the
-    velocities at both ends say: |d - h (v0 + v1) / 2| <= h |v1 - v0| / 2, with 5 % and 1 mm of slack. Of each free
+    velocities at both ends say: |d - h (v0 + v1) / 2| <= h |v1 - v0| / 2, with 5 % (50 % for bodies that
+    deform) and 0.2 mm of slack. Of each free
     rigid body, the change of momentum has to be what gravity and contacts give, m (v1 - v0) = m g h + sum(F dt), with
     half of gravity and a fifth of the contact forces of slack; that is not asked where controls act on it, where
     something deforms (such contacts are not recorded), or where the contact model keeps its forces to itself.
     """
     keyframed: dict[str, str] = {}
     ways: dict[str, float] = {}
+    given = _impulses(recording)
     for target in recording.cast.loose:
-        moved, odd, worst = _unexplained(recording, target)
+        moved, odd, worst = _unexplained(recording, target, given)
         ways[target.copy] = float(moved.sum())
         moving = moved > STILL
         share = float(odd[moving].mean()) if moving.any() else 0.0
         if worst[0] > JUMP:
-            keyframed[target.copy] = f"it jumps by {worst[0]:.2g} m at {worst[1]:.3g} s"
+            keyframed[target.copy] = f"it jumps by {worst[0]:.2g} m more than its velocity explains, at {worst[1]:.3g} s"
         elif share >= SHARE and (odd & moving).sum() >= FEWEST:
             keyframed[target.copy] = f"its positions do not follow from forces in {100 * share:.0f} % of its motion"
     driven: dict[str, float] = {}
@@ -84,11 +88,25 @@ def motion_of(recording: RecordedCase) -> Motion:
         driven[base_name(copy)] = driven.get(base_name(copy), 0.0) + way
     whole = sum(ways.values()) + sum(driven.values())
     part = sum(ways[copy] for copy in keyframed) / whole if whole > STILL else 0.0
-    driven = {name: way / whole for name, way in driven.items() if way > STILL}
+    driven = {name: way / whole if whole > STILL else 0.0 for name, way in driven.items()}
     return Motion(keyframed, driven, part, len(ways))
 
 
-def _unexplained(recording: RecordedCase, target: Target) -> tuple[Array, Array, tuple[float, float]]:
+def _impulses(recording: RecordedCase) -> tuple[Array, Array]:
+    """What contacts give to each link from frame to frame [N s], (F, L, 3), and sums of their sizes, (F, L)."""
+    states, log = recording.states, recording.contacts
+    shape = states.frames + 1, len(states.links)
+    impulse, size = np.zeros((*shape, 3)), np.zeros(shape)
+    for side, sign in ((0, 1.0), (1, -1.0)):
+        at = log.frame, log.links[:, side]
+        np.add.at(impulse, at, sign * states.dt * log.force)
+        np.add.at(size, at, states.dt * np.linalg.norm(log.force, axis=1))
+    return impulse[:-1], size[:-1]
+
+
+def _unexplained(
+    recording: RecordedCase, target: Target, given: tuple[Array, Array]
+) -> tuple[Array, Array, tuple[float, float]]:
     """Ways [m] from frame to frame, where they are not explained, (F-1,), and the largest jump [m] and its time [s]."""
     states = recording.states
     step = np.diff(states.time)[:, None]
@@ -105,7 +123,8 @@ def _unexplained(recording: RecordedCase, target: Target) -> tuple[Array, Array,
     before, after = velocities[:-1], velocities[1:]
     gap = np.linalg.norm(ways - step[..., None] * (before + after) / 2, axis=-1)
     moved = np.linalg.norm(ways, axis=-1)
-    bound = step * np.linalg.norm(after - before, axis=-1) / 2 + SLACK * moved + STILL
+    slack = SLACK if target.soft is None else SOFT_SLACK
+    bound = step * np.linalg.norm(after - before, axis=-1) / 2 + slack * moved + STILL
     present = (there[:-1] & there[1:])[:, None]
     odd = (gap > bound) & present
     beyond = np.where(odd, gap - bound, 0.0).max(axis=1)
@@ -115,27 +134,22 @@ def _unexplained(recording: RecordedCase, target: Target) -> tuple[Array, Array,
     at = int(beyond.argmax())
     result = odd.any(axis=1)
     if _is_free(recording, target):
-        result |= _without_cause(recording, target, before[:, 0], after[:, 0]) & present[:, 0]
+        result |= _without_cause(recording, target, given, before[:, 0], after[:, 0]) & present[:, 0]
     longest = np.where(present, moved, 0.0).max(axis=1)
     return longest, result, (float(beyond[at]), float(states.time[at + 1]))
 
 
-def _without_cause(recording: RecordedCase, target: Target, before: Array, after: Array) -> Array:
+def _without_cause(
+    recording: RecordedCase, target: Target, given: tuple[Array, Array], before: Array, after: Array
+) -> Array:
     """Where momentum changes by more than gravity and contacts give, (F-1,)."""
     states = recording.states
     mass, gravity = states.links[target.root].mass, np.array(states.gravity)
-    span = np.diff(states.time)[:, None]
-    log = recording.contacts
-    sign = (log.links[:, 0] == target.root).astype(float) - (log.links[:, 1] == target.root)
-    force = log.force * sign[:, None] * states.dt
-    impulse, size = np.zeros((states.frames + 1, 3)), np.zeros(states.frames + 1)
-    np.add.at(impulse, log.frame, force)
-    np.add.at(size, log.frame, np.linalg.norm(force, axis=1))
-    impulse, size = impulse[:-1], size[:-1]
-    given = impulse[1:] / mass
-    odd = np.linalg.norm((after - before - given) / span - gravity, axis=1)
+    span = np.diff(states.time)
+    impulse, size = (part[1:, target.root] / mass for part in given)
+    odd = np.linalg.norm((after - before - impulse) / span[:, None] - gravity, axis=1)
     usual = float(np.linalg.norm(gravity)) or USUAL
-    return odd > FREE * usual + PUSHED * size[1:] / mass / span[:, 0]
+    return odd > FREE * usual + PUSHED * size / span
 
 
 def _is_free(recording: RecordedCase, target: Target) -> bool:

@@ -107,7 +107,7 @@ def _case(tables: Tables, out: Path, name: str, prompt: Prompt) -> dict[str, Any
         "methods": [
             {
                 "name": method,
-                "film": os.path.relpath(film, out) if film is not None else None,
+                "film": os.path.relpath(film, out) if film is not None and method in strips else None,
                 "strip": strips.get(method, []),
                 "scores": {kind: case_scores(rows, kind).get((method, name)) for kind in KINDS},
                 "judgements": [row for row in rows if row.turn.method == method],

@@ -117,10 +117,10 @@ def judges_agree(rows: Iterable[Judgement], kind: Kind, one: int, other: int) ->
 
 
 def part_scores(rows: Iterable[Judgement], part: Callable[[Judgement], float | None]) -> dict[Key, float]:
-    """Return the mean of a part of judgements for each case."""
+    """Return the mean of a part of judgements for each case; 0 where there was nothing to judge."""
     found: dict[Key, list[float]] = defaultdict(list)
     for row in rows:
-        if row.state == "judged" and (value := part(row)) is not None:
+        if (value := 0.0 if row.state == "nothing" else part(row)) is not None:
             found[row.turn.method, row.turn.prompt].append(value)
     return {key: float(np.mean(values)) for key, values in found.items()}
 

@@ -100,7 +100,8 @@ def _scores(rows: Sequence[Judgement], method: str, families: Mapping[str, str])
         missing = [one for one in own if one.turn.kind == kind and one.state == "not_judged"]
         row[f"{kind}_not_judged"] = len(missing)
     for part in PARTS:
-        row[part] = _mean(part_scores(own, lambda one, part=part: (one.score or {}).get("parts", {}).get(part)))
+        physical = [one for one in own if one.turn.kind == "physical"]
+        row[part] = _mean(part_scores(physical, lambda one, part=part: (one.score or {}).get("parts", {}).get(part)))
     for part in VISUAL:
         visual = [one for one in own if one.turn.kind == "visual"]
         row[part] = _mean(part_scores(visual, lambda one, part=part: (one.reply or {}).get(part)))
