@@ -89,7 +89,9 @@ def test_one_jump_is_enough(tmp_path: Path) -> None:
         run.add_link("floor", fixed=True)
         run.add_link("ball", **along(run, 5 - G / 2 * run.time**2 + 0.4 * (run.time > 0.3), -G * run.time))
 
-    assert moved(tmp_path, record).keyframed == {"ball": "it jumps by 0.38 m more than its velocity explains, at 0.31 s"}
+    assert moved(tmp_path, record).keyframed == {
+        "ball": "it jumps by 0.38 m more than its velocity explains, at 0.31 s"
+    }
 
 
 def test_driven_bodies_are_named_with_their_part_of_the_way(tmp_path: Path) -> None:

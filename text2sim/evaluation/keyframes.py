@@ -79,7 +79,9 @@ def motion_of(recording: RecordedCase) -> Motion:
         moving = moved > STILL
         share = float(odd[moving].mean()) if moving.any() else 0.0
         if worst[0] > JUMP:
-            keyframed[target.copy] = f"it jumps by {worst[0]:.2g} m more than its velocity explains, at {worst[1]:.3g} s"
+            keyframed[target.copy] = (
+                f"it jumps by {worst[0]:.2g} m more than its velocity explains, at {worst[1]:.3g} s"
+            )
         elif share >= SHARE and (odd & moving).sum() >= FEWEST:
             keyframed[target.copy] = f"its positions do not follow from forces in {100 * share:.0f} % of its motion"
     driven: dict[str, float] = {}
