@@ -9,6 +9,7 @@ import typer
 
 from text2sim import __version__
 from text2sim.cli.asset import asset
+from text2sim.cli.benchmark import benchmark
 from text2sim.cli.cards import cards
 from text2sim.cli.check import check
 from text2sim.cli.compare import compare_runs
@@ -69,6 +70,7 @@ app.add_typer(git, name="git")
 app.command("prefabs")(prefabs)
 app.add_typer(asset, name="asset")
 app.add_typer(cards, name="cards")
+app.add_typer(benchmark, name="benchmark")
 app.add_typer(evaluate, name="evaluate")
 app.add_typer(dataset, name="dataset")
 app.add_typer(study, name="study")

@@ -1,0 +1,106 @@
+"""The commands `text2sim benchmark export | run`."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from text2sim.cli.many import Ray, StoreUrl, Workers
+from text2sim.cli.options import Sets, Variants, overlay_of
+from text2sim.service import exits
+
+benchmark = typer.Typer(no_args_is_help=True, help="Cases as benchmarks for other simulators, and what came of them.")
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
+
+
+@benchmark.command("export")
+def export_cases(
+    cases: Annotated[list[Path], typer.Argument(help="Case folders, case.yaml files, or folders of cases.")],
+    out: Annotated[Path, typer.Option("--out", help="Folder in which each benchmark has its own.")] = Path("benchmark"),
+    variants: Variants = None,
+    sets: Sets = None,
+    runs: Annotated[Path, typer.Option("--runs", help="Where the runs for the references go.")] = Path("runs"),
+    workers: Workers = 1,
+    ray: Ray = "",
+    store: StoreUrl = "",
+    as_json: AsJson = False,
+) -> None:
+    """Write cases for other simulators: shapes, masses, joints, start, controls, and references of observables.
+
+    Each case runs three times: at its own time step, and at a half and a quarter of it. What `benchmark.yaml` beside
+    the case says of observables, tolerances and equations is kept to.
+    """
+    from text2sim.cli.cases import say_examined
+    from text2sim.cli.many import told, where_of
+    from text2sim.cli.output import say, say_json
+    from text2sim.cluster.run import Where
+    from text2sim.engine_benchmark.export import export
+    from text2sim.service.examined import examine, find_cases
+    from text2sim.service.wording import shown
+    from text2sim.spec_schema.errors import Text2SimError
+
+    where = where_of(workers, ray, store, runs) or Where()
+    code, documents = exits.OK, []
+    for path in find_cases(cases):
+        row = examine(path, overlay=overlay_of(variants, sets))
+        if row.ok and row.loaded is not None and row.plan is not None:
+            try:
+                folder = out / row.loaded.case.name
+                scene = export(row.loaded, row.plan, folder, runs, lambda tasks: told(tasks, where, quiet=as_json))
+                documents.append({"folder": str(folder), "complete": scene["complete"], "left_out": scene["left_out"]})
+                left = f"; no MJCF or USD: {', '.join(scene['left_out'])}" if scene["left_out"] else ""
+                _ = as_json or say(f"{shown(folder)}: {len(scene['observables'])} observables{left}")
+            except Text2SimError as error:
+                row.blame(error)
+        if not row.ok:
+            code = max(code, row.exit)
+            documents.append(row.as_dict())
+            _ = as_json or say_examined(row)
+    if as_json:
+        say_json({"ok": code == exits.OK, "benchmarks": documents})
+    raise typer.Exit(code)
+
+
+@benchmark.command("run")
+def run_benchmarks(
+    folders: Annotated[list[Path], typer.Argument(help="Benchmarks, or folders of benchmarks.")],
+    engine: Annotated[
+        str, typer.Option("--engine", metavar="NAME", help="mujoco, or MODULE:FUNCTION of an adapter of yours.")
+    ] = "mujoco",
+    write: Annotated[Path | None, typer.Option("--table", metavar="FILE", help="Write the table as Markdown.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Run benchmarks in another engine, and compare its observables with the references.
+
+    Exit code 1: an observable is beyond its tolerance.
+    """
+    from text2sim.cli.output import say, say_json
+    from text2sim.engine_benchmark.compare import Compared, run, table
+    from text2sim.runtime.stop import Stop
+    from text2sim.spec_schema.errors import RunError
+
+    found = [
+        p.parent for folder in folders for p in sorted([folder / "benchmark.json", *folder.glob("*/benchmark.json")])
+    ]
+    found = [folder for folder in dict.fromkeys(found) if (folder / "benchmark.json").is_file()] or list(folders)
+    rows: list[Compared] = []
+    failed: list[dict[str, Any]] = []
+    with Stop() as stop:
+        for folder in found:
+            try:
+                rows += run(engine, folder, stop)
+            except RunError as error:
+                failed.append({"folder": str(folder), "error": str(error)})
+                _ = as_json or say(str(error))
+            if stop.count:
+                break
+    text = table(rows, "MuJoCo" if engine == "mujoco" else engine)
+    if write is not None:
+        write.write_text(text, "utf-8")
+    if as_json:
+        say_json({"ok": all(row.ok for row in rows), "rows": [row.as_dict() for row in rows], "failed": failed})
+    elif rows:
+        say(text)
+        say(f"{sum(row.ok for row in rows)} of {len(rows)} observables within their tolerances")
+    code = exits.OK if rows and all(row.ok for row in rows) else exits.PHYSICS if rows else exits.INPUT
+    raise typer.Exit(code)

@@ -1,0 +1,132 @@
+"""Runs a benchmark in another engine, and compares what it observes with the reference."""
+
+import json
+import shutil
+import sys
+import tempfile
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from text2sim.engine_benchmark.reference import observed
+from text2sim.runtime.child import Limits, run_child
+from text2sim.runtime.outcome import last_error, read_end
+from text2sim.runtime.stop import Stop
+from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.load import load_case
+
+MODULE = "text2sim.engine_benchmark.trial"
+TIMEOUT = 1800.0
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One observable in one engine."""
+
+    benchmark: str
+    observable: str
+    unit: str
+    reference: str
+    """analytic or converged."""
+    tolerance: float
+    until: float
+    """Compared up to this time [s]."""
+    ours: float
+    """Largest difference from the reference of Genesis at the case's own step."""
+    theirs: float
+    """The same of the other engine, at the same step."""
+    own_change: float
+    """Largest difference of the other engine from itself at half the step."""
+    seconds: tuple[float, float]
+    """Time [s] that Genesis and the other engine took."""
+    memory: tuple[int, int]
+    """Most resident memory [bytes] of both."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether the other engine is within the tolerance."""
+        return self.theirs <= self.tolerance
+
+    def as_dict(self) -> dict[str, Any]:
+        """For machines."""
+        return {**asdict(self), "ok": self.ok}
+
+
+def run(engine: str, folder: Path, stop: Stop) -> list[Compared]:
+    """Run a benchmark at its own time step and at half of it.
+
+    Args:
+        engine: `mujoco`, or `MODULE:FUNCTION`.
+        folder: The benchmark.
+        stop: Requests to stop.
+
+    Raises:
+        RunError: if it is no benchmark, lacks files for the engine, or the engine fails.
+    """
+    try:
+        scene = json.loads((folder / "benchmark.json").read_text("utf-8"))
+        name, step, complete = scene["name"], float(scene["step"]), scene["complete"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise RunError(f"{folder} is no benchmark: text2sim benchmark export CASE writes one") from error
+    if not complete:
+        raise RunError(f"{folder} has no model of its scene, because of {', '.join(scene['left_out'])}")
+    loaded, names = load_case(folder / "case.yaml"), list(scene["observables"])
+    values, seconds, memory = [], 0.0, 0
+    with tempfile.TemporaryDirectory(prefix="text2sim-benchmark-") as place:
+        for halvings in (0, 1):
+            out = Path(place) / str(halvings)
+            out.mkdir()
+            took, used = _trial(engine, folder, out, step / 2**halvings, stop)
+            if not halvings:
+                seconds, memory = took, used
+            found, _ = observed(out, loaded, names)
+            values.append({key: row for key, (row, _) in found.items()})
+            shutil.rmtree(out)
+    times, made = np.array(scene["times"]), []
+    for key, row in scene["observables"].items():
+        until = times <= row["until"] + 1e-9
+        off = np.abs(values[0][key] - np.array(row["values"]))[until]
+        change = np.abs(values[0][key] - values[1][key])[until]
+        made.append(
+            Compared(
+                name, key, row["unit"], row["reference"], row["tolerance"], row["until"],
+                row["convergence"]["errors"][0], float(off.max(initial=0.0)), float(change.max(initial=0.0)),
+                (scene["ours"]["seconds"], seconds), (scene["ours"]["memory"], memory),
+            )
+        )  # fmt: skip
+    return made
+
+
+def _trial(engine: str, folder: Path, out: Path, step: float, stop: Stop) -> tuple[float, int]:
+    command = [sys.executable, "-m", MODULE, engine, str(folder.absolute()), str(out), repr(step)]
+    log = out / "log.txt"
+    ended = run_child(
+        command, folder=Path.cwd(), log=log, limits=Limits(timeout=TIMEOUT), stop=stop, on_poll=lambda: None
+    )
+    said = read_end(log)
+    if ended.cause != "ended" or ended.code:
+        why = ended.cause if ended.cause != "ended" else last_error(said) or said.strip().rpartition("\n")[2]
+        raise RunError(f"{engine} did not finish {folder}: {why or f'exit code {ended.code}'}")
+    return float(json.loads((out / "trial.json").read_text())["seconds"]), ended.peak_memory
+
+
+def table(rows: list[Compared], engine: str) -> str:
+    """The comparison as a table in Markdown."""
+    heads = [
+        "benchmark", "observable", "reference", "tolerance", "Genesis off by", f"{engine} off by", f"{engine} at h/2",
+        "until", "time", "memory",
+    ]  # fmt: skip
+    lines = [heads, ["---"] * len(heads)]
+    for row in rows:
+        mark = "" if row.ok else " **!**"
+        unit = f" {row.unit}" if row.unit else ""
+        lines.append(
+            [
+                row.benchmark, row.observable, row.reference, f"{row.tolerance:.3g}{unit}", f"{row.ours:.2g}",
+                f"{row.theirs:.2g}{mark}", f"{row.own_change:.2g}", f"{row.until:.3g} s",
+                " / ".join(f"{s:.2f} s" for s in row.seconds), " / ".join(f"{m / 1e6:.0f} MB" for m in row.memory),
+            ]
+        )  # fmt: skip
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"

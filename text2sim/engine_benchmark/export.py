@@ -1,0 +1,166 @@
+"""A case as files that any simulator can read.
+
+benchmark.json   everything but the shapes: links, joints, start, controls, observables with their references
+scene.xml        MJCF; scene.usda OpenUSD with UsdPhysics: shapes, masses, joints, of rigid and articulated scenes
+meshes/          shapes that are no primitives
+case.yaml        the case, from which the measures are worked out
+"""
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+from text2sim.compiler.plan import EntityPlan, Plan
+from text2sim.engine_benchmark.controls import tables
+from text2sim.engine_benchmark.mjcf import build, obstacles
+from text2sim.engine_benchmark.reference import Perform, Runs, references, simulate
+from text2sim.engine_benchmark.statement import read_statement
+from text2sim.engine_benchmark.usd import write_usd
+from text2sim.harness.folder import staging
+from text2sim.recording.record import write_atomically
+from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.loaded import LoadedCase
+from text2sim.spec_schema.reuse.expanded import expanded_text
+
+FORMAT = 1
+JOINTS = ("hinge", "slider")
+
+
+def export(loaded: LoadedCase, plan: Plan, out: Path, runs: Path, perform: Perform) -> dict[str, Any]:
+    """Write the benchmark of a case into `out`, which takes the place of an older one.
+
+    Args:
+        loaded: The case.
+        plan: Its plan.
+        out: The folder.
+        runs: Where the runs lie that the references are taken from.
+        perform: Carries out tasks, as `run_tasks` does.
+
+    Returns:
+        What stands in `benchmark.json`.
+
+    Raises:
+        SpecError: if `benchmark.yaml` is wrong.
+        RunError: if a run does not finish, or `out` is something else.
+    """
+    if out.exists() and not (out / "benchmark.json").is_file():
+        raise RunError(f"{out} is there and is no benchmark; choose another folder")
+    statement = read_statement(loaded)
+    ran = simulate(loaded, plan, statement, runs, perform)
+    layout = json.loads((ran.folders[0] / "states/layout.json").read_text("utf-8"))
+    why_not = obstacles(plan)
+    scene = {
+        "text2sim_benchmark": FORMAT,
+        "name": plan.case,
+        "about": statement.about or loaded.case.prompt,
+        "units": "SI: m, kg, s, rad; quaternions are (w, x, y, z)",
+        "duration": plan.dt * plan.steps,
+        "step": plan.dt / plan.settings.substeps,
+        "gravity": plan.gravity,
+        "contact": {
+            "friction_cone": plan.settings.cone,
+            "timeconst": plan.settings.timeconst,
+            "of_bodies": {name: {"timeconst": t, "dampratio": ratio} for name, (t, ratio) in plan.contact.items()},
+        },
+        "complete": not why_not,
+        "left_out": why_not,
+        "bodies": [_entity(e, bool(e.options.get("fixed"))) for group in plan.bodies for e in group.entities],
+        "statics": [_entity(e, True) for group in plan.statics for e in group.entities],
+        "links": _links(layout, ran),
+        "joints": layout["joints"],
+        "initial_joints": [
+            {"body": body, "joint": joint, "position": position}
+            for body, joints in plan.initial.items() for joint, position in joints.items()
+        ],
+        "initial_velocities": [
+            {"body": row.entity, "linear": row.linear, "angular": row.angular} for row in plan.velocities
+        ],
+        "controls": [] if why_not else tables(plan),
+        "forces": [_force(row, plan) for row in plan.wrenches],
+        "times": [float(f"{t:.9g}") for t in ran.times],
+        "observables": references(ran, statement),
+        "ours": _ours(ran),
+        "layout": layout,
+    }  # fmt: skip
+    with staging(out.absolute().parent) as stage:
+        folder = stage / "benchmark"
+        folder.mkdir()
+        write_atomically(folder / "case.yaml", expanded_text(loaded))
+        write_atomically(folder / "benchmark.json", json.dumps(scene, indent=1, allow_nan=False) + "\n")
+        if why_not:
+            _write_files(plan, folder / "meshes")
+        else:
+            _write_scene(plan, folder)
+        if out.exists():
+            shutil.rmtree(out)
+        folder.rename(out.absolute())
+    return scene
+
+
+def _write_scene(plan: Plan, folder: Path) -> None:
+    spec = build(plan)
+    model = spec.compile()
+    for mesh in spec.meshes:
+        if mesh.file:
+            target = folder / "meshes" / Path(mesh.file).name
+            target.parent.mkdir(exist_ok=True)
+            target.write_bytes(next(data for path, data in plan.files.items() if Path(path).name == target.name))
+            mesh.file = f"meshes/{target.name}"
+    write_atomically(folder / "scene.xml", spec.to_xml())
+    write_usd(model, plan, folder / "scene.usda")
+
+
+def _write_files(plan: Plan, folder: Path) -> None:
+    for path, data in plan.files.items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_bytes(data)
+
+
+def _entity(entity: EntityPlan, fixed: bool) -> dict[str, Any]:
+    row: dict[str, Any] = {"name": entity.name, "shape": entity.morph, "pos": entity.pos, "quat": entity.quat}
+    row |= {key: value for key, value in entity.options.items() if key not in ("fixed", "visualization")}
+    row |= {"fixed": fixed, "density": entity.rho, "friction": entity.friction}
+    if entity.family != "rigid":
+        row |= {"material": entity.material, "parameters": entity.material_options}
+        row["mass"] = entity.soft.mass if entity.soft else None
+    return row
+
+
+def _links(layout: dict[str, Any], ran: Runs) -> list[dict[str, Any]]:
+    from text2sim.recording.states import RunStates
+
+    states = RunStates.load(ran.folders[0])
+    alone: dict[str, int] = {}
+    for row in layout["links"]:
+        alone[row["body"]] = alone.get(row["body"], 0) + 1
+    return [
+        {
+            **row,
+            "pos": states.pos[0, k].tolist(),
+            "quat": states.quat[0, k].tolist(),
+            # A body of one link with a free joint of its own, or a link of a mechanism.
+            "mjcf": row["body"] if row["link"] == f"{row['body']}_baselink" else f"{row['body']}/{row['link']}",
+        }
+        for k, row in enumerate(layout["links"])
+    ]
+
+
+def _force(row: Any, plan: Plan) -> dict[str, Any]:
+    link = f"{row.entity}/{row.link}" if row.link else row.entity
+    names = {e.name: e.morph for group in plan.bodies for e in group.entities}
+    if not row.link and names[row.entity] == "MJCF":
+        link = f"{row.entity}/{row.entity.partition('[')[0]}"
+    return {
+        "body": row.entity, "link": row.link, "mjcf": link, "start": row.start, "end": row.end,
+        "force": row.force, "torque": row.torque,
+    }  # fmt: skip
+
+
+def _ours(ran: Runs) -> dict[str, Any]:
+    record = ran.records[0]
+    return {
+        "engine": f"Genesis {record.versions.get('genesis-world', '')}",
+        "seconds": record.timings.get("simulate", record.wall),
+        "memory": record.peak_memory,
+    }

@@ -1,0 +1,144 @@
+"""The scene of a rigid case as one MJCF model."""
+
+import io
+from typing import Any
+
+import numpy as np
+
+from text2sim.compiler.plan import EntityPlan, Plan
+from text2sim.engine_benchmark.controls import tables
+
+NOT_YET = {
+    "prescribed": "driven bodies",
+    "welds": "welds that are made or undone on the way",
+    "removals": "bodies that leave the scene",
+    "fields": "fields",
+    "watches": "releases on events",
+    "holds": "held points",
+    "pushes": "pushes on points",
+    "frictions": "friction of pairs",
+    "changes": "changed joints of model files",
+}
+
+
+def obstacles(plan: Plan) -> list[str]:
+    """Say what keeps a case from being written as one MJCF model; empty if nothing does."""
+    found = [words for name, words in NOT_YET.items() if getattr(plan, name)]
+    entities = [entity for group in (*plan.statics, *plan.bodies) for entity in group.entities]
+    found += sorted({f"bodies of the family {entity.family}" for entity in entities if entity.family != "rigid"})
+    if any(entity.morph == "URDF" for entity in entities):
+        found.append("URDF files")
+    if any(entity.options.get("decompose") for entity in entities):
+        found.append("shapes that are taken apart")
+    if any(drive.later or len({segment.mode for segment in drive.segments}) > 1 for drive in plan.drives):
+        found.append("drives that wait for events or change what they follow")
+    if any(wrench.point is not None or wrench.local for wrench in plan.wrenches):
+        found.append("forces that turn with a body, or act beside its centre")
+    if any(wrench.scale is not None for wrench in plan.wrenches):
+        found.append("forces that change with time")
+    return found
+
+
+def build(plan: Plan) -> Any:
+    """Return the scene as an `MjSpec`.
+
+    A copy of a body is a body of its name; a link of a mechanism is `COPY/LINK`, its joint `COPY/JOINT`, and the motor
+    of a joint is called like the joint. What pushes a motor is its `ctrl`: stiffness x target + damping x its speed.
+    """
+    import mujoco
+
+    spec = mujoco.MjSpec()
+    spec.modelname = plan.case
+    settings = plan.settings
+    spec.option.timestep = plan.dt / settings.substeps
+    spec.option.gravity = plan.gravity
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = getattr(mujoco.mjtCone, f"mjCONE_{settings.cone.upper()}")
+    spec.option.tolerance = 1e-10
+    for group in plan.statics:
+        for entity in group.entities:
+            _add(spec, plan, entity, fixed=True)
+    for group in plan.bodies:
+        for entity in group.entities:
+            _add(spec, plan, entity, fixed=bool(entity.options.get("fixed")))
+    for equality in spec.equalities:
+        equality.solref = [settings.timeconst, 1.0]
+    for row in tables(plan):
+        kp = row["stiffness"] if row["mode"] == "position" else 0.0
+        kv = 0.0 if row["mode"] == "force" else row["damping"]
+        name = f"{row['body']}/{row['joint']}"
+        motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        motor.gaintype, motor.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
+        motor.gainprm[0], motor.biasprm[:3] = 1.0, [0.0, -kp, -kv]
+        if row["max_force"] is not None:
+            motor.forcelimited, motor.forcerange = True, [-row["max_force"], row["max_force"]]
+    return spec
+
+
+def _add(spec: Any, plan: Plan, entity: EntityPlan, *, fixed: bool) -> None:
+    import mujoco
+
+    if entity.morph == "MJCF":
+        _attach(spec, plan, entity)
+        return
+    body = spec.worldbody.add_body(name=entity.name, pos=entity.pos, quat=entity.quat)
+    if not fixed and entity.morph != "Plane":
+        body.add_freejoint(name=entity.name)
+    options: Any = entity.options
+    shapes = {
+        "Box": lambda: (mujoco.mjtGeom.mjGEOM_BOX, [size / 2 for size in options["size"]]),
+        "Sphere": lambda: (mujoco.mjtGeom.mjGEOM_SPHERE, [options["radius"], 0, 0]),
+        "Cylinder": lambda: (mujoco.mjtGeom.mjGEOM_CYLINDER, [options["radius"], options["height"] / 2, 0]),
+        "Plane": lambda: (mujoco.mjtGeom.mjGEOM_PLANE, [0, 0, 1]),
+        "Mesh": lambda: (mujoco.mjtGeom.mjGEOM_MESH, [0, 0, 0]),
+    }
+    kind, size = shapes[entity.morph]()
+    geom = body.add_geom(name=entity.name, type=kind, size=size, density=entity.rho or 0.0)
+    if entity.morph == "Mesh":
+        vertices = np.asarray(_mesh(plan.files[options["file"]], options["file"])) * options.get("scale", 1.0)
+        spec.add_mesh(name=entity.name, uservert=vertices.ravel().tolist())
+        geom.meshname = entity.name
+    _touch(geom, plan, entity.name, entity.friction)
+
+
+def _attach(spec: Any, plan: Plan, entity: EntityPlan) -> None:
+    """Add a mechanism; its collision masks, which count within one model only, become pairs that are left out."""
+    import mujoco
+
+    file = str(entity.options["file"])
+    folder = file.rpartition("/")[0]
+    text = plan.files[file].decode()
+    assets = {name: data for path, data in plan.files.items() if (name := path.removeprefix(f"{folder}/")) in text}
+    child = mujoco.MjSpec.from_string(text, assets=assets)
+    apart = False
+    for geom in list(child.geoms):
+        if not geom.contype and not geom.conaffinity:
+            child.delete(geom)  # only drawn
+            continue
+        apart |= geom.contype != geom.conaffinity
+        geom.contype = geom.conaffinity = 1
+        _touch(geom, plan, entity.name, None)
+    used = {geom.meshname for geom in child.geoms}
+    for mesh in [mesh for mesh in child.meshes if mesh.name not in used]:
+        child.delete(mesh)
+    for thing in (*child.materials, *child.textures):
+        child.delete(thing)
+    links = [body.name for body in child.bodies if body.name != "world"]
+    for k, one in enumerate(links if apart else []):
+        for other in links[k + 1 :]:
+            child.add_exclude(bodyname1=one, bodyname2=other)
+    frame = spec.worldbody.add_frame(pos=entity.pos, quat=entity.quat)
+    spec.attach(child, prefix=f"{entity.name}/", frame=frame)
+
+
+def _touch(geom: Any, plan: Plan, name: str, friction: float | None) -> None:
+    time, ratio = plan.contact.get(name, (plan.settings.timeconst, 1.0))
+    geom.solref = [time, ratio]
+    if friction is not None:
+        geom.friction[0] = friction
+
+
+def _mesh(data: bytes, name: str) -> Any:
+    import trimesh
+
+    return trimesh.load(io.BytesIO(data), file_type=name.rpartition(".")[2], force="mesh").vertices

@@ -1,0 +1,121 @@
+"""References of observables: an equation, or the same case at shorter and shorter time steps."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.cluster.task import Done, Needs, Task
+from text2sim.compiler.plan import Plan
+from text2sim.engine_benchmark.statement import Statement
+from text2sim.evidence.measures import evaluate
+from text2sim.evidence.recorded_case import RecordedCase
+from text2sim.recording.record import RunRecord
+from text2sim.spec_schema.arithmetic.expressions import parse_expression
+from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.loaded import LoadedCase
+
+HALVINGS = (0, 1, 2)
+"""How often the time step is halved; the last is the reference where there is no equation."""
+SHARE = 0.02
+"""Tolerance where none is stated, as a part of the observable's range."""
+Perform = Callable[[Sequence[Task]], Iterator[Done]]
+Array = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Runs:
+    """The recorded runs, from the case's own time step to the shortest."""
+
+    folders: list[Path]
+    times: Array
+    """Of the frames [s]."""
+    values: list[dict[str, Array]]
+    """Of every observable, at `times`, for each run."""
+    units: dict[str, str]
+    records: list[RunRecord]
+
+
+def simulate(loaded: LoadedCase, plan: Plan, statement: Statement, runs: Path, perform: Perform) -> Runs:
+    """Run a case at its own time step, and at steps that are halved.
+
+    Raises:
+        RunError: if one does not finish.
+    """
+    over, tasks = loaded.overlay, []
+    for halvings in HALVINGS:
+        sets = [f"scene.dt={plan.dt / 2**halvings!r}", f"scene.substeps={plan.settings.substeps}"]
+        arguments: dict[str, Any] = {"file": loaded.path.name, "variants": [*over.variants], "point": over.point}
+        arguments |= {"sets": [*over.sets, *(sets if halvings else sets[1:])], "lint": [], "film": False}
+        inputs, needs = {"case": loaded.folder}, Needs(gpu=0.0)
+        tasks.append(Task("text2sim.cluster.work:simulate", arguments, f"step/{2**halvings}", needs, inputs, runs))
+    done = {id(one.task): one for one in perform(tasks)}
+    folders = []
+    for task in tasks:
+        one = done[id(task)]
+        if one.result is None or one.result["state"] != "finished":
+            why = one.error if one.result is None else f"{one.result['state']}: {one.result['message']}"
+            raise RunError(f"{loaded.case.name} at {task.label}: {why}")
+        folders.append(runs / one.result["folder"])
+    times, values, units = np.zeros(0), [], {}
+    for folder in folders:
+        found, own = observed(folder, loaded, list(statement.observables))
+        units = {name: unit for name, (_, unit) in found.items()}
+        times = own if not len(times) else times
+        values.append({name: np.interp(times, own, row) for name, (row, _) in found.items()})
+    records = [record for folder in folders if (record := RunRecord.read(folder)) is not None]
+    return Runs(folders, times, values, units, records)
+
+
+def observed(folder: Path, loaded: LoadedCase, names: list[str]) -> tuple[dict[str, tuple[Array, str]], Array]:
+    """Observables of a recording, with their units, and the times [s] of its frames.
+
+    Raises:
+        RunError: if one has no value.
+    """
+    recording = RecordedCase.load(folder, loaded.case)
+    series = evaluate(recording)
+    for name in names:
+        if series[name].problem or not np.isfinite(series[name].values).all():
+            raise RunError(f"{folder}: {name} has no value: {series[name].problem or 'it is not always a number'}")
+    return {name: (series[name].values, series[name].unit) for name in names}, recording.states.time.astype(float)
+
+
+def references(runs: Runs, statement: Statement) -> dict[str, dict[str, Any]]:
+    """Return for each observable: reference, tolerance, convergence, and up to which time it can be compared.
+
+    `changes` are the largest differences between a run and the next, at half its step. A reference without an equation
+    ends where the last two runs differ by more than half of the tolerance: beyond that the reference is not known so
+    well, for the motion may be such that no step is short enough.
+    """
+    made = {}
+    for name, stated in statement.observables.items():
+        rows = [values[name] for values in runs.values]
+        if stated.analytic is not None:
+            formula = parse_expression(stated.analytic)
+            reference = np.array([float(formula.evaluate({"t": float(t)})) for t in runs.times])  # type: ignore[arg-type]
+        else:
+            reference = rows[-1]
+        tolerance = stated.tolerance or SHARE * max(float(np.ptp(reference)), 1e-6)
+        until = runs.times <= (statement.until or np.inf) + 1e-9
+        if stated.analytic is None:
+            known = np.abs(rows[-1] - rows[-2]) <= tolerance / 2
+            until &= np.cumprod(known).astype(bool)
+        changes = [float(np.abs(a - b)[until].max(initial=0.0)) for a, b in zip(rows, rows[1:], strict=False)]
+        made[name] = {
+            "unit": runs.units[name],
+            "reference": "analytic" if stated.analytic is not None else "converged",
+            "analytic": stated.analytic,
+            "tolerance": tolerance,
+            "until": float(runs.times[until][-1]) if until.any() else 0.0,
+            "convergence": {
+                "steps": [1.0 / 2**k for k in HALVINGS],
+                "changes": changes,
+                "errors": [float(np.abs(row - reference)[until].max(initial=0.0)) for row in rows],
+            },
+            "values": [float(f"{value:.9g}") for value in reference],
+        }
+    return made

@@ -1,0 +1,80 @@
+"""What a case's `benchmark.yaml` may say: observables, their tolerances, and how they go by an equation."""
+
+from typing import Annotated
+
+from pydantic import Field, ValidationError
+
+from text2sim.spec_schema.arithmetic.expressions import parse_expression
+from text2sim.spec_schema.arithmetic.values import ExpressionError
+from text2sim.spec_schema.errors import Problem, SpecError, nearest
+from text2sim.spec_schema.loaded import LoadedCase
+from text2sim.spec_schema.models.base import Model, Positive
+from text2sim.spec_schema.models.measures import Measure
+from text2sim.spec_schema.text.document import parse_document
+from text2sim.spec_schema.text.source import read_source
+from text2sim.spec_schema.vocabulary.diagnosis import diagnose
+
+FILE = "benchmark.yaml"
+FROM_POSES = frozenset(
+    "position velocity speed angular_speed angular_velocity turns displacement tilt joint_position joint_velocity "
+    "distance energy momentum angular_momentum count_in".split()
+)
+"""Kinds of measures that poses, velocities and joint positions are enough for."""
+
+
+class Observable(Model):
+    """One observable."""
+
+    tolerance: Positive | None = None
+    """Largest difference from the reference [unit of the measure]; 2 % of its range if left out."""
+    analytic: Annotated[str, Field(max_length=500)] | None = None
+    """Its value as an expression of `t` [s]."""
+
+
+class Statement(Model):
+    """The file."""
+
+    observables: dict[str, Observable]
+    until: Positive | None = None
+    """Compared up to this time [s]; all of it if left out."""
+    about: Annotated[str, Field(max_length=2000)] = ""
+    """Where the equations come from, and what is known about disagreements."""
+
+
+def read_statement(loaded: LoadedCase) -> Statement:
+    """Return what the case's `benchmark.yaml` says; without one, all measures that poses are enough for.
+
+    Raises:
+        SpecError: with all that is wrong with the file, and where; or if there is nothing to observe.
+    """
+    measures, path = loaded.case.actions.measures, loaded.folder / FILE
+    able = [name for name, measure in measures.items() if observable(measure)]
+    if not path.is_file():
+        if not able:
+            message = "it has no measure that other engines could be compared by: position, joint_position, energy, …"
+            raise SpecError([loaded.problem(("actions",), message, rule="no-observable")])
+        return Statement(observables={name: Observable() for name in able})
+    document = parse_document(read_source(path))
+    try:
+        found = Statement.model_validate(document.data)
+    except ValidationError as error:
+        raise SpecError(diagnose(document, error, Statement, document.data)) from None
+    problems: list[Problem] = []
+    for name, row in found.observables.items():
+        place = ("observables", name)
+        if name not in able:
+            message = f"there is no measure `{name}` that can be compared; there are {', '.join(able) or 'none'}"
+            problems.append(document.problem(place, message, key=True, rule="unknown", hint=nearest(name, able)))
+        if row.analytic is not None:
+            try:
+                parse_expression(row.analytic).evaluate({"t": 1.0})
+            except ExpressionError as error:
+                problems.append(document.problem((*place, "analytic"), str(error), rule="expression"))
+    if problems:
+        raise SpecError(problems)
+    return found
+
+
+def observable(measure: Measure) -> bool:
+    """Whether poses and joint positions are enough for a measure."""
+    return measure.kind in FROM_POSES and getattr(measure, "at", None) is None

@@ -1,0 +1,78 @@
+"""One benchmark in one engine, in a process of its own: `python -m …trial ENGINE FOLDER OUT STEP`."""
+
+import importlib
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+ENGINES = {"mujoco": "text2sim.engine_benchmark.mujoco_engine:simulate"}
+Adapter = Callable[[Path, dict[str, Any], list[float], float], dict[str, NDArray[np.floating]]]
+"""Simulates a benchmark.
+
+Args: the folder; what stands in its `benchmark.json`; the times [s] at which states are wanted; the time step [s].
+
+Returns, for each of these times (F) and each of the L links and J joints in the order of `benchmark.json`:
+`pos` (F, L, 3) [m] and `quat` (F, L, 4) (w, x, y, z) of the link's frame; `vel` (F, L, 3) [m/s] of its centre of mass;
+`ang` (F, L, 3) [rad/s], in the world; `joint_pos` and `joint_vel` (F, J) [rad or m, a second] of hinges and sliders.
+"""
+
+
+def adapter_of(engine: str) -> Adapter:
+    """Return the function of an engine: `mujoco`, or `MODULE:FUNCTION` of whoever asks."""
+    module, _, name = ENGINES.get(engine, engine).partition(":")
+    return getattr(importlib.import_module(module), name)
+
+
+def main() -> None:
+    """Simulate, and write the states as a run would have recorded them."""
+    engine, folder, out, step = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3]), float(sys.argv[4])
+    scene = json.loads((folder / "benchmark.json").read_text("utf-8"))
+    adapter, begun = adapter_of(engine), perf_counter()
+    made = adapter(folder, scene, scene["times"], step)
+    seconds = perf_counter() - begun
+    frames, links, joints = len(scene["times"]), len(scene["links"]), len(scene["joints"])
+    shapes = {
+        "pos": (frames, links, 3),
+        "quat": (frames, links, 4),
+        "vel": (frames, links, 3),
+        "ang": (frames, links, 3),
+    }
+    for name, shape in (shapes | {"joint_pos": (frames, joints), "joint_vel": (frames, joints)}).items():
+        if np.shape(made[name]) != shape:
+            sys.exit(f"the adapter's `{name}` has the shape {np.shape(made[name])}, not {shape}")
+    write_states(out, scene, made)
+    (out / "trial.json").write_text(json.dumps({"seconds": seconds}))
+
+
+def write_states(out: Path, scene: dict[str, Any], made: dict[str, Any]) -> None:
+    """Write states in the form of a recording, so that measures are worked out as of any run."""
+    (out / "states").mkdir(parents=True, exist_ok=True)
+    (out / "geometry").mkdir(exist_ok=True)
+    (out / "geometry/index.json").write_text("{}")
+    layout = scene["layout"]
+    (out / "states/layout.json").write_text(json.dumps(layout))
+    frames, last = len(scene["times"]), layout["joints"][-1] if layout["joints"] else {"q": [0, 0], "dofs": [0, 0]}
+    qpos, speeds = np.zeros((frames, last["q"][1])), np.zeros((frames, last["dofs"][1]))
+    for k, row in enumerate(layout["joints"]):
+        if row["kind"] in ("hinge", "slider"):
+            qpos[:, row["q"][0]], speeds[:, row["dofs"][0]] = made["joint_pos"][:, k], made["joint_vel"][:, k]
+    none = {
+        "contact_step": np.zeros(0, np.int32), "contact_links": np.zeros((0, 2), np.int32),
+        "contact_force": np.zeros((0, 3)), "contact_pos": np.zeros((0, 3)),
+        "contact_penetration": np.zeros(0), "contact_normal_force": np.zeros(0), "contact_count": np.zeros(0, np.int32),
+    }  # fmt: skip
+    np.savez(
+        out / "states/chunk_00000.npz", time=np.array(scene["times"]), links_pos=made["pos"], links_quat=made["quat"],
+        links_vel=made["vel"], links_ang=made["ang"], qpos=qpos, dofs_velocity=speeds,
+        dofs_control_force=np.zeros_like(speeds), **none,
+    )  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()

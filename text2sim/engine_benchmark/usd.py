@@ -1,0 +1,180 @@
+"""A compiled MJCF model as a stage of OpenUSD with UsdPhysics."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from text2sim.compiler.plan import Plan
+from text2sim.exchange.openusd import openusd
+
+ROOT = "/benchmark"
+
+
+def write_usd(model: Any, plan: Plan, path: Path) -> None:
+    """Write bodies, shapes, masses, joints, limits, motors and gravity of a model, as it stands at its start."""
+    _Stage(model, plan, path).write()
+
+
+class _Stage:
+    def __init__(self, model: Any, plan: Plan, path: Path) -> None:
+        import mujoco
+
+        self.usd, self.model, self.plan, self.mj = openusd(), model, plan, mujoco
+        self.data = mujoco.MjData(model)
+        mujoco.mj_forward(model, self.data)
+        usd = self.usd
+        self.stage = usd.Usd.Stage.CreateNew(str(path))
+        usd.UsdGeom.SetStageUpAxis(self.stage, usd.UsdGeom.Tokens.z)
+        usd.UsdGeom.SetStageMetersPerUnit(self.stage, 1.0)
+        usd.UsdPhysics.SetStageKilogramsPerUnit(self.stage, 1.0)
+        self.stage.SetDefaultPrim(usd.UsdGeom.Xform.Define(self.stage, ROOT).GetPrim())
+        self.paths: dict[int, str] = {}
+
+    def write(self) -> None:
+        usd, model = self.usd, self.model
+        scene = usd.UsdPhysics.Scene.Define(self.stage, f"{ROOT}/scene")
+        size = float(np.linalg.norm(model.opt.gravity))
+        scene.CreateGravityMagnitudeAttr(size)
+        scene.CreateGravityDirectionAttr(usd.Gf.Vec3f(*(model.opt.gravity / size if size else [0, 0, -1])))
+        for body in range(model.nbody):
+            self._body(body)
+        for body in range(1, model.nbody):
+            self._joints(body)
+        for row in range(model.neq):
+            self._loop(row)
+        self.stage.GetRootLayer().Save()
+
+    def _body(self, body: int) -> None:
+        usd, model = self.usd, self.model
+        name = usd.Tf.MakeValidIdentifier(model.body(body).name or "world")
+        path = self.paths[body] = f"{ROOT}/{name}"
+        form = usd.UsdGeom.Xform.Define(self.stage, path)
+        prim = form.GetPrim()
+        prim.SetDisplayName(model.body(body).name or "world")
+        self._place(form, self.data.xpos[body], self.data.xquat[body])
+        if body and model.body_weldid[body]:
+            usd.UsdPhysics.RigidBodyAPI.Apply(prim)
+            mass = usd.UsdPhysics.MassAPI.Apply(prim)
+            mass.CreateMassAttr(float(model.body_mass[body]))
+            mass.CreateCenterOfMassAttr(usd.Gf.Vec3f(*map(float, model.body_ipos[body])))
+            mass.CreateDiagonalInertiaAttr(usd.Gf.Vec3f(*map(float, model.body_inertia[body])))
+            mass.CreatePrincipalAxesAttr(usd.Gf.Quatf(*map(float, model.body_iquat[body])))
+        start = int(model.body_geomadr[body])
+        for geom in range(start, start + int(model.body_geomnum[body])):
+            self._geom(f"{path}/shape_{geom - start}", geom)
+
+    def _geom(self, path: str, geom: int) -> None:
+        usd, model, kinds = self.usd, self.model, self.mj.mjtGeom
+        kind, size = kinds(int(model.geom_type[geom])), [float(x) for x in model.geom_size[geom]]
+        if kind == kinds.mjGEOM_MESH:
+            made = usd.UsdGeom.Mesh.Define(self.stage, path)
+            mesh = int(model.geom_dataid[geom])
+            a, n = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+            b, m = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+            made.CreatePointsAttr(usd.Vt.Vec3fArray.FromNumpy(model.mesh_vert[a : a + n].astype(np.float32)))
+            made.CreateFaceVertexCountsAttr(usd.Vt.IntArray.FromNumpy(np.full(m, 3, np.int32)))
+            faces = model.mesh_face[b : b + m].astype(np.int32).ravel()
+            made.CreateFaceVertexIndicesAttr(usd.Vt.IntArray.FromNumpy(faces))
+            made.CreateSubdivisionSchemeAttr(usd.UsdGeom.Tokens.none)
+            usd.UsdPhysics.MeshCollisionAPI.Apply(made.GetPrim()).CreateApproximationAttr("convexHull")
+        elif kind == kinds.mjGEOM_BOX:
+            made = usd.UsdGeom.Cube.Define(self.stage, path)
+            made.CreateSizeAttr(2.0)
+        elif kind == kinds.mjGEOM_SPHERE:
+            made = usd.UsdGeom.Sphere.Define(self.stage, path)
+            made.CreateRadiusAttr(size[0])
+        elif kind == kinds.mjGEOM_PLANE:
+            made = usd.UsdGeom.Plane.Define(self.stage, path)
+            made.CreateAxisAttr("Z")
+        else:
+            shape = usd.UsdGeom.Capsule if kind == kinds.mjGEOM_CAPSULE else usd.UsdGeom.Cylinder
+            made = shape.Define(self.stage, path)
+            made.CreateRadiusAttr(size[0])
+            made.CreateHeightAttr(2 * size[1])
+            made.CreateAxisAttr("Z")
+        self._place(made, model.geom_pos[geom], model.geom_quat[geom])
+        if kind == kinds.mjGEOM_BOX:
+            made.AddScaleOp().Set(usd.Gf.Vec3f(*size))
+        usd.UsdPhysics.CollisionAPI.Apply(made.GetPrim())
+        friction = float(model.geom_friction[geom][0])
+        stuff = f"{ROOT}/materials/friction_{f'{friction:g}'.replace('.', '_').replace('-', '_')}"
+        if not self.stage.GetPrimAtPath(stuff):
+            material = usd.UsdPhysics.MaterialAPI.Apply(usd.UsdShade.Material.Define(self.stage, stuff).GetPrim())
+            material.CreateStaticFrictionAttr(friction)
+            material.CreateDynamicFrictionAttr(friction)
+        bound = usd.UsdShade.MaterialBindingAPI.Apply(made.GetPrim())
+        bound.Bind(usd.UsdShade.Material.Get(self.stage, stuff), materialPurpose="physics")
+
+    def _joints(self, body: int) -> None:
+        usd, model, kinds = self.usd, self.model, self.mj.mjtJoint
+        start, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+        parent = int(model.body_parentid[body])
+        if not count and model.body_weldid[body]:
+            self._joint(usd.UsdPhysics.FixedJoint, f"{self.paths[body]}_fixed", parent, body, np.zeros(3), None)
+        for joint in range(start, start + count):
+            kind = kinds(int(model.jnt_type[joint]))
+            if kind == kinds.mjJNT_FREE:
+                continue
+            shape = {
+                kinds.mjJNT_HINGE: usd.UsdPhysics.RevoluteJoint,
+                kinds.mjJNT_SLIDE: usd.UsdPhysics.PrismaticJoint,
+                kinds.mjJNT_BALL: usd.UsdPhysics.SphericalJoint,
+            }[kind]
+            name = usd.Tf.MakeValidIdentifier(model.joint(joint).name)
+            axis = None if kind == kinds.mjJNT_BALL else model.jnt_axis[joint]
+            made = self._joint(shape, f"{ROOT}/joint_{name}", parent, body, model.jnt_pos[joint], axis)
+            if model.body_weldid[parent] == 0:  # of an articulation that is fixed, the root is this joint
+                usd.UsdPhysics.ArticulationRootAPI.Apply(made.GetPrim())
+            if axis is None:
+                continue
+            # UsdPhysics tells angles in degrees.
+            unit = 180 / np.pi if kind == kinds.mjJNT_HINGE else 1.0
+            if model.jnt_limited[joint]:
+                low, high = (float(x * unit) for x in model.jnt_range[joint])
+                made.CreateLowerLimitAttr(low)
+                made.CreateUpperLimitAttr(high)
+            for motor in range(model.nu):
+                if model.actuator_trnid[motor][0] == joint:
+                    drive = usd.UsdPhysics.DriveAPI.Apply(made.GetPrim(), "angular" if unit > 1 else "linear")
+                    drive.CreateStiffnessAttr(float(-model.actuator_biasprm[motor][1] / unit))
+                    drive.CreateDampingAttr(float(-model.actuator_biasprm[motor][2] / unit))
+                    if model.actuator_forcelimited[motor]:
+                        drive.CreateMaxForceAttr(float(model.actuator_forcerange[motor][1]))
+
+    def _loop(self, row: int) -> None:
+        model, name = self.model, f"{ROOT}/loop_{row}"
+        if self.mj.mjtEq(int(model.eq_type[row])) == self.mj.mjtEq.mjEQ_CONNECT:
+            one, other = int(model.eq_obj1id[row]), int(model.eq_obj2id[row])
+            made = self._joint(self.usd.UsdPhysics.SphericalJoint, name, other, one, model.eq_data[row][:3], None)
+            made.CreateExcludeFromArticulationAttr(True)
+
+    def _joint(self, shape: Any, path: str, parent: int, body: int, anchor: Any, axis: Any) -> Any:
+        """Define a joint at a point of a body; its axis, if it has one, is the joint's x axis."""
+        usd, mj, data = self.usd, self.mj, self.data
+        made = shape.Define(self.stage, path)
+        made.CreateBody0Rel().SetTargets([self.paths[parent]])
+        made.CreateBody1Rel().SetTargets([self.paths[body]])
+        turn = np.array([1.0, 0, 0, 0])
+        if axis is not None:
+            made.CreateAxisAttr("X")
+            mj.mju_quatZ2Vec(turn, np.array(axis, float))
+            side = np.array([np.sqrt(0.5), 0, -np.sqrt(0.5), 0])  # takes x to z
+            mj.mju_mulQuat(turn, turn.copy(), side)
+        point, world, back = np.zeros(3), np.zeros(3), np.zeros(4)
+        mj.mju_rotVecQuat(point, np.array(anchor, float), data.xquat[body])
+        world = point + data.xpos[body] - data.xpos[parent]
+        mj.mju_negQuat(back, data.xquat[parent])
+        local, quat = np.zeros(3), np.zeros(4)
+        mj.mju_rotVecQuat(local, world, back)
+        mj.mju_mulQuat(quat, back, data.xquat[body])
+        mj.mju_mulQuat(quat, quat.copy(), turn)
+        made.CreateLocalPos0Attr(usd.Gf.Vec3f(*map(float, local)))
+        made.CreateLocalRot0Attr(usd.Gf.Quatf(*map(float, quat)))
+        made.CreateLocalPos1Attr(usd.Gf.Vec3f(*map(float, anchor)))
+        made.CreateLocalRot1Attr(usd.Gf.Quatf(*map(float, turn)))
+        return made
+
+    def _place(self, made: Any, pos: Any, quat: Any) -> None:
+        made.AddTranslateOp().Set(self.usd.Gf.Vec3d(*map(float, pos)))
+        made.AddOrientOp().Set(self.usd.Gf.Quatf(*map(float, quat)))
