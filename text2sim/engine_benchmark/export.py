@@ -8,13 +8,15 @@ case.yaml        the case, from which the measures are worked out
 
 import json
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from text2sim.cluster.task import Done
 from text2sim.compiler.plan import EntityPlan, Plan
 from text2sim.engine_benchmark.controls import tables
 from text2sim.engine_benchmark.mjcf import build, obstacles
-from text2sim.engine_benchmark.reference import Perform, Runs, references, simulate
+from text2sim.engine_benchmark.reference import Runs, collect, references
 from text2sim.engine_benchmark.statement import read_statement
 from text2sim.engine_benchmark.usd import write_usd
 from text2sim.harness.folder import staging
@@ -27,15 +29,14 @@ FORMAT = 1
 JOINTS = ("hinge", "slider")
 
 
-def export(loaded: LoadedCase, plan: Plan, out: Path, runs: Path, perform: Perform) -> dict[str, Any]:
+def export(loaded: LoadedCase, plan: Plan, out: Path, done: Sequence[Done]) -> dict[str, Any]:
     """Write the benchmark of a case into `out`, which takes the place of an older one.
 
     Args:
         loaded: The case.
         plan: Its plan.
         out: The folder.
-        runs: Where the runs lie that the references are taken from.
-        perform: Carries out tasks, as `run_tasks` does.
+        done: What came of the runs of `reference.tasks_of`.
 
     Returns:
         What stands in `benchmark.json`.
@@ -44,10 +45,8 @@ def export(loaded: LoadedCase, plan: Plan, out: Path, runs: Path, perform: Perfo
         SpecError: if `benchmark.yaml` is wrong.
         RunError: if a run does not finish, or `out` is something else.
     """
-    if out.exists() and not (out / "benchmark.json").is_file():
-        raise RunError(f"{out} is there and is no benchmark; choose another folder")
     statement = read_statement(loaded)
-    ran = simulate(loaded, plan, statement, runs, perform)
+    ran = collect(loaded, list(statement.observables), done)
     layout = json.loads((ran.folders[0] / "states/layout.json").read_text("utf-8"))
     why_not = obstacles(plan)
     scene = {
@@ -93,6 +92,8 @@ def export(loaded: LoadedCase, plan: Plan, out: Path, runs: Path, perform: Perfo
         else:
             _write_scene(plan, folder)
         if out.exists():
+            if not (out / "benchmark.json").is_file():
+                raise RunError(f"{out} is there and is no benchmark; choose another folder")
             shutil.rmtree(out)
         folder.rename(out.absolute())
     return scene

@@ -7,6 +7,7 @@ import numpy as np
 
 from text2sim.compiler.plan import EntityPlan, Plan
 from text2sim.engine_benchmark.controls import tables
+from text2sim.engine_benchmark.mujoco_door import mujoco
 
 NOT_YET = {
     "prescribed": "driven bodies",
@@ -45,15 +46,14 @@ def build(plan: Plan) -> Any:
     A copy of a body is a body of its name; a link of a mechanism is `COPY/LINK`, its joint `COPY/JOINT`, and the motor
     of a joint is called like the joint. What pushes a motor is its `ctrl`: stiffness x target + damping x its speed.
     """
-    import mujoco
-
-    spec = mujoco.MjSpec()
+    mj = mujoco()
+    spec = mj.MjSpec()
     spec.modelname = plan.case
     settings = plan.settings
     spec.option.timestep = plan.dt / settings.substeps
     spec.option.gravity = plan.gravity
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.cone = getattr(mujoco.mjtCone, f"mjCONE_{settings.cone.upper()}")
+    spec.option.integrator = mj.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = getattr(mj.mjtCone, f"mjCONE_{settings.cone.upper()}")
     spec.option.tolerance = 1e-10
     for group in plan.statics:
         for entity in group.entities:
@@ -67,8 +67,8 @@ def build(plan: Plan) -> Any:
         kp = row["stiffness"] if row["mode"] == "position" else 0.0
         kv = 0.0 if row["mode"] == "force" else row["damping"]
         name = f"{row['body']}/{row['joint']}"
-        motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-        motor.gaintype, motor.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
+        motor = spec.add_actuator(name=name, target=name, trntype=mj.mjtTrn.mjTRN_JOINT)
+        motor.gaintype, motor.biastype = mj.mjtGain.mjGAIN_FIXED, mj.mjtBias.mjBIAS_AFFINE
         motor.gainprm[0], motor.biasprm[:3] = 1.0, [0.0, -kp, -kv]
         if row["max_force"] is not None:
             motor.forcelimited, motor.forcerange = True, [-row["max_force"], row["max_force"]]
@@ -76,8 +76,7 @@ def build(plan: Plan) -> Any:
 
 
 def _add(spec: Any, plan: Plan, entity: EntityPlan, *, fixed: bool) -> None:
-    import mujoco
-
+    mj = mujoco()
     if entity.morph == "MJCF":
         _attach(spec, plan, entity)
         return
@@ -86,11 +85,11 @@ def _add(spec: Any, plan: Plan, entity: EntityPlan, *, fixed: bool) -> None:
         body.add_freejoint(name=entity.name)
     options: Any = entity.options
     shapes = {
-        "Box": lambda: (mujoco.mjtGeom.mjGEOM_BOX, [size / 2 for size in options["size"]]),
-        "Sphere": lambda: (mujoco.mjtGeom.mjGEOM_SPHERE, [options["radius"], 0, 0]),
-        "Cylinder": lambda: (mujoco.mjtGeom.mjGEOM_CYLINDER, [options["radius"], options["height"] / 2, 0]),
-        "Plane": lambda: (mujoco.mjtGeom.mjGEOM_PLANE, [0, 0, 1]),
-        "Mesh": lambda: (mujoco.mjtGeom.mjGEOM_MESH, [0, 0, 0]),
+        "Box": lambda: (mj.mjtGeom.mjGEOM_BOX, [size / 2 for size in options["size"]]),
+        "Sphere": lambda: (mj.mjtGeom.mjGEOM_SPHERE, [options["radius"], 0, 0]),
+        "Cylinder": lambda: (mj.mjtGeom.mjGEOM_CYLINDER, [options["radius"], options["height"] / 2, 0]),
+        "Plane": lambda: (mj.mjtGeom.mjGEOM_PLANE, [0, 0, 1]),
+        "Mesh": lambda: (mj.mjtGeom.mjGEOM_MESH, [0, 0, 0]),
     }
     kind, size = shapes[entity.morph]()
     geom = body.add_geom(name=entity.name, type=kind, size=size, density=entity.rho or 0.0)
@@ -103,13 +102,12 @@ def _add(spec: Any, plan: Plan, entity: EntityPlan, *, fixed: bool) -> None:
 
 def _attach(spec: Any, plan: Plan, entity: EntityPlan) -> None:
     """Add a mechanism; its collision masks, which count within one model only, become pairs that are left out."""
-    import mujoco
-
+    mj = mujoco()
     file = str(entity.options["file"])
     folder = file.rpartition("/")[0]
     text = plan.files[file].decode()
     assets = {name: data for path, data in plan.files.items() if (name := path.removeprefix(f"{folder}/")) in text}
-    child = mujoco.MjSpec.from_string(text, assets=assets)
+    child = mj.MjSpec.from_string(text, assets=assets)
     apart = False
     for geom in list(child.geoms):
         if not geom.contype and not geom.conaffinity:
@@ -141,4 +139,4 @@ def _touch(geom: Any, plan: Plan, name: str, friction: float | None) -> None:
 def _mesh(data: bytes, name: str) -> Any:
     import trimesh
 
-    return trimesh.load(io.BytesIO(data), file_type=name.rpartition(".")[2], force="mesh").vertices
+    return trimesh.load_mesh(io.BytesIO(data), file_type=name.rpartition(".")[2]).vertices

@@ -6,14 +6,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from text2sim.engine_benchmark.mujoco_door import mujoco
+
 
 def simulate(folder: Path, scene: dict[str, Any], times: list[float], step: float) -> dict[str, NDArray[np.floating]]:
     """Simulate a benchmark; see `trial.Adapter`."""
-    import mujoco
-
-    model = mujoco.MjModel.from_xml_path(str(folder / "scene.xml"))
+    mj = mujoco()
+    model = mj.MjModel.from_xml_path(str(folder / "scene.xml"))
     model.opt.timestep = step
-    data = mujoco.MjData(model)
+    data = mj.MjData(model)
     links = [_body(model, row) for row in scene["links"]]
     joints = [_joint(model, row) for row in scene["joints"]]
     for row in scene["initial_joints"]:
@@ -22,7 +23,7 @@ def simulate(folder: Path, scene: dict[str, Any], times: list[float], step: floa
         start = int(model.joint(row["body"]).dofadr[0])
         data.qvel[start : start + 3] = row["linear"]
         turn = np.zeros(3)  # MuJoCo wants it in the body's frame
-        mujoco.mju_rotVecQuat(turn, np.array(row["angular"], float), np.array(_turned_back(data, model, row["body"])))
+        mj.mju_rotVecQuat(turn, np.array(row["angular"], float), np.array(_turned_back(data, model, row["body"])))
         data.qvel[start + 3 : start + 6] = turn
     motors = [(model.actuator(f"{row['body']}/{row['joint']}").id, row) for row in scene["controls"]]
     forces = [(model.body(row["mjcf"]).id, row) for row in scene["forces"]]
@@ -31,13 +32,13 @@ def simulate(folder: Path, scene: dict[str, Any], times: list[float], step: floa
     turned = np.array([row["quat"] for row in scene["links"]], float)
     frame, count = 0, round(times[-1] / step)
     for k in range(count + 1):
-        mujoco.mj_forward(model, data)
+        mj.mj_forward(model, data)
         if frame < len(times) and k * step >= times[frame] - step / 2:
             pos, quat, vel, ang = place.copy(), turned.copy(), np.zeros_like(place), np.zeros_like(place)
             for row, body in enumerate(links):
                 if body is not None:
                     pos[row], quat[row] = data.xpos[body], data.xquat[body]
-                    mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, body, speed, 0)
+                    mj.mj_objectVelocity(model, data, mj.mjtObj.mjOBJ_BODY, body, speed, 0)
                     ang[row], vel[row] = speed[:3], speed[3:]
             made["joint_pos"].append([0.0 if j is None else data.qpos[model.jnt_qposadr[j]] for j in joints])
             made["joint_vel"].append([0.0 if j is None else data.qvel[model.jnt_dofadr[j]] for j in joints])
@@ -50,7 +51,7 @@ def simulate(folder: Path, scene: dict[str, Any], times: list[float], step: floa
         for body, row in forces:
             if row["start"] - 1e-9 <= k * step < row["end"] - 1e-9:
                 data.xfrc_applied[body] += [*row["force"], *row["torque"]]
-        mujoco.mj_step(model, data)
+        mj.mj_step(model, data)
     return {name: np.array(values) for name, values in made.items()}
 
 

@@ -1,6 +1,6 @@
 """References of observables: an equation, or the same case at shorter and shorter time steps."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,6 @@ HALVINGS = (0, 1, 2)
 """How often the time step is halved; the last is the reference where there is no equation."""
 SHARE = 0.02
 """Tolerance where none is stated, as a part of the observable's range."""
-Perform = Callable[[Sequence[Task]], Iterator[Done]]
 Array = NDArray[np.floating]
 
 
@@ -39,32 +38,35 @@ class Runs:
     records: list[RunRecord]
 
 
-def simulate(loaded: LoadedCase, plan: Plan, statement: Statement, runs: Path, perform: Perform) -> Runs:
-    """Run a case at its own time step, and at steps that are halved.
-
-    Raises:
-        RunError: if one does not finish.
-    """
+def tasks_of(loaded: LoadedCase, plan: Plan, runs: Path) -> list[Task]:
+    """Runs of a case at its own time step, and at steps that are halved."""
     over, tasks = loaded.overlay, []
     for halvings in HALVINGS:
         sets = [f"scene.dt={plan.dt / 2**halvings!r}", f"scene.substeps={plan.settings.substeps}"]
         arguments: dict[str, Any] = {"file": loaded.path.name, "variants": [*over.variants], "point": over.point}
         arguments |= {"sets": [*over.sets, *(sets if halvings else sets[1:])], "lint": [], "film": False}
-        inputs, needs = {"case": loaded.folder}, Needs(gpu=0.0)
-        tasks.append(Task("text2sim.cluster.work:simulate", arguments, f"step/{2**halvings}", needs, inputs, runs))
-    done = {id(one.task): one for one in perform(tasks)}
+        label = f"{loaded.case.name} at step/{2**halvings}"
+        tasks.append(Task("text2sim.cluster.work:simulate", arguments, label, Needs(), {"case": loaded.folder}, runs))
+    return tasks
+
+
+def collect(loaded: LoadedCase, names: list[str], done: Sequence[Done]) -> Runs:
+    """Read what came of the runs of `tasks_of`, in that order.
+
+    Raises:
+        RunError: if one did not finish, or an observable has no value.
+    """
     folders = []
-    for task in tasks:
-        one = done[id(task)]
-        if one.result is None or one.result["state"] != "finished":
+    for one in done:
+        if one.result is None or one.result["state"] != "finished" or one.task.output is None:
             why = one.error if one.result is None else f"{one.result['state']}: {one.result['message']}"
-            raise RunError(f"{loaded.case.name} at {task.label}: {why}")
-        folders.append(runs / one.result["folder"])
+            raise RunError(f"{one.task.label}: {why}")
+        folders.append(one.task.output / one.result["folder"])
     times, values, units = np.zeros(0), [], {}
     for folder in folders:
-        found, own = observed(folder, loaded, list(statement.observables))
+        found, own = observed(folder, loaded, names)
         units = {name: unit for name, (_, unit) in found.items()}
-        times = own if not len(times) else times
+        times = times if len(times) else own
         values.append({name: np.interp(times, own, row) for name, (row, _) in found.items()})
     records = [record for folder in folders if (record := RunRecord.read(folder)) is not None]
     return Runs(folders, times, values, units, records)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.compiler.plan import Plan
+from text2sim.engine_benchmark.mujoco_door import mujoco
 from text2sim.exchange.openusd import openusd
 
 ROOT = "/benchmark"
@@ -18,11 +19,9 @@ def write_usd(model: Any, plan: Plan, path: Path) -> None:
 
 class _Stage:
     def __init__(self, model: Any, plan: Plan, path: Path) -> None:
-        import mujoco
-
-        self.usd, self.model, self.plan, self.mj = openusd(), model, plan, mujoco
-        self.data = mujoco.MjData(model)
-        mujoco.mj_forward(model, self.data)
+        self.usd, self.model, self.plan, self.mj = openusd(), model, plan, mujoco()
+        self.data = self.mj.MjData(model)
+        self.mj.mj_forward(model, self.data)
         usd = self.usd
         self.stage = usd.Usd.Stage.CreateNew(str(path))
         usd.UsdGeom.SetStageUpAxis(self.stage, usd.UsdGeom.Tokens.z)
