@@ -31,6 +31,11 @@ def test_a_slip_is_said_where_it_is(text, place, words):
     assert words in str(problem)
 
 
+def test_a_key_with_a_letter_of_another_alphabet():
+    with pytest.raises(SpecError, match="`\u0430` is CYRILLIC SMALL LETTER A"):
+        load_text(HEAD + BODY.replace("radius", "r\u0430dius") + "}\n")
+
+
 def test_a_case_that_is_a_link_out_of_its_folder_is_not_read(tmp_path):
     (tmp_path / "secret").write_text("password: 1234\n")
     folder = tmp_path / "case"

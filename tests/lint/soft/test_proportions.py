@@ -31,6 +31,11 @@ def test_coarse_cloth(tmp_path: Path, cell: float, count: int) -> None:
     assert len(findings(tmp_path, "coarse-cloth", cloth)) == count
 
 
+def test_a_cloth_narrower_than_its_particles_are_apart(tmp_path: Path) -> None:
+    (found,) = findings(tmp_path, "coarse-cloth", BODY.format("cloth", "shape: {kind: sheet, size: [1.0e-6, 0.9]}"))
+    assert "0.001 mm wide" in found.message
+
+
 def test_a_ribbon_is_no_coarse_cloth(tmp_path: Path) -> None:
     ribbon = BODY.format("cloth", "shape: {kind: sheet, size: [0.5, 0.05]}, cell: 0.02")
     assert findings(tmp_path, "coarse-cloth", ribbon) == []

@@ -6,7 +6,7 @@ cannot also happen; first times lie in every `within`; and `before` has to fit w
 """
 
 from collections.abc import Iterator
-from itertools import combinations
+from itertools import combinations, islice
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
@@ -17,6 +17,8 @@ from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.names.reference_cycles import find_circles
 
 Wish = tuple[str, Expect, Asked]
+PAIRS = 50_000
+"""Of the expectations of one measure or event that are held against each other: those of the first three hundred."""
 
 
 def _contradictions(facts: Facts) -> Iterator[Problem]:
@@ -29,14 +31,14 @@ def _contradictions(facts: Facts) -> Iterator[Problem]:
         elif expect.event is not None:
             events.setdefault(expect.event, []).append((name, expect))
     for measure, group in wishes.items():
-        for a, b in combinations(group, 2):
+        for a, b in islice(combinations(group, 2), PAIRS):
             if _clash(a[2], b[2]) or _clash(b[2], a[2]):
                 text = f"`{a[0]}` and `{b[0]}` cannot both hold: they ask for different values of `{measure}`"
                 at = max(a[2].first, b[2].first)
                 text += f" at {at:g} s" if a[2].stat == b[2].stat == "all" else " over the same span"
                 yield facts.problem("contradiction", ("actions", "expect", b[0], bound_of(b[1])), text)
     for event, group in events.items():
-        for a, b in combinations(group, 2):
+        for a, b in islice(combinations(group, 2), PAIRS):
             if why := _at_odds(a[1], b[1], duration):
                 text = f"`{a[0]}` and `{b[0]}` cannot both hold: `{event}` {why}"
                 yield facts.problem("contradiction", ("actions", "expect", b[0]), text, key=True)

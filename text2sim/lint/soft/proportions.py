@@ -66,15 +66,23 @@ def _coarse(facts: Facts) -> Iterator[Problem]:
     for body in soft.of("pbd", "ipc"):
         low, high = body.box
         side = max(b - a for a, b in zip(low, high, strict=True))
+        width = min(getattr(body.model.shape, "size", (side,)))
         edge = soft.scales.spacing(body.body, body.solver)
-        if body.model.kind != "cloth" or body.body in seen or side >= FEW * edge * (1 - 1e-3):
+        narrow = width < 0.5 * edge
+        if body.model.kind != "cloth" or body.body in seen or (side >= FEW * edge * (1 - 1e-3) and not narrow):
             continue
         seen.add(body.body)
         grain = "particles" if body.solver == "pbd" else "triangles"
-        text = (
-            f"`{body.name}` is {length(side)} long and has {grain} {length(edge)} apart: {side / edge:.2g} of them in "
-            f"a row make a few stiff plates, no cloth; `cell: {side / 25:.2g}` would let it fold"
-        )
+        if narrow:
+            text = (
+                f"`{body.name}` is {length(width)} wide, and its {grain} are {length(edge)} apart: a thread, and no "
+                "cloth; make it wider, or take a `rope`"
+            )
+        else:
+            text = (
+                f"`{body.name}` is {length(side)} long and has {grain} {length(edge)} apart: {side / edge:.2g} of them "
+                f"in a row make a few stiff plates, no cloth; `cell: {side / 25:.2g}` would let it fold"
+            )
         yield facts.problem("coarse-cloth", facts.said(body.body, "cell", "shape"), text, key=True)
 
 

@@ -217,7 +217,7 @@ def _unknown_key(place: _Place) -> _Finding:
     key, model = str(place.rest[0]), place.slot.base
     known = [word for word in fields_of(model) if word != "kind" or kinds_of(model)]
     free = [word for word in known if word not in place.data]
-    message = f"unknown key `{key}`; {_name_of(place)} takes {', '.join(known)}"
+    message = f"unknown key `{key}`; {_name_of(place)} takes {', '.join(known)}{_strange(key)}"
     if _NUMBER.fullmatch(key):
         message += "; decimals have a point, and numbers that belong together stand in brackets: [0, 0.5, 1]"
     elif ":" in key and key.split(":")[0] in known:
@@ -356,10 +356,13 @@ def _bad_text(place: _Place) -> _Finding:
 def _bad_name(place: _Place) -> _Finding:
     word = str(place.path[-1])
     message = f"{_quoted(word)} is not a name: {noun_of(slot_of(Name)).form}"
-    strange = next((c for c in word if not c.isascii()), None)
-    if strange is not None:
-        message += f"; `{strange}` is {name(strange, 'no letter')}"
-    return _Finding(place.path, message, "form", key=True)
+    return _Finding(place.path, message + _strange(word), "form", key=True)
+
+
+def _strange(word: str) -> str:
+    """Call the first letter that only looks like one of ours by its name."""
+    found = next((c for c in word if not c.isascii()), None)
+    return "" if found is None else f"; `{found}` is {name(found, 'no letter')}"
 
 
 def _bad_length(place: _Place, details: ErrorDetails) -> _Finding:
