@@ -1,1 +1,1 @@
-"""From words to an accepted case: the roles, and the loop in which they plan, write, run, judge and decide."""
+"""Roles, and the loop in which they plan, write, run, judge and decide, from words to an accepted case."""

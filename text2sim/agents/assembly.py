@@ -1,4 +1,4 @@
-"""From sections to a case that is checked, and from what is wrong with it to whoever has to mend it."""
+"""Assembly of a case from sections, and routing of its problems to the role that has to mend them."""
 
 import json
 import re

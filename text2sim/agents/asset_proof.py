@@ -1,4 +1,4 @@
-"""What asset agents have written, tried before anybody uses it: worked out, drawn, moved, and registered."""
+"""Trials of what asset agents have written, before anybody uses it: resolved, drawn, moved, and registered."""
 
 import json
 from dataclasses import dataclass

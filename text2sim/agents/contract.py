@@ -1,4 +1,4 @@
-"""What the request asks for, as it was put into the language before anything was built: it cannot be made easier.
+"""Contract of a request: what it asks for, in the language, before anything is built; it cannot be made easier.
 
 Compared are values, not texts: a parameter that makes a bound easier is as much a change as another bound.
 """

@@ -1,4 +1,4 @@
-"""What the Critic is shown of an attempt: all of it, or little where nothing but looks can have changed."""
+"""View of an attempt for the Critic: all of it, or little where only looks can have changed."""
 
 from collections.abc import Sequence
 from io import BytesIO

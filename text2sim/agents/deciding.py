@@ -1,4 +1,4 @@
-"""What the Planner does about an attempt: asked, and tried on a copy before it is done."""
+"""Decisions of the Planner about an attempt: asked for, and tried on a copy before they are carried out."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

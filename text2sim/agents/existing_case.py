@@ -1,4 +1,4 @@
-"""How a case that is there already enters the loop: to be mended, or to be changed as somebody wishes."""
+"""Entry of an existing case into the loop: to be mended, or to be changed as somebody wishes."""
 
 from text2sim.agents import revising
 from text2sim.agents.assembly import examine, said

@@ -1,4 +1,4 @@
-"""Which moments of a film the Critic is shown: events, extremes of measures and diagnostics, and what lies between."""
+"""Choice of the moments that the Critic sees: events, extremes of measures and diagnostics, and some between."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

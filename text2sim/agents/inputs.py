@@ -1,4 +1,4 @@
-"""What comes with a request: mended, checked, registered in the case's manifest, and told to the agents in words."""
+"""Inputs of a request: mended, checked, registered in the case's manifest, and described to the agents."""
 
 import re
 from collections.abc import Sequence

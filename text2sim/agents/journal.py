@@ -1,4 +1,4 @@
-"""What happened in a loop, in order: an append-only file, and whoever looks on."""
+"""Journal of a loop: an append-only file, and those who watch it."""
 
 import json
 from collections.abc import Callable

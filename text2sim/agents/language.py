@@ -1,4 +1,4 @@
-"""What a role reads of the language: the pages of its section, and only the kinds that its plan or instruction names.
+"""Language pages for a role: those of its section, and only the kinds that its plan or instruction names.
 
 Whoever needs more asks for it by name (`explained`).
 """

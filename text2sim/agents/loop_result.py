@@ -1,4 +1,4 @@
-"""What a loop may use, and what came of it."""
+"""Limits of a loop, and its result."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

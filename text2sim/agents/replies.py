@@ -1,4 +1,4 @@
-"""What the roles answer: a type for each answer, checked before anything is done with it.
+"""Types of the roles' answers, each checked before anything is done with it.
 
 Values of the wrong type go back, and so does what a form does not know: it would be without effect in silence. Of
 judgements and the like, where nothing is done with a further key, it is ignored: a chatty model costs nothing.

@@ -1,4 +1,4 @@
-"""What a request asks for, one thing at a time: taken apart before anything is built, marked by the Critic at the end.
+"""Requirements of a request, one at a time: taken apart before anything is built, marked by the Critic at the end.
 
 A list that nobody can make leaves the judgement to expectations and verdict alone; it stops no loop.
 """

@@ -1,4 +1,4 @@
-"""How a case is shown, changed without its physics: nothing else of it can be reached from here."""
+"""Changes of how a case is shown, without its physics: nothing else of it can be reached from here."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What a decision does to the text of a case: an author's comments and order stay."""
+"""Effects of a decision on the text of a case: an author's comments and order stay."""
 
 import json
 import re

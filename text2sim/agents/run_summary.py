@@ -1,4 +1,4 @@
-"""What a run shows, in few words and one picture: the evidence that the Critic judges and the Planner reads."""
+"""Summary of a run in few words and one picture: the evidence that the Critic judges and the Planner reads."""
 
 import csv
 import json

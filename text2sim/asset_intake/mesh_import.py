@@ -1,4 +1,4 @@
-"""Whether the engine takes a mesh: a case with it is compiled and run for a few steps."""
+"""Trials of meshes in the engine: a case with the mesh is compiled and run for a few steps."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What was found out about models before, in the user's cache folder: each by its content and by who said it.
+"""Cache of what was found out about models, in the user's cache folder, by content and by version of who said it.
 
 To load MuJoCo or a reader of URDF takes a second. What is kept is plain JSON, and nothing of it is believed that does
 not look like an answer. Without a folder to write to, the question is asked every time.

@@ -1,4 +1,4 @@
-"""From a mesh file of any origin to one that a case can use: whole, upright, of the right size, and not too fine."""
+"""Repair of a mesh file of any origin: whole, upright, of the right size, and not too fine."""
 
 import math
 import re

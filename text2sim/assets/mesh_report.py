@@ -1,4 +1,4 @@
-"""What a mesh is like: whether it encloses a volume, how large, how fine and how thin it is."""
+"""Report on a mesh: whether it encloses a volume, how large, how fine and how thin it is."""
 
 from dataclasses import asdict, dataclass
 from typing import Any

@@ -1,4 +1,4 @@
-"""What was ordered from Meshy for a case: kept beside the manifest, so that nothing is paid for twice."""
+"""Ledger of what was ordered from Meshy for a case, beside the manifest: nothing is paid for twice."""
 
 import json
 from dataclasses import asdict, dataclass, field

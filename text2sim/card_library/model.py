@@ -1,4 +1,4 @@
-"""What a Debug Card says: a lesson from a failure that was reproduced and a repair that was run."""
+"""Debug Cards: lessons from failures that were reproduced and repairs that were run."""
 
 from typing import Annotated, Any, Literal
 

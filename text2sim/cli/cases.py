@@ -1,4 +1,4 @@
-"""What commands print about the cases that they are about."""
+"""Output of commands about the cases that they are given."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""What to say when a command cannot go on."""
+"""Messages for commands that cannot go on."""
 
 import shlex
 import sys

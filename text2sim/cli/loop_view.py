@@ -1,4 +1,4 @@
-"""What agents are doing, as it happens: a line for each thing, and on a terminal one more that says what is awaited."""
+"""View of agents at work: a line for each thing, and on a terminal one more that says what is awaited."""
 
 import sys
 from collections.abc import Iterator

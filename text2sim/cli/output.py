@@ -1,4 +1,4 @@
-"""What the command line says: plain text that cannot rewrite a terminal, or one JSON document."""
+"""Output of the command line: plain text that cannot rewrite a terminal, or one JSON document."""
 
 import json
 import sys

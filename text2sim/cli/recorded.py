@@ -1,4 +1,4 @@
-"""Which run a command is about: a folder of one, or the run that a case has in `runs`."""
+"""Lookup of the run that a command is about: a folder of one, or the run that a case has in `runs`."""
 
 from dataclasses import dataclass
 from pathlib import Path

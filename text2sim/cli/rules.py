@@ -1,4 +1,4 @@
-"""What `text2sim check` says about the rules of the lint."""
+"""Output of `text2sim check` about the rules of the lint."""
 
 import sys
 from dataclasses import fields

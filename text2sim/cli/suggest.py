@@ -1,4 +1,4 @@
-"""What `text2sim render --suggest` does."""
+"""Command `text2sim render --suggest`."""
 
 import sys
 from typing import TYPE_CHECKING, Any

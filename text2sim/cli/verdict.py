@@ -1,4 +1,4 @@
-"""What came of a run, for people."""
+"""Verdict on a run, for people."""
 
 import sys
 from typing import TYPE_CHECKING

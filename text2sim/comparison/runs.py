@@ -1,4 +1,4 @@
-"""What of a run folder is compared."""
+"""Runs to be compared, as far as they are."""
 
 import json
 from collections.abc import Sequence

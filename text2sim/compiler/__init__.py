@@ -1,1 +1,1 @@
-"""From a case to a plan, and from the plan to a Genesis program."""
+"""Compiler: from a case to a plan, and from the plan to a Genesis program."""

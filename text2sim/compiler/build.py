@@ -1,4 +1,4 @@
-"""From a loaded case to a plan, and from a plan to the program's folder."""
+"""Builds a plan of a loaded case, and the program's folder of a plan."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""What the template of `actions.py` prints, and the modules that it uses."""
+"""Values for the template of `actions.py`, and the modules that it uses."""
 
 import re
 from collections.abc import Iterable

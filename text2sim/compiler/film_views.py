@@ -1,4 +1,4 @@
-"""From which side a film is best seen: where the least stands between the camera and what moves."""
+"""Choice of the side from which a film is best seen: where the least hides what moves."""
 
 from collections.abc import Iterable
 

@@ -1,4 +1,4 @@
-"""What everything weighs, and the speeds that the case gives it."""
+"""Masses of everything, and the speeds that the case gives it."""
 
 from collections.abc import Iterable
 from math import hypot

@@ -1,4 +1,4 @@
-"""From a traceback of a program back to the line of the case."""
+"""Lookup of the line of the case behind a traceback of its program."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Whether a scene has slopes, or bodies that lean: what rests there creeps with the pyramidal friction cone."""
+"""Slopes and leaning bodies in a scene: what rests there creeps with the pyramidal friction cone."""
 
 from collections.abc import Iterable
 from math import cos, hypot

@@ -1,4 +1,4 @@
-"""What a picture has to show: everything that moves, and what stands near it."""
+"""Framing of a picture: everything that moves, and what stands near it."""
 
 from collections.abc import Sequence
 

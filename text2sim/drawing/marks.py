@@ -1,4 +1,4 @@
-"""What a picture of the start cannot show by itself: axes of joints, start velocities, forces, cameras."""
+"""Marks in a picture of the start: axes of joints, start velocities, forces, cameras."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace

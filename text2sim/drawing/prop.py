@@ -1,4 +1,4 @@
-"""What a picture is made of: triangles, and whose they are."""
+"""Triangles of a picture, and whose they are."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What bodies from URDF files look like: the meshes that they are drawn with, not those that they touch with."""
+"""Drawn meshes of bodies from URDF files, which are not those that collide."""
 
 from collections.abc import Iterator
 from io import BytesIO

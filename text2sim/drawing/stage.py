@@ -1,4 +1,4 @@
-"""Everything where it starts, as triangles: the compiler's own shapes and colours, copies made all at once."""
+"""Triangles of everything where it starts: the compiler's own shapes and colours, copies made at once."""
 
 from dataclasses import dataclass, field, replace
 from math import log2, sqrt

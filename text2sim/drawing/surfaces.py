@@ -1,4 +1,4 @@
-"""How surfaces look under lamps: points of a picture with normals become light."""
+"""Shading: points of a picture with normals become light under lamps."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""How a cloth is bent, from the angles between its triangles."""
+"""Curvature of a cloth, from the angles between its triangles."""
 
 import numpy as np
 

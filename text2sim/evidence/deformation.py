@@ -1,4 +1,4 @@
-"""How much bodies are deformed: volume, stretch, strain, tetrahedra turned inside out."""
+"""Deformation of bodies: volume, stretch, strain, tetrahedra turned inside out."""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,4 +1,4 @@
-"""What a recording says about itself, asked or not: energy, overlap, speed, limits, and what is no number."""
+"""Diagnostics of a recording: energy, overlap, speed, limits, and values that are no numbers."""
 
 from typing import Any
 

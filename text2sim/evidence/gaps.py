@@ -1,4 +1,4 @@
-"""How near bodies that deform come to other bodies, and how deep they go into them.
+"""Gaps between bodies that deform and others, and how deep they go into them.
 
 Looked at are the points of a body: particles, or vertices and the middles of its triangles and edges. Exact distances
 are worked out for few of them only: boxes around handfuls of neighbouring points rule out the rest.

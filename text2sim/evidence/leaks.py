@@ -1,4 +1,4 @@
-"""Which part of grains, liquids and snow got through walls and floors."""
+"""Leaks: the part of grains, liquids and snow that got through walls and floors."""
 
 import numpy as np
 

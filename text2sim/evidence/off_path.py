@@ -1,4 +1,4 @@
-"""How far driven bodies come off the path that the case prescribes."""
+"""Distances of driven bodies from the path that the case prescribes."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Which recorded copies, links and joints a selector of the language means."""
+"""Selection of recorded copies, links and joints by a selector of the language."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What a recording says of bodies that deform, asked or not: volume, stretch, overlap, speed, and what got stuck."""
+"""Diagnostics of bodies that deform: volume, stretch, overlap, speed, and what got stuck."""
 
 from collections.abc import Callable
 from typing import Any

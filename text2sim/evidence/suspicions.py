@@ -1,4 +1,4 @@
-"""What in a recording of bodies that deform says that something went wrong, in sentences.
+"""Suspicions about a recording, in sentences: signs that something went wrong.
 
 Three of the engine's solvers never look at their own numbers, and walls around them stop what comes there without a
 word: a run can finish, and be no physics.

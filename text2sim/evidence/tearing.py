@@ -1,4 +1,4 @@
-"""In how many pieces a body of particles is.
+"""Pieces of a body of particles, by its tears.
 
 The grid of mpm ties particles together that are less than about two of its cells apart, and nothing else does: what is
 farther from all others is off, whatever it is made of. Pieces are what such ties connect.

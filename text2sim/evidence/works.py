@@ -1,4 +1,4 @@
-"""What controls and motors did to bodies: the integrals of force times velocity and torque times angular velocity."""
+"""Work of controls and motors: the integrals of force times velocity and torque times angular velocity."""
 
 import numpy as np
 

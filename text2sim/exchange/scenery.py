@@ -1,4 +1,4 @@
-"""What a recorded run shows, without a renderer: links with their meshes, bodies that deform, all over time."""
+"""Scenery of a recorded run, without a renderer: links with their meshes, bodies that deform, over time."""
 
 from dataclasses import dataclass
 from pathlib import Path

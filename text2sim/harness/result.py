@@ -1,4 +1,4 @@
-"""What a run did and what came of it."""
+"""Result of a run."""
 
 from dataclasses import dataclass, field
 from pathlib import Path

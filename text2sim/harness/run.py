@@ -1,4 +1,4 @@
-"""From a case to a run folder with evidence, doing only what is not yet done."""
+"""Runs a case into a folder with evidence, doing only what is not yet done."""
 
 import json
 from collections.abc import Callable, Sequence

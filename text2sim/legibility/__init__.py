@@ -1,1 +1,1 @@
-"""How well things are seen: one way of measuring for cases before they run, for evidence, and for films."""
+"""Legibility: one measure of how well things are seen, for cases before they run, for evidence, and for films."""

@@ -1,4 +1,4 @@
-"""How well bodies are seen in the pictures of a film, measured on recorded states."""
+"""Legibility of bodies in the pictures of a film, measured on recorded states."""
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What the cameras of a case see at its start."""
+"""Views of a case's cameras at its start."""
 
 from typing import TYPE_CHECKING, NamedTuple
 

@@ -1,4 +1,4 @@
-"""What a recorded run shows at a moment, as triangles: few of them, for it is only asked what is seen of what."""
+"""Triangles of a recorded run at a moment: few of them, as only visibility is asked of them."""
 
 from functools import cached_property
 from typing import TYPE_CHECKING, Any

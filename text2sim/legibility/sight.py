@@ -1,4 +1,4 @@
-"""What a camera sees of each thing, and what it would see of it if nothing else were there.
+"""Sight of a camera: what it sees of each thing, and what it would see of it if nothing else were there.
 
 A rasteriser makes pixels of all triangles at once. Each pixel shows the nearest; a thing is hidden at those that it
 would cover alone and where something else is seen. So one pass tells how much of every thing is hidden, and by what.

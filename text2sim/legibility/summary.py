@@ -1,4 +1,4 @@
-"""How well bodies are seen in a film, in a few numbers and a few words: what evidence says, and critics read."""
+"""Summary of legibility in a film, in a few numbers and words: what evidence says, and critics read."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What the rules look at: the resolved case, and what follows from it, worked out once and only if asked for."""
+"""Facts for the rules: the resolved case, and what follows from it, worked out once and only on demand."""
 
 import math
 from collections.abc import Callable, Iterator

@@ -1,4 +1,4 @@
-"""What the lint has to say about a case: what is wrong, and what is wrong and meant."""
+"""Report of the lint: what is wrong, and what is wrong and meant."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field

@@ -1,4 +1,4 @@
-"""What a rule of the lint is: a row with everything that is said about it, and the function that finds it."""
+"""Rules of the lint: a row with everything that is said about one, and the function that finds it."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

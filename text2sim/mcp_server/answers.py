@@ -1,4 +1,4 @@
-"""What tools answer: a small document, perhaps with text and a picture; what does not fit can be asked for."""
+"""Answers of tools: a small document, perhaps with text and a picture; the rest can be asked for."""
 
 import json
 from collections.abc import Iterable, Sequence

@@ -1,4 +1,4 @@
-"""What a run's folder says that a film shows: how it is filmed, what there is, and how it looks."""
+"""Record of a film in a run's folder: how it is filmed, what there is, and how it looks."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Where shapes are: turning vectors, the corners of recorded shapes, and regions of space."""
+"""Geometry of recordings: turning vectors, the corners of recorded shapes, and regions of space."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Whether the files of a run are still those that it wrote: names, lengths and digests, as `run.json` lists them."""
+"""Inventory of a run's files: whether they are those that it wrote, by the names and digests in `run.json`."""
 
 from collections.abc import Iterable, Mapping
 from hashlib import file_digest

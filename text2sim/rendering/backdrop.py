@@ -1,4 +1,4 @@
-"""What stands around the scene: a floor and a wall, a seamless studio wall, or ground without an end.
+"""Backdrops: a floor and a wall, a seamless studio wall, or ground without an end.
 
 As in a studio the wall stands only where a camera looks. The open sides let light out and in, which makes a picture
 cheaper: in a closed room no path of light ends before its longest length.

@@ -1,4 +1,4 @@
-"""What surfaces are like: Disney's principled material for each finish of the language, with small textures we make.
+"""Surfaces: Disney's principled material for each finish of the language, with small textures of our own.
 
 Colours come from the meshes, face by face, so all that has one finish is one mesh of one material. Where a surface
 is not even, a texture blends from the colour to a darker or lighter shade of it.

@@ -1,4 +1,4 @@
-"""What the floor of a place is like: slabs with joints, boards, tiles, asphalt, grass, as textures we compute.
+"""Floors of places: slabs with joints, boards, tiles, asphalt, grass, as computed textures.
 
 A texture repeats itself without a seam, and its mean is the colour of the floor.
 """

@@ -1,4 +1,4 @@
-"""How well each body is seen in films that are rendered.
+"""Legibility of each body in films that are rendered.
 
     RUN/render/legibility.json     film -> sampled pictures -> bodies
 

@@ -1,4 +1,4 @@
-"""What stands below things that never move and hang in the air: thin posts, drawn and nothing else.
+"""Supports below statics that hang in the air: thin posts, drawn and nothing else.
 
 Statics that touch are one thing. It needs posts if its middle is not above what it has on the floor. Posts stand under
 the corners of its largest part, where nothing moves past in all of the recording; where they would be in the way

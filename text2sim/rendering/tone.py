@@ -1,4 +1,4 @@
-"""From radiance to the picture that is shown: gain, tone curve, what lies behind.
+"""Tone mapping, from radiance to the picture: gain, tone curve, background.
 
 AgX is Troy Sobotka's; the polynomial of its curve and the matrices are Benjamin Wrensch's
 (https://iolite-engine.com/blog_posts/minimal_agx_implementation). ACES is Stephen Hill's fit.

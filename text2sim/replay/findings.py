@@ -1,4 +1,4 @@
-"""What a run's evidence says, for the page: measures with their bounds, events, expectations."""
+"""Findings of a run's evidence, for the page: measures with their bounds, events, expectations."""
 
 import math
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""How everything moves, in as many frames as a page has room for."""
+"""Motion of everything, in as many frames as a page has room for."""
 
 import math
 from pathlib import Path

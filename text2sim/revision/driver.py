@@ -1,4 +1,4 @@
-"""What git calls for a case: to show a difference, and to make it text."""
+"""Commands that git calls for a case: to show a difference, and to make it text."""
 
 import difflib
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""What git calls to merge a case. Nothing that a side wrote is lost without a mark, whatever the three files hold."""
+"""Merge of a case for git: nothing that a side wrote is lost without a mark, whatever the three files hold."""
 
 import tempfile
 from collections.abc import Iterator, Sequence

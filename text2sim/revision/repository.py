@@ -1,4 +1,4 @@
-"""What a git repository holds, read without a shell, without filters, and without changing anything."""
+"""Contents of a git repository, read without a shell, without filters, and without changing anything."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""Whether this machine can run a case, found out before the engine starts."""
+"""Checks whether this machine can run a case, before the engine starts."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""How a program ended, in plain words."""
+"""Ends of programs, in plain words."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""How far a run has come: phases, simulated time, speed, and time left."""
+"""Progress of a run: phases, simulated time, speed, and time left."""
 
 import json
 from collections import deque

@@ -1,4 +1,4 @@
-"""What is known of an error of ours, kept where only its user can read it."""
+"""Reports of our own errors, kept where only their user can read them."""
 
 import os
 import platform

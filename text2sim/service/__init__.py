@@ -1,1 +1,1 @@
-"""What the command line and the MCP server share: examined cases, exit codes, words about runs."""
+"""Services that the command line and the MCP server share: examined cases, exit codes, words about runs."""

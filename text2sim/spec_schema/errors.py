@@ -1,4 +1,4 @@
-"""What can go wrong, as one hierarchy: all of it is shown to the user as a message, without a traceback."""
+"""Errors, as one hierarchy: all of it is shown to the user as a message, without a traceback."""
 
 import difflib
 import re

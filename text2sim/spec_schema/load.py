@@ -1,4 +1,4 @@
-"""From a file to a validated case that knows where each of its values stands."""
+"""Loading of a file into a validated case that knows where each of its values stands."""
 
 from pathlib import Path as FilePath
 from typing import Any

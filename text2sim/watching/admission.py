@@ -1,4 +1,4 @@
-"""Who may see a page that stands on this machine: who knows its secret, and asks under its own name."""
+"""Admission to a page that stands on this machine: by its secret, and under its own name."""
 
 import secrets
 from collections.abc import Collection, Mapping

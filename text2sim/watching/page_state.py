@@ -1,4 +1,4 @@
-"""What the page shows, and the scenes that it reads."""
+"""State of the page, and the scenes that it reads."""
 
 import json
 import threading

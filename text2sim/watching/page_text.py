@@ -1,4 +1,4 @@
-"""What the page says about a check and about a take."""
+"""Text of the page about a check and about a take."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Who takes part in a session besides it: whoever reads the case, and whoever is told."""
+"""Protocols of a session's partners: whoever reads the case, and whoever is told."""
 
 from typing import TYPE_CHECKING, Any, Protocol
 

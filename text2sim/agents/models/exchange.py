@@ -1,4 +1,4 @@
-"""What goes to a model and what comes back, as plain values."""
+"""Messages to a model and its replies, as plain values."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Where the data of a reply stands: in a fenced block, or bare among prose."""
+"""Extraction of the data of a reply: from a fenced block, or bare among prose."""
 
 import re
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What a provider said when it gave no reply: in plain words, without keys, and whether to ask again."""
+"""Errors of providers in plain words, without keys, and whether to ask again."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""How many tokens a text or a picture takes, where nobody who knows says so.
+"""Estimates of how many tokens a text or a picture takes, where the provider does not say.
 
 Text: tokens of the encoding cl100k where it is at hand without a network, else a quarter of the characters.
 Pictures: one token for 750 pixels, 1,600 at most. Each message takes four more.

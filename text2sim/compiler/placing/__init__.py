@@ -1,1 +1,1 @@
-"""Where everything starts: patterns of copies, packings, and relations between bodies."""
+"""Placement: patterns of copies, packings, and relations between bodies."""

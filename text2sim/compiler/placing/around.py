@@ -1,4 +1,4 @@
-"""All around something: a ring on its pole, chairs around a table."""
+"""Placement around something: a ring on its pole, chairs around a table."""
 
 import math
 from collections.abc import Iterator

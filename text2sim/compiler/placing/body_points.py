@@ -1,4 +1,4 @@
-"""Where on a body something acts or is looked at: regions of copies and links, at the start."""
+"""Points of bodies that something acts on or looks at: regions of copies and links, at the start."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""What cannot be placed, and what cannot be reached."""
+"""Errors of placement: what cannot be placed, and what cannot be reached."""
 
 
 class PlaceError(ValueError):

@@ -1,4 +1,4 @@
-"""Where everything starts: poses, relations and patterns become one list of copies for each body and static.
+"""Placement: poses, relations and patterns become one list of copies for each body and static.
 
 A pattern adds its offsets to its body's own position. If the pose differs from copy to copy, each copy's
 own pose is what its offset is added to (`step: [0, 0, 0]` adds nothing). A `place` moves the pattern as a

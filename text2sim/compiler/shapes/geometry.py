@@ -1,4 +1,4 @@
-"""What shapes are in space: their convex pieces, their drawn surface, volume and exact bounds."""
+"""Geometry of shapes: their convex pieces, their drawn surface, volume and exact bounds."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What mesh files of a case look like: their surfaces with colours and pictures."""
+"""Colours and pictures of a case's mesh files."""
 
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,4 +1,4 @@
-"""What is drawn in a picture, as flat forms: strokes and filled shapes that are darker than the paper."""
+"""Drawings in a picture as flat forms: strokes and filled shapes that are darker than the paper."""
 
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,4 +1,4 @@
-"""How far convex pieces can move in a straight line before they touch others.
+"""Sweeps of convex pieces: how far they can move in a straight line before they touch others.
 
 Conservative advancement: the separating plane between the closest points (GJK) says how far a piece can
 safely go. Every step rests on a plane that was checked against both pieces, so that what is found is never

@@ -1,4 +1,4 @@
-"""What was derived for deformable bodies, written out in a case."""
+"""Derived values of deformable bodies, written out in a case."""
 
 from typing import Any
 

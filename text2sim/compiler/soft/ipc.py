@@ -1,4 +1,4 @@
-"""What the engine's ipc coupler must be told of bodies.
+"""Settings of the engine's ipc coupler for bodies.
 
 It makes an affine body of every rigid link, and contact and friction between all bodies are its own: the friction of a
 pair is the geometric mean of both coefficients. libuipc counts the thickness of a shell to each side of its middle, so

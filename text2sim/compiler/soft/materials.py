@@ -1,4 +1,4 @@
-"""What deformable bodies are made of, in the engine's terms: a class of material and its keyword arguments."""
+"""Materials of deformable bodies in the engine's terms: a class and its keyword arguments."""
 
 from collections.abc import Callable
 from math import sqrt

@@ -1,4 +1,4 @@
-"""How fine deformable bodies are cut: one cell of the grid and one distance of particles in a scene, edges by body."""
+"""Scales of deformable bodies: one cell of the grid and one distance of particles in a scene, edges by body."""
 
 from dataclasses import dataclass, field
 from math import sqrt

@@ -1,4 +1,4 @@
-"""Where deformable bodies can come to: the space that their solvers must cover."""
+"""Domains of the solvers: the space that deformable bodies can come to."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Who solves a deformable body, and what contact there is between the families of bodies."""
+"""Solvers of deformable bodies, and the contact between their families."""
 
 from collections.abc import Iterable
 from typing import Any

@@ -1,4 +1,4 @@
-"""How far things are taken: by motors, by prescribed motion, by speed, by forces and wind."""
+"""Travel: how far motors, prescribed motion, speed, forces and wind take things."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field

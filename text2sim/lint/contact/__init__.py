@@ -1,1 +1,1 @@
-"""What contacts cannot do: hold what is too fast, slide, give way, bounce."""
+"""Rules about the limits of contacts: speed, sliding, creep, bounce."""

@@ -1,4 +1,4 @@
-"""Where what flies or falls comes to first: a body's way under gravity, against everything where it starts.
+"""First meetings of what flies or falls: a body's way under gravity, against everything where it starts.
 
 The body does not turn on the way, and nothing else moves: that is enough to know what is met first, and how fast.
 """

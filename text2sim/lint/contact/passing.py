@@ -1,4 +1,4 @@
-"""How much room there is for something to be past something else before a contact holds it."""
+"""Room for something to get past something else before a contact holds it."""
 
 import math
 from typing import NamedTuple

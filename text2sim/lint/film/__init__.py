@@ -1,1 +1,1 @@
-"""What the film would show: cameras, and what stands before them."""
+"""Rules about the film: cameras, and what stands before them."""

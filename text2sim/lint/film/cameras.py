@@ -1,4 +1,4 @@
-"""What the film would not show: subjects out of the picture, hidden, tiny or cut off; cameras inside of bodies."""
+"""Rules about subjects that the film does not show: out of the picture, hidden, tiny, or cut off."""
 
 import math
 from collections.abc import Iterator

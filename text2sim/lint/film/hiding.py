@@ -1,4 +1,4 @@
-"""Whether something stands between a subject and the cameras."""
+"""Tests whether something stands between a subject and the cameras."""
 
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts

@@ -1,4 +1,4 @@
-"""What a case is about: the bodies that its script names, and where they are likely to go."""
+"""Subjects of a case: the bodies that its script names, and where they are likely to go."""
 
 import re
 from collections.abc import Iterator

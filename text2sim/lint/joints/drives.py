@@ -1,4 +1,4 @@
-"""What joints are told to do: the drives of each, one after the other, and what following them asks for."""
+"""Drives of each joint, one after the other, and what following them asks for."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

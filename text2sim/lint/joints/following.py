@@ -1,4 +1,4 @@
-"""Whether motors keep up with their targets: see `motors` for what the engine does.
+"""Rules about motors that do not keep up with their targets: see `motors` for what the engine does.
 
 A change of a position by d within T takes an acceleration of at least 4 d / T2 from rest to rest (half the time up,
 half down), a change of a speed one of dv / T. So the force that it takes is at least `(I + h kv) a + load`, the load

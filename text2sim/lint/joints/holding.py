@@ -1,4 +1,4 @@
-"""Whether motors hold what hangs on them: see `motors` for what the engine does.
+"""Rules about motors that do not hold what hangs on them: see `motors` for what the engine does.
 
 At rest, gravity's torque about a hinge is `axis . (r x m g)`, which changes with the angle as `a cos q + b sin q`;
 along a slider it is `axis . m g`. Where the motor gives less, the joint sinks. A position servo has no integral part:

@@ -1,4 +1,4 @@
-"""What joints carry from some time on, because it is attached to them then: what a crane lifts.
+"""Loads that joints carry from some time on, because they are attached then: what a crane lifts.
 
 A load counts from its `attach` to its release, once the joint is told to move against its weight: before, what it stood
 on may still carry it. It is picked up where it starts, or where its fall has brought it; the joints of a tree are taken

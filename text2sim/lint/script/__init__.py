@@ -1,1 +1,1 @@
-"""What a case asks for: names, pushes, measures, events and expectations."""
+"""Rules about the script: names, pushes, measures, events and expectations."""

@@ -1,4 +1,4 @@
-"""What sets a scene in motion, when, and how far anything can have gone by a time.
+"""Causes of motion in a scene, their times, and how far anything can have gone by a time.
 
 A blow J gives a free body of mass m the speed J / m, a force F in the time t at most F t / m; at a point beside the
 middle, or where a mount holds the body, up to four times as much at its far end (a rod that is hit at one end: four

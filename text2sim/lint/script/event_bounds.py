@@ -1,4 +1,4 @@
-"""Which events can never happen, and how early others can, by their definitions (`evidence/events.py`).
+"""Bounds on events: which can never happen, and how early others can (`evidence/events.py`).
 
 A contact needs two bodies that can get to each other: links of one tree do not touch unless `self_collision` is true,
 and bodies that the world holds get only so far. A threshold has to be passed: what is beyond it from the start has not

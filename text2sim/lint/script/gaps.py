@@ -1,4 +1,4 @@
-"""How far bodies are from each other at the start, from their boxes: quick, and never too far."""
+"""Lower bounds on the gaps between bodies at the start, from their boxes."""
 
 from itertools import product
 from math import sqrt

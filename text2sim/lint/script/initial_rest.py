@@ -1,4 +1,4 @@
-"""Whether everything stands still until the case does something.
+"""Tests whether everything stands still until the case does something.
 
 A body stands if what it touches below carries its centre of mass: level ground, or upright boxes that stand as well. It
 is looked at from below, so that a leaning domino does not count, nor a ball on a slope. A joint stands if gravity does

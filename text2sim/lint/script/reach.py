@@ -1,4 +1,4 @@
-"""How far bodies can get that the world holds.
+"""Reach of bodies that the world holds.
 
 A body on a hinge or ball stays within a ball around its anchor; one on a slider within that ball drawn out by its
 range; a tree that is held at its root within the sum of its links. What is free, or driven, or slides without a range

@@ -1,4 +1,4 @@
-"""What measures are at the start, by their definitions (`evidence/measures.py`), where the case shows it."""
+"""Values of measures at the start, by their definitions (`evidence/measures.py`), where the case shows them."""
 
 from collections.abc import Callable, Sequence
 from math import dist, inf, sqrt

@@ -1,4 +1,4 @@
-"""What selectors mean in the resolved case: copies and links, where they start, and whether they can move."""
+"""Targets of selectors in the resolved case: copies and links, where they start, and whether they can move."""
 
 from dataclasses import dataclass
 

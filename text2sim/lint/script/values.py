@@ -1,4 +1,4 @@
-"""What measures can ever be, by their definitions (`evidence/measures.py`), and what they are at the start.
+"""Bounds on measures, by their definitions (`evidence/measures.py`), and their values at the start.
 
 Bounds come from definitions (a speed is not negative, a tilt is at most 180 degrees, of n copies at most n count),
 from limits that the engine enforces (a motor's largest force, `scene.max_speed`, at which a run stops), and from how

@@ -1,4 +1,4 @@
-"""How long a scene with deformable bodies takes, by what was measured on two cores."""
+"""Estimates of how long a scene with deformable bodies takes, from measurements on two cores."""
 
 from collections.abc import Iterator
 

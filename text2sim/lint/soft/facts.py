@@ -1,4 +1,4 @@
-"""What the rules about deformable bodies look at: who solves them, how fine they are cut, and where they may get."""
+"""Facts for the rules about deformable bodies: their solvers, how fine they are cut, where they may get."""
 
 import math
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""How far bodies are from each other at the start."""
+"""Distances between bodies at the start."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What contact model ipc refuses, or takes no notice of."""
+"""Rules about what contact model ipc refuses or ignores."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""What solvers leave out.
+"""Rules about what solvers leave out.
 
 Of rigid bodies under contact models sap and ipc: records of contacts, and bounce. Of cloth: the other solver's stuff.
 """

@@ -1,4 +1,4 @@
-"""What contact model sap makes of rigid bodies: one floor, no constraints, no overlaps."""
+"""Rules about contact model sap: rigid bodies get one floor, no constraints, no overlaps."""
 
 from collections.abc import Iterator
 

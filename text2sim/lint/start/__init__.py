@@ -1,1 +1,1 @@
-"""How things start: inside each other, under the ground, with nothing to stand on."""
+"""Rules about the start: bodies inside each other, under the ground, with nothing to stand on."""

@@ -1,4 +1,4 @@
-"""How deep bodies are inside each other, and which way leads out.
+"""Depths of overlaps, and ways out of them.
 
 All is a matter of moving convex pieces in straight lines: the way out along a direction is what is left of a long way
 when the piece is swept back until it touches (`compiler.sweep`).

@@ -1,4 +1,4 @@
-"""From a document with `${…}` in it to plain data: parameters, and the variables of copies."""
+"""Resolution of `${…}` in a document to plain data: parameters, and the variables of copies."""
 
 import copy
 from collections.abc import Iterator, Mapping

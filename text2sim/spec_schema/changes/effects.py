@@ -1,4 +1,4 @@
-"""What else is different in another version of a case: values that follow from others."""
+"""Effects of a change: values in another version of a case that follow from others."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What an operation of a patch looks like, and what its values may be."""
+"""Operations of a patch: their form, and what their values may be."""
 
 import re
 from math import isfinite

@@ -1,4 +1,4 @@
-"""What bodies are made of, and what they look like."""
+"""Materials and looks of bodies."""
 
 from typing import Literal
 

@@ -1,4 +1,4 @@
-"""How a quantity changes with time: schedules of drives and forces, and the motion of driven bodies."""
+"""Schedules of drives and forces, and the motion of driven bodies."""
 
 from typing import Annotated, Literal
 

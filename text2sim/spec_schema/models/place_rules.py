@@ -1,4 +1,4 @@
-"""Whether the words of a place go together; what needs no geometry."""
+"""Rules about the words of a place that need no geometry."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""What every body has, whatever it is."""
+"""Fields that every body has."""
 
 from pydantic import model_validator
 

@@ -1,4 +1,4 @@
-"""Where bodies start, said in relation to others."""
+"""Placement of bodies in relation to others."""
 
 from typing import Literal
 

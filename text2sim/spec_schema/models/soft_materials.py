@@ -1,4 +1,4 @@
-"""What deformable bodies are made of."""
+"""Materials of deformable bodies."""
 
 from typing import Literal
 

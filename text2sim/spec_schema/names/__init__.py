@@ -1,1 +1,1 @@
-"""Whether the names in a case mean something that is there, and fits."""
+"""Checks that the names in a case mean something that is there, and fits."""

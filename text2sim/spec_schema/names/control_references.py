@@ -1,4 +1,4 @@
-"""Whether what controls act on is there, and can be acted on in that way."""
+"""Checks that what controls act on is there, and can be acted on in that way."""
 
 from typing import Any
 

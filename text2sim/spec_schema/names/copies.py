@@ -1,4 +1,4 @@
-"""How many copies a `repeat` makes."""
+"""Counts of the copies that a `repeat` makes."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""Whether what events look at is there, and whether physics decides about it."""
+"""Checks that what events look at is there, and that physics decides about it."""
 
 from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models import events, measures

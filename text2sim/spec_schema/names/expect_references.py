@@ -1,4 +1,4 @@
-"""Whether expectations are about something, and whether anything could satisfy them."""
+"""Checks that expectations are about something, and can be satisfied."""
 
 from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models.base import span_of

@@ -1,4 +1,4 @@
-"""Whether cameras, lights, shots and overlays of a film name what there is, at times that there are."""
+"""Checks that cameras, lights, shots and overlays name what there is, at times within the run."""
 
 from typing import Any
 

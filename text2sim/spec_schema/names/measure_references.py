@@ -1,4 +1,4 @@
-"""Whether what measures look at is there, and has what is measured."""
+"""Checks that what measures look at is there, and has what is measured."""
 
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Net, Ragdoll, Rigid, Rope

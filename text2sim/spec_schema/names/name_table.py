@@ -1,4 +1,4 @@
-"""Who is in a case: what its selectors mean, and what is wrong with those that mean nothing."""
+"""Table of a case's names: what its selectors mean, and what is wrong with those that mean nothing."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

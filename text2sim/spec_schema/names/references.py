@@ -1,4 +1,4 @@
-"""Whether everything that a case names is there, and fits."""
+"""Checks that everything that a case names is there, and fits."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""Whether what leaves the scene can leave it, and whether anything is asked of it afterwards."""
+"""Checks that what leaves the scene can leave it, and that nothing is asked of it afterwards."""
 
 from typing import Any
 

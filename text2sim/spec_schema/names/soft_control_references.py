@@ -1,4 +1,4 @@
-"""Whether controls fit what they act on: bodies of links, or bodies that deform."""
+"""Checks that controls fit what they act on: bodies of links, or bodies that deform."""
 
 from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models.bodies import DEFORMABLE

@@ -1,4 +1,4 @@
-"""Which bodies a measure can be taken of: some need points that move by themselves, others a frame or forces."""
+"""Checks of the bodies that measures are taken of: some need points that move, others a frame or forces."""
 
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.names.name_table import Member, NameTable

@@ -1,4 +1,4 @@
-"""Whether the times of a case fit together, and ask for no more than anybody can wait for."""
+"""Checks that the times of a case fit together, and ask for no more than anybody can wait for."""
 
 from text2sim.spec_schema.names.name_table import NameTable
 from text2sim.spec_schema.text.document import Path

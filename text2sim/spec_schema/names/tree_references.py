@@ -1,4 +1,4 @@
-"""Whether the links of an articulated body make a tree, and its other names fit."""
+"""Checks that the links of an articulated body make a tree, and that its other names fit."""
 
 from collections.abc import Mapping
 from math import degrees

@@ -1,4 +1,4 @@
-"""What the language reference says, and in which order: its text, and the models behind each section."""
+"""Sections of the language reference: their order, their text, and the models behind each."""
 
 from dataclasses import dataclass
 from typing import Any

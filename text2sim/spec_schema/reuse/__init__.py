@@ -1,1 +1,1 @@
-"""What is laid over a case and what it is expanded from: variants, single values, sweeps, prefabs, older versions."""
+"""Layers and expansions of a case: variants, single values, sweeps, prefabs, older versions."""

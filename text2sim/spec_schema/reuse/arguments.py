@@ -1,4 +1,4 @@
-"""Whether what is given for a prefab's parameters is what they take."""
+"""Checks of the arguments that are given for a prefab's parameters."""
 
 import re
 from collections.abc import Mapping

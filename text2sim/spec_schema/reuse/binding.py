@@ -1,4 +1,4 @@
-"""What stands for each parameter of a prefab where it is used: arguments, and defaults for the rest."""
+"""Binding of a prefab's parameters where it is used: arguments, and defaults for the rest."""
 
 from dataclasses import dataclass, field
 from graphlib import TopologicalSorter

@@ -1,4 +1,4 @@
-"""What prefabs there are, and what a person has to know to use one."""
+"""Catalogue of prefabs, with what a person has to know to use one."""
 
 import json
 from functools import cache

@@ -1,4 +1,4 @@
-"""What is wrong with a prefab itself, whatever is given for its parameters."""
+"""Checks of a prefab itself, whatever is given for its parameters."""
 
 from graphlib import CycleError, TopologicalSorter
 from typing import Any

@@ -1,4 +1,4 @@
-"""Where prefabs are found: in the case, in files of its folder, in a folder of the user's, and among our own."""
+"""Search for prefabs: in the case, in files of its folder, in a folder of the user's, and among our own."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""What is laid over a case before it is checked: variants, a point of a sweep, single values."""
+"""Overlays of a case, laid over it before it is checked: variants, a point of a sweep, single values."""
 
 import re
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Where the entries of a case may stand for several: `repeat` of parts, links, measures, events, expectations."""
+"""Sections whose entries may stand for several: `repeat` of parts, links, measures, events, expectations."""
 
 from collections.abc import Iterator
 from typing import Any

@@ -1,1 +1,1 @@
-"""What the language takes where, in words: for messages, schemas and reference pages."""
+"""Vocabulary of the language: what goes where, in words, for messages, schemas and reference pages."""

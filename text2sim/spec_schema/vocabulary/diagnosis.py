@@ -1,4 +1,4 @@
-"""What the validator found, in the words of the language and at the place in the file."""
+"""Diagnosis of the validator's findings, in the words of the language and at the place in the file."""
 
 import re
 from dataclasses import dataclass

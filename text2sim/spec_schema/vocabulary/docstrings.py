@@ -1,4 +1,4 @@
-"""What the models say about themselves: docstrings of classes, and the texts below their fields.
+"""Documentation of the models: docstrings of classes, and the texts below their fields.
 
 Pydantic could collect the texts below fields at import (`use_attribute_docstrings`), which costs every
 `check` the time to read the source. They are needed only where schema and documentation are made, so they are

@@ -1,4 +1,4 @@
-"""Where paths and keys lead in the language: what a change to a case could be about."""
+"""Paths of keys through the language: what a change to a case could be about."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

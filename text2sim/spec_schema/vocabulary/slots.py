@@ -1,4 +1,4 @@
-"""What the language takes under each key, in canonical order; of what is laid over something, too."""
+"""Slots of the language under each key, in canonical order, also for overlays."""
 
 from functools import cache
 from typing import get_args
