@@ -363,6 +363,23 @@ def test_flush_lies_flat_on_what_leans_turned_about_its_normal(target, leans):
         assert height == pytest.approx(face + 0.05, abs=2e-6), "its whole face touches"
 
 
+@pytest.mark.parametrize(("target", "leans"), [("ramp", (0, 30, 0)), ("hill", (20, 0, 0))])
+@pytest.mark.parametrize(
+    "pattern", ["{kind: line, count: 3, step: [0.35, 0.1, 0]}", "{kind: grid, counts: [2, 2], spacing: 0.4}"]
+)
+def test_copies_that_lie_flush_all_touch(target, leans, pattern):
+    brick = "kind: rigid, shape: {kind: box, size: [0.3, 0.2, 0.1]}"
+    copies = placed(f"row: {{{brick}, place: {{on: {target}, flush_deg: 10}}, repeat: {pattern}}}")["row"]
+    axis = next(k for k in range(3) if leans[k])
+    angle = math.radians(leans[axis])
+    tipped = [math.cos(angle / 2), 0.0, 0.0, 0.0]
+    tipped[1 + axis] = math.sin(angle / 2)
+    normal = quat_rotate(tipped, (0, 0, 1))
+    face, base = {"ramp": (0.05, (-9, 0, 1)), "hill": (0.0, (0, 0, -9))}[target]
+    heights = [sum(n * (p - q) for n, p, q in zip(normal, copy.pos, base, strict=True)) for copy in copies]
+    assert heights == pytest.approx([face + 0.05] * len(copies), abs=2e-6)
+
+
 @pytest.mark.parametrize(
     ("words", "why"),
     [

@@ -188,8 +188,13 @@ def _arranged(entry: Entry, spots: list[Spot], targets: Targets) -> list[Spot]:
     if entry.alone:
         return spread(repeat, _one_by_one(entry, spots, targets), targets.sizes)
     spots = spread(repeat, spots, targets.sizes)
-    goal = targets.partner(entry, 0)
-    shift = settle(place, Group(spots, targets.sizes), goal, pattern_middle(repeat), ringed=_ringed(entry))
+    goal, middle = targets.partner(entry, 0), pattern_middle(repeat)
+    if place.flush_deg is not None:
+        # The pattern leans with its copies, or all but one of them would hang over the slope.
+        lean = quat_between((0.0, 0.0, 1.0), goal.upward())
+        spots = [spot._replace(pos=quat_rotate(lean, spot.pos)) for spot in spots]
+        middle = quat_rotate(lean, middle)
+    shift = settle(place, Group(spots, targets.sizes), goal, middle, ringed=_ringed(entry))
     return [_moved(spot, shift) for spot in spots]
 
 
