@@ -71,3 +71,11 @@ def test_warnings_are_counted_and_do_not_stop(cli: Cli, tmp_path: Path) -> None:
     assert answer.code == 0
     assert "[implausible-density]" in answer.err
     assert "1 warning" in answer.out
+
+
+def test_how_long_a_run_takes_is_said_before_it(cli: Cli, tmp_path: Path) -> None:
+    case = write_case(tmp_path / "fall", CASE)
+    assert "to simulate" not in cli("check", case).out
+    (row,) = cli("check", case, "--set", "scene.duration=600", "--json").json["cases"]
+    assert row["seconds"] > 60
+    assert "to simulate on two idle cores" in cli("check", case, "--set", "scene.duration=600").out

@@ -32,6 +32,8 @@ class Examination:
     warnings: list[Problem] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     """Derived settings."""
+    seconds: float = 0.0
+    """Wall time that a run takes on two idle cores; 0 if that is not known."""
 
     @property
     def ok(self) -> bool:
@@ -48,7 +50,8 @@ def examine(text: str, path: Path) -> Examination:
     try:
         found.loaded = load_text(text, path)
         resolution = resolve_case(found.loaded)
-        problems = list(lint_case(resolution).problems)
+        report = lint_case(resolution)
+        problems, found.seconds = list(report.problems), report.seconds
         found.notes = list(resolution.plan.notes)
     except SpecError as error:
         problems = error.problems

@@ -12,6 +12,9 @@ from text2sim.service import exits
 if TYPE_CHECKING:
     from text2sim.service.examined import Examined
 
+WORTH_A_WORD = 60.0
+"""Wall time [s] of a run from which it is told."""
+
 
 def check(
     cases: Annotated[
@@ -57,6 +60,7 @@ def _say(row: "Examined", base: "Examined | None", *, settings: bool) -> None:
     """Say what is wrong with a case, but for what was said of the one that it is a variant of."""
     from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say
+    from text2sim.service.wording import seconds
 
     known = set(base.problems) if base is not None else set()
     row.problems, said = [problem for problem in row.problems if problem not in known], row.problems
@@ -68,6 +72,8 @@ def _say(row: "Examined", base: "Examined | None", *, settings: bool) -> None:
         say(f"{row.title}: ok{_counts(row)}")
         if row.held:
             say(f"    true at the start already, and would be if nothing moved: {', '.join(row.held)}")
+        if row.seconds >= WORTH_A_WORD:
+            say(f"    about {seconds(row.seconds)} to simulate on two idle cores, within a factor of three")
         for note in row.plan.notes if settings else ():
             say(f"    {note}")
 

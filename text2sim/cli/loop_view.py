@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from text2sim.cli.check import WORTH_A_WORD
 from text2sim.cli.output import say
 from text2sim.service.wording import seconds
 from text2sim.spec_schema.plain import plain, plain_line
@@ -109,6 +110,8 @@ def _lines(event: str, what: dict[str, Any]) -> list[str]:
     if event in ("mending", "unsound"):
         word = "to mend" if event == "mending" else "cannot be run"
         return [f"  {word}: {_short(row)}" for row in what["problems"][:6]]
+    if event == "running" and what.get("seconds", 0) >= WORTH_A_WORD:
+        return [f"  simulating: about {seconds(what['seconds'])} on two idle cores, within a factor of three"]
     if event == "ran":
         marks = {True: "ok", False: "FAIL", None: "open"}
         return [f"  run {what['state']}", *(f"    {marks[ok]:4}  {name}" for name, ok in what["expect"].items())]

@@ -21,10 +21,11 @@ def lint_case(resolution: Resolution) -> Report:
     from text2sim.lint.report import sift
     from text2sim.lint.rules import EARLIER, RETIRED, RULES
     from text2sim.lint.script.at_rest import held_at_start
+    from text2sim.lint.soft.cost import expected
 
     facts = Facts(resolution)
     asked = [rule for rule in RULES if facts.own_contact or not rule.own_contact]
     found = [problem for rule in asked for problem in rule.run(facts)]
     known = [*(rule.id for rule in RULES), *EARLIER, *RETIRED]
     report = sift(resolution.loaded, [*resolution.plan.warnings, *found], known)
-    return replace(report, held=held_at_start(facts))
+    return replace(report, held=held_at_start(facts), seconds=expected(facts))

@@ -31,6 +31,8 @@ class Report:
     """What is meant."""
     held: list[str] = field(default_factory=list)
     """Expectations that would hold if nothing moved."""
+    seconds: float = 0.0
+    """Wall time that a run takes on two idle cores; 0 if that is not known."""
 
     @property
     def ok(self) -> bool:

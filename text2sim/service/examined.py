@@ -36,6 +36,8 @@ class Examined:
     """What the lint found and the case says is meant."""
     held: list[str] = field(default_factory=list)
     """Expectations that would hold if nothing moved."""
+    seconds: float = 0.0
+    """Wall time that a run takes on two idle cores; 0 if that is not known."""
     sources: dict[str, str] = field(default_factory=dict)
     """Text by file name, for excerpts."""
     failure: str = ""
@@ -75,6 +77,7 @@ class Examined:
         if self.plan is not None:
             document["notes"] = list(self.plan.notes)
             document["true_at_start"] = self.held
+            document["seconds"] = round(self.seconds, 1)
         return document
 
     def work_out(self) -> None:
@@ -89,7 +92,7 @@ class Examined:
         assert self.loaded is not None
         resolution = resolve_case(self.loaded)
         report = lint_case(resolution)
-        self.waived, self.held = report.waived, report.held
+        self.waived, self.held, self.seconds = report.waived, report.held, report.seconds
         if not report.ok:
             raise SpecError(report.problems)
         self.plan, self.problems = resolution.plan, report.problems

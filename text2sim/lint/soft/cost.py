@@ -1,4 +1,4 @@
-"""Estimates of how long a scene with deformable bodies takes, from measurements on two cores."""
+"""Estimates of how long a scene takes to simulate, from measurements on two cores."""
 
 from collections.abc import Iterator
 
@@ -14,6 +14,27 @@ EACH = {"mpm": 1.6e-6, "pbd": 1.3e-6, "fem": 1.8e-5, "sap": 1.2e-4}
 """Wall time [s] of a substep: of the solver, and of each particle or tetrahedron. Fitted to runs on two cores: mpm with
 1.7 to 11.6 thousand particles 3.6 to 17 ms, pbd with 0.6 to 5 thousand 3 to 9 ms, fem with 2.2 to 4.7 thousand
 tetrahedra 47 to 75 ms, under sap with 1 to 4 thousand 95 to 516 ms."""
+
+
+RIGID = {"newton": (1.5e-3, 4e-5), "cg": (2e-3, 1.5e-4)}
+"""Wall time [s] of a substep with rigid bodies, and of each link that moves; of piles of hundreds and of few bodies."""
+
+
+def expected(facts: Facts) -> float:
+    """Return the wall time [s] that a run takes on two cores, within a factor of three; 0 under ipc: not known.
+
+    Starting the engine, and compiling kernels for the first scene of its sort, take a minute or some besides.
+    """
+    if facts.settings.soft is not None and facts.settings.soft.model == "ipc":
+        return 0.0
+    links = 0
+    for name in facts.case.bodies:
+        for copy in facts.placed[name]:
+            tree = facts.tree(copy)
+            links += (facts.mount(copy) not in ("fixed", "soft")) if tree is None else sum(1 for _ in tree.links())
+    base, each = RIGID[facts.settings.solver]
+    second = wall_time(facts)[0] + (base + each * links) / facts.substep * (links > 0)
+    return second * facts.case.scene.duration
 
 
 def wall_time(facts: Facts) -> tuple[float, dict[str, int]]:
