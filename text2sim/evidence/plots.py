@@ -4,6 +4,7 @@ Colours are those of Okabe and Ito, which people who confuse red and green can t
 has a dash pattern of its own besides.
 """
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from text2sim.recording.states import Array
+from text2sim.spec_schema.plain import plain_line
 from text2sim.spec_schema.whole_files import naming
 
 if TYPE_CHECKING:
@@ -85,20 +87,22 @@ def plot_series(
     for line in lines:
         finite = np.where(np.isfinite(line.values), line.values, np.nan)
         marker = "o" if len(time) == 1 else None
-        label = line.label if several else None
+        label = plain_line(line.label) if several else None
         axes.plot(time, finite, line.dashes, color=line.color, linewidth=1.6, label=label, marker=marker)
     low, high = _data_range(lines)
     shown = [_draw_bound(axes, bound, low, high, time) for bound in bounds]
     _draw_events(axes, events)
     _frame(axes, low, high, shown, time)
-    axes.set_title(title, fontsize=9, loc="left", parse_math=False, wrap=True)
+    axes.set_title(plain_line(title), fontsize=9, loc="left", parse_math=False, wrap=True)
     axes.set_xlabel("time [s]", fontsize=8)
     axes.set_ylabel(f"[{unit}]" if unit else "number", fontsize=8)
     axes.yaxis.set_label_coords(-0.125, 0.5)
     if several or bounds:
-        axes.legend(fontsize=7, loc="best", framealpha=0.85)
+        for text in axes.legend(fontsize=7, loc="best", framealpha=0.85).get_texts():
+            text.set_parse_math(False)  # names of folders are no formulas
     path.parent.mkdir(exist_ok=True)
-    with naming(path):
+    with naming(path), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph")  # a letter that the font lacks is drawn as a box
         figure.savefig(path, metadata={"Software": None})
 
 
