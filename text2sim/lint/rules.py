@@ -8,7 +8,6 @@ from text2sim.lint.rule import EXAMPLE_BASE, Rule
 from text2sim.lint.script import (
     at_rest,
     contradictions,
-    energy,
     events_at_start,
     names,
     outcomes,
@@ -67,7 +66,6 @@ RULES: tuple[Rule, ...] = (
     *outcomes.RULES,
     *contradictions.RULES,
     *too_early.RULES,
-    *energy.RULES,
     *at_rest.RULES,
     *cameras.RULES,
     *empty.RULES,
@@ -100,6 +98,7 @@ RETIRED = (
     "restitution-unused",
     "rough-bounce",
     "soft-contact",
+    "too-little-energy",
     "weak-press",
 )
 """Rules of earlier versions: cases may waive them still."""
