@@ -12,6 +12,7 @@ from tests.evaluation.conftest import PHYSICAL, VISUAL, Judge, fall, make_run
 from text2sim.evaluation.judging import Judgement, Judging, read_judgements
 from text2sim.evaluation.method_folder import read_method
 from text2sim.evaluation.suite import read_suite
+from text2sim.spec_schema.errors import RunError
 
 Make = Callable[..., Path]
 
@@ -164,3 +165,29 @@ def test_keyframed_motion_caps_whatever_the_judge_says(
     rows = judged(suite, [method], judge, tmp_path / "out", repeats=1)
     assert of(rows, "drop", "physical")[0].total == 40.0
     assert "`ball` is moved by no force" in judge.asked("physical")[0]
+
+
+def test_a_folder_that_answers_another_prompt_is_not_judged(
+    suite: Path, make_method: Make, judge: Judge, tmp_path: Path
+) -> None:
+    method = make_method("ours")
+    (method / "drop" / "prompt.txt").write_text("A blue cube floats.")
+    rows = judged(suite, [method], judge, tmp_path / "out", repeats=1)
+    assert [row.state for row in rows if row.turn.prompt == "drop"] == ["not_judged"] * 2
+    assert "another prompt: A blue cube floats." in rows[0].why
+
+
+def test_what_is_still_due_counts_as_not_judged(suite: Path, make_method: Make, judge: Judge, tmp_path: Path) -> None:
+    judged(suite, [make_method("ours")], judge, tmp_path / "out", repeats=2)
+    shutil.rmtree(tmp_path / "out" / "sag" / "ours" / "visual-1-2")
+    missing = [row for row in read_judgements(tmp_path / "out")[1] if row.state == "not_judged"]
+    assert [row.turn.code for row in missing] == [row.turn.code for row in missing if row.turn.prompt == "sag"]
+    assert [row.why for row in missing] == ["nobody has judged it yet"]
+
+
+def test_a_judge_who_sees_no_pictures_is_refused(suite: Path, make_method: Make, judge: Judge, tmp_path: Path) -> None:
+    read, _ = read_suite(suite)
+    blind = judge.model.replace("vision=yes", "vision=no")
+    judging = Judging(read, [read_method(make_method("ours"))], [blind], tmp_path / "out")
+    with pytest.raises(RunError, match="sees no pictures"):
+        judging.run(read.prompts, lambda line: None)

@@ -148,6 +148,7 @@ def judge_methods(
     Exit code 1: something could not be judged; the rest is there, and so is the report.
     """
     from text2sim.agents.models.calls import Budget
+    from text2sim.agents.models.exchange import StoppedError
     from text2sim.cli.output import say
     from text2sim.evaluation.judging import JUDGING, Judging
     from text2sim.evaluation.method_folder import read_method
@@ -162,7 +163,11 @@ def judge_methods(
     folders = [read_method(folder) for folder in methods]
     with Stop() as stop, stop.gently():
         judging = Judging(read, folders, judges, out, repeats, Budget(tokens, cost, minutes), lambda: stop.count > 0)
-        rows = judging.run(selected(read, only or []), lambda line: say(line, to=sys.stderr), jobs)
+        try:
+            rows = judging.run(selected(read, only or []), lambda line: say(line, to=sys.stderr), jobs)
+        except StoppedError:
+            say("stopped; with `--resume` it goes on from here", to=sys.stderr)
+            raise KeyboardInterrupt from None
     _say_account(judging)
     missing = sum(row.state == "not_judged" for row in rows)
     if missing:

@@ -112,7 +112,7 @@ def _read_run(shown: Exhibit, run: Path) -> None:
         record = read_json(run / "run.json")
         if not isinstance(record, dict):
             raise RunError("its run folder has no run.json")
-        shown.records = evidence_text(run, read_evidence(run), record, ())
+        shown.records = quoted(evidence_text(run, read_evidence(run), record, ()))
         shown.loaded = load_case(run / "expanded.yaml")
         shown.motion = motion_of(RecordedCase.load(run, shown.loaded.case))
         shown.facts += shown.motion.rows()

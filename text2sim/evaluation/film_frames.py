@@ -55,8 +55,16 @@ def film_frames(film: Path) -> FilmFrames:
         images.append(_image(f"frame_{number:02}", picture))
     if len(images) != len(chosen):
         raise RunError(f"the film decodes in two ways, with {len(images)} and {len(chosen)} pictures")
-    step = (times[-1] - times[0]) / max(1, len(times) - 1)
-    return FilmFrames(tuple(images), tuple(times[k] for k in chosen), times[-1] + step, size)
+    return FilmFrames(tuple(images), tuple(times[k] for k in chosen), _length(times), size)
+
+
+def length_of(film: Path) -> float:
+    """Return how long a film is [s].
+
+    Raises:
+        RunError: If it cannot be decoded.
+    """
+    return _length(_looked_through(film)[0])
 
 
 def pictures_at(film: Path, times: list[float]) -> list[Any]:
@@ -94,6 +102,11 @@ def _looked_through(film: Path) -> tuple[list[float], Any, tuple[int, int]]:
     if not times:
         raise RunError("the film has no pictures")
     return times, np.stack(greys), size
+
+
+def _length(times: list[float]) -> float:
+    """The last picture stands as long as the others do on average."""
+    return times[-1] + (times[-1] - times[0]) / max(1, len(times) - 1)
 
 
 def _changes(greys: Any) -> list[int]:

@@ -22,7 +22,7 @@ from text2sim.agents.models.files import write_whole
 from text2sim.evaluation.documents import write_json
 from text2sim.evaluation.exhibit import Exhibit, bind_facts, exhibit_of
 from text2sim.evaluation.letters import letter
-from text2sim.evaluation.method_folder import Made, MethodFolder
+from text2sim.evaluation.method_folder import PROMPT_FILE, Made, MethodFolder
 from text2sim.evaluation.scores import (
     PhysicalReply,
     VisualReply,
@@ -31,7 +31,7 @@ from text2sim.evaluation.scores import (
     visual_score,
 )
 from text2sim.evaluation.suite import Prompt, Suite
-from text2sim.recording.run_files import read_json
+from text2sim.recording.run_files import read_json, read_text
 from text2sim.spec_schema.errors import RunError
 
 Kind = Literal["physical", "visual", "check"]
@@ -120,9 +120,15 @@ class Judging:
             StoppedError: If somebody stopped it.
             BudgetSpent: If nothing more may be spent.
         """
+        for model in self.models:
+            if not judge_endpoint(model, "").vision:
+                raise RunError(f"the judge {model} sees no pictures; if it does, put `,vision=yes` behind its name")
+        before = read_json(self.out / JUDGING)
+        earlier = before["judged"] if isinstance(before, dict) and before["digest"] == self.suite.digest() else []
         write_json(
             self.out / JUDGING,
             {
+                "judged": list(dict.fromkeys([*earlier, *prompts])),
                 "suite": self.suite.name,
                 "digest": self.suite.digest(),
                 "prompts": {name: prompt.digest() for name, prompt in self.suite.prompts.items()},
@@ -156,7 +162,8 @@ class Judging:
 
     def _turns(self, name: str, method: str) -> list[Turn]:
         judges, repeats = range(1, len(self.models) + 1), range(1, self.repeats + 1)
-        return [Turn(name, method, *rest) for rest in product(KINDS, judges, repeats)]
+        rest = product(KINDS, judges, repeats)
+        return [Turn(name, method, kind, judge, repeat) for kind, judge, repeat in rest]
 
     def _judged(self, turn: Turn, prompt: Prompt, made: Made | None, shown: Exhibit) -> Judgement:
         def plain(state: State, why: str) -> Judgement:
@@ -164,6 +171,9 @@ class Judging:
 
         if made is None:
             return plain("not_judged", "the method was not run on it")
+        asked = read_text(made.folder / PROMPT_FILE).strip()
+        if asked and asked != prompt.prompt:
+            return plain("not_judged", f"its folder answers another prompt: {asked[:200]}")
         if made.empty:
             return plain("nothing", made.result.why or "there is nothing to judge")
         if turn.kind == "visual" and shown.frames is None:
@@ -215,7 +225,7 @@ def judge_endpoint(model: str, code: str) -> Endpoint:
 
 
 def read_judgements(out: Path) -> tuple[dict[str, Any], list[Judgement]]:
-    """Return what was judged, and all judgements that belong to it.
+    """Return what was judged, and all judgements that belong to it; those that are still due are not judged.
 
     Raises:
         RunError: If nothing was judged there.
@@ -234,4 +244,10 @@ def read_judgements(out: Path) -> tuple[dict[str, Any], list[Judgement]]:
         belongs = record["prompts"].get(turn.prompt) == row.digest and turn.method in record["methods"]
         if belongs and turn.repeat <= record["repeats"] and turn.judge <= len(record["models"]):
             rows.append(row)
+    there = {row.turn for row in rows}
+    judges, repeats = range(1, len(record["models"]) + 1), range(1, record["repeats"] + 1)
+    for name, method, kind, judge, repeat in product(record["judged"], record["methods"], KINDS, judges, repeats):
+        turn = Turn(name, method, kind, judge, repeat)
+        if turn not in there:
+            rows.append(Judgement(turn, record["prompts"][name], "not_judged", None, "nobody has judged it yet"))
     return record, rows

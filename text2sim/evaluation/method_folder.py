@@ -2,6 +2,7 @@
 
 METHOD/method.json                who it was, on which suite
 METHOD/<prompt id>/result.json    what came of the prompt (`CaseResult`); paths in it are relative to this folder
+METHOD/<prompt id>/prompt.txt     the prompt that it answers
 METHOD/<prompt id>/…              film, case or program, run folder, calls: whatever the method left
 
 A folder that somebody else filled may lack `result.json`: then film and program are looked for (`discovered`), and what
@@ -21,7 +22,7 @@ from text2sim.spec_schema.errors import Problem, RunError, SpecError
 from text2sim.spec_schema.models.base import Model, Name, Noun
 
 RESULT, METHOD = "result.json", "method.json"
-FILM, CASE = "film.mp4", "case.yaml"
+FILM, CASE, PROMPT_FILE = "film.mp4", "case.yaml", "prompt.txt"
 _ID = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,47}$")
 
 MethodName = Annotated[

@@ -17,6 +17,7 @@ from text2sim import __version__
 from text2sim.evaluation.documents import write_json
 from text2sim.evaluation.method_folder import (
     CASE,
+    PROMPT_FILE,
     RESULT,
     CaseResult,
     MethodRecord,
@@ -36,7 +37,6 @@ from text2sim.spec_schema.whole_files import write_atomically
 
 ARMS = ("text2sim:with-cards", "text2sim:no-cards", "agent:with-cards", "agent:no-cards")
 FORMS = f"{', '.join(ARMS)}, or NAME=COMMAND"
-PROMPT_FILE = "prompt.txt"
 CLOCK = "clock.json"
 Tell = Callable[[str], None]
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.evaluation.film_frames import film_frames, pictures_at
+from text2sim.evaluation.film_frames import length_of, pictures_at
 from text2sim.evaluation.judging import KINDS, Judgement, Kind
 from text2sim.evaluation.scores import PARTS, VISUAL
 from text2sim.evaluation.statistics import case_scores
@@ -130,7 +130,7 @@ def _strips(films: dict[str, Path | None]) -> tuple[list[float], dict[str, list[
     lengths = {}
     for method, film in films.items():
         try:
-            lengths[method] = film_frames(film).duration if film is not None else 0.0
+            lengths[method] = length_of(film) if film is not None else 0.0
         except RunError:
             lengths[method] = 0.0
     longest = max(lengths.values(), default=0.0)
