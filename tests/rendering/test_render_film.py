@@ -104,6 +104,16 @@ def test_parts_make_one_film(make_run: MakeRun) -> None:
         assert sum(1 for _ in container.decode(stream)) == 4
 
 
+def test_workers_trace_the_pictures_of_one_film(make_run: MakeRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = make_run({"crate": SLIDING})
+    monkeypatch.setattr(Filming, "trace", lambda *_: pytest.fail("a picture was traced here"))
+    done = CliRunner().invoke(app, ["render", str(folder), "--resolution", "32x18", "--workers", "2"])
+    assert done.exit_code == 0, done.output
+    assert "2 of 2 done" in done.output
+    assert len(list((folder / "render/frames").glob("*.png"))) == 4
+    assert (folder / "render/draft.mp4").is_file()
+
+
 def test_what_is_in_glass_is_seen(make_run: MakeRun) -> None:
     glass = {"half": 0.6, "pos": (0, 0, 0.6), "finish": "glass", "color": (0.9, 0.95, 1.0)}
     bare, covered = (

@@ -13,6 +13,7 @@ import typer
 from text2sim.service import exits
 
 if TYPE_CHECKING:
+    from text2sim.cli.recorded import Chosen
     from text2sim.cluster.run import Where
     from text2sim.cluster.task import Done, Task
     from text2sim.harness.result import RunResult
@@ -25,6 +26,10 @@ Ray = Annotated[
 StoreUrl = Annotated[
     str, typer.Option("--store", metavar="URL", help="With --ray: folder or URL that all nodes reach; RUNS/.store.")
 ]
+RENDER_CORES = 4
+"""Of a task of a Ray cluster that renders."""
+RENDER_MEMORY = 3_000_000_000
+"""Of a task that renders [bytes]."""
 EVERY = 15.0
 """Wall time [s] between lines where nobody watches."""
 
@@ -85,6 +90,42 @@ def attempts(
             next_row += 1
     for rest in range(next_row, len(rows)):
         yield rows[rest], found.get(rest)
+
+
+def trace(chosen: "Chosen", where: "Where", arguments: dict[str, Any], pictures: int, *, quiet: bool) -> None:
+    """Trace the pictures of a run in several processes; what is there already is left as it is.
+
+    Args:
+        chosen: The run.
+        where: Where processes run.
+        arguments: As `work.render` takes them, besides its part.
+        pictures: How many there are.
+        quiet: Say nothing.
+
+    Raises:
+        RunError: if a part could not be traced.
+    """
+    from text2sim.cluster.run import slots
+    from text2sim.cluster.task import Needs, Task
+    from text2sim.spec_schema.errors import RunError
+
+    folder, free = chosen.recording.folder, slots(where)
+    # A tracer uses all cores that it is given; those of this machine are shared out.
+    cores = RENDER_CORES if where.ray else max(1, (os.cpu_count() or 1) // free)
+    parts = max(1, min(free // cores if where.ray else free, pictures))
+    inputs = {"run": folder} | ({"case": chosen.case.parent} if chosen.case else {})
+    arguments = arguments | {"cores": cores, "file": chosen.case.name if chosen.case else "case.yaml"}
+    needs, frames = Needs(cores, RENDER_MEMORY), folder / "render" / "frames"
+    tasks = [
+        Task(
+            "text2sim.cluster.work:render", arguments | {"shard": [part, parts]}, f"part {part + 1} of {parts}", needs,
+            inputs, frames,
+        )
+        for part in range(parts)
+    ]  # fmt: skip
+    for done in told(tasks, where, quiet=quiet):
+        if done.result is None:
+            raise RunError(f"{done.task.label} of the pictures: {done.error}")
 
 
 def told(tasks: "Sequence[Task]", where: "Where", *, quiet: bool) -> "Iterator[Done]":

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from text2sim.cli.many import Ray, StoreUrl, Workers, where_of
 from text2sim.service import exits
 from text2sim.spec_schema.plain import plain_line
 
@@ -59,6 +60,9 @@ def render(
     ] = False,
     write: Annotated[bool, typer.Option("--write", help="With --suggest: put the proposal into the case.")] = False,
     runs: Annotated[Path, typer.Option("--runs", help="Where the runs of cases lie.")] = Path("runs"),
+    workers: Workers = 1,
+    ray: Ray = "",
+    store: StoreUrl = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Make a path-traced film of a recorded run, without simulating again.
@@ -105,6 +109,14 @@ def render(
     whole, pictures, stop = span is None and times is None, quality == "still" or frames_only, Stop()
     fit = Fitted(filming, wanted(filming)) if minutes is None else fitted(filming, wanted, minutes)
     filming, reels = fit.filming, fit.reels
+    if (where := where_of(workers, ray, store, runs)) is not None:
+        from text2sim.cli.many import trace
+
+        if quality == "still" or shard or join or minutes is not None:
+            raise typer.BadParameter("not with still, --minutes, --shard, --join", param_hint="'--workers', '--ray'")
+        those = {"camera": camera, "span": span, "during": times}
+        how = {"quality": quality, "size": filming.size, "fps": filming.fps, "format": frames_only or "png"}
+        trace(chosen, where, {**how, "reels": those}, sum(len(reel.frames) for reel in reels), quiet=as_json)
     teller = Teller(reels, quiet=as_json)
     made: dict[Path, int] = {}
     if not join and not pictures and part == (0, 1):

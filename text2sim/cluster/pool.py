@@ -12,6 +12,7 @@ from typing import Any
 from text2sim.cluster.task import STOPPED, TRIES, Done, Task
 from text2sim.runtime.child import default_memory
 from text2sim.runtime.dialogue import Child
+from text2sim.runtime.outcome import read_end
 from text2sim.runtime.stop import Stop
 
 POLL = 0.2
@@ -25,10 +26,10 @@ class _Member:
 
     def __init__(self, number: int, folder: Path, inbox: "queue.Queue[Any]", *, warm: bool) -> None:
         self.name = f"worker {number + 1}"
-        self._start = lambda: Child(self.name, MODULE, [str(home), *["warm"] * warm], log, inbox, secrets=True)
+        self._start = lambda: Child(self.name, MODULE, [str(home), *["warm"] * warm], self.log, inbox, secrets=True)
         home = folder / f"worker_{number + 1}"
         home.mkdir(parents=True, exist_ok=True)
-        self.log = log = home / "worker.log"
+        self.log: Path = home / "worker.log"
         self.child: Child = self._start()
         self.job: tuple[int, float] | None = None
         """Number of its task, and since when [s] it is at it."""
@@ -114,7 +115,8 @@ def _heard(member: _Member, data: dict[str, Any], tasks: Sequence[Task], tries: 
         )
     if tries[number] < TRIES:
         return number
-    words = f"its worker was lost {TRIES} times (exit code {data['died']})"
+    last = read_end(member.log).strip().rpartition("\n")[2].strip()
+    words = f"its worker was lost {TRIES} times (exit code {data['died']}){last and f': {last[:300]}'}"
     return Done(tasks[number], None, words, tries[number], seconds, member.name)
 
 

@@ -55,23 +55,37 @@ def render(
     reels: dict[str, Any],
     shard: list[int],
     format: str,
+    cores: int,
+    file: str = "case.yaml",
 ) -> dict[str, Any]:
     """Render a part of the films of a run into `place.output`, where its finished pictures lie.
 
     Args:
-        place: With the run folder as input `run`.
+        place: With the run folder as input `run`, and the case as `case` if it is to be filmed as that now says.
         quality: As `Filming` takes it, and so are `size` and `fps`.
         size: See there.
         fps: See there.
         reels: As `Filming.reels` takes them.
         shard: Part, from 0, and number of parts.
         format: Of the pictures.
+        cores: How many threads trace.
+        file: Name of the case's file.
     """
+    from text2sim.compiler.build import plan_case
     from text2sim.recording.film_record import read_recording
     from text2sim.rendering.film import Filming
+    from text2sim.rendering.renderer import mitsuba
     from text2sim.spec_schema.errors import RunError
+    from text2sim.spec_schema.load import load_case
 
-    filming = Filming(read_recording(place.inputs["run"]), quality, size=(size[0], size[1]) if size else None, fps=fps)
+    mitsuba()
+    import drjit  # not before, for Mitsuba says where its compiler lies
+
+    drjit.set_thread_count(cores)
+    plan = plan_case(load_case(place.inputs["case"] / file)) if "case" in place.inputs else None
+    filming = Filming(
+        read_recording(place.inputs["run"], plan), quality, size=(size[0], size[1]) if size else None, fps=fps
+    )
     span, during = reels.get("span"), reels.get("during")
     names, traced = [], 0
     for reel in filming.reels(

@@ -1,0 +1,59 @@
+"""From a case to a folder, and from there to a comparison: with both engines."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from text2sim.cli.main import run
+
+BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks/engines"
+LAZY = """\
+import numpy as np
+
+def simulate(folder, scene, times, step):
+    return {name: np.zeros((len(times), 1, n)) for name, n in (("pos", 3), ("quat", 3))}
+"""
+
+
+def call(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
+    monkeypatch.setattr(sys, "argv", ["text2sim", "benchmark", *map(str, words)])
+    with pytest.raises(SystemExit) as ended:
+        run()
+    return int(ended.value.code or 0)
+
+
+@pytest.mark.usefixtures("engine")
+def test_a_case_is_written_and_mujoco_does_what_the_equation_says(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert call(monkeypatch, "export", BENCHMARKS / "projectile", "--out", "out") == 0
+    folder = tmp_path / "out/projectile"
+    assert {path.name for path in folder.iterdir()} == {"benchmark.json", "case.yaml", "scene.usda", "scene.xml"}
+    scene = json.loads((folder / "benchmark.json").read_text())
+    z = scene["observables"]["z"]
+    # The error of a semi-implicit step is g t h / 2: halved with the step.
+    assert z["convergence"]["errors"] == pytest.approx([9.81 * 0.005 / 2 / n for n in (1, 2, 4)], rel=0.02)
+    assert scene["initial_velocities"] == [{"body": "ball", "linear": [2, 0, 3], "angular": [0, 5, 0]}]
+    capsys.readouterr()
+    assert call(monkeypatch, "run", "out", "--json") == 0
+    rows = {row["observable"]: row for row in json.loads(capsys.readouterr().out)["rows"]}
+    assert rows["z"]["theirs"] == pytest.approx(9.81 * 0.005 / 2, rel=0.02)
+    assert rows["spin"]["theirs"] < 1e-6
+    assert all(row["ok"] and row["memory"][1] > 1e7 for row in rows.values())
+    # What is not the case's is marked.
+    scene["gravity"] = [0, 0, 0]
+    text = (folder / "scene.xml").read_text()
+    (folder / "scene.xml").write_text(text.replace("-9.81", "-9.0"))
+    assert call(monkeypatch, "run", "out") == 1
+    assert "**!**" in capsys.readouterr().out
+    # An adapter that returns something else is told so.
+    (tmp_path / "lazy.py").write_text(LAZY)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    assert call(monkeypatch, "run", "out", "--engine", "lazy:simulate") == 2
+    assert "`quat` has the shape (201, 1, 3), not (201, 1, 4)" in capsys.readouterr().out
+
+
+def test_a_folder_that_is_no_benchmark_is_told_so(tmp_path, monkeypatch, capsys):
+    assert call(monkeypatch, "run", tmp_path) == 2
+    assert "is no benchmark: text2sim benchmark export CASE writes one" in capsys.readouterr().out
