@@ -77,6 +77,32 @@ def displacement(motion: Waypoints | Oscillate | Spin, t: float) -> Vec:
     return (x, y, z)
 
 
+def path_of(motion: Waypoints | Oscillate, duration: float) -> list[tuple[float, Vec]]:
+    """Return the corners of a driven body's way within a run [s]: time [s] and offset [m] from the start pose.
+
+    Of an oscillation they are the ends of its first swing.
+    """
+    if isinstance(motion, Oscillate):
+        turns = [0.25 / motion.frequency, 0.75 / motion.frequency]
+    else:
+        turns = list(motion.times)
+    times = [0.0, *(t for t in turns if 0.0 < t < duration), duration]
+    return [(t, displacement(motion, t)) for t in times]
+
+
+def extremes(schedule: Schedule) -> tuple[float, float]:
+    """Return the least and the largest value that a schedule can have."""
+    if isinstance(schedule, Sine):
+        return schedule.offset - abs(schedule.amplitude), schedule.offset + abs(schedule.amplitude)
+    if isinstance(schedule, Ramp):
+        ends = (schedule.from_ or 0.0, schedule.to)
+        return min(ends), max(ends)
+    if isinstance(schedule, Steps | Piecewise):
+        return min(schedule.values), max(schedule.values)
+    value = schedule.value if isinstance(schedule, Constant) else schedule
+    return value, value
+
+
 LOOKS = 200
 """Moments at which a schedule is looked at for its largest value."""
 

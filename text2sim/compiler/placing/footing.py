@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from text2sim.compiler.placing.group import Group
 from text2sim.compiler.placing.place_error import PlaceError
 from text2sim.compiler.shapes.regions import RegionError, region_middle
-from text2sim.compiler.shapes.rotation import Vec, frame_apply, quat_rotate
+from text2sim.compiler.shapes.rotation import Vec, frame_apply, quat_rotate, vector_dot, vector_times
 from text2sim.compiler.shapes.skin import skin_of
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.spec_schema.models.placement import Place
@@ -77,7 +77,7 @@ def footing(
     last = math.inf
     for _ in range(_ROUNDS):
         z = height(x, y)
-        off = [wanted[k] - _dot(axes[k], (x, y, z)) for k in across]
+        off = [wanted[k] - vector_dot(axes[k], (x, y, z)) for k in across]
         x += sum(o * axes[k][0] for o, k in zip(off, across, strict=True))
         y += sum(o * axes[k][1] for o, k in zip(off, across, strict=True))
         left = max(map(abs, off))
@@ -142,7 +142,7 @@ def _pushes(place: Place, target: Group) -> list[tuple[Vec, float, str]]:
     if region is None:
         ends = [(k, place.alignment(k)) for k in (0, 1)]
         signs = {k: -1.0 if end == "min" else 1.0 for k, end in ends if end in ("min", "max")}
-        return [(_scaled(_UNITS[k], sign), 0.0, "align") for k, sign in signs.items()]
+        return [(vector_times(_UNITS[k], sign), 0.0, "align") for k, sign in signs.items()]
     assert isinstance(region, BodyRegion)
     if not region.sides:
         raise PlaceError("`inside` takes a side, an edge or a corner, or `at: [x, y]`", "at")
@@ -150,17 +150,9 @@ def _pushes(place: Place, target: Group) -> list[tuple[Vec, float, str]]:
     found = []
     for side in region.sides:
         axis, sign = SIDES[side]
-        way = _scaled(axes[axis], sign)
+        way = vector_times(axes[axis], sign)
         if abs(way[2]) > 1e-9:
             message = f"the {side} of `{place.target}` does not point sideways as it lies; leave it out"
             raise PlaceError(message, "at")
         found.append((way, place.inset, "at"))
     return found
-
-
-def _scaled(v: Vec, factor: float) -> Vec:
-    return (factor * v[0], factor * v[1], factor * v[2])
-
-
-def _dot(a: Sequence[float], b: Sequence[float]) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -1,12 +1,11 @@
 """Beside something, and touching it."""
 
 import math
-from collections.abc import Sequence
 
 from text2sim.compiler.placing.footing import region_point
 from text2sim.compiler.placing.group import Group
 from text2sim.compiler.placing.place_error import PlaceError
-from text2sim.compiler.shapes.rotation import Vec, quat_from_yaw, quat_rotate, vector_unit
+from text2sim.compiler.shapes.rotation import Vec, quat_from_yaw, quat_rotate, vector_dot, vector_unit
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.spec_schema.models.place_rules import direction_of
 from text2sim.spec_schema.models.placement import End, Place
@@ -60,10 +59,10 @@ def touch(place: Place, subject: Group, target: Group) -> Vec:
     best = math.inf
     for plane in target.planes:
         n = quat_rotate(plane.quat, (0.0, 0.0, 1.0))
-        closing = _dot(n, d)
+        closing = vector_dot(n, d)
         if closing < 1e-6:
             raise PlaceError("it cannot touch the plane from this side", "direction")
-        low = subject.lowest(n) - _dot(n, here)
+        low = subject.lowest(n) - vector_dot(n, here)
         best = min(best, far - (place.clearance - low) / closing)
     start = [t - h + far * c for t, h, c in zip(there, here, d, strict=True)]
     for k in range(3):
@@ -85,7 +84,3 @@ def _unit(place: Place) -> Vec:
         return vector_unit(direction_of(place))
     except ValueError as error:
         raise PlaceError(str(error), "direction") from None
-
-
-def _dot(a: Sequence[float], b: Sequence[float]) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

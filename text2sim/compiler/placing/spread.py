@@ -7,7 +7,7 @@ from text2sim.compiler.placing.lettering import lettered
 from text2sim.compiler.placing.packing import PackingError, grain_of, pack
 from text2sim.compiler.placing.patterns import bond_slots, pattern_slots
 from text2sim.compiler.placing.place_error import PatternError
-from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, quat_multiply, quat_rotate
+from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, quat_multiply, quat_rotate, vector_plus
 from text2sim.compiler.shapes.sizes import Sizes, Spot
 from text2sim.compiler.shapes.space import SpaceError
 from text2sim.spec_schema.models.repeat import Glyphs, Line, Packing, Repeat, RunningBond, Stack
@@ -39,7 +39,7 @@ def spread(repeat: Repeat, spots: Sequence[Spot], sizes: Sizes) -> list[Spot]:
         raise PatternError("a line with a `start` begins there; leave out `start` or `pos`", "pose", "pos")
     starts = again(start) if start is not None else (spot.pos for spot in spots)
     return [
-        spot._replace(pos=_plus(base, slot.offset), quat=_turned(slot.turn, spot.quat))
+        spot._replace(pos=vector_plus(base, slot.offset), quat=_turned(slot.turn, spot.quat))
         for spot, base, slot in zip(spots, starts, pattern_slots(repeat), strict=False)
     ]
 
@@ -75,7 +75,7 @@ def _bonded(bond: RunningBond, spots: Sequence[Spot]) -> list[Spot]:
         shape = spot.shape
         if slot.size is not None:
             shape = halves.get(slot.size) or halves.setdefault(slot.size, Box(kind="box", size=slot.size))
-        found.append(spot._replace(pos=_plus(spot.pos, offset), shape=shape))
+        found.append(spot._replace(pos=vector_plus(spot.pos, offset), shape=shape))
     return found
 
 
@@ -90,7 +90,3 @@ def _packed(packing: Packing, spots: Sequence[Spot], sizes: Sizes) -> list[Spot]
     except PackingError as error:
         raise PatternError(str(error), "repeat") from None
     return [spot._replace(pos=pos, quat=quat) for spot, (pos, quat) in zip(spots, packed, strict=True)]
-
-
-def _plus(a: Vec, b: Vec) -> Vec:
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])

@@ -15,6 +15,7 @@ from text2sim.compiler.shapes.rotation import (
     quat_multiply,
     quat_rotate,
     vector_cross,
+    vector_minus,
 )
 
 CONE_SIDES = 32
@@ -239,12 +240,8 @@ def _widths(piece: Piece) -> Iterator[float]:
     """Widths [m] of a hull across each of its faces."""
     corners = piece.vertices
     for a, b, c, *_ in piece.faces:
-        u, v, w = vector_cross(_minus(corners[b], corners[a]), _minus(corners[c], corners[a]))
+        u, v, w = vector_cross(vector_minus(corners[b], corners[a]), vector_minus(corners[c], corners[a]))
         size = math.hypot(u, v, w)
         if size > 0.0:
             heights = [u * x + v * y + w * z for x, y, z in corners]
             yield (max(heights) - min(heights)) / size
-
-
-def _minus(a: Vec, b: Vec) -> Vec:
-    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])

@@ -136,6 +136,26 @@ def vector_cross(a: Sequence[float], b: Sequence[float]) -> Vec:
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
+def vector_dot(a: Sequence[float], b: Sequence[float]) -> float:
+    """Inner product of two vectors."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def vector_plus(a: Sequence[float], b: Sequence[float]) -> Vec:
+    """Sum of two vectors."""
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+def vector_minus(a: Sequence[float], b: Sequence[float]) -> Vec:
+    """Difference of two vectors."""
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def vector_times(a: Sequence[float], factor: float) -> Vec:
+    """Vector times a number."""
+    return (a[0] * factor, a[1] * factor, a[2] * factor)
+
+
 def frame_apply(pos: Sequence[float], quat: Quaternion, point: Sequence[float]) -> Vec:
     """Return a point [m] of the frame at (`pos`, `quat`) in the frame around it."""
     x, y, z = point if quat == IDENTITY else quat_rotate(quat, point)

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.schedules import value_at
+from text2sim.compiler.schedules import path_of, value_at
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
     Quaternion,
@@ -27,7 +27,7 @@ from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import AXES
 from text2sim.spec_schema.models.bodies import Driven
-from text2sim.spec_schema.models.motion import Oscillate, Spin, Waypoints
+from text2sim.spec_schema.models.motion import Spin
 
 LOOKED_AT = 8
 """Copies of a driven body that are looked at."""
@@ -138,7 +138,7 @@ def _moments(facts: Facts, copy: Copy, parts: list[Part]) -> Iterator[Moment]:
                 turned = last * k / STEPS
                 yield t * k / STEPS, (0.0, 0.0, 0.0), quat_from_axis_angle(axis, turned)
         return
-    corners = _oscillation(motion, duration) if isinstance(motion, Oscillate) else _waypoints(motion, duration)
+    corners = path_of(motion, duration)
     total = sum(math.dist(a, b) for (_, a), (_, b) in pairwise(corners)) or 1.0
     for (start, a), (end, b) in pairwise(corners):
         far = math.dist(a, b)
@@ -147,34 +147,6 @@ def _moments(facts: Facts, copy: Copy, parts: list[Part]) -> Iterator[Moment]:
             u = k / count
             x, y, z = (p + u * (q - p) for p, q in zip(a, b, strict=True))
             yield start + u * (end - start), (x, y, z), IDENTITY
-
-
-def _oscillation(motion: Oscillate, duration: float) -> list[tuple[float, Vec]]:
-    """The ends of the first swing, as far as the run goes."""
-    axis = vector_unit(AXES[motion.axis] if isinstance(motion.axis, str) else motion.axis)
-    quarter = 0.25 / motion.frequency
-    times = [0.0, *(t for t in (quarter, 3 * quarter) if t < duration), duration]
-
-    def there(t: float) -> Vec:
-        x, y, z = (motion.amplitude * math.sin(2 * math.pi * motion.frequency * t) * c for c in axis)
-        return (x, y, z)
-
-    return [(t, there(t)) for t in times]
-
-
-def _waypoints(motion: Waypoints, duration: float) -> list[tuple[float, Vec]]:
-    """The corners of a way, as far as the run goes."""
-    rows = list(zip(motion.times, motion.positions, strict=True))
-    if rows[0][0] > 0.0:
-        rows.insert(0, (0.0, rows[0][1]))
-    kept = [row for row in rows if row[0] < duration]
-    if len(kept) < len(rows):
-        (start, a), (end, b) = rows[len(kept) - 1], rows[len(kept)]
-        u = (duration - start) / (end - start)
-        u = u * u * (3 - 2 * u) if motion.ease == "smooth" else u
-        x, y, z = (p + u * (q - p) for p, q in zip(a, b, strict=True))
-        kept.append((duration, (x, y, z)))
-    return kept
 
 
 _STAMP = """\

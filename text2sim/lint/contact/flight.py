@@ -10,7 +10,7 @@ from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.geometry import Bounds
-from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.rotation import Vec, vector_dot
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Ground, Part, apart, union
@@ -88,7 +88,7 @@ class _Flights:
         duration = facts.case.scene.duration
         welded = {name for weld in facts.rows.welds for name in (weld.a, weld.b)}
         near = self._along(copy, box, v, g, duration)
-        resting = any(g) and _dot(v, g) >= 0 and self._rests(copy, near, g)
+        resting = any(g) and vector_dot(v, g) >= 0 and self._rests(copy, near, g)
         if resting or copy.name in welded:
             g = (0.0, 0.0, 0.0)
             near = self._along(copy, box, v, g, duration)
@@ -203,7 +203,7 @@ class _Flights:
 def _landing(ground: Ground, copy: Copy, parts: list[Part], v: Vec, g: Vec, duration: float) -> Meeting | None:
     """When a body comes to a plane from above."""
     height = -max((ground.depth(part) for part in parts), default=-math.inf)
-    fall, rise = _dot(g, ground.up) / 2, _dot(v, ground.up)
+    fall, rise = vector_dot(g, ground.up) / 2, vector_dot(v, ground.up)
     if height < -RESTING:
         return None
     for t in _roots(fall, rise, max(height, 0.0)):
@@ -236,7 +236,3 @@ def _moved(box: Bounds, by: Vec) -> Bounds:
     (a, b, c), (d, e, f) = box
     x, y, z = by
     return (a + x, b + y, c + z), (d + x, e + y, f + z)
-
-
-def _dot(a: Vec, b: Vec) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -5,22 +5,13 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_unit
+from text2sim.compiler.schedules import extremes
+from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_times, vector_unit
 from text2sim.lint.contact.passing import Pass, grip, hardest
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Part, apart
 from text2sim.spec_schema.models.bodies import Driven
-from text2sim.spec_schema.models.motion import (
-    Constant,
-    Oscillate,
-    Piecewise,
-    Ramp,
-    Schedule,
-    Sine,
-    Spin,
-    Steps,
-    Waypoints,
-)
+from text2sim.spec_schema.models.motion import Oscillate, Spin, Waypoints
 
 LOOKED_AT = 24
 """Copies of a driven body that are looked at."""
@@ -64,7 +55,7 @@ def _motions(copy: Copy, part: Part) -> Iterator[tuple[Vec, tuple[Vec, Vec]]]:
         axis = vector_unit(motion.axis)
         speed = 2 * math.pi * motion.frequency * motion.amplitude
         ends = [tuple(s * motion.amplitude * c for c in axis) for s in (-1, 1)]
-        yield _times(axis, speed), _swept(low, high, *ends)
+        yield vector_times(axis, speed), _swept(low, high, *ends)
     elif isinstance(motion, Waypoints):
         peak = 1.5 if motion.ease == "smooth" else 1.0
         rows = list(zip(motion.times, motion.positions, strict=True))
@@ -73,26 +64,15 @@ def _motions(copy: Copy, part: Part) -> Iterator[tuple[Vec, tuple[Vec, Vec]]]:
             if any(step):
                 yield step, _swept(low, high, a, b)  # type: ignore[misc]
     elif isinstance(motion, Spin):
-        axis, rate = vector_unit(motion.axis), max(map(abs, _values(motion.speed)))
+        axis, rate = vector_unit(motion.axis), max(map(abs, extremes(motion.speed)))
         x, y, z = copy.pos
         for way in WAYS:
             a, b, c = part.solid.support(way)
             arm = (a - x, b - y, c - z)
             reach = math.hypot(*arm) + part.solid.rounding
-            velocity = _times(vector_cross(axis, arm), rate)
+            velocity = vector_times(vector_cross(axis, arm), rate)
             if any(velocity):
                 yield velocity, _swept(copy.pos, copy.pos, (-reach,) * 3, (reach,) * 3)
-
-
-def _values(schedule: Schedule) -> list[float]:
-    """Extreme values of a schedule."""
-    if isinstance(schedule, Sine):
-        return [schedule.offset - schedule.amplitude, schedule.offset + schedule.amplitude]
-    if isinstance(schedule, Ramp):
-        return [schedule.from_ or 0.0, schedule.to]
-    if isinstance(schedule, Steps | Piecewise):
-        return list(schedule.values)
-    return [schedule.value if isinstance(schedule, Constant) else schedule]
 
 
 def _swept(low: Vec, high: Vec, *offsets: tuple[float, ...]) -> tuple[Vec, Vec]:
@@ -101,7 +81,3 @@ def _swept(low: Vec, high: Vec, *offsets: tuple[float, ...]) -> tuple[Vec, Vec]:
         tuple(a + min(offset[k] for offset in offsets) for k, a in enumerate(low)),
         tuple(b + max(offset[k] for offset in offsets) for k, b in enumerate(high)),
     )  # type: ignore[return-value]
-
-
-def _times(a: Vec, f: float) -> Vec:
-    return (a[0] * f, a[1] * f, a[2] * f)

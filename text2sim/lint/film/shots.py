@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.rotation import Vec, vector_dot
 from text2sim.compiler.trees.tree import tree_links
 from text2sim.lint.facts import Facts
 from text2sim.templates.cadence import Frame, frames, reels
@@ -36,10 +36,14 @@ class Shot:
     def place(self, point: Vec) -> tuple[float, float, float]:
         """Return a point in the picture (-1 to 1 across and up; beyond is outside) and its depth [m]."""
         away = (point[0] - self.pos[0], point[1] - self.pos[1], point[2] - self.pos[2])
-        depth = _dot(away, self.ahead)
+        depth = vector_dot(away, self.ahead)
         if depth <= 1e-6:
             return math.inf, math.inf, depth
-        return _dot(away, self.right) / (depth * self.wide), _dot(away, self.up) / (depth * self.tall), depth
+        return (
+            vector_dot(away, self.right) / (depth * self.wide),
+            vector_dot(away, self.up) / (depth * self.tall),
+            depth,
+        )
 
     def shows(self, point: Vec, radius: float = 0.0) -> bool:
         """Whether a ball about a point is in the picture, be it with its edge."""
@@ -144,7 +148,3 @@ def _body(facts: Facts, name: str, link: str | None) -> Vec:
         return copy.pos
     standing = {one.link.name: one.pos for one in tree_links(tree, copy.pos, copy.quat)}
     return standing.get(link if link is not None else tree.roots[0].name, copy.pos)
-
-
-def _dot(a: Vec, b: Vec) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -5,7 +5,7 @@ from math import atan2, ceil, cos, floor, pi, sin
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Motor
-from text2sim.compiler.shapes.rotation import Vec, vector_cross
+from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_dot
 from text2sim.compiler.trees.tree import TreeJoint
 from text2sim.lint.joints.piece_masses import Lump
 
@@ -68,19 +68,15 @@ def pull_of(kind: str, axis: Vec, anchor: Vec, lump: Lump, gravity: Vec) -> tupl
     """Return gravity's pull on a joint, as `Swing.pull` has it."""
     weight = tuple(lump.mass * g for g in gravity)
     if kind == "slider":
-        return (_dot(axis, weight), 0.0)
+        return (vector_dot(axis, weight), 0.0)
     arm = tuple(c - a for c, a in zip(lump.center, anchor, strict=True))
-    along = _dot(arm, axis)
+    along = vector_dot(arm, axis)
     across = tuple(r - along * a for r, a in zip(arm, axis, strict=True))
     turned = vector_cross(axis, across)
-    return (_dot(axis, vector_cross(across, weight)), _dot(axis, vector_cross(turned, weight)))
+    return (vector_dot(axis, vector_cross(across, weight)), vector_dot(axis, vector_cross(turned, weight)))
 
 
 def far_from(anchor: Vec, ball: tuple[Vec, float]) -> float:
     """Return the largest distance [m] of a ball's points from an anchor."""
     (x, y, z), radius = ball
     return ((x - anchor[0]) ** 2 + (y - anchor[1]) ** 2 + (z - anchor[2]) ** 2) ** 0.5 + radius
-
-
-def _dot(a: object, b: object) -> float:
-    return sum(p * q for p, q in zip(a, b, strict=True))  # type: ignore[call-overload]

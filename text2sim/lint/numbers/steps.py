@@ -11,6 +11,7 @@ from itertools import pairwise
 from math import ceil
 from typing import Any
 
+from text2sim.compiler.schedules import extremes
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
@@ -52,8 +53,7 @@ def _spins(facts: Facts) -> Iterator[tuple[Path, float]]:
     for name in facts.case.bodies:
         for copy in facts.placed[name]:
             if isinstance(copy.model, Driven) and isinstance(copy.model.motion, Spin):
-                schedule = copy.model.motion.speed
-                yield ("bodies", name, "motion", "speed"), _largest(schedule)
+                yield ("bodies", name, "motion", "speed"), max(map(abs, extremes(copy.model.motion.speed)))
     mechanics = mechanics_of(facts)
     for (entity, joint), spans in spans_of(facts).items():
         for span in spans:
@@ -61,16 +61,6 @@ def _spins(facts: Facts) -> Iterator[tuple[Path, float]]:
                 swing = mechanics.swing(facts.copies[entity], joint)
                 if swing is not None and swing.hinge:
                     yield span.where, max(map(abs, span.extremes()))
-
-
-def _largest(schedule: Any) -> float:
-    if isinstance(schedule, Ramp):
-        return max(abs(schedule.from_ or 0.0), abs(schedule.to))
-    if isinstance(schedule, Sine):
-        return abs(schedule.offset) + abs(schedule.amplitude)
-    if isinstance(schedule, Steps | Piecewise):
-        return max(map(abs, schedule.values))
-    return abs(getattr(schedule, "value", schedule))
 
 
 # --- schedules -----------------------------------------------------------------------------------------------------

@@ -8,7 +8,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from text2sim.compiler.shapes.gjk import distance
-from text2sim.compiler.shapes.rotation import Vec, quat_multiply, quat_to_rows
+from text2sim.compiler.shapes.rotation import (
+    Vec,
+    quat_multiply,
+    quat_to_rows,
+    vector_dot,
+    vector_minus,
+    vector_plus,
+    vector_times,
+)
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint.parts import Part, apart, union
 from text2sim.lint.start import concave
@@ -143,8 +151,8 @@ def _way_out(
 ) -> float | None:
     """Return the way [m], from `way` on, after which no mover is in one of the others; None if it takes too long."""
     for _ in range(ROUNDS):
-        step = _times(direction, way + SKIN)
-        moved = [(a, (_plus(a.box[0], step), _plus(a.box[1], step))) for a in movers]
+        step = vector_times(direction, way + SKIN)
+        moved = [(a, (vector_plus(a.box[0], step), vector_plus(a.box[1], step))) for a in movers]
         around = union([box for _, box in moved])
         assert around is not None
         near = [b for b in others if not apart(around, b.box, SKIN)]
@@ -172,7 +180,7 @@ def moved_part(part: Part, way: Way) -> Part:
     """Return a piece at the end of a way."""
     return Part(
         part.piece,
-        _plus(part.pos, _times(way.direction, way.length + SKIN)),
+        vector_plus(part.pos, vector_times(way.direction, way.length + SKIN)),
         part.quat,
         part.moves,
         part.link,
@@ -193,8 +201,8 @@ def _exit(one: Part, other: Part, direction: Vec) -> float:
     if one.mesh is not None or other.mesh is not None:
         return concave.way_out(one, other, direction)
     a, b = one.solid, other.solid
-    far = _dot(_minus(b.center, a.center), direction) + a.ball + b.ball
-    back = sweep([a], [b], _times(direction, -1.0), start=_times(direction, far))
+    far = vector_dot(vector_minus(b.center, a.center), direction) + a.ball + b.ball
+    back = sweep([a], [b], vector_times(direction, -1.0), start=vector_times(direction, far))
     return 0.0 if back is None else far - back
 
 
@@ -202,10 +210,10 @@ def _directions(pairs: list[tuple[Part, Part]]) -> list[Vec]:
     """Along the axes, along the lines between the middles, and across the faces of boxes and ends of cylinders."""
     found = dict.fromkeys(AXES)
     for a, b in pairs[:3]:
-        line = _minus(a.solid.center, b.solid.center)
-        length = _dot(line, line) ** 0.5
+        line = vector_minus(a.solid.center, b.solid.center)
+        length = vector_dot(line, line) ** 0.5
         if length > 1e-9:
-            found[_clean(_times(line, 1.0 / length))] = None
+            found[_clean(vector_times(line, 1.0 / length))] = None
         for part in (a, b):
             if part.piece.kind in ("box", "cylinder"):
                 columns = zip(*quat_to_rows(quat_multiply(part.quat, part.piece.quat)), strict=True)
@@ -218,19 +226,3 @@ def _clean(v: Vec) -> Vec:
     """Return a unit vector without the rounding that makes an axis look like a direction of its own."""
     x, y, z = (0.0 if abs(c) < 1e-9 else 1.0 if c > 1 - 1e-9 else -1.0 if c < 1e-9 - 1 else c for c in v)
     return x, y, z
-
-
-def _dot(a: Vec, b: Vec) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _minus(a: Vec, b: Vec) -> Vec:
-    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
-
-
-def _plus(a: Vec, b: Vec) -> Vec:
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
-
-
-def _times(a: Vec, f: float) -> Vec:
-    return (a[0] * f, a[1] * f, a[2] * f)

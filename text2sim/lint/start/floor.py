@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.geometry import Bounds
-from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.rotation import Vec, vector_dot
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.contact.flight import flight_of
 from text2sim.lint.facts import Facts
@@ -44,7 +44,7 @@ def _sunk_finding(facts: Facts, ground: Ground, copy: Copy, depth: float, count:
     """The plane has no underside: what has its middle below it comes back late, or never."""
     parts = [part for part in facts.parts(copy) if part.moves]
     whole = all(part.solid.span(ground.up)[1] < ground.level for part in parts)
-    most = sum(_dot(ground.up, part.solid.center) < ground.level for part in parts) > len(parts) / 2
+    most = sum(vector_dot(ground.up, part.solid.center) < ground.level for part in parts) > len(parts) / 2
     free = facts.free(copy)
     text = f"`{copy.name}` is {'wholly' if whole else 'partly'} under `{ground.copy.name}` at the start"
     text += f", by {length(depth)}{more_copies(count)}"
@@ -101,10 +101,6 @@ def _comes_down(facts: Facts, copy: Copy, grounds: list[Ground]) -> Vec | None:
         early, late = (middle, late) if copy.pos[2] + flight.offset(middle)[2] > level else (early, middle)
     x, y, z = (p + q for p, q in zip(copy.pos, flight.offset(late), strict=True))
     return x, y, z
-
-
-def _dot(a: Vec, b: Vec) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 RULES = (

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.geometry import Bounds
-from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_unit
+from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_dot, vector_unit
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import more_copies, vector
@@ -24,7 +24,7 @@ def _falls_for_ever(facts: Facts) -> Iterator[Problem]:
     if fall < FAR:
         return
     down: Vec = (gravity[0] / pull, gravity[1] / pull, gravity[2] / pull)
-    if any(_dot(ground.up, down) < -1e-6 for ground in facts.planes):
+    if any(vector_dot(ground.up, down) < -1e-6 for ground in facts.planes):
         return
     meant, held = _leaving(facts), _held(facts)
     resting = [(copy, box) for copy in facts.copies.values() if not facts.loose(copy) and (box := facts.box(copy))]
@@ -93,10 +93,6 @@ def _gap(axis: Vec, a: Bounds, b: Bounds) -> float:
 def _height(up: Vec, box: Bounds) -> float:
     """Lowest height [m] of a box along a unit vector."""
     return sum(u * (low if u > 0 else high) for u, low, high in zip(up, *box, strict=True))
-
-
-def _dot(a: Vec, b: Vec) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 RULES = (
