@@ -161,9 +161,7 @@ class Judging:
         return rows
 
     def _turns(self, name: str, method: str) -> list[Turn]:
-        judges, repeats = range(1, len(self.models) + 1), range(1, self.repeats + 1)
-        rest = product(KINDS, judges, repeats)
-        return [Turn(name, method, kind, judge, repeat) for kind, judge, repeat in rest]
+        return turns(name, method, len(self.models), self.repeats)
 
     def _judged(self, turn: Turn, prompt: Prompt, made: Made | None, shown: Exhibit) -> Judgement:
         def plain(state: State, why: str) -> Judgement:
@@ -218,6 +216,16 @@ def _visual(desk: Conversation, turn: Turn, prompt: Prompt, shown: Exhibit) -> J
     return Judgement(turn, prompt.digest(), "judged", visual_score(reply), reply=reply.model_dump(), shown=seen)
 
 
+def turns(prompt: str, method: str, judges: int, repeats: int) -> list[Turn]:
+    """Return the judgements of a result that are due."""
+    return [
+        Turn(prompt, method, kind, judge, repeat)
+        for kind in KINDS
+        for judge in range(1, judges + 1)
+        for repeat in range(1, repeats + 1)
+    ]
+
+
 def judge_endpoint(model: str, code: str) -> Endpoint:
     """Return who answers; a mailbox has a folder of its own for each judgement, so that nobody sees another's."""
     folder = model.startswith(("mailbox:", "replay:"))
@@ -245,9 +253,8 @@ def read_judgements(out: Path) -> tuple[dict[str, Any], list[Judgement]]:
         if belongs and turn.repeat <= record["repeats"] and turn.judge <= len(record["models"]):
             rows.append(row)
     there = {row.turn for row in rows}
-    judges, repeats = range(1, len(record["models"]) + 1), range(1, record["repeats"] + 1)
-    for name, method, kind, judge, repeat in product(record["judged"], record["methods"], KINDS, judges, repeats):
-        turn = Turn(name, method, kind, judge, repeat)
-        if turn not in there:
-            rows.append(Judgement(turn, record["prompts"][name], "not_judged", None, "nobody has judged it yet"))
+    for name, method in product(record["judged"], record["methods"]):
+        for turn in turns(name, method, len(record["models"]), record["repeats"]):
+            if turn not in there:
+                rows.append(Judgement(turn, record["prompts"][name], "not_judged", None, "nobody has judged it yet"))
     return record, rows

@@ -2,7 +2,7 @@
 for (const group of document.querySelectorAll(".together")) {
   const films = [...group.querySelectorAll("video")];
   const play = group.querySelector("button"), seek = group.querySelector("input"), clock = group.querySelector("span");
-  if (!films.length) continue;
+  if (!films.length || !play) continue;
   const length = () => Math.max(...films.map(film => film.duration || 0));
   const lead = () => films.reduce((a, b) => ((b.duration || 0) > (a.duration || 0) ? b : a));
   const running = () => films.some(film => !film.paused);

@@ -34,10 +34,13 @@ THUMBNAIL = 300
 def write_report(tables: Tables, out: Path) -> Path:
     """Write the page; films are linked, all else is in it."""
     script = resources.files("text2sim.evaluation").joinpath("report.js").read_text("utf-8")
+    families: dict[str, list[str]] = {}
+    for name, prompt in _judged(tables):
+        families.setdefault(prompt.family, []).append(name)
     contents = {
         "it": tables, "paper": PAPER, "parts": PARTS, "visual": VISUAL, "kinds": KINDS,
-        "families": dict.fromkeys(prompt.family for prompt in tables.suite.prompts.values()),
-        "bars": [(kind, _bars(tables, kind)) for kind in KINDS],
+        "families": families,
+        "bars": [(family, kind, _bars(tables, kind, names)) for family, names in families.items() for kind in KINDS],
         "cases": [_case(tables, out, name, prompt) for name, prompt in _judged(tables)],
         "script": script,
         "allowed": base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
@@ -54,14 +57,14 @@ def _judged(tables: Tables) -> list[tuple[str, Prompt]]:
     return sorted(found, key=lambda row: families.index(row[1].family))
 
 
-def _bars(tables: Tables, kind: Kind) -> str:
+def _bars(tables: Tables, kind: Kind, names: Sequence[str]) -> str:
     """A bar for each case and method, with the range of its judgements, as PNG in a URI."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     scores = case_scores(tables.judgements, kind)
-    names, methods = [name for name, _ in _judged(tables)], list(tables.methods)
-    figure = Figure(figsize=(max(5.4, 0.32 * len(names) * (1 + len(methods) / 3) + 1.5), 3.4), layout="constrained")
+    methods = list(tables.methods)
+    figure = Figure(figsize=(min(13.0, max(5.4, 0.7 * len(names) + 1.5)), 3.2), layout="constrained")
     axes = figure.add_subplot()
     width = 0.8 / max(1, len(methods))
     for k, method in enumerate(methods):
