@@ -92,3 +92,8 @@ def test_a_hinge_across_the_pulley_is_an_error(tmp_path: Path):
 def test_wrong_words_are_refused(tmp_path: Path, along: str, says: str):
     with pytest.raises(SpecError, match=says):
         compile_case(case_of(tmp_path, along), tmp_path / "program")
+
+
+def test_a_rope_without_length_is_refused(tmp_path: Path) -> None:
+    _, (problem,) = place_all(case_of(tmp_path, "[[0, 0, 1], [0, 0, 1]]"))
+    assert "leads nowhere" in problem.message

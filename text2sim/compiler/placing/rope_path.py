@@ -30,7 +30,8 @@ ROUNDS = 60
 """Tangents between pulleys: each looks for the next one's point, in turn, until nothing moves."""
 COARSE = 1.0
 """Length of a link over the radius of a pulley, at most."""
-
+SHORTEST = 1e-6
+"""Length [m] of a link, at least."""
 STRAIGHT = 0.999
 """Cosine between the axis of a hinge and that of the pulley on it, at least."""
 
@@ -143,6 +144,8 @@ def laid(rope: Rope, pos: Vec, quat: Quaternion, find: Callable[[str], Sequence[
     path.settle()
     wheels = [item for item in path.items if isinstance(item, _Wheel)]
     link = _length(path.points()) / rope.segments
+    if link < SHORTEST:
+        raise PatternError(f"leads nowhere: its {rope.segments} links would be shorter than 1 um", "along")
     for wheel in wheels:
         if link > COARSE * wheel.radius:
             more = math.ceil(rope.segments * link / wheel.radius * 2)
