@@ -224,6 +224,10 @@ class Judge(ChatServer):
             return "check"
         if text.startswith("You judge a film"):
             return "visual"
+        if text.startswith("You look back"):
+            return "lesson"
+        if text.startswith("Two Debug Cards"):
+            return "merge"
         return "sag" if "hangs by two corners" in text else "physical"
 
 

@@ -16,7 +16,10 @@ from text2sim.agents.roles import ROLES, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.card_library.library import CARD_FILE, FAILING, REPAIRED, check_card
 from text2sim.card_library.model import card_schema
+from text2sim.revision.revise import revise
+from text2sim.spec_schema.changes.patch import PatchError
 from text2sim.spec_schema.errors import RunError, SpecError
+from text2sim.spec_schema.text.source import Source
 from text2sim.spec_schema.whole_files import write_atomically
 
 MOST = 3
@@ -27,7 +30,12 @@ class Proposal(Answer):
     """A card, and the attempts that it comes from."""
 
     failing: int
-    repaired: int
+    repaired: int | None = None
+    """None if no attempt mended it: then there is a repair."""
+    expect: list[dict[str, Any]] = []
+    """RFC 6902, for both cases: an expectation that tells the failure, where the attempt has none."""
+    repair: list[dict[str, Any]] = []
+    """RFC 6902, for the failing case, after `expect`."""
     card: dict[str, Any]
 
 
@@ -35,6 +43,22 @@ class Proposals(Answer):
     """What the Distiller answers."""
 
     cards: Annotated[list[Proposal], Field(max_length=MOST)] = []
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A card that is proposed, with its two cases."""
+
+    data: dict[str, Any]
+    failing: str
+    repaired: str
+
+    def write(self, folder: Path) -> None:
+        """Write its three files."""
+        folder.mkdir(parents=True, exist_ok=True)
+        card = yaml_text(self.data) + "\n"
+        for name, text in ((CARD_FILE, card), (FAILING, self.failing), (REPAIRED, self.repaired)):
+            write_atomically(folder / name, text)
 
 
 @dataclass(frozen=True)
@@ -56,24 +80,16 @@ class Tried:
         return f"missed:{missed[0]}" if missed else "passed"
 
 
-def tried(case: Path) -> list[Tried]:
-    """Read what a loop has left in a case folder.
-
-    Raises:
-        RunError: If there is nothing that was both run and mended.
-    """
-    found = []
+def attempts_of(case: Path) -> dict[int, Tried]:
+    """Return the attempts that a loop has left in a case folder, by number."""
+    found = {}
     for folder in sorted((case / "generation" / "attempts").glob("[0-9][0-9]*")):
         try:
             record = json.loads((folder / "attempt.json").read_text("utf-8"))
-            found.append(Tried(int(folder.name), (folder / "case.yaml").read_text("utf-8"), record))
+            one = Tried(int(folder.name), (folder / "case.yaml").read_text("utf-8"), record)
         except (OSError, ValueError, KeyError):
             continue
-    outcomes = {one.outcome for one in found} - {None}
-    if "passed" not in outcomes or len(outcomes) < 2:
-        raise RunError(
-            f"{case}: no attempt here failed in a run and was mended in another: there is nothing to learn from"
-        )
+        found[one.number] = one
     return found
 
 
@@ -88,56 +104,88 @@ def distill(desk: Conversation, case: Path, out: Path) -> list[str]:
     Returns:
         Ids of the cards that were written; `text2sim cards verify` runs them.
     """
-    attempts = {one.number: one for one in tried(case)}
-    system = system_prompt(ROLES["distiller"], form=_form())
-    question = "\n\n".join(_told(one, attempts.get(one.number - 1)) for one in attempts.values())
+    attempts = attempts_of(case)
+    outcomes = {one.outcome for one in attempts.values()} - {None}
+    if "passed" not in outcomes or len(outcomes) < 2:
+        raise RunError(
+            f"{case}: no attempt here failed in a run and was mended in another: there is nothing to learn from"
+        )
+    drafts: list[Draft] = []
 
     def check(answer: Proposals) -> None:
-        wrong = [row for proposal in answer.cards for row in _faults(proposal, attempts)]
+        wrong = []
+        drafts.clear()
+        for proposal in answer.cards:
+            try:
+                drafts.append(drafted(proposal, attempts))
+            except Wrong as error:
+                wrong += error.reasons
         if wrong:
             raise Wrong(wrong)
 
-    answer: Proposals = desk.ask("distiller", system, question, typed(Proposals, check))
-    written = []
-    for proposal in answer.cards:
-        data, bad, good = _card(proposal, attempts)
-        folder = out / str(data["id"])
+    desk.ask("distiller", system_prompt(ROLES["distiller"], form=form()), told(attempts), typed(Proposals, check))
+    for draft in drafts:
+        folder = out / str(draft.data["id"])
         if folder.exists():
             raise RunError(f"{folder} is there already")
-        folder.mkdir(parents=True)
-        for name, text in ((CARD_FILE, yaml_text(data) + "\n"), (FAILING, bad.text), (REPAIRED, good.text)):
-            write_atomically(folder / name, text)
-        written.append(str(data["id"]))
-    return written
+        draft.write(folder)
+    return [str(draft.data["id"]) for draft in drafts]
 
 
-def _faults(proposal: Proposal, attempts: Mapping[int, Tried]) -> list[str]:
-    where = f"card of attempts {proposal.failing} and {proposal.repaired}"
-    bad, good = attempts.get(proposal.failing), attempts.get(proposal.repaired)
-    if bad is None or good is None:
-        return [f"{where}: there are attempts {', '.join(map(str, attempts))}"]
-    if bad.outcome in (None, "passed"):
-        return [f"{where}: attempt {bad.number} did not fail in a run"]
-    if good.outcome != "passed":
-        return [f"{where}: attempt {good.number} did not pass"]
-    data, bad, good = _card(proposal, attempts)
-    try:
-        check_card(yaml_text(data), failing=bad.text, repaired=good.text)
-    except SpecError as error:
-        return [f"{where}: {problem.path}: {problem.message}" for problem in error.problems[:8]]
-    return []
+def drafted(proposal: Proposal, attempts: Mapping[int, Tried]) -> Draft:
+    """Return what a proposal comes to, as far as it can be checked without running it.
 
+    What came of attempts is put into the card by us: outcomes are facts, not opinions. What would come of patched cases
+    is claimed; `card_library.verify` runs them.
 
-def _card(proposal: Proposal, attempts: Mapping[int, Tried]) -> tuple[dict[str, Any], Tried, Tried]:
-    """The card with what was seen filled in by us: outcomes are facts, not opinions."""
-    bad, good = attempts[proposal.failing], attempts[proposal.repaired]
+    Raises:
+        Wrong: If it is no card that could be true.
+    """
+    bad, good = attempts.get(proposal.failing), attempts.get(proposal.repaired or 0)
+    names = f"{proposal.failing} and {proposal.repaired}" if proposal.repaired else str(proposal.failing)
+    where = f"card of attempt{'s' if proposal.repaired else ''} {names}"
+    patched = bool(proposal.expect or proposal.repair)
+    if bad is None or (good is None and proposal.repaired is not None):
+        raise Wrong([f"{where}: there are attempts {', '.join(map(str, attempts))}"])
+    if good is None and not proposal.repair:
+        raise Wrong([f"{where}: it needs `repaired`, an attempt, or `repair`, a patch"])
+    if not patched and good is not None:
+        if bad.outcome in (None, "passed"):
+            raise Wrong([f"{where}: attempt {bad.number} did not fail in a run"])
+        if good.outcome != "passed":
+            raise Wrong([f"{where}: attempt {good.number} did not pass"])
+    failing = _patched(bad.text, proposal.expect, f"{where}: /expect")
+    repaired = _patched(good.text, proposal.expect, f"{where}: /expect") if good is not None else failing
+    repaired = _patched(repaired, proposal.repair, f"{where}: /repair")
     given = proposal.card.get("evidence")
     evidence = dict(given) if isinstance(given, dict) else {}
     for key, one in (("failing", bad), ("repaired", good)):
         row = evidence.get(key)
-        evidence[key] = (dict(row) if isinstance(row, dict) else {}) | {"outcome": one.outcome}
+        fact = {} if patched or one is None else {"outcome": one.outcome}
+        evidence[key] = (dict(row) if isinstance(row, dict) else {}) | fact
     evidence["measured_on"] = {"text2sim": __version__, "genesis-world": version("genesis-world")}
-    return {**proposal.card, "evidence": evidence}, bad, good
+    draft = Draft({**proposal.card, "evidence": evidence}, failing, repaired)
+    try:
+        check_card(yaml_text(draft.data), failing=failing, repaired=repaired)
+    except SpecError as error:
+        raise Wrong([f"{where}: {problem.path}: {problem.message}" for problem in error.problems[:8]]) from None
+    return draft
+
+
+def _patched(text: str, operations: list[dict[str, Any]], where: str) -> str:
+    if not operations:
+        return text
+    try:
+        return revise(Source(text, "case.yaml"), Path("case.yaml"), operations).text
+    except PatchError as error:
+        raise Wrong([f"{where}: {error}"]) from None
+    except SpecError as error:
+        raise Wrong([f"{where}: {problem.path}: {problem.message}" for problem in error.problems[:4]]) from None
+
+
+def told(attempts: Mapping[int, Tried]) -> str:
+    """What happened in a loop, attempt by attempt."""
+    return "\n\n".join(_told(one, attempts.get(one.number - 1)) for one in attempts.values())
 
 
 def _told(one: Tried, before: Tried | None) -> str:
@@ -154,6 +202,7 @@ def _told(one: Tried, before: Tried | None) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def _form() -> str:
+def form() -> str:
+    """How a proposal is written."""
     schema = json.dumps(card_schema(), ensure_ascii=False, separators=(",", ":"))
     return f"  - {{failing: 1, repaired: 2, card: {{…}}}}      # card: as this JSON Schema says\n# {schema}"

@@ -4,6 +4,7 @@ from typing import get_args
 
 from text2sim.card_library.library import BUILT_IN, MAX_CARD, MAX_CASE, Entry, Library, load_library
 from text2sim.card_library.model import Mode, Role
+from text2sim.card_library.retrieval import SAME
 
 _INTRODUCTION = """\
 <!-- Made by `python -m text2sim.card_library.reference`: change the cards in text2sim/card_library, not this page. -->
@@ -54,6 +55,30 @@ title, tags, signatures, symptoms and causes), then the mode of the scene. The o
 `text2sim.card_library.retrieval.find_cards`, `Library.index` for the list that a Planner chooses from, and
 `Card.brief(role)` for the text of a prompt.
 
+## How they are learned
+
+```sh
+text2sim cards distill cases/throw --model M                # from one finished loop: failed there, mended there
+text2sim cards distill --suite learning --model M --judge J --out cards --work runs/learning
+text2sim cards ledger cards --runs runs/answers             # what each owes, what it changed, whether it was given
+```
+
+With `--suite` all prompts are answered and judged as `text2sim evaluate` does it. Of each prompt the judge then
+compares request, judgements, attempts and pictures, names a failure with its evidence, and writes a card: of two
+attempts, or of one with a patch that mends it. A card that shares @SAME@ of its words with another says the same: it
+has to be an edit of that one, if that was learned, and is refused if that comes with text2sim. Both cases are run,
+and what does not hold goes back with the reason. The prompt, and those that an edited card owes something to, are
+answered and judged again with the card. It is kept if somebody was given it there and the mean of physical and visual
+score rose by more than repeats of judgements scatter. One loop before and one after are compared: a card may also be
+lucky. At the end cards that say the same become one. Called again, the command goes on where it was.
+
+`ledger.json` beside the cards has, of every card, the prompts and by them the sources to which it owes its lesson,
+the failure and its evidence, the scores before and after, and whether it was kept, rejected or merged. `cards ledger`
+says which made it worse and which nobody was given. `text2sim evaluate run` refuses to answer a suite while
+`TEXT2SIM_CARDS` has a card that owes something to one of its sources or prompts, one that the ledger does not know
+(`distill CASE` makes such), or one that has changed since it was entered. `distill --suite` refuses a suite that
+shares a source with `demonstrations`; `--apart-from` names more.
+
 ## The cards
 
 """
@@ -63,6 +88,7 @@ def cards_reference(library: Library | None = None) -> str:
     """Text of the page."""
     entries = (library or load_library([BUILT_IN])).entries.values()
     intro = _INTRODUCTION.replace("@MODES@", ", ".join(get_args(Mode))).replace("@ROLES@", ", ".join(get_args(Role)))
+    intro = intro.replace("@SAME@", f"{SAME:.0%}".replace("%", " %"))
     intro = intro.replace("@CARD@", f"{MAX_CARD:,}").replace("@CASE@", f"{MAX_CASE:,}")
     rows = ["| card | lesson | failing | repaired |", "|---|---|---|---|", *map(_row, entries)]
     return intro + "\n".join(rows) + "\n"

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import typer
 
+from text2sim.cli.learned_cards import distill_cards, show_ledger
 from text2sim.service import exits
 
 if TYPE_CHECKING:
@@ -187,28 +188,5 @@ def _versions(measured_on: dict[str, str]) -> str:
     return ", ".join(f"{name} {version}" for name, version in measured_on.items())
 
 
-@cards.command("distill")
-def distill_cards(
-    case: Annotated[Path, typer.Argument(metavar="CASE", help="A case folder in which agents have worked.")],
-    model: Annotated[str, typer.Option("--model", envvar="TEXT2SIM_MODEL", help="Who proposes cards.")],
-    out: Annotated[Path, typer.Option("--out", help="Folder of cards to which they are added.")] = Path("cards"),
-    as_json: AsJson = False,
-) -> None:
-    """Propose cards from the failed and mended attempts of a finished loop; `verify` then runs them."""
-    from text2sim.agents.conversation import Conversation
-    from text2sim.agents.distilling import distill
-    from text2sim.agents.journal import Journal
-    from text2sim.agents.models.calls import Account, Budget, CallLog
-    from text2sim.agents.session import endpoint_of
-    from text2sim.cli.output import say, say_json
-
-    folder = case / "generation"
-    journal = Journal(folder / "distilled.jsonl")
-    desk = Conversation({"": endpoint_of(model, case)}, CallLog(folder / "calls"), Account(), Budget(), journal)
-    written = distill(desk, case, out)
-    if as_json:
-        say_json({"ok": True, "cards": [str(out / name) for name in written]})
-        return
-    for name in written:
-        say(str(out / name))
-    say(f"next: TEXT2SIM_CARDS={out} text2sim cards verify {' '.join(written)}" if written else "nothing to learn here")
+cards.command("distill")(distill_cards)
+cards.command("ledger")(show_ledger)

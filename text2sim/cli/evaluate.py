@@ -1,5 +1,6 @@
 """The commands `text2sim evaluate`: suites, methods, judges, tables."""
 
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -101,14 +102,18 @@ def run_methods(
 
     What is answered stays as it is with `--resume`. Exit code 1: a method left nothing for some prompt.
     """
+    from text2sim.card_library.library import VARIABLE
     from text2sim.cli.output import say
+    from text2sim.evaluation.ledger import check_split
     from text2sim.evaluation.method_folder import METHOD, read_method
     from text2sim.evaluation.methods import Allowance, method_of, run_method
     from text2sim.evaluation.suite import read_suite, selected
     from text2sim.spec_schema.errors import RunError
 
-    read, _ = read_suite(suite)
+    read, document = read_suite(suite)
     prompts, chosen = selected(read, only or []), [method_of(word) for word in methods]
+    if any(one.cards for one in chosen) and (more := os.environ.get(VARIABLE)):
+        check_split(read, document, Path(more))
     if any(one.kind == "agent" for one in chosen) and not allow_code:
         raise RunError("`agent` runs Python that a model has written, in no sandbox; if you want that: --allow-code")
     if begun := [one.name for one in chosen if (out / one.name / METHOD).exists()]:

@@ -11,9 +11,11 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from time import monotonic
+from types import MappingProxyType
 from typing import Any, Literal
 
 from text2sim import __version__
+from text2sim.card_library.library import VARIABLE
 from text2sim.evaluation.documents import write_json
 from text2sim.evaluation.method_folder import (
     CASE,
@@ -48,6 +50,8 @@ class Method:
     name: str
     kind: Literal["text2sim", "agent", "command"]
     cards: bool = True
+    library: str = ""
+    """Folder of cards besides those that come with text2sim, for `text2sim`; that of the environment if empty."""
     command: tuple[str, ...] = ()
     """Words, with `{prompt}`, `{prompt_file}` and `{folder}`."""
 
@@ -161,7 +165,8 @@ def _text2sim(
     for option in ("tokens", "cost", "minutes"):
         if (value := getattr(allowance, option)) is not None:
             words += [f"--{option}", str(value)]
-    code, said = _ours(words + ([] if method.cards else ["--no-cards"]), place / "generate.log")
+    cards = {VARIABLE: method.library} if method.library else {}
+    code, said = _ours(words + ([] if method.cards else ["--no-cards"]), place / "generate.log", cards)
     if "account" not in said:
         why = f"text2sim generate: {said.get('error') or said.get('problems') or f'exit code {code}'}"[:4000]
         if code == BUG:
@@ -245,11 +250,15 @@ def _filled(word: str, blanks: Mapping[str, str]) -> str:
     return re.sub("|".join(map(re.escape, blanks)), lambda found: blanks[found[0]], word)
 
 
-def _ours(words: Sequence[str], log: Path) -> tuple[int, dict[str, Any]]:
+def _ours(
+    words: Sequence[str], log: Path, variables: Mapping[str, str] = MappingProxyType({})
+) -> tuple[int, dict[str, Any]]:
     """Exit code of a command of ours, and the document that it prints; what it says otherwise goes to a log."""
     with log.open("ab") as sink:
         command = [sys.executable, "-m", "text2sim", *words]
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=sink, text=True, check=False)
+        done = subprocess.run(
+            command, stdout=subprocess.PIPE, stderr=sink, text=True, check=False, env=os.environ | variables
+        )
     try:
         found = json.loads(done.stdout)
     except ValueError:

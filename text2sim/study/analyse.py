@@ -10,12 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.evaluation.statistics import estimate
 from text2sim.study.answers import Answer
 from text2sim.study.build import Study
 
-RESAMPLES = 10_000
-LEVEL = 0.95
-"""Confidence of intervals."""
 OVERALL = "all questions"
 
 
@@ -66,18 +64,12 @@ def analyse(study: Study, answers: Sequence[Answer]) -> dict[str, Any]:
 
 
 def _score(means: Sequence[float]) -> dict[str, Any]:
-    """50 + 25 r over tasks, with a percentile bootstrap interval over tasks, by `scipy.stats.bootstrap`."""
-    from scipy.stats import bootstrap
-
-    values = 50 + 25 * np.asarray(means, float)
-    found: dict[str, Any] = {"score": float(values.mean()) if len(values) else None, "tasks": len(values)}
-    if len(values) > 1:
-        made = bootstrap(
-            (values,), np.mean, n_resamples=RESAMPLES, confidence_level=LEVEL, method="percentile",
-            rng=np.random.default_rng(0),
-        )  # fmt: skip
-        found |= {"low": float(made.confidence_interval.low), "high": float(made.confidence_interval.high)}
-    return found
+    """50 + 25 r over tasks, with the interval over tasks that the tables of `evaluation` have, too."""
+    found = estimate([50 + 25 * r for r in means])
+    if found is None:
+        return {"score": None, "tasks": 0}
+    interval = {"low": found.low, "high": found.high} if found.count > 1 else {}
+    return {"score": found.mean, "tasks": found.count, **interval}
 
 
 def alpha(groups: Sequence[Sequence[float]]) -> float | None:

@@ -1,0 +1,143 @@
+"""The commands `text2sim cards distill` and `cards ledger`: cards that are learned, and what they owe and did."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from text2sim.cli.generate import Attempts, Cost, Minutes, Model, SimTimeout, Tokens
+
+if TYPE_CHECKING:
+    from text2sim.evaluation.methods import Allowance
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
+HELD_OUT = "demonstrations"
+"""The suite from whose sources nothing is learned."""
+
+
+def distill_cards(
+    case: Annotated[
+        Path | None, typer.Argument(metavar="[CASE]", help="A case folder in which agents have worked.")
+    ] = None,
+    suite: Annotated[Path | None, typer.Option("--suite", help="Learn from the prompts of a suite instead.")] = None,
+    model: Model = None,
+    judge: Annotated[str, typer.Option("--judge", help="Who judges and looks back; `--model` if left out.")] = "",
+    out: Annotated[Path, typer.Option("--out", help="Folder of cards to which they are added.")] = Path("cards"),
+    work: Annotated[
+        Path, typer.Option("--work", help="Folder for answers, judgements and runs of a suite; goes on with it.")
+    ] = Path("runs/learning"),
+    apart: Annotated[
+        list[Path] | None, typer.Option("--apart-from", metavar="SUITE", help="One more suite with no common source.")
+    ] = None,
+    only: Annotated[list[str] | None, typer.Option("--only", metavar="ID", help="Only this prompt.")] = None,
+    repeats: Annotated[int, typer.Option("--repeats", min=1, max=20, help="Judgements of each kind.")] = 3,
+    attempts: Attempts = 30,
+    tokens: Tokens = None,
+    cost: Cost = None,
+    minutes: Minutes = None,
+    sim_timeout: SimTimeout = 3600.0,
+    as_json: AsJson = False,
+) -> None:
+    """Learn cards from a finished loop, which `verify` then runs, or from a suite, where they are run and tried.
+
+    With --suite all prompts are answered and judged; of each the judge looks back at what failed and writes a card.
+    Both its cases are run, the prompt is answered again with it, and it is kept only if that gets better. The ledger
+    beside the cards keeps what each owes to which source. Called again, it goes on where it was.
+    """
+    from text2sim.spec_schema.errors import RunError
+
+    if (case is None) == (suite is None):
+        raise RunError("say what to learn from: a CASE, or --suite SUITE")
+    if not model:
+        raise RunError("say which model answers: --model MODEL (or the variable TEXT2SIM_MODEL)")
+    if case is not None:
+        _from_case(case, judge or model[-1], out, as_json)
+        return
+    assert suite is not None
+    from text2sim.cli.output import say_json
+    from text2sim.evaluation.ledger import read_ledger
+    from text2sim.evaluation.methods import Allowance
+
+    allowance = Allowance(attempts, tokens, cost, minutes, sim_timeout)
+    _from_suite(suite, apart or [], only or [], model, judge or model[-1], out, work, repeats, allowance)
+    if as_json:
+        say_json(read_ledger(out).model_dump(mode="json", exclude={"prompts"}))
+    else:
+        show_ledger(out)
+
+
+def _from_case(case: Path, model: str, out: Path, as_json: bool) -> None:
+    from text2sim.agents.conversation import Conversation
+    from text2sim.agents.distilling import distill
+    from text2sim.agents.journal import Journal
+    from text2sim.agents.models.calls import Account, Budget, CallLog
+    from text2sim.agents.session import endpoint_of
+    from text2sim.cli.output import say, say_json
+
+    folder = case / "generation"
+    journal = Journal(folder / "distilled.jsonl")
+    desk = Conversation({"": endpoint_of(model, case)}, CallLog(folder / "calls"), Account(), Budget(), journal)
+    written = distill(desk, case, out)
+    if as_json:
+        say_json({"ok": True, "cards": [str(out / name) for name in written]})
+        return
+    for name in written:
+        say(str(out / name))
+    say(f"next: TEXT2SIM_CARDS={out} text2sim cards verify {' '.join(written)}" if written else "nothing to learn here")
+
+
+def _from_suite(
+    suite: Path, apart: list[Path], only: list[str], model: list[str], judge: str, out: Path, work: Path, repeats: int,
+    allowance: "Allowance",
+) -> None:  # fmt: skip
+    from text2sim.cli.output import say
+    from text2sim.evaluation.learning import Learning
+    from text2sim.evaluation.suite import complete, read_suite, selected, shared_sources
+    from text2sim.runtime.stop import Stop
+    from text2sim.spec_schema.errors import SpecError
+
+    read, document = read_suite(suite)
+    complete(read, document)
+    held_out = [read_suite(other)[0] for other in (Path(HELD_OUT), *apart)]
+    if problems := [row for other in held_out for row in shared_sources(read, other, document)]:
+        raise SpecError(problems)
+    with Stop() as stop, stop.gently():
+        Learning(
+            read, selected(read, only), out, work, model, judge, allowance, lambda line: say(line, to=sys.stderr),
+            repeats, stop=lambda: stop.count > 0,
+        ).run()  # fmt: skip
+
+
+def show_ledger(
+    cards: Annotated[Path, typer.Argument(metavar="CARDS", help="Folder of learned cards.")] = Path("cards"),
+    runs: Annotated[
+        list[Path] | None, typer.Option("--runs", help="A folder with loops of `generate`: who was given which card.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Say of every learned card what it owes to which source, what it changed, and whether anybody was given it."""
+    from text2sim.cli.output import say, say_json
+    from text2sim.evaluation.ledger import read_ledger, retrieved
+
+    ledger = read_ledger(cards)
+    loops, dealt = retrieved(runs or [])
+    if as_json:
+        found = {name: one.model_dump(mode="json") | {"dealt": dealt[name]} for name, one in ledger.cards.items()}
+        say_json({"loops": loops, "cards": found})
+        return
+    for name, one in ledger.cards.items():
+        notes = [one.state]
+        if any(row.dealt for row in one.tried):
+            notes.append(f"{one.gain:+.1f} points where it was tried{': MADE IT WORSE' if one.gain < 0 else ''}")
+        elif one.tried:
+            notes.append("NEVER RETRIEVED where it was tried")
+        if loops and one.state == "kept":
+            notes.append(f"given to somebody in {dealt[name]} of {loops} loops" if dealt[name] else
+                         f"NEVER RETRIEVED in {loops} loops")  # fmt: skip
+        say(f"{name}: {'; '.join(notes)}")
+        for debt in one.owes:
+            source = ledger.prompts[debt.prompt].source
+            say(f"    owes {source.title} ({source.authors}, {source.year}; {debt.prompt}): {debt.failure}")
+    if not ledger.cards:
+        say("nothing was learned here")

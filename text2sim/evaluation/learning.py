@@ -1,0 +1,305 @@
+"""Cards that are learned from a suite: what failed is looked back at, and a card is kept only if that gets better.
+
+WORK/rounds/<round>/<prompt>/    how prompts were answered: `before`, then once for each card that is tried
+WORK/judged/<round>/             what judges said of that
+WORK/lessons/<prompt>/           what was asked and answered about its lesson, and lesson.json, what came of it
+WORK/cards/<round>/              the library with which a round was answered: the cards kept so far, and the one tried
+"""
+
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from itertools import combinations
+from math import sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
+from text2sim.agents.distilling import Draft, Proposal, attempts_of, drafted, told
+from text2sim.agents.journal import Journal
+from text2sim.agents.models.calls import Account as Spent
+from text2sim.agents.models.calls import Budget, CallLog
+from text2sim.agents.models.endpoint import never
+from text2sim.agents.replies import Answer
+from text2sim.agents.yaml_text import yaml_text
+from text2sim.card_library.library import BUILT_IN, Entry, Library, check_card, load_library
+from text2sim.card_library.model import Card, card_schema
+from text2sim.card_library.retrieval import SAME, alike
+from text2sim.card_library.verify import TIMEOUT, verify_card
+from text2sim.evaluation.documents import write_json
+from text2sim.evaluation.exhibit import exhibit_of
+from text2sim.evaluation.judging import KINDS, Judgement, Judging, judge_endpoint
+from text2sim.evaluation.ledger import Account, Debt, Tried, digest_of, enter, read_ledger, retrieved
+from text2sim.evaluation.letters import letter
+from text2sim.evaluation.method_folder import MethodFolder, read_method
+from text2sim.evaluation.methods import Allowance, Method, run_method
+from text2sim.evaluation.statistics import case_scores, spread_within
+from text2sim.evaluation.suite import Prompt, Suite
+from text2sim.recording.run_files import read_json
+from text2sim.spec_schema.errors import SpecError
+
+
+class Lesson(Proposal):
+    """What the evaluator answers: a failure, and a card about it."""
+
+    failure: str
+    evidence: str
+    edits: str = ""
+    """The card that it betters."""
+
+
+class Lessons(Answer):
+    """The lesson of a prompt, if there is one."""
+
+    lesson: Lesson | None
+
+
+class Merged(Answer):
+    """One card in the place of two."""
+
+    keep: str
+    card: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Round:
+    """Prompts that were answered and judged once."""
+
+    made: MethodFolder
+    rows: Sequence[Judgement]
+
+    def scores(self) -> dict[str, float]:
+        """The mean of physical and visual score of each prompt; without those that could not be judged."""
+        parts = [case_scores(self.rows, kind) for kind in KINDS]
+        return {key[1]: float(np.mean([part[key] for part in parts])) for key in parts[0] if key in parts[1]}
+
+    def noise(self, repeats: int) -> float:
+        """The standard error of a score, from how much repeats of judgements differ."""
+        return max((spread_within(self.rows, kind, self.made.name) or 0.0) for kind in KINDS) / sqrt(repeats)
+
+
+@dataclass
+class Learning:
+    """How cards are learned."""
+
+    suite: Suite
+    prompts: Mapping[str, Prompt]
+    """Of the suite: those to learn from."""
+    cards: Path
+    """The folder of learned cards, with its ledger."""
+    work: Path
+    models: Sequence[str]
+    """Who answers prompts, `[ROLE=]MODEL`."""
+    judge: str
+    """Who judges, and looks back; one who judges sees nothing of what the others see."""
+    allowance: Allowance
+    tell: Callable[[str], None]
+    repeats: int = 3
+    """Judgements of each kind."""
+    answer: Callable[..., Path] = run_method
+    """Has prompts answered, as `run_method` does."""
+    budget: Budget = field(default_factory=Budget)
+    stop: Callable[[], bool] = never
+
+    def run(self) -> None:
+        """Answer all prompts, and try a lesson of each; what is at hand already is not done again."""
+        self.cards.mkdir(parents=True, exist_ok=True)
+        before = self._round("before", self.prompts, self.cards)
+        for name in self.prompts:
+            file = self.work / "lessons" / name / "lesson.json"
+            known: Any = read_json(file)
+            if known is None:
+                found = self._lesson(name, before)
+                known = (
+                    {"lesson": None} if found is None else {"lesson": found[0].model_dump(), "draft": asdict(found[1])}
+                )
+                write_json(file, known)
+            if known["lesson"] is not None and not known.get("tried"):
+                self._try(name, Lesson(**known["lesson"]), Draft(**known["draft"]), before)
+                write_json(file, known | {"tried": True})
+        self.consolidate()
+
+    def _round(self, label: str, prompts: Mapping[str, Prompt], library: Path) -> Round:
+        method = Method(label, "text2sim", library=str(library.resolve()))
+        folder = self.answer(self.suite, prompts, method, self.models, self.allowance, self.work / "rounds", self.tell)
+        made = read_method(folder)
+        out = self.work / "judged" / label
+        judging = Judging(self.suite, [made], [self.judge], out, self.repeats, self.budget, self.stop)
+        return Round(made, judging.run(prompts, self.tell))
+
+    def _desk(self, name: str) -> Conversation:
+        folder = self.work / "lessons" / name
+        endpoint = judge_endpoint(self.judge, f"lesson-{name}")
+        log, journal = CallLog(folder / "calls"), Journal(folder / "journal.jsonl")
+        return Conversation({"": endpoint}, log, Spent(), self.budget, journal, self.stop)
+
+    def _library(self) -> Library:
+        return load_library([self.cards])
+
+    def _lesson(self, name: str, before: Round) -> tuple[Lesson, Draft] | None:
+        """Have somebody look back at how a prompt was answered, until the card holds."""
+        score, made = before.scores().get(name), before.made.made.get(name)
+        attempts = attempts_of(made.folder / "case") if made is not None else {}
+        if made is None or score is None or not attempts:
+            self.tell(f"{name}: nothing to learn from: {'not judged' if attempts else 'no attempt was made'}")
+            return None
+        library, built_in = self._library(), load_library([BUILT_IN])
+        everything = {**built_in.entries, **library.entries}
+        shown = exhibit_of(made)
+        question = letter(
+            "learn_ask", prompt=self.prompts[name], attempts=told(attempts), frames=shown.frames,
+            findings=_findings(before.rows, name), learned=", ".join(library.entries) or "none",
+            built_in=", ".join(built_in.entries),
+            **{kind: f"{case_scores(before.rows, kind)[before.made.name, name]:.0f}" for kind in KINDS},
+        )  # fmt: skip
+        drafts: list[Draft] = []
+
+        def check(answer: Lessons) -> None:
+            drafts.clear()
+            if answer.lesson is None:
+                return
+            draft = drafted(answer.lesson, attempts)
+            self._fits(answer.lesson.edits, draft, library, everything)
+            self._holds(draft, self.work / "cards" / f"asked-{name}")
+            drafts.append(draft)
+
+        def pages(names: list[str]) -> str:
+            return "\n\n".join(everything[one].card.brief() for one in names if one in everything) or "There is none."
+
+        images = shown.frames.images if shown.frames is not None else ()
+        system = letter("learn", schema=yaml_text(card_schema()))
+        try:
+            answer: Lessons = self._desk(name).ask(
+                "evaluator", system, question, typed(Lessons, check), images, more=pages
+            )
+        except RoleFailed as failed:
+            self.tell(f"{name}: {failed}")
+            return None
+        if answer.lesson is None:
+            self.tell(f"{name}: nothing to learn here")
+            return None
+        return answer.lesson, drafts[0]
+
+    def _fits(self, edits: str, draft: Draft, library: Library, everything: Mapping[str, Entry]) -> None:
+        """Refuse a card that says what another says, and one that edits what it may not."""
+        card = Card.model_validate(draft.data)
+        if edits and edits not in library.entries:
+            raise Wrong(
+                [f"/edits: no card `{edits[:60]}` was learned; there are: {', '.join(library.entries) or 'none'}"]
+            )
+        if edits and card.id != edits:
+            raise Wrong([f"/card/id: it edits `{edits}`, and has to have its id"])
+        if not edits and card.id in everything:
+            raise Wrong([f"/card/id: there is a card `{card.id}` already"])
+        for entry in everything.values():
+            if entry.id != edits and alike(card, entry.card) >= SAME:
+                way = f"edit it (`edits: {entry.id}`)" if entry.id in library.entries else "it comes with text2sim"
+                raise Wrong([f"/card: it says the same as `{entry.id}`: {way}"])
+
+    def _holds(self, draft: Draft, folder: Path) -> None:
+        """Run both cases of a card."""
+        place = folder / str(draft.data["id"])
+        shutil.rmtree(folder, ignore_errors=True)
+        draft.write(place)
+        entry = Entry(Card.model_validate(draft.data), place)
+        verdict = verify_card(entry, runs=self.work / "runs", timeout=min(TIMEOUT, self.allowance.sim_timeout))
+        if not verdict.ok:
+            raise Wrong([f"the card does not hold: {verdict.message}"])
+
+    def _try(self, name: str, lesson: Lesson, draft: Draft, before: Round) -> None:
+        """Answer the prompts that a card is about again, with it; keep it if they get better."""
+        id = str(draft.data["id"])
+        ledger = read_ledger(self.cards)
+        known = ledger.cards.get(id)
+        affected = {name, *(debt.prompt for debt in known.owes)} if known and lesson.edits else {name}
+        prompts = {one: prompt for one, prompt in self.prompts.items() if one in affected}
+        entry = Entry(Card.model_validate(draft.data), self.work / "cards" / f"asked-{name}" / id)
+        label = f"with-{id}-{digest_of(entry)[:8]}"
+        library = self.work / "cards" / label
+        if not library.exists():
+            shutil.copytree(self.cards, library)
+            draft.write(library / id)
+        after = self._round(label, prompts, library)
+        was, now = before.scores(), after.scores()
+        tried = [
+            Tried(
+                prompt=one, before=was[one], after=now[one], dealt=retrieved([after.made.made[one].folder])[1][id] > 0
+            )
+            for one in prompts
+            if one in was and one in now
+        ]
+        account = Account(
+            state="rejected", digest=digest_of(entry), tried=tried,
+            owes=[Debt(prompt=name, failure=lesson.failure, evidence=lesson.evidence)],
+        )  # fmt: skip
+        noise = sqrt(before.noise(self.repeats) ** 2 + after.noise(self.repeats) ** 2) / sqrt(max(1, len(tried)))
+        kept = any(one.dealt for one in tried) and account.gain > noise
+        if kept:
+            account = account.model_copy(update={"state": "kept"})
+            draft.write(self.cards / id)
+        if kept or not (known and lesson.edits):  # a bettered card that is not better leaves the old one as it was
+            enter(self.cards, id, account, {name: self.prompts[name]})
+        why = f"{account.gain:+.1f} points (noise {noise:.1f})" if any(one.dealt for one in tried) else "never dealt"
+        self.tell(f"{name}: {id}: {account.state}: {why}")
+
+    def consolidate(self) -> None:
+        """Have one card written in the place of two that say the same."""
+        for first, second in combinations(self._library().entries, 2):
+            there, known = self._library().entries, read_ledger(self.cards).cards
+            if (
+                not {first, second} <= there.keys() & known.keys()
+                or alike(there[first].card, there[second].card) < SAME
+            ):
+                continue
+            pair = {name: there[name] for name in (first, second)}
+            question = letter("merge_ask", cards=[entry.card.brief() for entry in pair.values()])
+            system = letter("merge", ids=list(pair), schema=yaml_text(card_schema()))
+            drafts: list[Draft] = []
+
+            def check(answer: Merged, pair: Mapping[str, Entry] = pair, drafts: list[Draft] = drafts) -> None:
+                if answer.keep not in pair:
+                    raise Wrong([f"/keep: is {' or '.join(pair)}"])
+                kept = pair[answer.keep]
+                evidence = kept.card.evidence.model_dump(mode="json")
+                draft = Draft(
+                    {**answer.card, "id": kept.id, "evidence": evidence},
+                    kept.failing.read_text("utf-8"), kept.repaired.read_text("utf-8"),
+                )  # fmt: skip
+                try:
+                    check_card(yaml_text(draft.data), failing=draft.failing, repaired=draft.repaired)
+                except SpecError as error:
+                    raise Wrong([f"{one.path}: {one.message}" for one in error.problems[:8]]) from None
+                drafts[:] = [draft]
+
+            answer: Merged = self._desk(f"{first}-{second}").ask("evaluator", system, question, typed(Merged, check))
+            self._merge(pair, answer.keep, drafts[0])
+
+    def _merge(self, pair: Mapping[str, Entry], keep: str, draft: Draft) -> None:
+        (gone,) = set(pair) - {keep}
+        ledger = read_ledger(self.cards)
+        draft.write(self.cards / keep)
+        shutil.rmtree(self.cards / gone)
+        mine, its = ledger.cards[keep], ledger.cards[gone]
+        digest = digest_of(pair[keep])
+        enter(self.cards, keep, mine.model_copy(update={"digest": digest, "owes": [*mine.owes, *its.owes]}), {})
+        enter(self.cards, gone, its.model_copy(update={"state": "merged"}), {})
+        self.tell(f"{gone}: merged into {keep}")
+
+
+def _findings(rows: Sequence[Judgement], name: str) -> list[str]:
+    """What judges had to say against an answer."""
+    found = []
+    for row in rows:
+        reply = row.reply or {}
+        if row.turn.prompt != name or row.turn.kind != "physical":
+            continue
+        marks = reply.get("requirements", {}).items()
+        found += [f"{what}: {one['mark']:g}: {one['evidence']}" for what, one in marks if one["mark"] < 1]
+        bans = reply.get("prohibitions", {}).items()
+        found += [
+            f"{what}: violated ({one['violated']}): {one['evidence']}" for what, one in bans if one["violated"] != "no"
+        ]
+        found += [why] if (why := row.why or reply.get("why", "")) else []
+    return list(dict.fromkeys(found))

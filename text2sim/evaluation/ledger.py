@@ -1,0 +1,141 @@
+"""The ledger of learned cards: which source each owes its lesson to, and what it did when it was tried.
+
+It lies beside the cards, as CARDS/ledger.json. No suite is answered with cards that owe something to its sources, nor
+with cards of which nobody knows to whom they owe it.
+"""
+
+from collections import Counter
+from collections.abc import Iterable
+from hashlib import sha256
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, StringConstraints
+
+from text2sim.card_library.library import BUILT_IN, Entry, load_library
+from text2sim.card_library.model import CardId
+from text2sim.evaluation.documents import read_model, write_json
+from text2sim.evaluation.suite import Prompt, Suite, shared_sources
+from text2sim.recording.run_files import read_json
+from text2sim.spec_schema.errors import Problem, SpecError
+from text2sim.spec_schema.models.base import Model, Name
+from text2sim.spec_schema.text.document import Document
+
+LEDGER = "ledger.json"
+Sentence = Annotated[str, StringConstraints(min_length=3, max_length=2000)]
+
+
+class Debt(Model):
+    """What a card owes to a prompt, and by that to its source."""
+
+    prompt: Name
+    failure: Sentence
+    evidence: Sentence
+
+
+class Tried(Model):
+    """A prompt that was answered again with the card."""
+
+    prompt: Name
+    before: float
+    after: float
+    dealt: bool
+    """Whether somebody was given the card."""
+
+
+class Account(Model):
+    """What is known of a card."""
+
+    state: Literal["kept", "rejected", "merged"]
+    digest: str
+    """Of its files."""
+    owes: Annotated[list[Debt], Field(min_length=1)]
+    tried: list[Tried] = []
+
+    @property
+    def gain(self) -> float:
+        """Mean change of the scores of the prompts that were answered again."""
+        return sum(one.after - one.before for one in self.tried) / max(1, len(self.tried))
+
+
+class Ledger(Model):
+    """All that was learned, also what was not kept."""
+
+    format: Literal[1] = 1
+    prompts: dict[Name, Prompt] = {}
+    """From which something was learned, with their sources."""
+    cards: dict[CardId, Account] = {}
+
+
+def read_ledger(cards: Path) -> Ledger:
+    """Read the ledger of a folder of cards; an empty one where there is none."""
+    return read_model(cards / LEDGER, Ledger, "a ledger")[0] if (cards / LEDGER).exists() else Ledger()
+
+
+def enter(cards: Path, card: str, account: Account, prompts: dict[str, Prompt]) -> None:
+    """Write down what is known of a card now; what it owed before, it still owes."""
+    before = read_ledger(cards)
+    if (known := before.cards.get(card)) is not None:
+        owed = [*known.owes, *(debt for debt in account.owes if debt not in known.owes)]
+        account = account.model_copy(update={"owes": owed})
+    sources = before.prompts | {name: one.model_copy(update={"requirements": None}) for name, one in prompts.items()}
+    made = Ledger(prompts=sources, cards=before.cards | {card: account})
+    write_json(cards / LEDGER, made.model_dump(mode="json"))
+
+
+def digest_of(entry: Entry) -> str:
+    """SHA-256 of a card's three files."""
+    files = (entry.folder / "card.yaml", entry.failing, entry.repaired)
+    return sha256(b"\0".join(file.read_bytes() for file in files)).hexdigest()
+
+
+def check_split(suite: Suite, document: Document, cards: Path | None) -> None:
+    """Refuse to answer a suite with cards that were learned from its sources.
+
+    Args:
+        suite: The suite.
+        document: Where it stands.
+        cards: Folder of cards besides those that come with text2sim; None if there is none.
+
+    Raises:
+        SpecError: If a card owes something to a source of the suite, or the ledger does not know it as it is.
+    """
+    if cards is None or cards.resolve() == BUILT_IN:
+        return
+    ledger, file = read_ledger(cards), str(cards / LEDGER)
+    problems = []
+    for entry in load_library([cards]).entries.values():
+        account = ledger.cards.get(entry.id)
+        if account is None or account.digest != digest_of(entry):
+            what = "nobody knows what it owes to whom" if account is None else "it has changed since it was entered"
+            problems.append(Problem("/cards", f"`{entry.id}`: {what}", file=file, rule="unknown-source"))
+    problems += shared_sources(suite, learned_from(ledger, cards), document)
+    if problems:
+        raise SpecError(problems)
+
+
+def learned_from(ledger: Ledger, cards: Path) -> Suite:
+    """The prompts to which cards owe something that may be dealt, as a suite.
+
+    Raises:
+        SpecError: If a prompt is missing.
+    """
+    there = {entry.id for entry in load_library([cards]).entries.values()}
+    owed = [debt.prompt for name, one in ledger.cards.items() if name in there for debt in one.owes]
+    if missing := [name for name in owed if name not in ledger.prompts]:
+        what = f"the sources of {', '.join(missing)} are missing"
+        raise SpecError([Problem("/prompts", what, file=str(cards / LEDGER), rule="unknown-source")])
+    # A suite without prompts is none; this one is compared with others and never answered.
+    return Suite.model_construct(name="the ledger of cards", prompts={name: ledger.prompts[name] for name in owed})
+
+
+def retrieved(folders: Iterable[Path]) -> tuple[int, Counter[str]]:
+    """Return how many loops there are below some folders, and in how many of them each card was dealt."""
+    runs, dealt = 0, Counter[str]()
+    for file in sorted({file for folder in folders for file in folder.rglob("generation/run.json")}):
+        record = read_json(file)
+        cards = record.get("cards") if isinstance(record, dict) else None
+        if isinstance(cards, dict):
+            runs += 1
+            dealt.update({str(card) for row in cards.values() if isinstance(row, list) for card in row})
+    return runs, dealt
