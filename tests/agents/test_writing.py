@@ -132,8 +132,30 @@ def test_a_writer_reads_what_its_plan_needs_and_little_more() -> None:
     assert "SoftMaterial" not in pages
     assert "range_deg" not in pages, "nothing is mounted"
     sizes = {section: len(reading(section, PLAN)) for section in SECTIONS}
-    assert sum(sizes.values()) < 36_000, sizes
+    assert sum(sizes.values()) < 31_000, sizes
     assert len(language.pages("bodies")) > 3 * len(pages)
+
+
+def test_what_a_plan_says_in_passing_brings_no_pages() -> None:
+    agreed = PLAN.model_copy(update={"shared": ["torque that is needed: 93 N m; friction 0.5"]})
+    actions = reading("actions", agreed)
+    assert "- `torque`:" not in actions, "a unit is no control"
+    hold = reading("actions", agreed.model_copy(update={"briefs": {"actions": "Two holds (`attach`)."}}))
+    assert "- `attach`:" in hold
+    assert "deform" not in hold.partition("- `attach`:")[2].partition("- `to`")[0].partition("  - ")[2], (
+        "nothing deforms"
+    )
+    assert "noslip" not in reading("scene", agreed)
+
+
+def test_a_mending_letter_has_the_pages_that_its_problems_name(tmp_path: Path) -> None:
+    model = Scripted({"bodies": [fenced("patch: []")]})
+    problems = ["/bodies/ball/mount: a ring of soft cloth would fit in a box or on a cone; give it a `hinge` [x]"]
+    change_section(desk(tmp_path, model), "bodies", PLAN, CASE, "Mend this.", problems, "", FILE)
+    asked = model.questions("bodies")[0]
+    assert "- `hinge`:" in asked
+    assert "- `cone`:" not in asked
+    assert "- `cloth`:" not in asked
 
 
 def test_a_change_reads_only_what_its_instruction_names(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterable
 
 from pydantic import BaseModel
 
+from text2sim.spec_schema.models import soft_measures
 from text2sim.spec_schema.published.language_reference import field_rows, load_examples, section_kinds, shared_bases
 from text2sim.spec_schema.published.reference_sections import Section
 from text2sim.spec_schema.vocabulary.docstrings import model_doc
@@ -55,11 +56,11 @@ def section_brief(section: Section, only: Collection[str] | None = None, *, intr
 
 
 def kinds_line_by_line(section: Section) -> str:
-    """Return a page with a line and an example for each kind: enough to use most of them."""
+    """Return a page with a line for each kind, and an example (of what deforms, that alone): enough to use most."""
     examples = load_examples().get(section.examples, {})
     lines = [f"## {section.title}", plain(section.intro).strip(), "Written `NAME: {kind: KIND, …}`:"]
     models = section_kinds(section.models)
-    bases = shared_bases(list(models.values()))
+    bases, deforming = shared_bases(list(models.values())), []
     for base in bases:
         having = [f"`{kind}`" for kind, model in models.items() if issubclass(model, base)]
         inherited = [other for other in bases if other is not base and issubclass(base, other)]
@@ -74,7 +75,12 @@ def kinds_line_by_line(section: Section) -> str:
         own = [f"`{key}`" for key, _, default, _ in field_rows(model, shared_bases(list(models.values())))
                if default != "required" and f"{key}:" not in text]  # fmt: skip
         more = f"; also {', '.join(own)}" if own else ""
-        lines.append(f"- `{kind}`: {model_doc(model).partition('. ')[0].removesuffix('.')}. `{text}`{more}")
+        if model.__module__ == soft_measures.__name__:
+            deforming.append(f"`{kind}` `{text}`")
+        else:
+            lines.append(f"- `{kind}`: {model_doc(model).partition('. ')[0].removesuffix('.')}. `{text}`{more}")
+    if deforming:
+        lines.append(f"- of what deforms, with more by `read`: {', '.join(deforming)}")
     return "\n".join(lines)
 
 

@@ -26,7 +26,7 @@ READS: dict[str, tuple[str, ...]] = {
                "Materials, joints and looks", "Materials of deformable bodies"),
     "actions": ("`actions`: the script", "Controls", "Schedules", "Measures", "Events", "Expectations",
                 "Regions of space", "Regions on bodies"),
-    "expectations": ("Measures", "Events", "Expectations", "Regions of space"),
+    "expectations": ("Measures", "Events", "Expectations"),
     "render": ("`render`: the film", "Shots and overlays", "Cameras", "Lights"),
 }  # fmt: skip
 """Titles of the pages that each reader gets."""
@@ -36,7 +36,8 @@ MPM = frozenset({"soft", "granular", "liquid", "snow"})
 JOINTED = frozenset({"articulated", "hinge", "slider", "ball", "rope", "chain", "net", "ragdoll"})
 COPIES = frozenset({"line", "grid", "ring", "spiral", "stack", "running_bond", "packing", "glyphs"})
 NEEDED: dict[str, frozenset[str]] = {
-    "Contact": frozenset(), "Solver": frozenset(), "Material": frozenset(), "Look": frozenset(), "Pose": frozenset(),
+    "Contact": MPM | {"cloth", "fem", "ipc"}, "Solver": frozenset({"newton", "cg"}), "Material": frozenset(),
+    "Look": frozenset(), "Pose": frozenset(),
     "Mpm": MPM, "Pbd": frozenset({"cloth"}), "Fem": frozenset({"fem"}), "Ipc": frozenset({"ipc"}),
     "SolverBounds": MPM | {"cloth"}, "JointDynamics": frozenset({"articulated"}),
     "Actuator": frozenset({"articulated", "hinge", "slider"}), "Palette": COPIES, "Vary": COPIES,
@@ -56,6 +57,8 @@ PAGES_NEEDED: dict[str, frozenset[str]] = {
 }  # fmt: skip
 """Pages that are there only if one of these is needed."""
 DEFORMING = MPM | {"cloth"}
+PUSHES = frozenset({"wind", "drag", "attraction", "vortex", "turbulence"})
+"""Controls on what deforms alone: words of every day, where nothing does."""
 SOFT_FIELDS = ("touch_soft", "soft_reach", "mpm", "pbd", "fem", "ipc")
 """Fields that only what deforms feels."""
 PLANNED = ("Measures", "Events", "Expectations", "Regions of space")
@@ -68,6 +71,10 @@ PLACES = (
     "What that leaves open is the middle of both, or `at: [x, y]` in the world, `at: {corner: [left, front]}` with "
     "`inset`, `at: {edge: left}`, `align: top`; then `offset`, `clearance: 0.002` (the gap), `facing: table`. Copies "
     'are placed as one pattern; `on: "plate[*]"` puts one on each. More: `read: [Poses and places]`.'
+)
+PLACES_OF_STATICS = (
+    "Or `place`, one of the two, by true shapes: `on: table`, `above`, `left_of`, `beside: wall`, `around: pole` and "
+    "others, with `at: [x, y]` in the world, `offset`, `clearance`. More: `read: [Poses and places]`."
 )
 USUAL = frozenset({"ramp", "still"})
 """Kinds that are described to everybody who reads their page."""
@@ -102,7 +109,8 @@ def pages(reader: str, kinds: Collection[str] | None = None) -> str:
             if not only:
                 continue
         if wanted is not None and section.title == "Poses and places":
-            parts.append(f"{section_brief(section, {'Pose'}, intro=False)}\n{PLACES}")
+            pose = _EXAMPLES_OF_PLACE.sub("", section_brief(section, {"Pose"}, intro=False))
+            parts.append(f"{pose}\n{PLACES if reader == 'bodies' else PLACES_OF_STATICS}")
         else:
             parts.append(section_brief(section, only))
     if wanted is not None and reader == "actions":
@@ -119,7 +127,8 @@ def to_plan_with() -> str:
     parts = []
     for section in _sections(READS["expectations"]):
         tabled = isinstance(section.models, tuple)
-        parts.append(section_brief(section) if tabled else kinds_line_by_line(section))
+        # The form of the answer shows expectations by example.
+        parts.append(_BLOCKS.sub("", section_brief(section)) if tabled else kinds_line_by_line(section))
     return "\n\n".join(parts)
 
 
@@ -237,7 +246,10 @@ def vocabulary() -> str:
     """What can be planned with: a line for each kind of body, shape, mount, control, camera, and for each prefab."""
     parts = []
     for section in _sections(INDEXED):
-        rows = [f"- `{kind}`: {_first(model_doc(model))}" for kind, model in section_kinds(section.models).items()]
+        kinds = section_kinds(section.models)
+        rows = [f"- `{kind}`: {_first(model_doc(model))}" for kind, model in kinds.items() if kind not in PUSHES]
+        if some := [f"`{kind}`" for kind in kinds if kind in PUSHES]:
+            rows.append(f"- {', '.join(some)}: fields of force, on mpm and pbd bodies alone")
         parts.append(f"{section.title}\n" + "\n".join(rows))
     return "\n\n".join([*parts, "Prefabs (`use: NAME` in bodies or statics)\n" + prefabs(brief=True)])
 
@@ -332,7 +344,14 @@ def _sections(titles: Iterable[str]) -> list[Section]:
     return [by_title[title] for title in titles]
 
 
-_SOFT_ROWS = re.compile(rf"^- `(?:{'|'.join(SOFT_FIELDS)})`.*\n", re.MULTILINE)
+_BLOCKS = re.compile(r"\n```yaml\n.*?```", re.DOTALL)
+_EXAMPLES_OF_PLACE = re.compile(r"^  e\.g\. `place: .*\n?", re.MULTILINE)
+"""Which `PLACES` tells."""
+_SOFT_ROWS = re.compile(
+    rf"^- `(?:{'|'.join(SOFT_FIELDS)})`.*\n"
+    r"|^ *- `\w+`[^:\n]*: (?:For|Of) (?:bodies that deform|mpm and fem bodies).*\n",
+    re.MULTILINE,
+)
 
 
 def _first(text: str) -> str:

@@ -20,10 +20,8 @@ from text2sim.spec_schema.text.canonical import format_text
 
 AS_WORDS = frozenset({"ball", "line", "free", "text", "still", "rest", "leaves", "turns"})
 """Kinds that are hardly ever meant by the words: a ball is no ball joint."""
-GIST = 200
-"""Characters of what a body is, for the one who only films it."""
-PUSHES = frozenset({"wind", "drag", "attraction", "vortex", "turbulence"})
-"""Controls on what deforms alone: words of every day, where nothing does."""
+GISTS = {"render": 200, "actions": 300}
+"""Characters of what a body is, for those who only film it, or move it."""
 
 
 def write_section(
@@ -104,7 +102,7 @@ def change_section(
         problems=wrong,
         keep=keep,
         instruction=instruction,
-        pages=language.named(section, f"{instruction} {wrong}"),
+        pages=language.named(section, f"{instruction} {_quoted(wrong)}"),
     )
 
     def read(data: Any) -> dict[str, Any] | Refer:
@@ -126,6 +124,11 @@ def change_section(
     )
 
 
+def _quoted(problems: str) -> str:
+    """What problems call by name: their paths, and words of the language. The rest are words of every day."""
+    return " ".join(re.findall(r"`[^`]+`|(?<=- )/[^\s:]+", problems))
+
+
 def plan_for(section: str, plan: CasePlan) -> str:
     """Return what of a plan the Writer of a section needs, as YAML: nothing that stands elsewhere in its letter."""
     data: dict[str, Any] = {"event": plan.event, "duration": plan.duration}
@@ -137,9 +140,9 @@ def plan_for(section: str, plan: CasePlan) -> str:
     bodies = {}
     for name, body in plan.bodies.items():
         row = body.model_dump(mode="json", exclude_defaults=True)
-        # A render writer needs names and what they are; the stage, what stands on it but not how it is made.
-        if section == "render" and len(body.what) > GIST:
-            row["what"] = f"{body.what[:GIST]} …"
+        # Who films or moves it needs names and what they are; the stage, what stands on it but not how it is made.
+        if (gist := GISTS.get(section)) and len(body.what) > gist:
+            row["what"] = f"{body.what[:gist]} …"
         bodies[name] = {"kind": body.kind} if mine and body.kind not in mine else row
     data["bodies"] = bodies
     if section != "render":
@@ -156,7 +159,8 @@ def plan_for(section: str, plan: CasePlan) -> str:
 def reading(section: str, plan: CasePlan) -> str:
     """Return the pages that the Writer of a section gets for a plan."""
     brief = plan.briefs.get(section, "")  # type: ignore[call-overload]
-    kinds = _kinds_for(section, plan, " ".join([brief, *plan.shared]))
+    # What several agree on names forces and motions that are nobody's to write.
+    kinds = _kinds_for(section, plan, brief if section == "actions" else " ".join([brief, *plan.shared]))
     pages = language.pages(section, kinds)
     if section in ("scene", "bodies") and (used := _prefabs_of(plan)):
         pages += "\n\nPrefabs\n\n" + language.prefabs(only=used)
@@ -170,7 +174,7 @@ def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
         given = needed_kinds(plan.model_copy(update={"checks": type(plan.checks)()}))
         found = given | language.kinds_in(said - set(plan.bodies)) - {"ball"}  # a name is no kind
         if not given & (language.DEFORMING | {"pbd"}):
-            found -= PUSHES
+            found -= language.PUSHES
         if section == "actions":  # what is measured is the Planner's; of what is said, only what a brief calls by name
             brief = set(re.findall(r"[a-z][a-z_]+", plan.briefs.get("actions", "").lower()))
             found -= set(language.measured_kinds()) - brief

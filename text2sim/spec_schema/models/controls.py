@@ -175,8 +175,8 @@ class Attach(Model):
     region: BodyRegion | None = None
     """For bodies that deform: which part of it is held; the whole body if left out."""
     points: Annotated[Integer, Field(ge=1, le=10_000)] | None = None
-    """How many points of the region, evenly spread; all of them if left out. With several copies in `to` each of
-    them holds those that are nearest to it."""
+    """Of bodies that deform: how many points of the region, evenly spread; all if left out. With several copies in `to`
+    each of them holds those that are nearest to it."""
     to: Selector
     """What it is attached to: a body or static, or one link, or `world`, which holds it where it is then. Copies pair
     one to one, or all with the one; several copies hold one body that deforms together."""

@@ -137,8 +137,7 @@ class Look(Model):
     """A name (`terracotta`), `#rrggbb`, three numbers in 0..1, a list of names that copies take in turn, and parts and
     links with `repeat`, or a palette (`{palette: okabe_ito}`)."""
     finish: Finish = "rough"
-    """Surface of the body. Grain, weave and brushing, what glass lets through and what metal reflects are seen in path
-    traced films; the preview shows a finish by how it shines. A liquid that is given none is as clear as `glass`."""
+    """Surface of the body; the preview shows how it shines. A liquid that is given none is as clear as `glass`."""
     pattern: Pattern | None = None
     """What lies over the colour."""
     label: Label | None = None
