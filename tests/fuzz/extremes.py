@@ -19,9 +19,13 @@ from typing import Any
 from pydantic import BaseModel
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "spec_schema"))
+
+from staged import edits_of, staged
 
 from text2sim.spec_schema.errors import Text2SimError
 from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.published.language_reference import load_examples
 from text2sim.spec_schema.text.canonical import dump_case
 from text2sim.spec_schema.vocabulary.words import Slot, fields_of
 
@@ -119,6 +123,9 @@ def cases() -> Iterator[tuple[str, dict[str, Any]]]:
     for name, body in BODIES.items():
         yield name, case_of(body)
     yield "actions", case_of(BALL, ACTIONS)
+    for section, kinds in load_examples().items():
+        for kind in kinds:
+            yield f"{section} {kind}", staged(edits_of(section, kind)).raw
 
 
 def numbers(model: BaseModel, path: tuple[Any, ...] = ()) -> Iterator[tuple[tuple[Any, ...], Slot]]:

@@ -6,6 +6,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 from small_case import problems_of, small
+from staged import edits_of
 
 from text2sim import spec_schema
 from text2sim.spec_schema.load import load_text
@@ -13,8 +14,6 @@ from text2sim.spec_schema.models.shapes import Box, Sphere
 from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.published.json_schema import build_schema, schema_text
 from text2sim.spec_schema.published.language_reference import field_rows, language_reference, load_examples
-from text2sim.spec_schema.text.document import parse_document
-from text2sim.spec_schema.text.source import Source
 
 ROOT = Path(spec_schema.__file__).parents[2]
 
@@ -72,53 +71,12 @@ def test_what_is_wrong_is_wrong(validator, stage, edit):
     assert not validator.is_valid(data)
 
 
-PARENTS = {
-    "shapes": "/bodies/ball",
-    "sculpt_parts": "/bodies/ball/shape",
-    "cloth_shapes": "/bodies/curtain",
-    "mounts": "/bodies/ball",
-    "places": "/bodies/ball",
-    "surfaces": "/bodies/ball",
-    "repeats": "/bodies/ball",
-    "regions": "/actions/measures/it",
-    "body_regions": "/actions/controls/it",
-    "bodies": "/bodies",
-    "motions": "/bodies/paddle",
-    "schedules": "/actions/controls/it",
-    "controls": "/actions/controls",
-    "measures": "/actions/measures",
-    "events": "/actions/events",
-    "expectations": "/actions/expect",
-    "cameras": "/render/cameras",
-    "lights": "/render/lights",
-}
-FRAMES = {
-    "regions": {"kind": "count_in", "of": "brick"},
-    "body_regions": {"kind": "force", "body": "ball", "force": [0, 0, 1]},
-    "schedules": {"kind": "force", "body": "ball", "force": [0, 0, 1]},
-}
 EXAMPLES = [(section, kind) for section, kinds in load_examples().items() for kind in kinds]
 
 
 @pytest.mark.parametrize(("section", "kind"), EXAMPLES)
 def test_every_example_is_valid(validator, stage, section, kind):
-    fragment = parse_document(Source(load_examples()[section][kind])).data
-    parent = "/scene/statics/floor" if kind == "plane" else PARENTS[section]
-    edits = {}
-    if section == "sculpt_parts":
-        edits[parent] = {"kind": "sculpt", "parts": fragment}
-    elif section in FRAMES:
-        edits[parent] = {**FRAMES[section], **fragment}
-    else:
-        edits = {f"{parent}/{key}": value for key, value in fragment.items()}
-    if "place" in fragment:
-        edits["/bodies/ball/pose"] = None
-    if section == "expectations":
-        edits["/actions/measures/ball_speed"] = {"kind": "speed", "of": "ball"}
-    if kind == "leaked":
-        edits["/bodies/water"] = {"kind": "liquid", "shape": {"kind": "box", "size": [0.2, 0.2, 0.2]}}
-    if section in ("mounts", "repeats"):  # a ball that hangs or is many is not launched
-        edits |= {"/actions": {}}
+    edits = edits_of(section, kind)
     loaded = stage(edits)
     assert check_references(loaded) == []
     validator.validate(loaded.raw)

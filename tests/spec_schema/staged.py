@@ -1,0 +1,76 @@
+"""A case of some size to change one thing in, and the places in it where the examples of the language stand."""
+
+import copy
+from pathlib import Path
+from typing import Any
+
+from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.loaded import LoadedCase
+from text2sim.spec_schema.published.language_reference import load_examples
+from text2sim.spec_schema.text.canonical import dump_case
+from text2sim.spec_schema.text.document import parse_document, parse_pointer
+from text2sim.spec_schema.text.source import Source, read_source
+
+STAGE = Path(__file__).with_name("stage.yaml")
+PARENTS = {
+    "shapes": "/bodies/ball",
+    "sculpt_parts": "/bodies/ball/shape",
+    "cloth_shapes": "/bodies/curtain",
+    "mounts": "/bodies/ball",
+    "places": "/bodies/ball",
+    "surfaces": "/bodies/ball",
+    "repeats": "/bodies/ball",
+    "regions": "/actions/measures/it",
+    "body_regions": "/actions/controls/it",
+    "bodies": "/bodies",
+    "motions": "/bodies/paddle",
+    "schedules": "/actions/controls/it",
+    "controls": "/actions/controls",
+    "measures": "/actions/measures",
+    "events": "/actions/events",
+    "expectations": "/actions/expect",
+    "cameras": "/render/cameras",
+    "lights": "/render/lights",
+}
+FRAMES = {
+    "regions": {"kind": "count_in", "of": "brick"},
+    "body_regions": {"kind": "force", "body": "ball", "force": [0, 0, 1]},
+    "schedules": {"kind": "force", "body": "ball", "force": [0, 0, 1]},
+}
+
+
+def staged(edits: dict[str, Any] | None = None) -> LoadedCase:
+    """Load the stage with values set at JSON Pointers; None takes a value away."""
+    data = copy.deepcopy(parse_document(read_source(STAGE)).data)
+    for where, value in (edits or {}).items():
+        *way, last = parse_pointer(where)
+        target = data
+        for step in way:
+            target = target.setdefault(step, {}) if isinstance(target, dict) else target[step]
+        if value is None:
+            del target[last]
+        else:
+            target[last] = value
+    return load_text(dump_case(data))
+
+
+def edits_of(section: str, kind: str) -> dict[str, Any]:
+    """Return what puts an example into the stage."""
+    fragment = parse_document(Source(load_examples()[section][kind])).data
+    parent = "/scene/statics/floor" if kind == "plane" else PARENTS[section]
+    edits: dict[str, Any] = {}
+    if section == "sculpt_parts":
+        edits[parent] = {"kind": "sculpt", "parts": fragment}
+    elif section in FRAMES:
+        edits[parent] = {**FRAMES[section], **fragment}
+    else:
+        edits = {f"{parent}/{key}": value for key, value in fragment.items()}
+    if "place" in fragment:
+        edits["/bodies/ball/pose"] = None
+    if section == "expectations":
+        edits["/actions/measures/ball_speed"] = {"kind": "speed", "of": "ball"}
+    if kind == "leaked":
+        edits["/bodies/water"] = {"kind": "liquid", "shape": {"kind": "box", "size": [0.2, 0.2, 0.2]}}
+    if section in ("mounts", "repeats"):  # a ball that hangs or is many is not launched
+        edits |= {"/actions": {}}
+    return edits
