@@ -151,18 +151,7 @@ actions:
   controls:
     hold: {kind: drive, joint: arm, position: 0}
 """,
-        mended="""\
-bodies:
-  arm:
-    kind: rigid
-    shape: {kind: box, size: [0.6, 0.05, 0.05]}
-    material: {mass: 2.0}
-    pose: {pos: [0, 0, 1]}
-    mount: {kind: hinge, axis: y, anchor: [-0.3, 0, 0], actuator: {stiffness: 500, damping: 50, max_force: 8}}
-actions:
-  controls:
-    hold: {kind: drive, joint: arm, position: 0}
-""",
+        mended="bodies: {arm: {mount: {actuator: {max_force: 8}}}}",
         run=lambda facts: one_each(_weak(facts)),
     ),
     Rule(
@@ -187,18 +176,7 @@ actions:
   controls:
     up: {kind: drive, joint: lift, position: {kind: ramp, to: 0.3, end: 1}}
 """,
-        mended="""\
-bodies:
-  lift:
-    kind: rigid
-    shape: {kind: box, size: [0.2, 0.2, 0.02]}
-    material: {mass: 2.0}
-    pose: {pos: [0, 0, 0.5]}
-    mount: {kind: slider, axis: z, actuator: {stiffness: 8000, damping: 250}}
-actions:
-  controls:
-    up: {kind: drive, joint: lift, position: {kind: ramp, to: 0.3, end: 1}}
-""",
+        mended="bodies: {lift: {mount: {actuator: {stiffness: 8000, damping: 250}}}}",
         run=lambda facts: one_each(_droops(facts)),
     ),
 )

@@ -56,15 +56,8 @@ bodies:
     mount: {kind: hinge, axis: y, anchor: [-0.25, 0, 0], actuator: {stiffness: 500, damping: 50}}
 """,
         mended="""\
-bodies:
-  gate:
-    kind: rigid
-    shape: {kind: box, size: [0.5, 0.05, 0.3]}
-    pose: {pos: [0, 0, 0.5]}
-    mount: {kind: hinge, axis: y, anchor: [-0.25, 0, 0], actuator: {stiffness: 5000, damping: 500}}
-actions:
-  controls:
-    hold: {kind: drive, joint: gate, position: 0}
+bodies: {gate: {mount: {actuator: {stiffness: 5000, damping: 500}}}}
+actions: {controls: {hold: {kind: drive, joint: gate, position: 0}}}
 """,
         run=_idle,
     ),

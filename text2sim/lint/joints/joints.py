@@ -193,14 +193,7 @@ bodies:
     pose: {pos: [0, 0, 1.1]}
     mount: {kind: hinge, axis: z, anchor: [-400, 0, 0]}
 """,
-        mended="""\
-bodies:
-  door:
-    kind: rigid
-    shape: {kind: box, size: [0.8, 0.04, 2]}
-    pose: {pos: [0, 0, 1.1]}
-    mount: {kind: hinge, axis: z, anchor: [-0.4, 0, 0]}
-""",
+        mended="bodies: {door: {mount: {anchor: [-0.4, 0, 0]}}}",
         run=_far_anchor,
     ),
     Rule(

@@ -172,12 +172,7 @@ bodies:
   block: {kind: rigid, shape: {kind: box, size: [1, 1, 1]}, material: {mass: 2000}, place: {on: floor}}
   bead: {kind: rigid, shape: {kind: sphere, radius: 0.01}, pose: {pos: [1, 0, 0.5]}}
 """,
-        mended="""\
-scene: {solver: {kind: newton}}
-bodies:
-  block: {kind: rigid, shape: {kind: box, size: [1, 1, 1]}, material: {mass: 2000}, place: {on: floor}}
-  bead: {kind: rigid, shape: {kind: sphere, radius: 0.01}, pose: {pos: [1, 0, 0.5]}}
-""",
+        mended="scene: {solver: {kind: newton}}",
         run=_light,
         own_contact=True,
     ),

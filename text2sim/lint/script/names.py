@@ -106,12 +106,7 @@ prefabs:
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 0.5]}}
 """,
-        mended="""\
-prefabs:
-  cube: {params: {}, body: {kind: rigid, shape: {kind: box, size: [0.1, 0.1, 0.1]}}}
-bodies:
-  block: {use: cube, pose: {pos: [0, 0, 0.5]}}
-""",
+        mended="bodies: {ball: null, block: {use: cube, pose: {pos: [0, 0, 0.5]}}}",
         run=_prefabs,
     ),
 )

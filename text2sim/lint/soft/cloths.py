@@ -163,14 +163,7 @@ actions:
   controls:
     pin: {kind: attach, body: sheet, region: {edge: left}, to: world}
 """,
-        mended="""\
-bodies:
-  sheet: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.6, 0.6]}, pose: {pos: [0, 0, 0.8]}}
-  ball: {kind: rigid, shape: {kind: sphere, radius: 0.08}, pose: {pos: [0, 0, 2.0]}}
-actions:
-  controls:
-    pin: {kind: attach, body: sheet, region: {edge: left}, to: world}
-""",
+        mended="scene: {dt: null, substeps: null}",
         run=_passes,
     ),
     Rule(
@@ -189,12 +182,7 @@ bodies:
   sheet: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.6, 0.6]}, pose: {pos: [0, 0, 0.55]}}
 """,
         mended="""\
-scene: {statics: {post: {shape: {kind: cylinder, radius: 0.1, height: 0.5}, place: {on: floor}}}}
-bodies:
-  sheet: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.6, 0.6]}, pose: {pos: [0, 0, 0.55]}}
-actions:
-  controls:
-    pin: {kind: attach, body: sheet, region: {nearest: [0, 0, 0]}, points: 9, to: world}
+actions: {controls: {pin: {kind: attach, body: sheet, region: {nearest: [0, 0, 0]}, points: 9, to: world}}}
 """,
         run=_slides,
     ),
@@ -218,14 +206,7 @@ actions:
     hang: {kind: attach, body: slab, region: {face: left}, to: world}
     carry: {kind: attach, body: slab, region: {face: bottom}, to: load}
 """,
-        mended="""\
-bodies:
-  slab: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.6, 0.1, 0.1]}, pose: {pos: [0, 0, 1.0]}}
-  load: {kind: rigid, shape: {kind: sphere, radius: 0.05}, pose: {pos: [0, 0, 0.8]}}
-actions:
-  controls:
-    hang: {kind: attach, body: slab, region: {face: left}, to: world}
-""",
+        mended="actions: {controls: {carry: null}}",
         run=_one_way,
     ),
 )

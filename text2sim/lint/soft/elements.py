@@ -108,15 +108,7 @@ bodies:
     shape: {kind: box, size: [0.5, 0.06, 0.06]}
     pose: {pos: [0, 0, 0.5]}
 """,
-        mended="""\
-bodies:
-  bar:
-    kind: soft
-    solver: fem
-    cell: 0.015
-    shape: {kind: box, size: [0.5, 0.06, 0.06]}
-    pose: {pos: [0, 0, 0.5]}
-""",
+        mended="bodies: {bar: {cell: 0.015}}",
         run=_too_stiff,
     ),
     Rule(
@@ -135,14 +127,7 @@ bodies:
     material: {poisson_ratio: 0.4995}
     pose: {pos: [0, 0, 0.3]}
 """,
-        mended="""\
-bodies:
-  rubber:
-    kind: soft
-    shape: {kind: box, size: [0.2, 0.2, 0.2]}
-    material: {poisson_ratio: 0.48}
-    pose: {pos: [0, 0, 0.3]}
-""",
+        mended="bodies: {rubber: {material: {poisson_ratio: 0.48}}}",
         run=_incompressible,
     ),
     Rule(
@@ -163,15 +148,7 @@ bodies:
     material: {model: neo_hookean}
     pose: {pos: [0, 0, 0.3]}
 """,
-        mended="""\
-bodies:
-  rubber:
-    kind: soft
-    solver: mpm
-    shape: {kind: box, size: [0.2, 0.2, 0.2]}
-    material: {model: neo_hookean}
-    pose: {pos: [0, 0, 0.3]}
-""",
+        mended="bodies: {rubber: {solver: mpm}}",
         run=_model,
     ),
 )

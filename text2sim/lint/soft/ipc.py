@@ -175,10 +175,7 @@ it with `material: {touch_soft: false}`.""",
 bodies:
   cup: {{kind: rigid, shape: {{kind: cylinder, radius: 0.04, height: 0.1}}, place: {{on: floor}}}}
 {_TOWEL}""",
-        mended=f"""\
-bodies:
-  cup: {{kind: rigid, shape: {{kind: cylinder, radius: 0.04, height: 0.1}}, place: {{on: floor, clearance: 0.0005}}}}
-{_TOWEL}""",
+        mended="bodies: {cup: {place: {clearance: 0.0005}}}",
         run=_clearance,
     ),
     Rule(
@@ -194,10 +191,7 @@ Leave gaps at the joints of an articulated body, or keep the body out of it with
 bodies:
   line: {{kind: rope, length: 0.5, radius: 0.01, pose: {{pos: [1, 0, 1]}}}}
 {_TOWEL}""",
-        mended=f"""\
-bodies:
-  line: {{kind: rope, length: 0.5, radius: 0.01, pose: {{pos: [1, 0, 1]}}, material: {{touch_soft: false}}}}
-{_TOWEL}""",
+        mended="bodies: {line: {material: {touch_soft: false}}}",
         run=_linked,
     ),
     Rule(
@@ -214,12 +208,7 @@ bodies:
   controls:
     pin: {{kind: attach, body: jelly, region: {{face: left}}, to: world}}
 """,
-        mended=f"""\
-bodies:
-{_JELLY}actions:
-  controls:
-    pin: {{kind: attach, body: jelly, region: {{face: left}}, to: world}}
-""",
+        mended="bodies: {towel: null}",
         run=_unheard,
     ),
     Rule(
@@ -240,16 +229,7 @@ bodies:
     material: {thickness: 0.008}
     pose: {pos: [0, 0, 0.5]}
 """,
-        mended="""\
-bodies:
-  felt:
-    kind: cloth
-    solver: ipc
-    cell: 0.03
-    shape: {kind: sheet, size: [0.6, 0.4]}
-    material: {thickness: 0.008}
-    pose: {pos: [0, 0, 0.5]}
-""",
+        mended="bodies: {felt: {cell: 0.03}}",
         run=_fine,
     ),
 )

@@ -110,14 +110,10 @@ actions:
   events:
     lands: {{kind: contact, between: [ball, floor]}}
 """,
-        mended=f"""\
-bodies:
-{_SOFT_BAR}  {_BALL}}}
+        mended="""\
 actions:
-  measures:
-    height: {{kind: position, of: ball, axis: z}}
-  events:
-    lands: {{kind: threshold, measure: height, below: 0.11}}
+  measures: {height: {kind: position, of: ball, axis: z}}
+  events: {lands: {between: null, kind: threshold, measure: height, below: 0.11}}
 """,
         run=_no_records,
     ),
@@ -132,7 +128,7 @@ them. Only the grid of mpm bodies knows a reach of rigid surfaces. Restitution i
 engine's own rigid contacts, which contact models sap and ipc do not use.""",
         way_out="Give what the solver takes, or leave the value out.",
         example=_RAG % "youngs_modulus: 1.0e+6",
-        mended=_RAG % "bending_compliance: 0.001",
+        mended="bodies: {rag: {material: {youngs_modulus: null, bending_compliance: 0.001}}}",
         run=_stuff,
     ),
 )

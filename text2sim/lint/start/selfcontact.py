@@ -101,16 +101,7 @@ bodies:
               joint: {kind: slider, axis: x}}
 """,
         mended="""\
-bodies:
-  gripper:
-    kind: articulated
-    self_collision: true
-    links:
-      palm: {shape: {kind: box, size: [0.2, 0.05, 0.05]}, pose: {pos: [0, 0, 1]}}
-      left: {parent: palm, shape: {kind: box, size: [0.1, 0.04, 0.2]}, pose: {pos: [-0.06, 0, -0.13]},
-             joint: {kind: slider, axis: x}}
-      right: {parent: palm, shape: {kind: box, size: [0.1, 0.04, 0.2]}, pose: {pos: [0.06, 0, -0.13]},
-              joint: {kind: slider, axis: x}}
+bodies: {gripper: {links: {left: {pose: {pos: [-0.06, 0, -0.13]}}, right: {pose: {pos: [0.06, 0, -0.13]}}}}}
 """,
         run=_self_overlap,
     ),
