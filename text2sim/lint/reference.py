@@ -57,7 +57,14 @@ def _section(rule: Rule) -> str:
     ]
     lines += ["", "```yaml", rule.example.rstrip("\n"), "```", ""]
     if rule.mended:
-        lines += ["Laid over it, this mends it (`null` takes a key away):", "", "```yaml", rule.mended.rstrip("\n"), "```", ""]
+        lines += [
+            "Laid over it, this mends it (`null` takes a key away):",
+            "",
+            "```yaml",
+            rule.mended.rstrip("\n"),
+            "```",
+            "",
+        ]
     return "\n".join(lines)
 
 

@@ -32,7 +32,7 @@ class Rule:
     run: Callable[["Facts"], Iterator[Problem]]
     """Yields the findings, made with `Facts.problem`."""
     mended: str = ""
-    """What mends the example when it is laid over it (as JSON Merge Patch has it); empty where it has no simple cure."""
+    """What mends the example when it is laid over it (as JSON Merge Patch has it); empty without a simple cure."""
     own_contact: bool = False
     """Whether it is about the engine's own contacts between rigid bodies: it is not asked where contact models sap and
     ipc take their place."""
