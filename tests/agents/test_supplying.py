@@ -1,12 +1,15 @@
 """What comes with a request, and what asset agents make, is checked, tried and registered before anybody uses it."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import trimesh
 from PIL import Image as Picture
+from PIL import ImageDraw
 
 from tests.agents.scripted import Scripted, fenced
 from text2sim.agents import session as sessions
@@ -171,3 +174,21 @@ def test_a_mechanism_is_moved_in_the_engine_before_it_is_used(tmp_path: Path) ->
     assert "Tried in the engine: `arm.boom` (hinge" in found.words[0]
     assert json.loads(json.dumps(found.bodies["arm"]["links"]["boom"]["shape"]["size"]))[0] == "${reach}"
     assert (tmp_path / "case" / "generation" / "previews" / "arm.png").is_file()
+
+
+def test_what_a_sketch_shows_is_told_in_coordinates(tmp_path: Path) -> None:
+    sketch = Picture.new("L", (200, 100), 255)
+    pen = ImageDraw.Draw(sketch)
+    pen.rectangle([20, 20, 60, 79], fill=0)
+    pen.rectangle([100, 50, 139, 79], fill=0)
+    sketch.save(tmp_path / "blocks.png")
+    noise = np.random.default_rng(1).integers(0, 256, (90, 90, 3), np.uint8)
+    Picture.fromarray(noise).save(tmp_path / "photo.png")
+    (case := tmp_path / "case").mkdir()
+    blocks, photo = described(case, take(case, [tmp_path / "blocks.png", tmp_path / "photo.png"], ""))
+    assert "2 wide and 1 high" in blocks
+    corners = re.findall(r"\(([\d.e-]+), ([\d.e-]+)\)", blocks.partition("part 1:")[2])
+    points = np.array(corners, float)
+    assert points.min(axis=0) == pytest.approx([80 / 60, 0], abs=0.03)
+    assert points.max(axis=0) == pytest.approx([2.0, 0.5], abs=0.03)
+    assert "outlines" not in photo

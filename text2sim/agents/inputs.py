@@ -8,9 +8,12 @@ from text2sim.agents.journal import Emit
 from text2sim.asset_intake.register import add
 from text2sim.assets.manifest import Asset, Control, read_manifest, register
 from text2sim.assets.safe_write import FOLDER
+from text2sim.compiler.shapes.sketching import strokes
 from text2sim.spec_schema.errors import AssetError, MachineError, RunError, SpecError
 
 ACTUATED = ("hinge", "slider")
+PIECES, CORNERS, FINE = 12, 24, 0.004
+"""Pieces of a drawing that are told of at most, corners of each, and how far [heights] these lie from its outline."""
 
 
 def take(case: Path, files: Sequence[Path], licence: str) -> list[str]:
@@ -66,7 +69,7 @@ def probed(case: Path, names: Sequence[str], emit: Emit) -> None:
 def described(case: Path, names: Sequence[str]) -> tuple[str, ...]:
     """Say what the assets are, how they are used, and what can be commanded of them."""
     assets = read_manifest(case).assets
-    return tuple(_words(assets[name]) for name in names)
+    return tuple(_words(assets[name]) + _drawn(case, assets[name]) for name in names)
 
 
 def _words(asset: Asset) -> str:
@@ -89,6 +92,30 @@ def _words(asset: Asset) -> str:
     return (
         f"`{asset.file}`: a mechanism, {size}; use it as `kind: articulated, file: {asset.file}`. Joints: "
         f"{joints}.{licence}{notes}"
+    )
+
+
+def _drawn(case: Path, asset: Asset) -> str:
+    """Say where what is drawn in a picture lies; nothing of a photograph, or of a drawing of many pieces."""
+    if asset.kind != "texture":
+        return ""
+    try:
+        forms = [stroke.form for stroke in strokes(asset.file, case)]
+    except AssetError:
+        return ""
+    if len(forms) > PIECES:
+        return ""
+    rows = []
+    for number, form in enumerate(forms):
+        line, away = form.exterior, FINE
+        while len((line := form.exterior.simplify(away)).coords) > CORNERS + 1:
+            away *= 1.5
+        corners = ", ".join(f"({x:.3g}, {z:.3g})" for x, z in list(line.coords)[:-1])
+        rows.append(f"part {number}: {corners}")
+    wide = max(form.bounds[2] for form in forms)
+    return (
+        f" Of what is drawn in it, {wide:.3g} wide and 1 high, the outlines (x, z) from its lower left corner, to be "
+        f"multiplied by a height: {'; '.join(rows)}. It is a solid as `shape: {{kind: sketch, file: {asset.file}}}`."
     )
 
 
