@@ -262,3 +262,35 @@ def test_who_was_given_which_card(tmp_path: Path) -> None:
     loops, dealt = retrieved([tmp_path, tmp_path / "0"])
     assert loops == 3
     assert dealt == {"a": 2, "b": 1}
+
+
+def test_commands_refuse_what_would_judge_cards_by_their_own_sources(
+    suite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from typer.testing import CliRunner
+
+    from text2sim.cli.main import app
+
+    shelve(tmp_path / "cards", "falls-from-too-high", "A fall takes longer", "drop", read_suite(suite)[0].prompts)
+    monkeypatch.setenv("TEXT2SIM_CARDS", str(tmp_path / "cards"))
+    words = ["evaluate", "run", str(suite), "--model", "mailbox:x", "--out", str(tmp_path / "out"), "--method"]
+    for method in ("text2sim", "agent", "mine=true"):
+        refused = CliRunner().invoke(app, [*words, method, "--allow-code"])
+        assert isinstance(refused.exception, SpecError)
+        assert "`the ledger of cards` has this source" in str(refused.exception)
+        assert not (tmp_path / "out").exists()
+    for held_out, options in (("demonstrations", []), (str(suite), ["--apart-from", str(suite)])):
+        words = [
+            "cards",
+            "distill",
+            "--suite",
+            held_out,
+            *options,
+            "--model",
+            "mailbox:x",
+            "--work",
+            str(tmp_path / "w"),
+        ]
+        refused = CliRunner().invoke(app, words)
+        assert isinstance(refused.exception, SpecError)
+        assert not (tmp_path / "w").exists()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from text2sim.cli.generate import Attempts, Cost, Minutes, Model, SimTimeout, Tokens
+from text2sim.cli.last_film import Film
 
 if TYPE_CHECKING:
     from text2sim.evaluation.methods import Allowance
@@ -37,6 +38,8 @@ def distill_cards(
     cost: Cost = None,
     minutes: Minutes = None,
     sim_timeout: SimTimeout = 3600.0,
+    film: Film = "draft",
+    film_minutes: Annotated[float, typer.Option("--film-minutes", min=0.1, help="For one path-traced film.")] = 10.0,
     as_json: AsJson = False,
 ) -> None:
     """Learn cards from a finished loop, which `verify` then runs, or from a suite, where they are run and tried.
@@ -59,7 +62,7 @@ def distill_cards(
     from text2sim.evaluation.ledger import read_ledger
     from text2sim.evaluation.methods import Allowance
 
-    allowance = Allowance(attempts, tokens, cost, minutes, sim_timeout)
+    allowance = Allowance(attempts, tokens, cost, minutes, sim_timeout, film, film_minutes)
     _from_suite(suite, apart or [], only or [], model, judge or model[-1], out, work, repeats, allowance)
     if as_json:
         say_json(read_ledger(out).model_dump(mode="json", exclude={"prompts"}))
