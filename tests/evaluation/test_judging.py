@@ -66,6 +66,7 @@ def test_a_judge_sees_the_list_the_case_records_facts_and_frames_but_no_name(
     (visual, _) = judge.asked("visual")
     for text in (letter, visual):
         assert "secret_name" not in text
+        assert "methods/" not in text
     assert "requirements" not in visual
     assert "sphere" not in visual
     assert not judge.asked("sag")[0].partition("# The answer")[2].count("<program>")
@@ -191,3 +192,19 @@ def test_a_judge_who_sees_no_pictures_is_refused(suite: Path, make_method: Make,
     judging = Judging(read, [read_method(make_method("ours"))], [blind], tmp_path / "out")
     with pytest.raises(RunError, match="sees no pictures"):
         judging.run(read.prompts, lambda line: None)
+
+
+@pytest.mark.parametrize("relative", [True, False])
+def test_no_message_tells_the_folder(
+    suite: Path, make_method: Make, judge: Judge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, relative: bool
+) -> None:
+    """What cannot be read is named by its path in messages, and in that stands the name of the method."""
+    method = make_method("secret_name")
+    (method / "drop" / "run" / "states" / "layout.json").unlink()
+    (method / "drop" / "film.mp4").write_bytes(b"none")
+    monkeypatch.chdir(tmp_path)
+    judge.replies["physical"] = PHYSICAL.replace("frame ", "record ")
+    judged(suite, [method.relative_to(tmp_path) if relative else method], judge, tmp_path / "out", repeats=1)
+    for letter in judge.asked("physical"):
+        assert "secret_name" not in letter
+        assert "layout.json: nothing was recorded" in letter

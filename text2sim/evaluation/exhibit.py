@@ -53,10 +53,13 @@ class Exhibit:
     """What went wrong on our side, which is no judge's business."""
     loaded: LoadedCase | None = None
 
-    @property
-    def usable(self) -> bool:
-        """Whether there is a film that can be looked at."""
-        return self.frames is not None
+    def hide(self, folder: Path) -> None:
+        """Take a folder's path out of everything: it holds the name of the method."""
+        for place in map(str, (folder.resolve(), folder)):
+            self.program, self.records = (text.replace(place, ".") for text in (self.program, self.records))
+            self.missing, self.facts = (
+                [row.replace(place, ".") for row in rows] for rows in (self.missing, self.facts)
+            )
 
 
 def exhibit_of(made: Made) -> Exhibit:
@@ -72,20 +75,19 @@ def exhibit_of(made: Made) -> Exhibit:
             shown.missing.append(str(error))
     shown.program = _text(shown, program, LONGEST_PROGRAM) if program else ""
     if run is not None:
-        _read_run(shown, run)
+        _read_run(shown, run, program)
     elif log is not None:
         shown.records = _text(shown, log, LONGEST_LOG, end=True)
-    for place in (made.folder.resolve(), made.folder):  # paths hold the name of the method
-        shown.program, shown.records = (text.replace(str(place), ".") for text in (shown.program, shown.records))
-        shown.missing = [row.replace(str(place), ".") for row in shown.missing]
+    shown.hide(made.folder)
     return shown
 
 
-def bind_facts(desk: Callable[[], Conversation], prompt: Prompt, shown: Exhibit, run: Path | None) -> None:
+def bind_facts(desk: Callable[[], Conversation], prompt: Prompt, shown: Exhibit, made: Made) -> None:
     """Have requirements bound to what the program can tell of a run, and compute that.
 
     It is asked once for a result; all judges read the same facts. Without a case, or an answer, there are none.
     """
+    run = made.path("run")
     if shown.loaded is None or run is None or prompt.requirements is None:
         return
     names, bodies = list(prompt.requirements.rows()), list(shown.loaded.case.bodies)
@@ -97,14 +99,16 @@ def bind_facts(desk: Callable[[], Conversation], prompt: Prompt, shown: Exhibit,
     question = letter("check_ask", prompt=prompt, program=shown.program)
     try:
         answer: Bound = desk().ask("checker", letter("check"), question, typed(Bound, check))
-        shown.facts += [f"{fact.requirement}: {fact}" for fact in found(answer.facts, shown.loaded, run)]
+        for fact in found(answer.facts, shown.loaded, run):
+            (shown.facts if fact.ok is not None else shown.notes).append(f"{fact.requirement}: {fact}")
     except StoppedError:
         raise
     except (RoleFailed, ModelError) as error:
         shown.notes.append(f"no facts about requirements: {error}")
+    shown.hide(made.folder)
 
 
-def _read_run(shown: Exhibit, run: Path) -> None:
+def _read_run(shown: Exhibit, run: Path, program: Path | None) -> None:
     """Read a run folder as far as it can be read: it may be anybody's."""
     from text2sim.evidence.recorded_case import RecordedCase
 
@@ -113,8 +117,10 @@ def _read_run(shown: Exhibit, run: Path) -> None:
         if not isinstance(record, dict):
             raise RunError("its run folder has no run.json")
         shown.records = quoted(evidence_text(run, read_evidence(run), record, ()))
-        shown.loaded = load_case(run / "expanded.yaml")
-        shown.motion = motion_of(RecordedCase.load(run, shown.loaded.case))
+        expanded = load_case(run / "expanded.yaml")
+        # Beside the case lie its assets, which facts about looks need.
+        shown.loaded = load_case(program) if program is not None and program.suffix == ".yaml" else expanded
+        shown.motion = motion_of(RecordedCase.load(run, expanded.case))
         shown.facts += shown.motion.rows()
     except SpecError as error:
         shown.missing.append(f"the case of its run cannot be read: {error.problems[0].message}")

@@ -149,7 +149,7 @@ class Judging:
             write_whole(self.out / name / method.name / "frames" / image.name, image.data)
         if made is not None and not made.empty:
             turn = Turn(name, method.name, "check", 1, 1)
-            bind_facts(lambda: self._desk(turn), prompt, shown, made.path("run"))
+            bind_facts(lambda: self._desk(turn), prompt, shown, made)
         rows = []
         for turn in self._turns(name, method.name):
             row = self._judged(turn, prompt, made, shown)
