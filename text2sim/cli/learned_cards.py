@@ -98,7 +98,7 @@ def _from_suite(
     from text2sim.evaluation.learning import Learning
     from text2sim.evaluation.suite import complete, read_suite, selected, shared_sources
     from text2sim.runtime.stop import Stop
-    from text2sim.spec_schema.errors import SpecError
+    from text2sim.spec_schema.errors import SpecError, Text2SimError
 
     read, document = read_suite(suite)
     complete(read, document)
@@ -106,10 +106,17 @@ def _from_suite(
     if problems := [row for other in held_out for row in shared_sources(read, other, document)]:
         raise SpecError(problems)
     with Stop() as stop, stop.gently():
-        Learning(
+        learning = Learning(
             read, selected(read, only), out, work, model, judge, allowance, lambda line: say(line, to=sys.stderr),
             repeats, stop=lambda: stop.count > 0,
-        ).run()  # fmt: skip
+        )  # fmt: skip
+        try:
+            learning.run()
+        except Text2SimError:
+            if not stop.count:
+                raise
+            say("stopped; the same command goes on from here", to=sys.stderr)
+            raise KeyboardInterrupt from None
 
 
 def show_ledger(

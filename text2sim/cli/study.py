@@ -58,8 +58,14 @@ def serve_study(
     import sys
 
     from text2sim.cli.output import say
-    from text2sim.spec_schema.errors import RunError
-    from text2sim.study.server import serve
+    from text2sim.spec_schema.errors import MachineError, RunError
+
+    try:
+        from text2sim.study.server import serve
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in ("starlette", "uvicorn", "anyio"):
+            raise
+        raise MachineError("the web server is not installed here: pip install 'text2sim[study]'") from None
 
     def tell(address: str) -> None:
         say(f"study: {address}")
