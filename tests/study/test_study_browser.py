@@ -48,6 +48,8 @@ def test_a_study_from_consent_to_the_end(study: tuple[Path, Study], address: str
         assert page.ask(f"{BOTH}.every((film) => film.videoWidth == 64 && !film.error)")
         page.wait(f"{BOTH}.every((film) => film.ended)")
         page.wait("document.querySelectorAll('video[hidden]').length == 2")
+        page.wait("[...document.querySelectorAll('video[hidden]')].every((film) => film.readyState == 4)")
+        assert page.ask("[...document.querySelectorAll('video[hidden]')].every((film) => !film.offsetParent)")
         page.shoot(tmp_path / "trial.png")
         page.ask(f"window.plays = 0; {BOTH}.forEach((film) => film.addEventListener('play', () => plays++))")
         key(page, "p")
