@@ -74,6 +74,16 @@ def test_what_is_whose_fault() -> None:
     assert exits.exit_of_error(FileNotFoundError(errno.ENOENT, "gone", "x")) == exits.INPUT
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
+def test_a_reader_that_has_enough_is_no_failure() -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "text2sim", "check", "--rules"]
+    done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (exits.OK, "")
+
+
 def test_a_reader_that_has_enough_stays_one() -> None:
     with pytest.raises(BrokenPipeError), naming("standard output"):
         raise BrokenPipeError(errno.EPIPE, "Broken pipe")

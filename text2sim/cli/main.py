@@ -108,6 +108,11 @@ def run() -> None:
         app(prog_name="text2sim")
     except KeyboardInterrupt:
         sys.exit(exits.INTERRUPTED)
+    except SystemExit:
+        # Where a reader has enough, the library exits with 1, which would be a verdict.
+        if type(sys.stdout).__name__ == "PacifyFlushWrapper":
+            sys.exit(exits.OK)
+        raise
     except BrokenPipeError:
         # Whoever read our output has enough; Python must not complain about that at its own end.
         sys.stdout = open("/dev/null" if sys.platform != "win32" else "NUL", "w")  # noqa: SIM115
