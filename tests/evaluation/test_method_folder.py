@@ -1,6 +1,7 @@
 """Method folders: read back as written, and as far as they go where something is missing."""
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -58,12 +59,13 @@ def test_what_is_wrong_with_a_record_is_located(tmp_path: Path) -> None:
     assert (problem.line, problem.hint) == (3, "film")
 
 
-@pytest.mark.parametrize("film", ["../secret.mp4", "gone.mp4", "link.mp4"])
+@pytest.mark.parametrize("film", ["../secret.mp4", "/etc/hostname", "gone.mp4", "link.mp4", "pipe.mp4", "."])
 def test_no_path_leads_out_of_the_folder(tmp_path: Path, film: str) -> None:
     folder = tmp_path / "tower"
     folder.mkdir()
     (tmp_path / "secret.mp4").write_bytes(b"x")
     (folder / "link.mp4").symlink_to(tmp_path / "secret.mp4")
+    os.mkfifo(folder / "pipe.mp4")
     text = json.dumps({"prompt": "tower", "status": "finished", "film": film})
     (folder / "result.json").write_text(text)
     made = read_made(folder)

@@ -69,14 +69,17 @@ class BareAgent:
         model: Who it is.
         allowance: What it may take: the same as text2sim.
         cards: Whether it is dealt Debug Cards.
+        minutes_before: What it used before an interruption.
     """
 
-    def __init__(self, place: Path, model: str, allowance: "Allowance", cards: bool) -> None:
+    def __init__(
+        self, place: Path, model: str, allowance: "Allowance", cards: bool, minutes_before: float = 0.0
+    ) -> None:
         if not model:
             raise RunError("say which model is the agent: --model")
         self._place, self._allowance, self._cards = place, allowance, cards
         self._account, self._trials = Account(), list[Trial]()
-        budget = Budget(allowance.tokens, allowance.cost, allowance.minutes)
+        budget = Budget(allowance.tokens, allowance.cost, allowance.minutes, minutes_before=minutes_before)
         log, journal = CallLog(place / "calls"), Journal(place / "journal.jsonl")
         self._desk = Conversation({"": endpoint_of(model)}, log, self._account, budget, journal)
         self._budget = budget

@@ -114,9 +114,9 @@ class Made:
         """Return a part of the result; None if there is none, or if it is not in the folder."""
         said = getattr(self.result, name)
         found = self.folder / said if said else None
-        if found is None or not found.exists() or not found.resolve().is_relative_to(self.folder.resolve()):
+        if found is None or not found.resolve().is_relative_to(self.folder.resolve()):
             return None
-        return found
+        return found if (found.is_dir() if name == "run" else found.is_file()) else None
 
     @property
     def empty(self) -> bool:

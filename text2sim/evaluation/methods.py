@@ -209,7 +209,8 @@ def _agent(
 ) -> CaseResult:
     from text2sim.evaluation.bare_agent import BareAgent
 
-    return BareAgent(place, models[-1] if models else "", allowance, method.cards).answer(name, prompt.prompt)
+    model = models[-1] if models else ""
+    return BareAgent(place, model, allowance, method.cards, _clock(place) / 60).answer(name, prompt.prompt)
 
 
 def _command(
