@@ -118,14 +118,14 @@ def test_a_card_is_run_and_tried_and_kept_if_its_prompt_gets_better(
     learn().run()
     assert "there is a card `falls-from-too-high` already" in judge.asked("lesson")[-1]
     shutil.rmtree(tmp_path / "work")
-    say(judge, GOOD, PHYSICAL)
+    say(judge, PHYSICAL, PHYSICAL.replace("aesthetics: 60", "aesthetics: 90"))
     judge.replies["lesson"] = LESSON.replace("start lower", "start nearer to the floor") % (
         "0.3",
         "falls-from-too-high",
     )
     learn().run()
     again = read_ledger(tmp_path / "cards").cards["falls-from-too-high"]
-    assert again == account, "an edit that makes it worse leaves the card as it was"
+    assert again == account, "an edit that is better than no card, and worse than the card, leaves it as it was"
     assert "rejected: -" in capsys.readouterr().out
 
 
@@ -143,8 +143,9 @@ def test_a_card_that_made_it_worse_or_that_nobody_was_given_is_not_kept_and_show
     learn(dealt).run()
     assert not load_library([tmp_path / "cards"]).entries
     assert read_ledger(tmp_path / "cards").cards["falls-from-too-high"].state == "rejected"
-    show_ledger(tmp_path / "cards", None, False)
+    show_ledger(tmp_path / "cards", [tmp_path / "work"], False)
     said = capsys.readouterr().out
+    assert "NEVER RETRIEVED in 2 loops, of those that come with text2sim: aimed-without-gravity" in said
     assert shown in said
     assert "owes On falling balls (A. Nobody, 1999; drop): The ball is still in the air" in said
 

@@ -66,6 +66,8 @@ def test_a_study_from_consent_to_the_end(study: tuple[Path, Study], address: str
         ]
         key(page, "Enter")
         page.wait("document.querySelector('h1')?.textContent.startsWith('Pair 2 of')")
+        kept = "performance.getEntriesByType('resource').filter((one) => /film.1/.test(one.name) && !one.transferSize)"
+        page.wait(f"{kept}.length == 2")  # both were there before they were asked for
         page.leave()
     finally:
         page.close()

@@ -74,10 +74,10 @@ lucky. At the end cards that say the same become one. Called again, the command 
 
 `ledger.json` beside the cards has, of every card, the prompts and by them the sources to which it owes its lesson,
 the failure and its evidence, the scores before and after, and whether it was kept, rejected or merged. `cards ledger`
-says which made it worse and which nobody was given. `text2sim evaluate run` refuses to answer a suite while
-`TEXT2SIM_CARDS` has a card that owes something to one of its sources or prompts, one that the ledger does not know
-(`distill CASE` makes such), or one that has changed since it was entered. `distill --suite` refuses a suite that
-shares a source with `demonstrations`; `--apart-from` names more.
+says which made it worse and which nobody was given; with `--runs` also of those that come with text2sim. `text2sim
+evaluate run` refuses to answer a suite while `TEXT2SIM_CARDS` has a card that owes something to one of its sources or
+prompts, one that the ledger does not know (`distill CASE` makes such), or one that has changed since it was entered.
+`distill --suite` refuses a suite that shares a source with `demonstrations`; `--apart-from` names more.
 
 ## The cards
 

@@ -127,6 +127,7 @@ def show_ledger(
     as_json: AsJson = False,
 ) -> None:
     """Say of every learned card what it owes to which source, what it changed, and whether anybody was given it."""
+    from text2sim.card_library.library import BUILT_IN, load_library
     from text2sim.cli.output import say, say_json
     from text2sim.evaluation.ledger import read_ledger, retrieved
 
@@ -151,3 +152,6 @@ def show_ledger(
             say(f"    owes {source.title} ({source.authors}, {source.year}; {debt.prompt}): {debt.failure}")
     if not ledger.cards:
         say("nothing was learned here")
+    if loops:
+        idle = [name for name in load_library([BUILT_IN]).entries if not dealt[name]]
+        say(f"NEVER RETRIEVED in {loops} loops, of those that come with text2sim: {', '.join(idle) or 'none'}")

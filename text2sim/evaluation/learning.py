@@ -211,9 +211,8 @@ class Learning:
     def _try(self, name: str, lesson: Lesson, draft: Draft, before: Round) -> None:
         """Answer the prompts that a card is about again, with it; keep it if they get better."""
         id = str(draft.data["id"])
-        ledger = read_ledger(self.cards)
-        known = ledger.cards.get(id)
-        affected = {name, *(debt.prompt for debt in known.owes)} if known and lesson.edits else {name}
+        old = read_ledger(self.cards).cards.get(id) if lesson.edits else None
+        affected = {name, *(debt.prompt for debt in old.owes)} if old else {name}
         prompts = {one: prompt for one, prompt in self.prompts.items() if one in affected}
         entry = Entry(Card.model_validate(draft.data), self.work / "cards" / f"asked-{name}" / id)
         label = f"with-{id}-{digest_of(entry)[:8]}"
@@ -222,7 +221,8 @@ class Learning:
             shutil.copytree(self.cards, library)
             draft.write(library / id)
         after = self._round(label, prompts, library)
-        was, now = before.scores(), after.scores()
+        was = before.scores() | {one.prompt: one.after for one in (old.tried if old else ())}
+        now = after.scores()
         tried = [
             Tried(
                 prompt=one, before=was[one], after=now[one], dealt=retrieved([after.made.made[one].folder])[1][id] > 0
@@ -239,7 +239,7 @@ class Learning:
         if kept:
             account = account.model_copy(update={"state": "kept"})
             draft.write(self.cards / id)
-        if kept or not (known and lesson.edits):  # a bettered card that is not better leaves the old one as it was
+        if kept or old is None:  # an edit that is not better leaves the card as it was
             enter(self.cards, id, account, {name: self.prompts[name]})
         why = f"{account.gain:+.1f} points (noise {noise:.1f})" if any(one.dealt for one in tried) else "never dealt"
         self.tell(f"{name}: {id}: {account.state}: {why}")
@@ -273,7 +273,12 @@ class Learning:
                     raise Wrong([f"{one.path}: {one.message}" for one in error.problems[:8]]) from None
                 drafts[:] = [draft]
 
-            answer: Merged = self._desk(f"{first}-{second}").ask("evaluator", system, question, typed(Merged, check))
+            desk = self._desk(f"{first}-{second}")
+            try:
+                answer: Merged = desk.ask("evaluator", system, question, typed(Merged, check))
+            except RoleFailed as failed:
+                self.tell(f"{first} and {second} stay two: {failed}")
+                continue
             self._merge(pair, answer.keep, drafts[0])
 
     def _merge(self, pair: Mapping[str, Entry], keep: str, draft: Draft) -> None:
