@@ -1,6 +1,8 @@
 """Methods at work: any command line, text2sim, and the coding agent, which runs what a model writes."""
 
+import json
 import os
+import shutil
 import sys
 from pathlib import Path
 from typing import Any
@@ -8,7 +10,7 @@ from typing import Any
 import pytest
 
 from tests.agents.models.chat_server import ChatServer, completion
-from tests.evaluation.conftest import write_film
+from tests.evaluation.conftest import SUITE, write_film
 from text2sim.evaluation import genesis_docs
 from text2sim.evaluation.method_folder import read_made, read_method
 from text2sim.evaluation.methods import Allowance, method_of, run_method
@@ -158,3 +160,24 @@ def test_text2sim_is_called_as_a_user_calls_it(suite: Path, tmp_path: Path, monk
     with pytest.raises(RunError, match="drop: text2sim generate: .*nobody"):
         run(suite, "text2sim:no-cards", tmp_path / "out", ["nobody/nothing"])
     assert not (tmp_path / "out" / "text2sim-no-cards" / "drop" / "result.json").exists()
+
+
+def test_what_text2sim_took_and_why_it_left_nothing_is_in_the_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A recorded loop about something impossible, played again by the command: planned, counted, and given up."""
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [os.environ.get("PYTHONPATH"), os.getcwd()])))
+    recorded = Path(__file__).parents[1] / "agents" / "recorded" / "perpetual"
+    shutil.copytree(recorded, tmp_path / "letters" / "text2sim-no-cards" / "wheel")
+    request = json.loads((recorded / "expected.json").read_text())["request"]
+    (tmp_path / "wheel.yaml").write_text(SUITE[: SUITE.index("  sag:")].replace("drop:", "wheel:").replace(
+        "A red ball falls onto a flat floor.", json.dumps(request)
+    ))  # fmt: skip
+    folder = run(tmp_path / "wheel.yaml", "text2sim:no-cards", tmp_path / "out", [f"replay:{tmp_path / 'letters'}"])
+    result = read_made(folder / "wheel").result
+    assert (result.status, result.accepted, result.film, result.run) == ("failed", False, None, None)
+    assert result.why.startswith("impossible: ")
+    assert result.roles is not None
+    assert set(result.roles) == {"planner"}
+    assert result.roles["planner"].tokens_in > 1000
+    assert result.roles["planner"].cost is None, "nobody knows the price of a replay"
