@@ -218,7 +218,15 @@ def test_before_nothing_lamps_are_not_seen_and_what_is_clear_is_seen_through(
     background = shown[0, 0]
     assert np.abs(background - 255 * 0.8).max() <= 1
     assert (shown[:, 36:] == background).all(), "where the lamp hangs"
-    assert (0.2 < traced.alpha.max() < 0.8) == (opacity < 1)
+    assert (0.2 < np.median(traced.alpha[traced.alpha > 0]) < 0.8) == (opacity < 1)
+
+
+def test_what_is_behind_dark_glass_is_there_in_a_blurred_draft_too(make_run: MakeRun) -> None:
+    bottle = CRATE | {"finish": "tinted_glass", "velocity": (0.01, 0, 0)}
+    wall = {"half": 1.5, "pos": (0, 2.5, 0.4)}
+    filming = film(make_run({"bottle": bottle, "wall": wall}, motion_blur=0.5), (64, 36))
+    alpha = filming.trace(filming.reels()[0].frames[1]).alpha
+    assert alpha[14:22, 28:36].min() > 0.9
 
 
 def test_the_better_the_picture_the_finer_its_edges(make_run: MakeRun) -> None:

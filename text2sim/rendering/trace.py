@@ -26,8 +26,9 @@ GUIDE_SAMPLES, GUIDE_SAMPLES_BLURRED = 8, 16
 """Per pixel, of a sharp picture and over all moments of a blurred one, whose samples are spread less evenly.
 
 Edges of the picture are as clean as these."""
-SEEN = {"type": "path", "max_depth": 2, "hide_emitters": True}
-"""The cheapest that sees what a path sees and no more: neither lamps, nor the holes of a cut-out."""
+SEEN = {"type": "path", "max_depth": 5, "hide_emitters": True}
+"""The cheapest that sees what a path sees and no more: neither lamps, nor the holes of a cut-out; and what is behind
+three sides of dark glass."""
 MET = {"type": "depth"}
 """A fifth of its time; it meets these, too, see `_edges`."""
 ROULETTE = 3
