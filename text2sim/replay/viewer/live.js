@@ -13,8 +13,9 @@ function follow(replay) {
     if (!answer.ok) return;
     const { contents, blob } = await answer.json(), data = unpack(contents, await inflated(blob));
     if (shown !== name) return;
-    const following = replay.time >= replay.span[1] - 1e-9;
+    const first = !replay.data, following = replay.time >= replay.span[1] - 1e-9;
     replay.show(data);
+    if (first && data.cameras.length) replay.seeThrough(0);  // as the film will show it
     if (following) replay.seek(replay.span[1]);
     if (following && whole && played !== take) replay.play();
     if (whole) played = take;

@@ -58,6 +58,13 @@ class Replay {
     this.dress();
   }
 
+  /** Looks through a camera of the film. */
+  seeThrough(track) {
+    if (this.eye) this.eye.track = track;
+    byId("camera").value = track;
+    this.redraw();
+  }
+
   reset() {
     this.eye?.reset();
     byId("camera").value = "free";
@@ -137,8 +144,7 @@ class Replay {
   listen() {
     const slider = byId("time"), list = byId("camera");
     list.addEventListener("change", () => {
-      if (list.value === "free") this.eye.free(); else this.eye.track = Number(list.value);
-      this.redraw();
+      if (list.value === "free") this.eye.free(); else this.seeThrough(Number(list.value));
       list.blur();
     });
     slider.addEventListener("input", () => this.seek(Number(slider.value)));
