@@ -2,7 +2,11 @@
 
 import csv
 import json
+import os
 import re
+import subprocess
+import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -88,3 +92,22 @@ def test_a_suite_that_has_changed_since_is_refused(
     answer = CliRunner().invoke(app, ["evaluate", "report", str(suite), str(out)])
     assert isinstance(answer.exception, RunError)
     assert "another version of small" in str(answer.exception)
+
+
+def test_after_a_kill_only_what_is_missing_is_asked(
+    suite: Path, make_method: Make, judge: Judge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [os.environ.get("PYTHONPATH"), os.getcwd()])))
+    words = ["evaluate", "judge", str(suite), str(make_method("ours")), "--out", str(tmp_path / "out")]
+    words += ["--judge", judge.model]
+    killed = subprocess.Popen([sys.executable, "-m", "text2sim", *words], stderr=subprocess.DEVNULL)
+    until = time.monotonic() + 120
+    while len(judge.requests) < 6 and time.monotonic() < until:
+        time.sleep(0.02)
+    killed.kill()
+    killed.wait()
+    before = len(judge.requests)
+    assert 6 <= before < 13, "it was killed in between"
+    assert CliRunner().invoke(app, [*words, "--resume"]).exit_code == 0
+    assert len(judge.requests) <= 13 + 1, "the one that was on its way may be asked again"
+    assert len(rows(tmp_path / "out", "judgements")) == 12
