@@ -42,9 +42,8 @@ def test_a_case_is_written_and_mujoco_does_what_the_equation_says(tmp_path, monk
     assert rows["spin"]["theirs"] < 1e-6
     assert all(row["ok"] and row["memory"][1] > 1e7 for row in rows.values())
     # What is not the case's is marked.
-    scene["gravity"] = [0, 0, 0]
-    text = (folder / "scene.xml").read_text()
-    (folder / "scene.xml").write_text(text.replace("-9.81", "-9.0"))
+    scene["initial_velocities"][0]["linear"] = [2, 0, 2.9]
+    (folder / "benchmark.json").write_text(json.dumps(scene))
     assert call(monkeypatch, "run", "out") == 1
     assert "**!**" in capsys.readouterr().out
     # An adapter that returns something else is told so.

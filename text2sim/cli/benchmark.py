@@ -33,6 +33,7 @@ def export_cases(
     from text2sim.cli.cases import say_examined
     from text2sim.cli.many import told, where_of
     from text2sim.cli.output import say, say_json
+    from text2sim.cluster.estimate import measured
     from text2sim.cluster.run import Where
     from text2sim.cluster.task import Task
     from text2sim.engine_benchmark.export import export
@@ -44,12 +45,12 @@ def export_cases(
 
     where = where_of(workers, ray, store, runs) or Where()
     rows = [examine(path, overlay=overlay_of(variants, sets)) for path in find_cases(cases)]
-    tasks: dict[int, list[Task]] = {}
+    known, tasks = measured(runs), dict[int, list[Task]]()
     for number, row in enumerate(rows):
         try:
             if row.loaded is not None and row.plan is not None:
                 read_statement(row.loaded)  # what is wrong there is said before anything runs
-                tasks[number] = tasks_of(row.loaded, row.plan, runs)
+                tasks[number] = tasks_of(row.loaded, row.plan, runs, known)
         except Text2SimError as error:
             row.blame(error)
     done = {id(one.task): one for one in told([t for many in tasks.values() for t in many], where, quiet=as_json)}

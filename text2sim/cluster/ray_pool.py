@@ -71,7 +71,8 @@ def run_ray(tasks: Sequence[Task], address: str, url: str, stop: Stop, *, warm: 
                 numbers = [*(number for number, _, _ in running.values()), *waiting]
                 yield from (Done(tasks[number], None, STOPPED, tries[number]) for number in numbers)
                 return
-            ready, _ = ray.wait(list(running), timeout=POLL) if running else ([], [])
+            # Many at a time: to look through all that runs for each result would keep us busy with nothing else.
+            ready, _ = ray.wait(list(running), num_returns=len(running), timeout=POLL) if running else ([], [])
             for ref in ready:
                 number, key, since = running.pop(ref)
                 task, seconds = tasks[number], monotonic() - since

@@ -1,13 +1,13 @@
 """A shared store: files by the digest of their content, and lists of files by name.
 
 blobs/<sha256>       a file
-trees/<name>.json    what a task left: its result, and its files by path; written last, so it is there or not
+trees/<name>.json    what a task left: its result, and its files by path; written last
 """
 
 import json
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from hashlib import file_digest, sha256
 from itertools import islice
@@ -73,7 +73,7 @@ class Store:
             target.parent.mkdir(parents=True, exist_ok=True)
             part = target.with_name(f".{os.getpid()}-{target.name}")
             try:
-                self._fs.get_file(f"{self._root}/blobs/{digest}", str(part))
+                self._fs.get_file(self._blob(digest), str(part))
                 if _digest(part) != digest:
                     raise RunError(f"{name} is damaged in the store {self.url}")
                 os.replace(part, target)
@@ -85,10 +85,7 @@ class Store:
     def keep(self, key: str, result: dict[str, Any], tree: Tree) -> None:
         """Write down what came of a task."""
         text = json.dumps({"result": result, "files": tree})
-        path = f"{self._root}/trees/{key}.json"
-        part = f"{path}.{os.getpid()}"
-        self._fs.pipe_file(part, text.encode())
-        self._fs.mv(part, path)
+        self._write(f"{self._root}/trees/{key}.json", lambda path: self._fs.pipe_file(path, text.encode()))
 
     def kept(self, key: str) -> tuple[dict[str, Any], Tree] | None:
         """What came of a task, if it is known."""
@@ -100,13 +97,25 @@ class Store:
 
     def _put(self, path: Path) -> str:
         digest = _digest(path)
-        target = f"{self._root}/blobs/{digest}"
+        target = self._blob(digest)
         if digest not in self._known and not self._fs.exists(target):
-            part = f"{target}.{os.getpid()}"
-            self._fs.put_file(str(path), part)
-            self._fs.mv(part, target)
+            self._write(target, lambda place: self._fs.put_file(str(path), place))
         self._known.add(digest)
         return digest
+
+    def _blob(self, digest: str) -> str:
+        """Where a file lies. Object stores share the work out by the beginnings of names."""
+        return f"{self._root}/blobs/{digest[:2]}/{digest}"
+
+    def _write(self, path: str, write: Callable[[str], Any]) -> None:
+        """Write a file that is there as a whole or not at all: an object store writes so by itself."""
+        if "file" not in self._fs.protocol:
+            write(path)
+            return
+        self._fs.makedirs(path.rpartition("/")[0], exist_ok=True)
+        part = f"{path}.{os.getpid()}"
+        write(part)
+        self._fs.mv(part, path)
 
 
 def digest_of(tree: Tree) -> str:

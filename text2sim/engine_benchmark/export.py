@@ -21,6 +21,7 @@ from text2sim.engine_benchmark.statement import read_statement
 from text2sim.engine_benchmark.usd import write_usd
 from text2sim.harness.folder import staging
 from text2sim.recording.record import write_atomically
+from text2sim.recording.states import RunStates
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.reuse.expanded import expanded_text
@@ -49,6 +50,7 @@ def export(loaded: LoadedCase, plan: Plan, out: Path, done: Sequence[Done]) -> d
     ran = collect(loaded, list(statement.observables), done)
     layout = json.loads((ran.folders[0] / "states/layout.json").read_text("utf-8"))
     why_not = obstacles(plan)
+    morphs = {entity.name: entity.morph for group in (*plan.statics, *plan.bodies) for entity in group.entities}
     scene = {
         "text2sim_benchmark": FORMAT,
         "name": plan.case,
@@ -66,7 +68,7 @@ def export(loaded: LoadedCase, plan: Plan, out: Path, done: Sequence[Done]) -> d
         "left_out": why_not,
         "bodies": [_entity(e, bool(e.options.get("fixed"))) for group in plan.bodies for e in group.entities],
         "statics": [_entity(e, True) for group in plan.statics for e in group.entities],
-        "links": _links(layout, ran),
+        "links": _links(layout, ran, morphs),
         "joints": layout["joints"],
         "initial_joints": [
             {"body": body, "joint": joint, "position": position}
@@ -76,7 +78,7 @@ def export(loaded: LoadedCase, plan: Plan, out: Path, done: Sequence[Done]) -> d
             {"body": row.entity, "linear": row.linear, "angular": row.angular} for row in plan.velocities
         ],
         "controls": [] if why_not else tables(plan),
-        "forces": [_force(row, plan) for row in plan.wrenches],
+        "forces": [_force(row, morphs) for row in plan.wrenches],
         "times": [float(f"{t:.9g}") for t in ran.times],
         "observables": references(ran, statement),
         "ours": _ours(ran),
@@ -128,29 +130,17 @@ def _entity(entity: EntityPlan, fixed: bool) -> dict[str, Any]:
     return row
 
 
-def _links(layout: dict[str, Any], ran: Runs) -> list[dict[str, Any]]:
-    from text2sim.recording.states import RunStates
-
-    states = RunStates.load(ran.folders[0])
-    alone: dict[str, int] = {}
-    for row in layout["links"]:
-        alone[row["body"]] = alone.get(row["body"], 0) + 1
-    return [
-        {
-            **row,
-            "pos": states.pos[0, k].tolist(),
-            "quat": states.quat[0, k].tolist(),
-            # A body of one link with a free joint of its own, or a link of a mechanism.
-            "mjcf": row["body"] if row["link"] == f"{row['body']}_baselink" else f"{row['body']}/{row['link']}",
-        }
-        for k, row in enumerate(layout["links"])
-    ]
+def _links(layout: dict[str, Any], ran: Runs, morphs: dict[str, str]) -> list[dict[str, Any]]:
+    states, rows = RunStates.load(ran.folders[0]), []
+    for k, row in enumerate(layout["links"]):
+        name = f"{row['body']}/{row['link']}" if morphs.get(row["body"]) == "MJCF" else row["body"]
+        rows.append({**row, "pos": states.pos[0, k].tolist(), "quat": states.quat[0, k].tolist(), "mjcf": name})
+    return rows
 
 
-def _force(row: Any, plan: Plan) -> dict[str, Any]:
+def _force(row: Any, morphs: dict[str, str]) -> dict[str, Any]:
     link = f"{row.entity}/{row.link}" if row.link else row.entity
-    names = {e.name: e.morph for group in plan.bodies for e in group.entities}
-    if not row.link and names[row.entity] == "MJCF":
+    if not row.link and morphs[row.entity] == "MJCF":
         link = f"{row.entity}/{row.entity.partition('[')[0]}"
     return {
         "body": row.entity, "link": row.link, "mjcf": link, "start": row.start, "end": row.end,

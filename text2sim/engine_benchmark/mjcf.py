@@ -54,7 +54,6 @@ def build(plan: Plan) -> Any:
     spec.option.gravity = plan.gravity
     spec.option.integrator = mj.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = getattr(mj.mjtCone, f"mjCONE_{settings.cone.upper()}")
-    spec.option.tolerance = 1e-10
     for group in plan.statics:
         for entity in group.entities:
             _add(spec, plan, entity, fixed=True)

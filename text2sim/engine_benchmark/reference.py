@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from text2sim.cluster.estimate import needs_of
 from text2sim.cluster.task import Done, Needs, Task
 from text2sim.compiler.plan import Plan
 from text2sim.engine_benchmark.statement import Statement
@@ -21,7 +22,8 @@ from text2sim.spec_schema.loaded import LoadedCase
 HALVINGS = (0, 1, 2)
 """How often the time step is halved; the last is the reference where there is no equation."""
 SHARE = 0.02
-"""Tolerance where none is stated, as a part of the observable's range."""
+"""Tolerance where none is stated, as a part of the observable's range; and no less than this by unit:"""
+LEAST = {"m": 1e-3, "rad": 0.01, "deg": 1.0, "m/s": 0.01, "rad/s": 0.05}
 Array = NDArray[np.floating]
 
 
@@ -38,15 +40,16 @@ class Runs:
     records: list[RunRecord]
 
 
-def tasks_of(loaded: LoadedCase, plan: Plan, runs: Path) -> list[Task]:
-    """Runs of a case at its own time step, and at steps that are halved."""
+def tasks_of(loaded: LoadedCase, plan: Plan, runs: Path, known: dict[str, Needs]) -> list[Task]:
+    """Runs of a case at its own time step, and at steps that are halved; `known` is what such runs took before."""
     over, tasks = loaded.overlay, []
     for halvings in HALVINGS:
         sets = [f"scene.dt={plan.dt / 2**halvings!r}", f"scene.substeps={plan.settings.substeps}"]
         arguments: dict[str, Any] = {"file": loaded.path.name, "variants": [*over.variants], "point": over.point}
         arguments |= {"sets": [*over.sets, *(sets if halvings else sets[1:])], "lint": [], "film": False}
         label = f"{loaded.case.name} at step/{2**halvings}"
-        tasks.append(Task("text2sim.cluster.work:simulate", arguments, label, Needs(), {"case": loaded.folder}, runs))
+        needs = needs_of(loaded, known, gpu=False)
+        tasks.append(Task("text2sim.cluster.work:simulate", arguments, label, needs, {"case": loaded.folder}, runs))
     return tasks
 
 
@@ -101,7 +104,7 @@ def references(runs: Runs, statement: Statement) -> dict[str, dict[str, Any]]:
             reference = np.array([float(formula.evaluate({"t": float(t)})) for t in runs.times])  # type: ignore[arg-type]
         else:
             reference = rows[-1]
-        tolerance = stated.tolerance or SHARE * max(float(np.ptp(reference)), 1e-6)
+        tolerance = stated.tolerance or max(SHARE * float(np.ptp(reference)), LEAST.get(runs.units[name], 1e-3))
         until = runs.times <= (statement.until or np.inf) + 1e-9
         if stated.analytic is None:
             known = np.abs(rows[-1] - rows[-2]) <= tolerance / 2
