@@ -1,6 +1,7 @@
 """Simulations per hour in the local pool: with and without warm engines, one worker and two."""
 
 import argparse
+import resource
 import tempfile
 from pathlib import Path
 from time import monotonic
@@ -22,7 +23,8 @@ def main() -> None:
     parser.add_argument("--items", type=int, default=6, help="simulations per worker")
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 2])
     options = parser.parse_args()
-    table = Table("workers", "engine", "first item [s]", "a further one [s]", "an hour, with start", "an hour, later")
+    heads = ["first item [s]", "a further one [s]", "an hour, with start", "an hour, later", "processor [s an item]"]
+    table = Table("workers", "engine", *heads)
     for workers in options.workers:
         for warm in (False, True):
             table.add_row(str(workers), "warm" if warm else "anew", *measure(options, workers, warm))
@@ -39,14 +41,22 @@ def measure(options: argparse.Namespace, workers: int, warm: bool) -> list[str]:
             inputs, output = {"case": options.case.parent}, Path(folder)
             arguments = {**case, "lint": [], "film": False}
             tasks.append(Task("text2sim.cluster.work:simulate", arguments, inputs=inputs, output=output))
-        begun, ends = monotonic(), []
+        begun, ends, before = monotonic(), [], _children()
         for done in run_tasks(tasks, Where(workers=workers, warm=warm), stop):
             assert done.result is not None, done.error
             ends.append((monotonic() - begun, done.seconds))
+    work = (_children() - before) / count
     first = ends[workers - 1][0]  # all workers have begun
     steady = (count - workers) / (ends[-1][0] - first) * 3600
     further = sum(seconds for _, seconds in ends[workers:]) / (count - workers)
-    return [f"{ends[0][0]:.1f}", f"{further:.1f}", f"{count / ends[-1][0] * 3600:.0f}", f"{steady:.0f}"]
+    rates = count / ends[-1][0] * 3600, steady
+    return [f"{ends[0][0]:.1f}", f"{further:.1f}", *(f"{rate:.0f}" for rate in rates), f"{work:.1f}"]
+
+
+def _children() -> float:
+    """Time of processors [s] that ended child processes took."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 if __name__ == "__main__":

@@ -7,7 +7,9 @@ trees/<name>.json    what a task left: its result, and its files by path; writte
 import json
 import os
 import re
+import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from hashlib import file_digest, sha256
 from itertools import islice
@@ -19,6 +21,8 @@ from text2sim.spec_schema.errors import RunError
 SKIPPED = frozenset({"runs", "program", "__pycache__"})
 """Folders of an input that stay where they are; those whose name begins with a dot do, too."""
 MAX_FILES = 10_000
+TOGETHER = 16
+"""Files that are on their way at once: what takes time is the way, not the file."""
 _DIGEST = re.compile(r"[0-9a-f]{64}\Z")
 Tree = dict[str, str]
 """Path below a folder → digest of the file."""
@@ -56,7 +60,8 @@ class Store:
         files = list(islice(_files(folder, skip), MAX_FILES + 1))
         if len(files) > MAX_FILES:
             raise RunError(f"{folder} has more than {MAX_FILES:,} files; a task takes no more with it")
-        return {name: self._put(path) for name, path in files}
+        with ThreadPoolExecutor(TOGETHER) as pool:
+            return dict(zip((name for name, _ in files), pool.map(self._put, (path for _, path in files)), strict=True))
 
     def get_tree(self, tree: Tree, folder: Path) -> None:
         """Fetch files that are not in a folder already, each in one motion.
@@ -64,23 +69,8 @@ class Store:
         Raises:
             RunError: if one leads out of the folder, is missing or damaged.
         """
-        for name, digest in tree.items():
-            target = folder / name
-            if os.path.isabs(name) or ".." in Path(name).parts or not _DIGEST.match(digest):
-                raise RunError(f"the store {self.url} names the file {name[:80]!r}, which is no place for one")
-            if target.is_file() and _digest(target) == digest:
-                continue
-            target.parent.mkdir(parents=True, exist_ok=True)
-            part = target.with_name(f".{os.getpid()}-{target.name}")
-            try:
-                self._fs.get_file(self._blob(digest), str(part))
-                if _digest(part) != digest:
-                    raise RunError(f"{name} is damaged in the store {self.url}")
-                os.replace(part, target)
-            except FileNotFoundError as error:
-                raise RunError(f"{name} is missing in the store {self.url}") from error
-            finally:
-                part.unlink(missing_ok=True)
+        with ThreadPoolExecutor(TOGETHER) as pool:
+            list(pool.map(lambda name: self._get(name, tree[name], folder), tree))
 
     def keep(self, key: str, result: dict[str, Any], tree: Tree) -> None:
         """Write down what came of a task."""
@@ -94,6 +84,24 @@ class Store:
             return data["result"], data["files"]
         except (OSError, ValueError, KeyError, TypeError):
             return None
+
+    def _get(self, name: str, digest: str, folder: Path) -> None:
+        target = folder / name
+        if os.path.isabs(name) or ".." in Path(name).parts or not _DIGEST.match(digest):
+            raise RunError(f"the store {self.url} names the file {name[:80]!r}, which is no place for one")
+        if target.is_file() and _digest(target) == digest:
+            return
+        target.parent.mkdir(parents=True, exist_ok=True)
+        part = target.with_name(f".{os.getpid()}-{target.name}")
+        try:
+            self._fs.get_file(self._blob(digest), str(part))
+            if _digest(part) != digest:
+                raise RunError(f"{name} is damaged in the store {self.url}")
+            os.replace(part, target)
+        except FileNotFoundError as error:
+            raise RunError(f"{name} is missing in the store {self.url}") from error
+        finally:
+            part.unlink(missing_ok=True)
 
     def _put(self, path: Path) -> str:
         digest = _digest(path)
@@ -113,7 +121,7 @@ class Store:
             write(path)
             return
         self._fs.makedirs(path.rpartition("/")[0], exist_ok=True)
-        part = f"{path}.{os.getpid()}"
+        part = f"{path}.{os.getpid()}.{threading.get_ident()}"
         write(part)
         self._fs.mv(part, path)
 
