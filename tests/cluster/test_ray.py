@@ -5,7 +5,9 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import psutil
 import pytest
@@ -31,6 +33,14 @@ actions:
 """
 
 
+def patiently(start: Callable[[], Any]) -> Any:
+    """Try it three times: Ray gives its processes no more than 30 s to start, which a busy machine may not do."""
+    for _ in range(2):
+        with suppress(Exception):
+            return start()
+    return start()
+
+
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[object]:
     """A head and two more nodes, a core each."""
@@ -39,8 +49,8 @@ def cluster() -> Iterator[object]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PYTHONPATH", os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]))
         node = {"num_cpus": 1, "memory": 4_000_000_000, "object_store_memory": 80_000_000}
-        made = Cluster(initialize_head=True, head_node_args={**node, "include_dashboard": False})
-        made.nodes_for_tests = [made.add_node(**node) for _ in range(2)]
+        made = patiently(lambda: Cluster(initialize_head=True, head_node_args={**node, "include_dashboard": False}))
+        made.nodes_for_tests = [patiently(lambda: made.add_node(**node)) for _ in range(2)]
         yield made
         ray.shutdown()
         made.shutdown()

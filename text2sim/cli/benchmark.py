@@ -69,6 +69,8 @@ def export_cases(
             code = max(code, row.exit)
             documents.append(row.as_dict())
             _ = as_json or say_examined(row)
+    if any(one.stopped for one in done.values()):
+        code = exits.INTERRUPTED
     if as_json:
         say_json({"ok": code == exits.OK, "benchmarks": documents})
     raise typer.Exit(code)

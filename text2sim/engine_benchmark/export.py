@@ -66,8 +66,8 @@ def export(loaded: LoadedCase, plan: Plan, out: Path, done: Sequence[Done]) -> d
         },
         "complete": not why_not,
         "left_out": why_not,
-        "bodies": [_entity(e, bool(e.options.get("fixed"))) for group in plan.bodies for e in group.entities],
-        "statics": [_entity(e, True) for group in plan.statics for e in group.entities],
+        "bodies": [_entity(e, why_not) for group in plan.bodies for e in group.entities],
+        "statics": [_entity(e, why_not) for group in plan.statics for e in group.entities],
         "links": _links(layout, ran, morphs),
         "joints": layout["joints"],
         "initial_joints": [
@@ -120,10 +120,12 @@ def _write_files(plan: Plan, folder: Path) -> None:
         (folder / path).write_bytes(data)
 
 
-def _entity(entity: EntityPlan, fixed: bool) -> dict[str, Any]:
+def _entity(entity: EntityPlan, why_not: list[str]) -> dict[str, Any]:
     row: dict[str, Any] = {"name": entity.name, "shape": entity.morph, "pos": entity.pos, "quat": entity.quat}
+    if entity.morph == "MJCF" and not why_not:
+        return {**row, "shape": "mechanism: see links, joints and scene.xml"}
     row |= {key: value for key, value in entity.options.items() if key not in ("fixed", "visualization")}
-    row |= {"fixed": fixed, "density": entity.rho, "friction": entity.friction}
+    row |= {"density": entity.rho, "friction": entity.friction}
     if entity.family != "rigid":
         row |= {"material": entity.material, "parameters": entity.material_options}
         row["mass"] = entity.soft.mass if entity.soft else None
