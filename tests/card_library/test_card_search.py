@@ -47,10 +47,10 @@ def test_what_the_run_said_counts_more_than_words() -> None:
 
 
 def test_modes_bring_cards_forward() -> None:
-    text = "it slides off and does not stay"
-    places = [ids(text=text, modes=modes, limit=100).index("cloth-slides-off") for modes in ((), ("cloth",))]
+    text = "it is stiff and stands up like a board"
+    places = [ids(text=text, modes=modes, limit=100).index("cloth-like-card") for modes in ((), ("cloth",))]
     assert places[1] < places[0] or places == [0, 0]
-    assert "cloth-slides-off" in ids(text="", modes=["cloth"], limit=100)
+    assert "cloth-like-card" in ids(text="", modes=["cloth"], limit=100)
 
 
 def test_nothing_fits_nothing() -> None:

@@ -17,7 +17,7 @@ from text2sim.compiler.literal import Code, comment, identifier, literal
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_case
 
-PROGRAM = (*MODULES, *COPIED, *COPIED_SOFT, *COPIED_ACTIONS)
+PROGRAM = (*MODULES, *COPIED, *COPIED_SOFT, *COPIED_ACTIONS, "cloth_friction.py")
 # `quadrants`, the compiler of the engine, and `torch` come with it.
 ALLOWED = {
     "genesis",

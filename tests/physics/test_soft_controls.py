@@ -114,6 +114,42 @@ def test_a_load_is_carried_by_the_cloth_that_it_hangs_on(simulate, agree):
     assert trial.vel("thrown")[-1, 2] > -2 - 9.81 * t[-1] + 0.1, "the cloth holds it back"
 
 
+SLOPES = """
+scene:
+  duration: 0.5
+  dt: 0.004
+  record: {rate: 125}
+  statics:
+    steep: {shape: {kind: box, size: [2, 0.6, 0.1]}, pose: {pos: [0, 0, 0], euler_deg: [0, 30, 0]}, material: {friction: 0.3}}
+    rough: {shape: {kind: box, size: [2, 0.6, 0.1]}, pose: {pos: [0, 2, 0], euler_deg: [0, 30, 0]}, material: {friction: 0.7}}
+bodies:
+  slider:
+    kind: cloth
+    cell: 0.02
+    shape: {kind: sheet, size: [0.2, 0.2]}
+    material: {friction: 0.2, air_resistance: 0}
+    pose: {pos: ["${0.0601 * sin(radians(30))}", 0, "${0.0601 * cos(radians(30))}"], euler_deg: [0, 30, 0]}
+  keeper:
+    kind: cloth
+    cell: 0.02
+    shape: {kind: sheet, size: [0.2, 0.2]}
+    material: {friction: 0.2, air_resistance: 0}
+    pose: {pos: ["${0.057 * sin(radians(30))}", 2, "${0.057 * cos(radians(30))}"], euler_deg: [0, 30, 0]}
+"""
+
+
+def test_cloth_rubs_on_slopes(simulate, agree):
+    trial = simulate(SLOPES)
+    t = trial.time
+    down = np.array([np.cos(np.pi / 6), 0.0, -0.5])
+    points, velocity = rows(trial.states, "slider")
+    pull = 9.81 * (0.5 - 0.3 * np.cos(np.pi / 6))
+    agree("a = g (sin s - mu cos s): speed [m/s]", velocity @ down, pull * t, within=0.03)
+    points, velocity = rows(trial.states, "keeper")
+    assert np.abs(velocity).max() < 0.05, "it starts 3 mm too near, and gets no speed from being put right"
+    agree("mu above tan s holds [m]", (points - points[0]).mean(axis=1) @ down, 0.0, within=1e-3)
+
+
 def next_substeps(trial) -> int:
     """Substeps of the program, as it says."""
     text = (trial.folder / "program" / "scene.py").read_text()

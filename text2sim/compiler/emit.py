@@ -100,6 +100,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     files = {name: text.encode() for name, text in _format(texts).items()}
     copied = [*COPIED, *(COPIED_SOFT if plan.deformables else ()), *copied_actions(plan)]
     copied += ["friction.py"] if plan.frictions else []
+    copied += ["cloth_friction.py"] if context["cloth"] else []
     files |= {name: (TEMPLATES / name).read_bytes() for name in copied} | dict(plan.files)
     return files | {"looks.json": _looks(plan)}
 
@@ -193,6 +194,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         "initial": plan.initial,
         "contact": plan.contact,
         "frictions": plan.frictions,
+        "cloth": next((name for name, facts in plan.deformables.items() if facts.solver == "pbd"), None),
         **action_context(plan),
         "render": plan.render,
     }

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import genesis as gs
+from cloth_friction import add_friction
 
 HERE = Path(__file__).resolve().parent
 
@@ -180,3 +181,4 @@ def configure(bodies):
         bodies[name].set_dofs_kv([kv] * len(dofs), dofs)
         if limit is not None:
             bodies[name].set_dofs_force_range([-limit] * len(dofs), [limit] * len(dofs), dofs)
+    add_friction(bodies["left"])

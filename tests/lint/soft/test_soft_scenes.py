@@ -179,33 +179,6 @@ bodies:
     assert [p.severity for p in findings(tmp_path, "no-contact", part % 5, below)] == ["error"]
 
 
-def test_cloth_that_something_else_holds_does_not_slide(tmp_path: Path) -> None:
-    post = """\
-scene: {statics: {post: {shape: {kind: cylinder, radius: 0.1, height: 0.5}, place: {on: floor}}}}
-bodies:
-  sheet: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.6, 0.6]}, pose: {pos: [0, 0, 0.55]}}
-"""
-    assert findings(tmp_path, "cloth-slides", post)
-    assert findings(tmp_path, "cloth-slides", post, "bodies: {sheet: {pose: {pos: [2, 0, 0.55]}}}") == []
-
-
-@pytest.mark.parametrize(
-    "moves",
-    [
-        "kind: driven, motion: {kind: spin, axis: z, speed: 1}",
-        "kind: rigid, mount: {kind: hinge, axis: z}",
-    ],
-)
-def test_a_cloth_slides_off_what_moves_as_well(tmp_path: Path, moves: str) -> None:
-    post = f"""\
-bodies:
-  post: {{{moves}, shape: {{kind: box, size: [0.3, 0.3, 0.5]}}, pose: {{pos: [0, 0, 0.26]}}}}
-  sheet: {{kind: cloth, cell: 0.02, shape: {{kind: sheet, size: [0.6, 0.6]}}, pose: {{pos: [0, 0, 0.55]}}}}
-"""
-    (found,) = findings(tmp_path, "cloth-slides", post)
-    assert "comes down on `post`" in found.message
-
-
 def test_a_wheel_on_a_hinge_does_not_lie_on_sand(tmp_path: Path) -> None:
     wheel = """\
 bodies:

@@ -19,6 +19,7 @@ from text2sim.compiler.shapes.rotation import (
     quat_rotate,
     quat_to_rows,
 )
+from text2sim.compiler.shapes.sagging import sheet_pieces, sheet_reach
 from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid, Rope
 from text2sim.spec_schema.models.scene import Static
@@ -47,8 +48,6 @@ TreeExtents = Callable[[Any, Quaternion, Path], Bounds]
 """Bounds of a body that is a tree of links, about its origin, turned by a quaternion."""
 
 
-SHEET = 1e-3
-"""Thickness [m] that a sheet has where bodies are placed and compared; its solver has its own."""
 _MEMORY = 4096
 _KNOWN: dict[Any, tuple[Piece, ...]] = {}
 """Pieces of shapes: copies, and bodies that are alike, share them, and what was worked out of them."""
@@ -130,7 +129,7 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
 
         return pieces_of(shape)
     if isinstance(shape, Sheet):
-        return [Piece("box", size=(*shape.size, SHEET))]
+        return sheet_pieces(shape)
     if kind == "compound":
         return [
             piece.at(part.pose.pos, quat_of(part.pose), name)
@@ -304,7 +303,7 @@ def _reach_sculpt(shape: Sculpt, u: Vec, folder: Path) -> float:
 
 
 def _reach_sheet(shape: Sheet, u: Vec, folder: Path) -> float:
-    return (shape.size[0] * abs(u[0]) + shape.size[1] * abs(u[1]) + SHEET * abs(u[2])) / 2
+    return sheet_reach(shape, u)
 
 
 def _reach_compound(shape: Compound, u: Vec, folder: Path) -> float:
@@ -335,7 +334,7 @@ _REACH: dict[str, Callable[[Any, Vec, Path], float]] = {
     "sheet": _reach_sheet,
     "compound": _reach_compound,
 }
-_SYMMETRIC = {"box", "sheet", "sphere", "cylinder", "capsule", "ellipsoid", "torus", "tube", "cup"}
+_SYMMETRIC = {"box", "sphere", "cylinder", "capsule", "ellipsoid", "torus", "tube", "cup"}
 
 
 def extents(shape: Any, quat: Quaternion, folder: Path) -> Bounds:

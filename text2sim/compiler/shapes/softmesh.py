@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from text2sim.compiler.shapes.geometry import extents, key_of, volume
 from text2sim.compiler.shapes.rings import Arc, profile, profile_of, turned
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_of, quat_to_rows
+from text2sim.compiler.shapes.sagging import along
 from text2sim.compiler.shapes.triangle_count import MAX_TRIANGLES, refuse_many
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.sculpts import Sculpt
@@ -220,7 +221,8 @@ def _sheet(sheet: Sheet, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarr
     nx, ny = (max(1, round(side / edge)) for side in sheet.size)
     u, v = np.meshgrid(np.linspace(0.0, 1.0, nx + 1), np.linspace(0.0, 1.0, ny + 1))
     uvs = np.stack([u.ravel(), v.ravel()], axis=1)
-    vertices = np.column_stack([(uvs - 0.5) * sheet.size, np.zeros(len(uvs))])
+    curve = np.tile(along(sheet, nx), (ny + 1, 1))
+    vertices = np.column_stack([curve[:, 0], (uvs[:, 1] - 0.5) * sheet.size[1], curve[:, 1]])
     return vertices, grid_faces(nx, ny), uvs
 
 

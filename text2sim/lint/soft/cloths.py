@@ -1,4 +1,4 @@
-"""Cloth of solver pbd: what passes through it, what slides off it, and what does not pull back."""
+"""Cloth of solver pbd that lets things through, and points that are held by what does not feel them."""
 
 import math
 from collections.abc import Iterator
@@ -15,8 +15,6 @@ CAUGHT, CAUGHT_WELL = 8.0, 16.0
 went through."""
 WELL = 20
 """As many sweeps."""
-CLOSE = 0.02
-"""What is so near [m] to a cloth lies on it."""
 
 
 def _passes(facts: Facts) -> Iterator[Problem]:
@@ -72,57 +70,6 @@ def _blame(facts: Facts, body: SoftBody, copy: Copy) -> tuple[str | int, ...]:
     return facts.said(body.body if soft_facts(facts).comes_down_on(body.copy, copy) else copy.body, "place", "pose")
 
 
-def _slides(facts: Facts) -> Iterator[Problem]:
-    """Cloth that would have to lie on, or be dragged under, rigid bodies by friction."""
-    soft = soft_facts(facts)
-    if facts.case.scene.gravity[2] >= 0.0:
-        return
-    seen: set[tuple[str, str]] = set()
-    for body, copy in soft.pairs("pbd"):
-        if (body.body, copy.body) in seen:
-            continue
-        words = _draped(facts, soft, body, copy) or _dragged(facts, soft, body, copy)
-        if words:
-            seen.add((body.body, copy.body))
-            text = (
-                f"{words}: cloth of solver pbd has no friction with rigid bodies; `solver: ipc` has (on a machine with "
-                "CUDA), or pin part of it with `attach`"
-            )
-            yield facts.problem("cloth-slides", facts.said(body.body, "solver", "material"), text, key=True)
-
-
-def _draped(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> str:
-    """What is wrong with a loose cloth over something smaller than itself."""
-    its = facts.box(copy)
-    if not facts.loose(body.copy) or its is None:
-        return ""
-    if not soft.comes_down_on(body.copy, copy) or body.box[0][2] < its[1][2] - CLOSE:
-        return ""
-    hangs = any(body.box[1][k] - body.box[0][k] > its[1][k] - its[0][k] for k in (0, 1))
-    return f"`{body.name}` comes down on `{copy.name}` and slides off it in a second or two" if hangs else ""
-
-
-def _dragged(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> str:
-    """What is wrong with a cloth that is pulled from under something."""
-    its = facts.box(copy)
-    if its is None or not facts.free(copy) or not _pulled(facts, body, copy.body):
-        return ""
-    over = soft.comes_down_on(copy, body.copy) and its[0][2] - body.box[1][2] < CLOSE
-    return f"`{body.name}` is pulled from under `{copy.name}`, which feels nothing of it" if over else ""
-
-
-def _pulled(facts: Facts, body: SoftBody, lying: str) -> bool:
-    """Whether something that moves holds a cloth; never by what lies on it, if that is tied to it."""
-    moved = False
-    for control in facts.case.actions.controls.values():
-        if control.kind == "attach" and control.body.split("[")[0] == body.body and control.to != "world":
-            holder = control.to.split("[")[0].split(".")[0]
-            if holder == lying:
-                return False
-            moved = moved or any(map(facts.moves, facts.placed.get(holder, [])))
-    return moved
-
-
 def _one_way(facts: Facts) -> Iterator[Problem]:
     """Points that are attached to something free: they never pull it."""
     soft = soft_facts(facts)
@@ -165,26 +112,6 @@ actions:
 """,
         mended="scene: {dt: null, substeps: null}",
         run=_passes,
-    ),
-    Rule(
-        id="cloth-slides",
-        severity="warning",
-        title="A cloth of solver pbd where friction would have to hold it.",
-        reason="""\
-Contact of pbd particles with rigid bodies has no friction at all; the material's friction acts between cloths alone.
-Sheets that came down on a sphere and on a cube slid off within 1.2 to 1.6 s. A tablecloth of this kind leaves plates
-where they are however slowly it is pulled.""",
-        way_out="""\
-Take `solver: ipc` (with CUDA); or let something else than friction hold the cloth: pins, lifters, a rim, a bowl.""",
-        example="""\
-scene: {statics: {post: {shape: {kind: cylinder, radius: 0.1, height: 0.5}, place: {on: floor}}}}
-bodies:
-  sheet: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.6, 0.6]}, pose: {pos: [0, 0, 0.55]}}
-""",
-        mended="""\
-actions: {controls: {pin: {kind: attach, body: sheet, region: {nearest: [0, 0, 0]}, points: 9, to: world}}}
-""",
-        run=_slides,
     ),
     Rule(
         id="one-way-hold",

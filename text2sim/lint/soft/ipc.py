@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.geometry import SHEET
+from text2sim.compiler.shapes.sagging import SHEET
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Part, apart
 from text2sim.lint.rule import Rule

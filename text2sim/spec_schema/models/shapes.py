@@ -12,6 +12,7 @@ from text2sim.spec_schema.models.base import (
     Model,
     Multiple,
     Name,
+    NonNegative,
     Pose,
     Positive,
     Size2,
@@ -271,8 +272,19 @@ class Sheet(Model):
     kind: Literal["sheet"]
     size: Size2
     """Lengths [m] along x and y."""
+    sag: NonNegative = 0.0
+    """How deep [m] its middle hangs at the start below its left and right edges, which come nearer to each other: a
+    hammock, an awning. It is a parabola as long as the sheet, L; the edges are `L - 8/3 sag^2 / L` apart, within 1 % up to
+    a fifth of L."""
     texture: str | None = Field(default=None, max_length=200)
     """A picture inside the case's folder, .png or .jpg, laid over it once."""
+
+    @model_validator(mode="after")
+    def _hangs(self) -> "Sheet":
+        long = self.size[0]
+        if self.sag > 0.45 * long:
+            raise ValueError(f"a sheet of {long:g} m along x sags by {0.45 * long:g} m at most (got {self.sag:g} m)")
+        return self
 
 
 SolidShape = Annotated[

@@ -52,8 +52,8 @@ class Cloth(Placed):
 
     kind: Literal["cloth"]
     solver: Literal["pbd", "ipc"] | None = None
-    """`pbd` runs everywhere; it has no friction with rigid bodies. `ipc` has, never lets anything through, and
-    needs a CUDA device. If left out, what `scene.contact.model` goes with; else pbd."""
+    """`pbd` runs everywhere; `ipc` never lets anything through, and needs a CUDA device. If left out, what
+    `scene.contact.model` goes with; else pbd."""
     shape: ClothShape
     """What it is shaped like before anything acts on it."""
     cell: Length | None = None

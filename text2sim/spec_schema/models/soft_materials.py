@@ -35,7 +35,7 @@ class ClothMaterial(Model):
     thickness: Length = 1e-3
     """Thickness [m]. With solver pbd the distance of its particles takes this place in contact."""
     friction: Real = Field(default=0.3, ge=0.0, le=5.0)
-    """Coulomb coefficient. With solver pbd it acts between cloths alone: against rigid bodies there is none."""
+    """Coulomb coefficient, on itself and other cloth; on a rigid body the larger of both holds."""
     youngs_modulus: Positive | None = None
     """With solver ipc: stiffness [Pa] of the fabric in its plane; 1e6 if left out."""
     poisson_ratio: Real | None = Field(default=None, ge=0.0, lt=0.5)

@@ -1,0 +1,67 @@
+"""Lets cloth rub on rigid bodies.
+
+Genesis 1.4.5 pushes particles of cloth out of rigid bodies, and leaves them their speed along the surface.
+"""
+
+import quadrants as qd
+from genesis.engine.solvers.rigid.abd.forward_dynamics import func_vel_at_point
+from genesis.engine.solvers.rigid.abd.misc import func_apply_coupling_force
+from genesis.utils.array_class import GeomsInfo, GeomsState, LinksState, RigidInfo, SDFInfo
+from genesis.utils.sdf import sdf_func_normal_world, sdf_func_world
+
+TINY = 1e-12  # [m]; nothing slips less in a substep
+
+
+def add_friction(body):
+    """Give cloth friction on rigid bodies: all cloth of the scene of this one, which is built."""
+    coupler, pbd = body.sim.coupler, body.solver
+    particles = pbd.particles_reordered, pbd.particles_ng_reordered, pbd.particles_info_reordered
+    coupler.kernel_pbd_rigid_collide = lambda **rigid: _collide(
+        *particles, pbd.particle_size / 2, pbd.substep_dt, **rigid
+    )
+
+
+@qd.kernel
+def _collide(
+    particles: qd.template(),
+    flags: qd.template(),
+    info: qd.template(),
+    reach: qd.f32,
+    h: qd.f32,
+    geoms_state: GeomsState,
+    geoms_info: GeomsInfo,
+    links_state: LinksState,
+    sdf_info: SDFInfo,
+    rigid_info: RigidInfo,
+    collider_static_config: qd.template(),
+):
+    """Move particles out of rigid bodies, and against their slip by at most friction times that (Coulomb's law).
+
+    What moves a particle of mass m by dx in a substep h is a blow of m dx / h: the ratio of both ways is that of both
+    forces. So it is between particles; Macklin and others, Unified particle physics, 2014, equations 23 and 24.
+    """
+    for i, b in qd.ndrange(particles.shape[0], particles.shape[1]):
+        if flags[i, b].active:
+            for g in range(geoms_info.needs_coup.shape[0]):
+                depth = 0.0
+                if geoms_info.needs_coup[g]:
+                    depth = reach - sdf_func_world(g, b, particles[i, b].pos, geoms_state, geoms_info, sdf_info)
+                if depth > 0.0:
+                    link, old = geoms_info.link_idx[g], particles[i, b].pos
+                    normal = sdf_func_normal_world(
+                        g, b, old, geoms_state, geoms_info, rigid_info, sdf_info, collider_static_config
+                    )
+                    # What was too near before is moved, and gets no speed from it.
+                    near = reach - sdf_func_world(g, b, particles[i, b].ipos, geoms_state, geoms_info, sdf_info)
+                    particles[i, b].ipos += qd.min(qd.max(near, 0.0), depth) * normal
+                    pos = old + depth * normal
+                    if particles[i, b].free:
+                        slip = pos - particles[i, b].ipos - func_vel_at_point(link, b, pos, links_state) * h
+                        slip -= slip.dot(normal) * normal
+                        friction = qd.max(geoms_info.friction[g], info[i, b].mu_k)
+                        pos -= slip * qd.min(1.0, friction * depth / qd.max(slip.norm(), TINY))
+                    speed = (pos - particles[i, b].ipos) / h
+                    blow = info[i, b].mass * (speed - particles[i, b].vel)
+                    func_apply_coupling_force(link, b, old, -blow / h, links_state)
+                    particles[i, b].pos = pos
+                    particles[i, b].vel = speed

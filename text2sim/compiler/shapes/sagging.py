@@ -1,0 +1,71 @@
+"""A sheet that hangs between two of its edges: a parabola as long as the sheet."""
+
+from math import asinh, atan2, hypot, inf, sqrt
+
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.rotation import Vec, quat_from_axis_angle
+from text2sim.spec_schema.models.shapes import Sheet
+
+SHEET = 1e-3
+"""Thickness [m] that a sheet has where bodies are placed and compared; its solver has its own."""
+BOXES = 12
+"""As many flat pieces stand for one that hangs."""
+STEPS = 400
+"""Pieces into which a parabola is cut to find points along it: lengths are right to 1e-5 of them."""
+
+
+def arc(span: float, sag: float) -> float:
+    """Length [m] of a parabola `z = -sag (1 - (2 x / span)^2)` between its ends."""
+    slope = 4 * sag / span
+    return span / 2 * (sqrt(1 + slope**2) + (asinh(slope) / slope if slope > 1e-6 else 1.0))
+
+
+def span_of(sheet: Sheet) -> float:
+    """Distance [m] of the edges between which a sheet hangs."""
+    length, low, high = sheet.size[0], 0.0, sheet.size[0]
+    if not sheet.sag:
+        return length
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if (arc(middle, sheet.sag) if middle > 0 else -inf) < length else (low, middle)
+    return high
+
+
+def along(sheet: Sheet, count: int) -> list[tuple[float, float]]:
+    """Points (x, z) [m], evenly spaced along the sheet from its left edge to its right one, `count + 1` of them."""
+    span = span_of(sheet)
+    if not sheet.sag:
+        return [((k / count - 0.5) * span, 0.0) for k in range(count + 1)]
+    xs = [(k / STEPS - 0.5) * span for k in range(STEPS + 1)]
+    curve = [(x, -sheet.sag * (1 - (2 * x / span) ** 2)) for x in xs]
+    ways = [0.0]
+    for (a, b), (c, d) in zip(curve, curve[1:], strict=False):
+        ways.append(ways[-1] + hypot(c - a, d - b))
+    found, k = [], 0
+    for index in range(count + 1):
+        way = ways[-1] * index / count
+        while k < STEPS - 1 and ways[k + 1] < way:
+            k += 1
+        u = (way - ways[k]) / (ways[k + 1] - ways[k])
+        (a, b), (c, d) = curve[k], curve[k + 1]
+        found.append((a + u * (c - a), b + u * (d - b)))
+    return found
+
+
+def sheet_pieces(sheet: Sheet) -> list[Piece]:
+    """Return the boxes that stand for a sheet where bodies are placed and compared."""
+    if not sheet.sag:
+        return [Piece("box", size=(*sheet.size, SHEET))]
+    points = along(sheet, BOXES)
+    found = []
+    for (a, b), (c, d) in zip(points, points[1:], strict=False):
+        box = Piece("box", size=(hypot(c - a, d - b), sheet.size[1], SHEET))
+        lean = quat_from_axis_angle((0.0, 1.0, 0.0), -atan2(d - b, c - a))
+        found.append(box.at(((a + c) / 2, 0.0, (b + d) / 2), lean))
+    return found
+
+
+def sheet_reach(sheet: Sheet, u: Vec) -> float:
+    """Return how far [m] a sheet reaches in a direction from its frame."""
+    farthest = max(x * u[0] + z * u[2] for x, z in along(sheet, BOXES if sheet.sag else 1))
+    return farthest + (sheet.size[1] * abs(u[1]) + SHEET * abs(u[2])) / 2
