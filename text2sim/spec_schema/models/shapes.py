@@ -274,8 +274,8 @@ class Sheet(Model):
     """Lengths [m] along x and y."""
     sag: NonNegative = 0.0
     """How deep [m] its middle hangs at the start below its left and right edges, which come nearer to each other: a
-    hammock, an awning. It is a parabola as long as the sheet, L; the edges are `L - 8/3 sag^2 / L` apart, within 1 % up to
-    a fifth of L."""
+    hammock, an awning. It is a parabola as long as the sheet, L; the edges are `L - 8/3 sag^2 / L` apart, within 1 %
+    up to a fifth of L."""
     texture: str | None = Field(default=None, max_length=200)
     """A picture inside the case's folder, .png or .jpg, laid over it once."""
 
