@@ -41,10 +41,10 @@ class DealtCards:
         return self.library is not None and card in self.library.entries
 
     def pages(self, names: Iterable[str]) -> dict[str, str]:
-        """The whole of those cards that go by some names, for the Planner."""
+        """Those cards that go by some names, as Writers get them: of a plan there is nothing to tell by."""
         if self.library is None:
             return {}
-        return {name: self.library.entries[name].card.brief("planner") for name in names if self.has(name)}
+        return {name: self.library.entries[name].card.brief("bodies") for name in names if self.has(name)}
 
     def deal(self, role: str, cards: Iterable[str], about: str) -> str:
         """Give cards to a role for one question, and keep that it had them.

@@ -53,6 +53,7 @@ PAGES_NEEDED: dict[str, frozenset[str]] = {
     "Parts of a compound": frozenset({"compound"}), "Parts of a sculpt": frozenset({"sculpt"}),
     "Cross-sections": frozenset({"sculpt"}), "Copies": COPIES,
     "Regions of space": frozenset({"packing", "enters", "leaves", "count_in", "share_in", "surface_in"}),
+    "Lights": frozenset({"sun", "softbox", "lamp", "spot", "sky", "environment", "light", "lights"}),
     "Regions on bodies": frozenset({"cloth", "soft", "point", "region", "corner", "edge", "face"}),
 }  # fmt: skip
 """Pages that are there only if one of these is needed."""
@@ -65,12 +66,11 @@ PLANNED = ("Measures", "Events", "Expectations", "Regions of space")
 """Pages about what the Planner has put into the script: its Writer needs them only for more of its own."""
 MORE = "The plan's measures, events and expectations are put in for you. For more of your own, `read` the kind"
 PLACES = (
-    "Or `place`, one of the two; it goes by true shapes: `on: table` (let down until it touches), `inside: cup` (let "
-    "down in the hollow), `above`, `below`, `left_of`, `right_of`, `in_front_of`, `behind` (side against side), "
-    "`beside: wall`, `touching: egg` with `direction: [1, 1, 0]` (moved from there until they meet), `around: pole`. "
-    "What that leaves open is the middle of both, or `at: [x, y]` in the world, `at: {corner: [left, front]}` with "
-    "`inset`, `at: {edge: left}`, `align: top`; then `offset`, `clearance: 0.002` (the gap), `facing: table`. Copies "
-    'are placed as one pattern; `on: "plate[*]"` puts one on each. More: `read: [Poses and places]`.'
+    "Or `place`, one of the two, by true shapes: `on: table` (let down until it touches), `inside: cup`, `above`, "
+    "`below`, `left_of`, `right_of`, `in_front_of`, `behind` (side against side), `beside: wall`, `around: pole`, "
+    "`touching: egg` with `direction: [1, 1, 0]`. What that leaves open is the middle of both, or `at: [x, y]` in the "
+    "world, `at: {corner: [left, front]}` with `inset`, `align: top`; then `offset`, `clearance: 0.002` (the gap). "
+    'Copies are placed as one pattern; `on: "plate[*]"` puts one on each. More: `read: [Poses and places]`.'
 )
 PLACES_OF_STATICS = (
     "Or `place`, one of the two, by true shapes: `on: table`, `above`, `left_of`, `beside: wall`, `around: pole` and "
@@ -115,7 +115,9 @@ def pages(reader: str, kinds: Collection[str] | None = None) -> str:
             parts.append(section_brief(section, only))
     if wanted is not None and reader == "actions":
         parts.append(f"{MORE}, or `Expectations`: {kinds_to_expect_with()}.")
-    if reader in ("bodies", "scene"):
+    if reader == "scene":
+        parts.append("Colours: `#rrggbb`, or a name: those of CSS, and of materials (`oak`, `concrete`, `brass`).")
+    if reader == "bodies":
         parts.append(f"Colours: `#rrggbb`, or a name: those of CSS, and {', '.join(OWN_COLORS)}.")
     text = "\n\n".join(parts)
     return text if wanted is None or wanted & DEFORMING else _SOFT_ROWS.sub("", text)

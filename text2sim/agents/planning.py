@@ -13,7 +13,7 @@ from text2sim.agents.dealt_cards import ATTACHED
 from text2sim.agents.facts import claim_faults
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.page_requests import PageRequests
-from text2sim.agents.rehearsal import MODES, TAKEN, plan_faults
+from text2sim.agents.rehearsal import MODES, plan_faults
 from text2sim.agents.replies import SECTIONS, CasePlan, Fragments
 from text2sim.agents.requirements import Requirements, rows
 from text2sim.agents.roles import ROLES, render, system_prompt
@@ -79,7 +79,6 @@ def make_plan(
         rules=language.rules(brief=True),
         pages=language.to_plan_with(),
         cards=deck.index(),
-        taken=", ".join(TAKEN),
         modes=", ".join(MODES),
     )
     read = typed(CasePlan, lambda plan: _check_plan(plan, deck, path, request.requirements, tried))

@@ -20,7 +20,7 @@ from text2sim.spec_schema.text.canonical import format_text
 
 AS_WORDS = frozenset({"ball", "line", "free", "text", "still", "rest", "leaves", "turns"})
 """Kinds that are hardly ever meant by the words: a ball is no ball joint."""
-GISTS = {"render": 200, "actions": 300}
+GISTS = {"render": 200, "actions": 200}
 """Characters of what a body is, for those who only film it, or move it."""
 
 
@@ -149,7 +149,7 @@ def plan_for(section: str, plan: CasePlan) -> str:
         data["shared"] = plan.shared
     if section == "actions":
         data["checks"] = {part: getattr(plan.checks, part) for part in FROZEN_PARTS if getattr(plan.checks, part)}
-    elif section != "scene":
+    elif section == "render":
         data["must come true"] = list(plan.says.values())
     if section in ("bodies", "render") and plan.assumptions:
         data["assumptions"] = plan.assumptions
@@ -176,8 +176,7 @@ def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
         if not given & (language.DEFORMING | {"pbd"}):
             found -= language.PUSHES
         if section == "actions":  # what is measured is the Planner's; of what is said, only what a brief calls by name
-            brief = set(re.findall(r"[a-z][a-z_]+", plan.briefs.get("actions", "").lower()))
-            found -= set(language.measured_kinds()) - brief
+            found -= set(language.measured_kinds()) - set(re.findall(r"`([a-z_]+)`", plan.briefs.get("actions", "")))
         return found
     statics = section == "scene"
     own = {name: body for name, body in plan.bodies.items() if (body.kind == "static") == statics}

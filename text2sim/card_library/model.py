@@ -106,7 +106,7 @@ class Card(Model):
         """Text for a prompt.
 
         Args:
-            role: Who reads it. Writers get causes, repair and shortcuts; Planner and Critic, who have to find
+            role: Who reads it. Writers get symptoms, causes, repair and shortcuts; Planner and Critic, who have to find
                 out what is the matter, and whoever is not named get the whole card.
         """
         seen = self.evidence
@@ -117,7 +117,8 @@ class Card(Model):
         rows += _row("tell by", self.checks) if whole else []
         rows += _row("repair", self.repair)
         rows += _row("never", self.forbidden)
-        rows += _row("seen", [f"{seen.case}: {seen.failing.observed}; repaired: {seen.repaired.observed}"])
+        if whole:
+            rows += _row("seen", [f"{seen.case}: {seen.failing.observed}; repaired: {seen.repaired.observed}"])
         return "\n".join(rows)
 
     def index_line(self) -> str:

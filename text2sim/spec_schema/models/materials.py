@@ -33,8 +33,7 @@ class Material(Model):
     """Coulomb coefficient. A pair of bodies slides with the larger of its two values, unless
     `scene.contact.pairs` has one for it."""
     restitution: Real | None = Field(default=None, ge=0.0, le=0.995)
-    """Bounce: speed after over speed before, between two bodies of this material. The engine has no such
-    coefficient; it is made from the damping of the contact, which needs a short time step."""
+    """Bounce: speed after over speed before, between two bodies of this material; it takes a short time step."""
     touch_soft: Bool = True
     """Whether soft bodies, cloth, grains and liquids feel it; false for a hook or rod that only holds."""
     soft_reach: Length | None = None

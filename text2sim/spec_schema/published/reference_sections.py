@@ -209,9 +209,7 @@ bodies:
 
 FILM = """\
 Nothing here can touch the physics: a change of `render`, or of the colour and finish of a body, films the recorded run
-again. Both films, the rasterised preview and the path-traced one, show the same moments from the same places. The
-preview has no shadows, no reflections and nothing that is out of focus or blurred by motion, and knows a soft lamp
-only as a sun."""
+again. The preview has no shadows, no reflections and nothing that is out of focus or blurred by motion."""
 
 SHOTS = """\
 In `shots` and `overlay` of the film, and `within` of a camera.
