@@ -61,9 +61,11 @@ class Scenes:
 
     def take(self, packed: Packed) -> None:
         """Take in what was packed."""
-        self._busy, self._due = False, monotonic() + max(PAUSE, SHARE * packed.seconds)
+        self._busy = False
         if packed.whole:
-            self.whole = packed
+            self.whole, self._due = packed, 0.0
+        else:
+            self._due = monotonic() + max(PAUSE, SHARE * packed.seconds)
 
     def _work(self, key: Key, folder: Path, case: "Case", whole: bool) -> None:
         from text2sim.replay.page import pack_scene
