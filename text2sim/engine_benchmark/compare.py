@@ -109,7 +109,8 @@ def _trial(engine: str, folder: Path, out: Path, step: float, stop: Stop) -> tup
     if ended.cause != "ended" or ended.code:
         why = ended.cause if ended.cause != "ended" else last_error(said) or said.strip().rpartition("\n")[2]
         raise RunError(f"{engine} did not finish {folder}: {why or f'exit code {ended.code}'}")
-    return float(json.loads((out / "trial.json").read_text())["seconds"]), ended.peak_memory
+    told = json.loads((out / "trial.json").read_text())
+    return float(told["seconds"]), int(told["memory"])
 
 
 def table(rows: list[Compared], engine: str) -> str:

@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import resource
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -47,7 +48,9 @@ def main() -> None:
         if np.shape(made[name]) != shape:
             sys.exit(f"the adapter's `{name}` has the shape {np.shape(made[name])}, not {shape}")
     write_states(out, scene, made)
-    (out / "trial.json").write_text(json.dumps({"seconds": seconds}))
+    unit = 1 if sys.platform == "darwin" else 1024
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
+    (out / "trial.json").write_text(json.dumps({"seconds": seconds, "memory": memory}))
 
 
 def write_states(out: Path, scene: dict[str, Any], made: dict[str, Any]) -> None:
