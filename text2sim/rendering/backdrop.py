@@ -90,7 +90,7 @@ def wall_mesh(
     ways = ways[np.hypot(*ways.T) > 1e-6]
     ways /= np.hypot(*ways.T)[:, None]
     ahead = ways.mean(axis=0) if len(ways) else np.zeros(2)
-    extent = None
+    extent, away = None, 0.0
     if np.linalg.norm(ahead) >= 0.5 and (ways @ ahead / np.linalg.norm(ahead)).min() >= np.cos(SPREAD):
         ahead /= np.linalg.norm(ahead)
         depths = (things[:, :2] - backdrop["center"][:2]) @ ahead

@@ -154,9 +154,10 @@ class Stage:
         """Return what makes the floor and the wall of any material, and the material of each."""
         views, backdrop, (wide, tall) = self._views(), self.backdrop, self.recording.film["resolution"]
         eyes, rays, reach = [view.pos for view in views], [edge_rays(view, wide / tall) for view in views], 0.0
+        wall = None
         if backdrop["kind"] == "wall" and backdrop["level"] is not None:
-            wall, bright = wall_mesh(backdrop, eyes, self._places(), float(backdrop["radius"]) / ROOMY, rays)
-            reach = float(np.hypot(*(wall.vertices[:, :2] - backdrop["center"][:2]).T).max())
+            wall = wall_mesh(backdrop, eyes, self._places(), float(backdrop["radius"]) / ROOMY, rays)
+            reach = float(np.hypot(*(wall[0].vertices[:, :2] - backdrop["center"][:2]).T).max())
         mesh = backdrop_mesh(backdrop, eyes, rays, reach)
         if mesh is None:
             return {}
@@ -165,9 +166,9 @@ class Stage:
         laid = bare if floor is None else floor_material(floor["pattern"], floor["color"], floor["tile"])
         color, _ = shaded(self._floor.color, self._floor.finish)
         made = {"backdrop": (_painted("backdrop", mesh, np.broadcast_to(color, mesh.vertices.shape)), laid)}
-        if backdrop["kind"] == "wall":
-            color = linear(np.asarray(self.recording.film["background"])) * bright[:, None]
-            made["wall"] = (_painted("wall", wall, color), material(BACKDROP_FINISH, two_sided=True))
+        if wall is not None:
+            color = linear(np.asarray(self.recording.film["background"])) * wall[1][:, None]
+            made["wall"] = (_painted("wall", wall[0], color), material(BACKDROP_FINISH, two_sided=True))
         return made
 
     def _places(self) -> Any:
