@@ -76,3 +76,15 @@ def test_files_of_an_item_belong_together(dataset: Path) -> None:
     with np.load(io.BytesIO(files["states.npz"])) as states:
         assert states["pos"][-1, 1, 0] == pytest.approx(0.2)
     assert key == "a" and json.loads(files["layout.json"])["dt"] == 0.1
+
+
+def test_the_loader_of_the_documentation_runs_as_it_stands(
+    dataset: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("HF_HUB_OFFLINE", "1")
+    words = (Path(__file__).parents[2] / "docs" / "dataset.md").read_text()
+    code = words.split("```python\n")[1].split("```")[0]
+    assert code.count("\n") <= 12
+    exec(code.replace("datasets/mine", str(dataset)), {})
+    assert "A crate slides. passed" in (said := capsys.readouterr().out)
+    assert "a-film1 (8, 36, 64) (9, 3, 3)" in said
