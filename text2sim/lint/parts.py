@@ -25,6 +25,8 @@ from text2sim.compiler.shapes.solid import Solid
 
 FACES = 100
 """Faces of a hull that are looked at one by one."""
+MOST_PAIRS = 500_000
+"""To hold more against each other takes seconds; a heap of 2,000 has some 20,000."""
 MANY_CELLS = 64
 """What lies in more cells of the grid than this is compared with everything instead."""
 
@@ -127,7 +129,8 @@ def apart(a: Bounds, b: Bounds, slack: float = 0.0) -> bool:
 def near(boxes: list[Bounds], slack: float = 0.0) -> Iterator[tuple[int, int]]:
     """Yield the pairs of boxes that are not `apart`, by their numbers, the smaller first.
 
-    They are sorted into a grid of cells of twice their usual size, so that far pairs are never looked at.
+    They are sorted into a grid of cells of twice their usual size, so that far pairs are never looked at; of thousands
+    that are all in one place, the first `MOST_PAIRS` are.
     """
     if len(boxes) < 2:
         return
@@ -147,9 +150,13 @@ def near(boxes: list[Bounds], slack: float = 0.0) -> Iterator[tuple[int, int]]:
         for where in product(range(a, b + 1), range(c, d + 1), range(e, f + 1)):
             cells.setdefault(where, []).append(index)
     seen: set[tuple[int, int]] = set()
+    looked = 0
     for members in cells.values():
         for k, i in enumerate(members):
             first = boxes[i]
+            looked += len(members) - k - 1
+            if looked > MOST_PAIRS:
+                return
             for j in members[k + 1 :]:
                 if not apart(first, boxes[j], slack) and (i, j) not in seen:
                     seen.add((i, j))
