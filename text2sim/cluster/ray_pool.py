@@ -51,45 +51,47 @@ def run_ray(tasks: Sequence[Task], address: str, url: str, stop: Stop, *, warm: 
         remote = ray.remote(_on_node)
         waiting, tries, trees = deque(range(len(tasks))), [0] * len(tasks), dict[Path, Tree]()
         running: dict[Any, tuple[int, str, float]] = {}
-        while waiting or running:
-            while waiting and len(running) < AHEAD * cores and not stop.count:
-                number = waiting.popleft()
-                task = tasks[number]
-                order = task.order({name: _tree(store, path, trees) for name, path in task.inputs.items()}, None)
-                key = key_of({**order, "inputs": {n: digest_of(tree) for n, tree in order["inputs"].items()}}, code)
-                known = None if tries[number] or task.arguments.get("force") else store.kept(key)
-                if known and not known[0].get("again"):
-                    yield _fetched(store, task, known, 0, 0.0, "")
-                    continue
-                tries[number] += 1
-                needs = {"num_cpus": task.needs.cores, "memory": task.needs.memory, "num_gpus": task.needs.gpu}
-                remote_task = remote.options(**needs, max_retries=0, name=task.label or task.function)
-                running[remote_task.remote(order, key, url, code, warm)] = number, key, monotonic()
-            if stop.count:
-                for ref in running:
-                    ray.cancel(ref, force=True)
-                numbers = [*(number for number, _, _ in running.values()), *waiting]
-                yield from (Done(tasks[number], None, STOPPED, tries[number]) for number in numbers)
-                return
-            # Many at a time: to look through all that runs for each result would keep us busy with nothing else.
-            ready, _ = ray.wait(list(running), num_returns=len(running), timeout=POLL) if running else ([], [])
-            for ref in ready:
-                number, key, since = running.pop(ref)
-                task, seconds = tasks[number], monotonic() - since
-                try:
-                    answer: dict[str, Any] = ray.get(ref)
-                except failures.RayTaskError as error:
-                    answer = {"error": str(error.cause or error).splitlines()[-1]}
-                except failures.RayError as error:  # its worker or its node is gone
-                    if tries[number] < TRIES:
-                        waiting.appendleft(number)
+        try:
+            while waiting or running:
+                while waiting and len(running) < AHEAD * cores and not stop.count:
+                    number = waiting.popleft()
+                    task = tasks[number]
+                    order = task.order({name: _tree(store, path, trees) for name, path in task.inputs.items()}, None)
+                    key = key_of({**order, "inputs": {n: digest_of(tree) for n, tree in order["inputs"].items()}}, code)
+                    known = None if tries[number] or task.arguments.get("force") else store.kept(key)
+                    if known and not known[0].get("again"):
+                        yield _fetched(store, task, known, 0, 0.0, "")
                         continue
-                    answer = {"error": f"its worker was lost {TRIES} times ({type(error).__name__})"}
-                if "error" not in answer and (kept := store.kept(key)):
-                    yield _fetched(store, task, kept, tries[number], seconds, answer["worker"])
-                else:
-                    words = str(answer.get("error", f"its result is not in {url}"))
-                    yield Done(task, None, words, tries[number], seconds, machine=bool(answer.get("machine")))
+                    tries[number] += 1
+                    needs = {"num_cpus": task.needs.cores, "memory": task.needs.memory, "num_gpus": task.needs.gpu}
+                    remote_task = remote.options(**needs, max_retries=0, name=task.label or task.function)
+                    running[remote_task.remote(order, key, url, code, warm)] = number, key, monotonic()
+                if stop.count:
+                    numbers = [*(number for number, _, _ in running.values()), *waiting]
+                    yield from (Done(tasks[number], None, STOPPED, tries[number]) for number in numbers)
+                    return
+                # Many at a time: to look through all that runs for each result would keep us busy with nothing else.
+                ready, _ = ray.wait(list(running), num_returns=len(running), timeout=POLL) if running else ([], [])
+                for ref in ready:
+                    number, key, since = running.pop(ref)
+                    task, seconds = tasks[number], monotonic() - since
+                    try:
+                        answer: dict[str, Any] = ray.get(ref)
+                    except failures.RayTaskError as error:
+                        answer = {"error": str(error.cause or error).splitlines()[-1]}
+                    except failures.RayError as error:  # its worker or its node is gone
+                        if tries[number] < TRIES:
+                            waiting.appendleft(number)
+                            continue
+                        answer = {"error": f"its worker was lost {TRIES} times ({type(error).__name__})"}
+                    if "error" not in answer and (kept := store.kept(key)):
+                        yield _fetched(store, task, kept, tries[number], seconds, answer["worker"])
+                    else:
+                        words = str(answer.get("error", f"its result is not in {url}"))
+                        yield Done(task, None, words, tries[number], seconds, machine=bool(answer.get("machine")))
+        finally:
+            for ref in running:
+                ray.cancel(ref, force=True)
 
 
 def connect(address: str) -> int:
