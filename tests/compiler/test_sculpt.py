@@ -207,3 +207,14 @@ def test_what_deforms_is_one_volume() -> None:
     (group,) = found.plan.bodies
     assert group.entities[0].soft is not None
     assert group.entities[0].soft.mass == pytest.approx(500 * sculpted(found.placed["toy"][0].shape).volume, rel=1e-6)
+
+
+def test_a_blend_that_fills_all_there_is_is_refused() -> None:
+    from text2sim.compiler.build import resolve_case
+    from text2sim.spec_schema.errors import SpecError
+    from text2sim.spec_schema.load import load_text
+
+    parts = "{a: {kind: ellipsoid, radii: [0.2, 0.1, 0.1]}, b: {kind: ellipsoid, radii: [0.1, 0.1, 0.2]}}"
+    body = f"{{kind: rigid, shape: {{kind: sculpt, blend: 1.0e+6, parts: {parts}}}, pose: {{pos: [0, 0, 1]}}}}"
+    with pytest.raises(SpecError, match="blend"):
+        resolve_case(load_text(f"text2sim: 2\nname: a\nprompt: p\nscene: {{duration: 1}}\nbodies:\n  b: {body}\n"))

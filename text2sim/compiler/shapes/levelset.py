@@ -229,6 +229,8 @@ def cast(shape: Sculpt) -> Cast:
     field = field_of(parts, grid)
     if not (field < 0).any():
         raise AssetError("has nothing left: its cuts take all of it")
+    if (field < 0).all():
+        raise AssetError("is blended far beyond all of its parts; take a smaller `blend`")
     # Nodes on the surface would make triangles without area.
     near = 0.02 * grid.cell
     field = np.where(np.abs(field) < near, np.where(field < 0, -near, near), field)
