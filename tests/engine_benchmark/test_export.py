@@ -50,7 +50,7 @@ def test_a_case_is_written_and_mujoco_does_what_the_equation_says(tmp_path, monk
     (tmp_path / "lazy.py").write_text(LAZY)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     assert call(monkeypatch, "run", "out", "--engine", "lazy:simulate") == 2
-    assert "`quat` has the shape (201, 1, 3), not (201, 1, 4)" in capsys.readouterr().out
+    assert "`quat` has the shape (101, 1, 3), not (101, 1, 4)" in capsys.readouterr().out
 
 
 def test_a_folder_that_is_no_benchmark_is_told_so(tmp_path, monkeypatch, capsys):
