@@ -69,9 +69,11 @@ def write_run(folder: Path, speed: float = 1.0, **evidence: Any) -> Path:
         )
     layout = {"dt": 0.1, "every": 1, "gravity": [0, 0, -9.81], "links": links, "joints": [], "n_frames": FRAMES}
     nothing = np.zeros((FRAMES, 3, 3), np.float32)
+    moving = nothing.copy()
+    moving[:, 1, 0] = evidence.pop("goes", 0.0)
     np.savez(
         folder / "states" / "chunk_00000.npz",
-        time=time, links_pos=pos.astype(np.float32), links_quat=quat.astype(np.float32), links_vel=nothing,
+        time=time, links_pos=pos.astype(np.float32), links_quat=quat.astype(np.float32), links_vel=moving,
         links_ang=nothing, qpos=np.zeros((FRAMES, 0), np.float32), dofs_velocity=np.zeros((FRAMES, 0), np.float32),
         dofs_control_force=np.zeros((FRAMES, 0), np.float32), contact_step=np.array([3, 3], np.int64),
         contact_links=np.array([[0, 1], [1, 2]]), contact_force=np.float32([[0, 0, 5], [1, 0, 0]]),

@@ -204,3 +204,15 @@ def test_traced_pictures_show_things_where_the_annotations_have_them(
             image = picture.to_ndarray(format="rgb24").astype(int)
             red = image[..., 0] > 1.5 * image[..., 2]
             assert (red & mask).sum() / (red | mask).sum() > 0.85
+
+
+def test_energy_from_nowhere_is_compared_with_what_moves(take: Take, recipe: Any) -> None:
+    account = {"not_counted": [], "start": 2.9, "end": 2.9, "min": 2.9, "max": 2.9, "work_of_motors": 0.0}
+    assert take("still", evidence={"energy": account | {"change": 0.0}}).row["energy_gain"] == 0
+    why = ["energy: 20 % from nowhere, more than 5 %"]
+    # The crate of 1 kg is said to go at 1 m/s.
+    moving = take("moving", evidence={"energy": account | {"change": 0.1}, "goes": 1.0}, refused=why)
+    assert moving.row["energy_gain"] == pytest.approx(0.2)
+    assert (
+        take("open", evidence={"energy": account | {"change": 9.0, "not_counted": ["work"]}}).row["energy_gain"] is None
+    )

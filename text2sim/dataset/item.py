@@ -87,6 +87,7 @@ def make_item(key: str, run: Path, plan: Any, loaded: LoadedCase, recipe: Recipe
     (out / "case.yaml").write_bytes((run / "expanded.yaml").read_bytes())
     row = {"key": key, **_about_case(loaded, record), **_about_run(record, evidence)}
     row |= {"things": annotator.things, "parts": annotator.parts, "quality": recipe.film.quality}
+    row |= {"energy_gain": energy_gain(evidence.get("energy"), states, loaded.data)}
     row |= {"width": recipe.film.size[0], "height": recipe.film.size[1], "frames": len(pictures)}
     row |= {"fps": recording.film["fps"], "film_digest": _digest(out / "film.mp4")}
     row |= {"states_digest": _digest(out / "states.npz")}
@@ -216,19 +217,28 @@ def _about_run(record: RunRecord, evidence: dict[str, Any]) -> dict[str, Any]:
         "events": [
             {"name": n, **{key: row.get(key) for key in ("count", "first", "last")}} for n, row in events.items()
         ],
-        "energy_gain": energy_gain(evidence.get("energy")),
         "penetration": penetration.get("value"),
         "suspicions": [str(row) for row in evidence.get("suspicions", [])],
         "remarks": [str(row) for row in (evidence.get("legibility") or {}).get("remarks", [])],
     }
 
 
-def energy_gain(energy: dict[str, Any] | None) -> float | None:
-    """Return what energy the run gained beyond all work, as a part of what was exchanged in it.
+def energy_gain(energy: dict[str, Any] | None, states: RunStates, case: dict[str, Any]) -> float | None:
+    """Return what energy a run gained beyond all work, as a part of its largest kinetic energy or of the work.
 
-    None where the account leaves something out.
+    None where the account leaves something out, which springs do as well.
     """
-    if not energy or energy.get("not_counted") or energy.get("change") is None:
+    if not energy or energy.get("not_counted") or energy.get("change") is None or _has_spring(case.get("bodies")):
         return None
-    scale = max(energy["max"] - energy["min"], abs(energy.get("work_of_motors") or 0.0))
+    mass = np.array([link.mass for link in states.links])
+    turning = np.array([np.trace(link.inertia) / 3 for link in states.links])
+    kinetic = 0.5 * ((states.vel.astype(float) ** 2).sum(axis=2) @ mass)
+    kinetic += 0.5 * ((states.ang.astype(float) ** 2).sum(axis=2) @ turning)
+    scale = max(float(kinetic.max(initial=0.0)), abs(energy.get("work_of_motors") or 0.0))
     return max(energy["change"], 0.0) / scale if scale else 0.0
+
+
+def _has_spring(part: Any) -> bool:
+    if isinstance(part, dict):
+        return bool(part.get("spring")) or any(map(_has_spring, part.values()))
+    return isinstance(part, list) and any(map(_has_spring, part))
