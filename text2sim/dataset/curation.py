@@ -75,7 +75,7 @@ def decoded(path: Path, size: tuple[int, int]) -> list[list[int]]:
                 if (picture.width, picture.height) != size:
                     return found
                 image = picture.reformat(width=GLANCE, height=GLANCE, format="rgb24", interpolation="AREA")
-                found.append(image.to_ndarray().ravel().tolist())
+                found.append([int(value) for value in image.to_ndarray().ravel()])
     except (av.error.FFmpegError, OSError, IndexError):
         pass
     return found

@@ -42,7 +42,9 @@ def deal(recipe: Recipe, jobs: Iterable[tuple[str, str]]) -> dict[str, Split]:
     whole, shares = weight.total(), sum(recipe.splits.values())
     for root in sorted(weight, key=lambda root: (-weight[root], root)):
         if root not in found:
-            missing = {split: share / shares * whole - filled[split] for split, share in recipe.splits.items() if share}
+            missing: dict[Split, float] = {
+                split: share / shares * whole - filled[split] for split, share in recipe.splits.items() if share
+            }
             found[root] = max(missing, key=lambda split: missing[split])
             filled[found[root]] += weight[root]
     return {name: found[group[name]] for name in sizes}
