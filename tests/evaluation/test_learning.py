@@ -104,7 +104,7 @@ def test_a_card_is_run_and_tried_and_kept_if_its_prompt_gets_better(
     first, second = judge.asked("lesson")
     assert "action.lands: 0: frame 10: it ends above the floor" in first
     assert "Attempt 1" in first and "ball-falls-through-the-net" in first
-    assert "the card does not hold: the repaired case should pass (is: missed:lands)" in second
+    assert "the card does not hold: the repaired case is still `missed:lands`" in second
     (entry,) = load_library([tmp_path / "cards"]).entries.values()
     account = read_ledger(tmp_path / "cards").cards["falls-from-too-high"]
     assert (account.state, account.digest, account.owes[0].prompt) == ("kept", digest_of(entry), "drop")
