@@ -44,7 +44,7 @@ def test_any_other_content_is_another_question(cache: Path, monkeypatch: pytest.
     for question in ([b"ab"], [b"a", b"b"], [b"", b"ab"], [b"b", b"a"]):
         remembered(question, MEMBERS, ask)
     assert ask.times == 4
-    monkeypatch.setattr(memory, "version", lambda name: "99")
+    monkeypatch.setattr(memory, "_version", lambda name: "99")
     remembered([b"ab"], MEMBERS, ask)
     assert ask.times == 5, "another version of MuJoCo may say something else"
 

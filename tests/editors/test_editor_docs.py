@@ -35,7 +35,7 @@ def test_its_commands_are_there():
         assert name in commands, name
     options = {word for parameter in commands["watch"].params for word in parameter.opts}
     named = set(re.findall(r"`(--[a-z-]+)`", TEXT))
-    assert {"--width", "--timeout", "--variant", "--set"} == named
+    assert {"--timeout", "--variant", "--set"} == named
     assert named <= options
 
 

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import genesis as gs
+from cloth_friction import add_friction
 
 HERE = Path(__file__).resolve().parent
 
@@ -64,3 +65,4 @@ def add_bodies(scene):
 
 def configure(bodies):
     """Set what can be set only after the scene is built."""
+    add_friction(bodies["cloth[0]"])

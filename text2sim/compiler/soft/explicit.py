@@ -61,7 +61,7 @@ def add_soft(data: dict[str, Any], comments: dict[Path, str], resolution: Resolu
             own["cell"] = edges[name]
             comments[*root, "cell"] = f"derived: {soft.why[f'{solver}_edge']}"
         values = open_values(body, str(solver))
-        if solver == "fem":
+        if solver == "fem" and soft.fem is not None:  # there is none where the contact model knows no such body
             why = soft.why.get("damping_alpha", "the largest that a body has: the engine knows one for all")
             values = {"damping": (soft.fem.damping_alpha, why)}
         _add_material(own, comments, root, values)
