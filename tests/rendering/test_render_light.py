@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+import yaml
 
+from text2sim.compiler.build import plan_case
 from text2sim.rendering import tone
 from text2sim.rendering.lights import emitters
 from text2sim.rendering.renderer import mitsuba
+from text2sim.spec_schema.load import load_text
 
 pytestmark = pytest.mark.usefixtures("tracer")
 
@@ -33,7 +36,7 @@ LIGHTS = {
         "color": WHITE,
         "strength": 8.0,
     },
-    "sky": {"kind": "sky", "direction": (0.5, 0.3, -1.0), "turbidity": 3.0, "strength": 2.0, "color": WHITE},
+    "sky": {"kind": "sky", "direction": (0.5, 0.3, -1.0), "turbidity": 3.0, "strength": 2.0},
     "environment": {"kind": "environment", "color": WHITE, "horizon": WHITE, "strength": 2.0 / np.pi},
 }
 
@@ -55,6 +58,20 @@ def test_a_sheet_gets_the_irradiance_that_is_told(kind: str) -> None:
     )
     seen = float(np.array(mi.render(scene, spp=256, seed=1))[..., :3].mean())
     assert seen * np.pi == pytest.approx(2.0, rel=0.08)
+
+
+def test_programs_write_these_lights() -> None:
+    places = {"softbox": {"direction": [0, 0, -1]}, "sun": {"direction": [0, 0, -1]}, "lamp": {"pos": [0, 0, 2]}, "spot": {"pos": [0, 0, 2], "look_at": [0, 0, 0]}}
+    lights = {kind: {"kind": kind, **places.get(kind, {})} for kind in LIGHTS}
+    case = {
+        "text2sim": 2,
+        "name": "lit",
+        "scene": {"duration": 1, "dt": 0.01},
+        "bodies": {"ball": {"kind": "rigid", "shape": {"kind": "sphere", "radius": 0.1}}},
+        "render": {"lights": lights},
+    }
+    made = plan_case(load_text(yaml.safe_dump(case))).render["lights"]
+    assert {kind: set(light) for kind, light in made.items()} == {kind: set(one) for kind, one in LIGHTS.items()}
 
 
 @pytest.mark.parametrize("curve", ["agx", "aces", "standard"])

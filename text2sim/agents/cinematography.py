@@ -24,6 +24,7 @@ from text2sim.agents.revising import data_of
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.recording.run_files import read_events
+from text2sim.runtime.trouble import told
 from text2sim.spec_schema.changes.patch import PatchError
 from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.load import load_text
@@ -243,6 +244,9 @@ def styled(
         raise
     except Text2SimError as error:
         emit("not_styled", why=str(error))  # the physics is accepted, whoever could not film it
+        return text
+    except Exception as error:  # noqa: BLE001 - nor is it lost for an error of ours
+        emit("not_styled", why=told(error))
         return text
     if best is None:
         emit("not_styled", why="whoever answers cannot see pictures")

@@ -101,7 +101,8 @@ def _filmed(run: Path) -> Iterator[Row]:
 
 def _wanted(run: Path, evidence: dict[str, Any]) -> list[Moment]:
     """What is worth looking at, in a run whose case can be read or not."""
-    from text2sim.spec_schema.text.document import parse_document
+    from text2sim.runtime.trouble import keep_details
+from text2sim.spec_schema.text.document import parse_document
     from text2sim.spec_schema.text.source import read_source
 
     try:
@@ -190,6 +191,9 @@ def _traced(run: Path, seconds: float) -> Iterator[Row]:
         filming.render(few, lambda progress: None, until=until)
         pictures = [Image.fromarray(picture) for picture in filming.pictures(few, filming.rendered(few))]
     except (Text2SimError, ImportError, OSError):
+        return
+    except Exception as error:  # noqa: BLE001 - an error of ours: the preview serves, and the loop goes on
+        keep_details(error)
         return
     eye = _eye(run)
     for one, picture in zip(shown, pictures, strict=True):

@@ -39,7 +39,7 @@ def emitters(lights: dict[str, dict[str, Any]], center: Array, radius: float) ->
     made: dict[str, Any] = {}
     domes = []
     for name, light in lights.items():
-        color = linear(np.asarray(light["color"], float))
+        color = linear(np.asarray(light["color"], float)) if "color" in light else np.ones(3)  # a sky has its own
         kind = light["kind"]
         if kind == "sun":
             made[f"light_{name}"] = _sun(light, color * light["strength"], center, radius)
