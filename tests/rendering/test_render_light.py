@@ -61,7 +61,12 @@ def test_a_sheet_gets_the_irradiance_that_is_told(kind: str) -> None:
 
 
 def test_programs_write_these_lights() -> None:
-    places = {"softbox": {"direction": [0, 0, -1]}, "sun": {"direction": [0, 0, -1]}, "lamp": {"pos": [0, 0, 2]}, "spot": {"pos": [0, 0, 2], "look_at": [0, 0, 0]}}
+    places = {
+        "softbox": {"direction": [0, 0, -1]},
+        "sun": {"direction": [0, 0, -1]},
+        "lamp": {"pos": [0, 0, 2]},
+        "spot": {"pos": [0, 0, 2], "look_at": [0, 0, 0]},
+    }
     lights = {kind: {"kind": kind, **places.get(kind, {})} for kind in LIGHTS}
     case = {
         "text2sim": 2,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.agents.frame_choice import Moment, Shown, chosen, moments
 from text2sim.legibility.film import spread
+from text2sim.runtime.trouble import keep_details
 
 if TYPE_CHECKING:
     from text2sim.legibility.recorded import Recorded
@@ -101,8 +102,7 @@ def _filmed(run: Path) -> Iterator[Row]:
 
 def _wanted(run: Path, evidence: dict[str, Any]) -> list[Moment]:
     """What is worth looking at, in a run whose case can be read or not."""
-    from text2sim.runtime.trouble import keep_details
-from text2sim.spec_schema.text.document import parse_document
+    from text2sim.spec_schema.text.document import parse_document
     from text2sim.spec_schema.text.source import read_source
 
     try:
