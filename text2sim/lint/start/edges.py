@@ -28,28 +28,33 @@ def _edges(facts: Facts) -> Iterator[Problem]:
     x, y, z = facts.case.scene.gravity
     if x or y or z >= 0.0:
         return
-    neighbours: dict[str, list[Copy]] = {}
-    for one, other in facts.near(RESTING):
-        neighbours.setdefault(one.name, []).append(other)
-        neighbours.setdefault(other.name, []).append(one)
-    gaps, held = (
-        facts.own(Gaps),
-        {c.body.split("[")[0] for c in facts.case.actions.controls.values() if c.kind == "attach"},
-    )
+    held = {c.body.split("[")[0] for c in facts.case.actions.controls.values() if c.kind == "attach"}
+    boxes = {
+        copy.name: (name, copy, box)
+        for name in facts.case.bodies
+        if name not in held
+        for copy in facts.placed[name]
+        if facts.loose(copy) and (box := _single_box(facts, copy)) is not None
+    }
+    neighbours: dict[str, list[Copy]] = {name: [] for name in boxes}
+    for one, other in facts.near(RESTING) if boxes else ():
+        for a, b in ((one, other), (other, one)):
+            if a.name in boxes:
+                neighbours[a.name].append(b)
+    gaps = facts.own(Gaps)
     found: dict[str, list[tuple[Copy, Copy, float]]] = {}
-    for name in [name for name in facts.case.bodies if name not in held]:
-        for copy in facts.placed[name]:
-            box = _single_box(facts, copy) if facts.loose(copy) else None
-            if box is None:
-                continue
-            others = neighbours.get(copy.name, [])
-            touching = [one for one in others if gaps.between(copy, one, 2 * RESTING) < RESTING]
-            touching += [g.copy for g in facts.planes if abs(gaps.to_plane(copy, g, 1.0)) < RESTING]
-            if len({one.name for one in touching}) != 1:
-                continue  # in the air, or leaning on several
-            tilt = _tilt(facts, box, touching[0])
-            if tilt > TILT:
-                found.setdefault(name, []).append((copy, touching[0], tilt))
+    for name, copy, box in boxes.values():
+        touching = [g.copy for g in facts.planes if abs(gaps.to_plane(copy, g, 1.0)) < RESTING]
+        for one in neighbours[copy.name]:
+            if len({copy.name for copy in touching}) > 1:
+                break
+            if gaps.between(copy, one, 2 * RESTING) < RESTING:
+                touching.append(one)
+        if len({one.name for one in touching}) != 1:
+            continue  # in the air, or leaning on several
+        tilt = _tilt(facts, box, touching[0])
+        if tilt > TILT:
+            found.setdefault(name, []).append((copy, touching[0], tilt))
     for name, rows in found.items():
         copy, support, tilt = rows[0]
         text = (
