@@ -100,7 +100,10 @@ class Arm:
         free = np.ones(len(q), bool)
         while True:
             own = slopes * free
-            change = own.T @ np.linalg.solve(own @ own.T + DAMPING**2 * np.eye(len(miss)), miss)
+            try:
+                change = own.T @ np.linalg.solve(own @ own.T + DAMPING**2 * np.eye(len(miss)), miss)
+            except np.linalg.LinAlgError:  # so far out that its damping is rounded away: nothing comes nearer
+                return np.zeros_like(q)
             stuck = free & (((q <= self.low) & (change < 0)) | ((q >= self.high) & (change > 0)))
             if not stuck.any():
                 return change * min(1.0, STEP / max(float(np.abs(change).max()), 1e-12))
