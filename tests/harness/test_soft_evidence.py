@@ -77,6 +77,16 @@ def test_the_worst_of_all_copies_with_when_and_where(judged):
     assert "volume" not in towel
 
 
+def test_what_the_grid_turns_back_before_its_side_is_against_it(new_run, make_case):
+    run = new_run(duration=0.1)
+    ball = lattice(4, 0.1)
+    side = ball[:, 0].max() + 0.04  # a rolling ball of cells of 0.03 m came to 0.28 cells before its wall
+    run.add_soft("jelly", np.tile(ball, (11, 1, 1)), spacing=0.1, domain=[[-9, -9, -9], [side, 9, 9]])
+    found = judge(run.write(), make_case(bodies={"jelly": BODIES["jelly"] | {"repeat": None}}))
+    assert found["deformables"]["jelly"]["against_bounds"]["value"] == pytest.approx(1 / 4)
+    assert any("invisible wall" in text for text in found["suspicions"])
+
+
 def test_tetrahedra_turned_inside_out(new_run, make_case):
     run = new_run(duration=0.1)
     points = np.tile(lattice(3, 0.1), (11, 1, 1))

@@ -19,7 +19,8 @@ LOOKED_AT = 4_000_000
 LOOKED_FOR_TEARS = 600_000
 """The same where it is looked in how many pieces they are, which takes longer."""
 STUCK = 1e-4
-"""Nearer than this to a side of its solver's space [m], a point lies against it."""
+"""Nearer than this to a side of its solver's space [m], a point lies against it. Nodes of mpm's grid stop what is up to
+half a cell away from them, so that its particles turn back by that much before the side."""
 
 
 def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
@@ -114,7 +115,8 @@ def _against(recording: RecordedCase, body: Deformable) -> Array | None:
     """Part of the points that lie against the sides of their solver's space, or beyond."""
     if body.domain is None:
         return None
-    low, high = np.array(body.domain[0]) + STUCK, np.array(body.domain[1]) - STUCK
+    near = body.spacing if body.solver == "mpm" else STUCK
+    low, high = np.array(body.domain[0]) + near, np.array(body.domain[1]) - near
     return np.array([((x <= low) | (x >= high)).any(axis=1).mean() for x in body.points])
 
 

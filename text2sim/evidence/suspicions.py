@@ -103,7 +103,8 @@ _SIGNS: tuple[tuple[str, _Bad, str], ...] = (
     (
         "against_bounds",
         lambda value, row, spacing: value > AT_WALLS,
-        "has {percent:.2g} % of its points at the walls of the space of {solver} (scene.{solver}.bounds)",
+        "meets an invisible wall: it has {percent:.2g} % of its points at the walls of the space of {solver} "
+        "(scene.{solver}.bounds)",
     ),
 )
 """Quantity of the diagnostics, whether a value of it is bad, and what is said then."""
