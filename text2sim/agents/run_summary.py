@@ -224,7 +224,9 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
             if isinstance(one, dict) and one.get("value") and name != "against_bounds"
         ]
         if (row.get("against_bounds") or {}).get("value"):
-            told.append(f"it meets the invisible wall of its solver's space (most at {row['against_bounds']['at']:.3g} s)")
+            told.append(
+                f"it meets the invisible wall of its solver's space (most at {row['against_bounds']['at']:.3g} s)"
+            )
         rows.append(f"- deformables: `{body}`, worst values: {', '.join(told) or 'none'}")
     rows += [f"- suspicions: {text}" for text in (evidence.get("suspicions") or [])[:ROWS]]
     return rows
