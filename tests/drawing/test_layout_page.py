@@ -17,10 +17,11 @@ from text2sim.drawing.framing import subject_bounds
 from text2sim.drawing.labels import place_labels
 from text2sim.drawing.layout import SIZE, layout
 from text2sim.drawing.lighting import Light
-from text2sim.drawing.marks import arrow_marks, camera_marks, joint_marks
+from text2sim.drawing.marks import JointMark, arrow_marks, camera_marks, joint_marks
 from text2sim.drawing.naming import draw_labels
 from text2sim.drawing.panel import fitted, nice_step, ticks
 from text2sim.drawing.picture import Style, paint
+from text2sim.drawing.signs import Marks, draw_marks
 from text2sim.drawing.stage import stage
 from text2sim.spec_schema.load import load_case, load_text
 
@@ -116,6 +117,21 @@ def test_label_stands_on_free_ground_beside_its_thing() -> None:
     left, upper, right, lower = (int(value) for value in label.box)
     assert (seen[upper:lower, left:right] == -1).all()
     assert min(abs(upper - 120), abs(lower - 80), abs(left - 160), abs(right - 100)) < 25
+
+
+def test_a_hinge_seen_along_its_axis_shows_which_way_it_counts() -> None:
+    """Anticlockwise, seen from where its axis points to; the open quarter of the arrow is the last one."""
+
+    def red(end: float) -> np.ndarray:
+        panel = fitted("front", (np.full(3, -0.1), np.full(3, 0.1)), (0, 0, 100, 100))
+        canvas = Canvas(np.ones((100, 100, 3)))
+        draw_marks(canvas, panel, Marks([JointMark("hinge", ((0, 0, 0), (0, end, 0)), "wheel")]))
+        pixels = np.asarray(canvas.finished(), int)
+        return pixels[..., 0] - pixels[..., 1] > 100
+
+    towards, away = red(-0.05), red(0.05)
+    assert towards[:50, 51:].sum() > 1.3 * away[:50, 51:].sum(), "upper right"
+    assert away[51:, 51:].sum() > 1.3 * towards[51:, 51:].sum(), "lower right"
 
 
 def test_joints_arrows_and_cameras_of_the_case(zoo: Resolution) -> None:

@@ -92,6 +92,15 @@ class Canvas:
             if both:
                 self._head(start, (-ux, -uy), head + more, ink)
 
+    def turn(self, center: Point, radius: float, color: Color, way: int) -> None:
+        """Draw three quarters of a circle that end in an arrow; `way` 1 is anticlockwise, -1 clockwise."""
+        angles = [0.1 * k for k in range(48)]
+        points = [(center[0] + radius * cos(a), center[1] - way * radius * sin(a)) for a in angles]
+        ahead = (-sin(angles[-1]), -way * cos(angles[-1]))
+        for more, ink in ((2.0, (255, 255, 255, 210)), (0.0, color)):
+            self.line(points, ink, 1.6 + more)
+            self._head((points[-1][0] + 5 * ahead[0], points[-1][1] + 5 * ahead[1]), ahead, 7 + more, ink)
+
     def _head(self, tip: Point, way: Point, size: float, color: Color) -> None:
         angle = atan2(way[1], way[0])
         back = [(tip[0] - size * cos(angle + a), tip[1] - size * sin(angle + a)) for a in (-0.4, 0.4)]

@@ -67,7 +67,11 @@ def _draw_joint(canvas: Canvas, panel: Panel, joint: JointMark, *, many: bool) -
         center, radius = ((a[0] + b[0]) / 2, (a[1] + b[1]) / 2), 3.0 if many else 4.5
         if _inside(center, panel.box):
             canvas.ring(center, radius, (255, 255, 255, 220), radius - 0.5)
-            canvas.ring(center, radius, JOINT, 1.6)
+            if joint.kind == "hinge":
+                near = panel.view.local(np.array(joint.points))[:, 2]
+                canvas.turn(center, 1.8 * radius, JOINT, 1 if near[-1] > near[0] else -1)
+            else:
+                canvas.ring(center, radius, JOINT, 1.6)
             if joint.kind != "ball":
                 canvas.ring(center, 1.0, JOINT, 1.0, fill=JOINT)
         return
@@ -160,7 +164,9 @@ def draw_legend(canvas: Canvas, left: float, y: float, marks: Marks) -> None:
     if "hinge" in kinds:
         canvas.line([(x, y), (x + 34, y)], JOINT, 1.6, (9, 3, 2, 3))
         x += 42
-        explain("axis of a hinge")
+        canvas.turn((x + 6, y), 7, JOINT, 1)
+        x += 22
+        explain("axis of a hinge, and which way it counts")
     if "slider" in kinds:
         canvas.arrow((x, y), (x + 30, y), JOINT, 1.8, both=True)
         x += 38
