@@ -127,7 +127,9 @@ def test_the_critic_reads_who_did_work_and_nothing_that_is_within_bounds(tmp_pat
         "off_path": [{"copy": "sled", "value": 1e-5, "unit": "m"}],
         "speeds": {"a": {"linear": {"max": 0.0, "at": 0.0}}},
     }
-    told = evidence_text(tmp_path, evidence, {"state": "finished"}, ())
+    record = {"state": "finished", "time": 2.0, "duration": 2.0, "timings": {"simulate": 3.0}}
+    told = evidence_text(tmp_path, evidence, record, ())
+    assert "2 of 2 s simulated, 1.5 s by the clock for each" in told
     assert "work in all: motor `drum` 6.5 J, control `shove` -0.25 J; motors until then 8 J" in told
     assert "driven" in told
     for word in ("penetration", "joint_limits", "off_path", "speeds", "contacts", "idle"):

@@ -12,7 +12,7 @@ from text2sim.agents import revising
 from text2sim.agents import session as sessions
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import examine
-from text2sim.agents.attempts import Attempt, Attempts
+from text2sim.agents.attempts import ESTIMATE, Attempt, Attempts
 from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.deciding import Report, decision_faults
 from text2sim.agents.loop import AgentLoop
@@ -20,6 +20,8 @@ from text2sim.agents.loop_result import Limits
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import CasePlan, Decision
 from text2sim.agents.session import Session, Wish
+from text2sim.lint.rules import RULES
+from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source
 
@@ -210,6 +212,27 @@ def test_before_a_run_what_is_promised_and_the_case_stay_together(
     assert made.agreement.breaches(examined) == []
     assert made.agreement.breaches(examine(attempt.text, path)) == []
     assert bool(made.workshop.referred) is needed, "the Planner hears of it"
+
+
+def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path: Path) -> None:
+    asked: list[Any] = []
+    quiet, path = lambda event, /, *, live=False, **what: None, tmp_path / "case.yaml"
+    made = AgentLoop(
+        tmp_path, Request("A ball."), desk(tmp_path, Scripted({})), DealtCards(None, quiet), quiet, Limits()
+    )
+    made.path, made.agreement = path, agreed()[0]
+    made.agreement.plan.keeps = ["low"]
+    made.workshop.mended = lambda text, owners, instruction: (asked.append(owners), (text, {}))[1]  # type: ignore
+    assert ESTIMATE in {rule.id for rule in RULES}
+    guess = Problem("/bodies/ball", "about 9 s of wall time for each simulated second", 1, 1, rule=ESTIMATE)
+    for pace in (0.0, 2.5):
+        made._warned.clear()
+        made.made = [Attempt(1, CASE, "first version", wall=31.0, pace=pace)]
+        examined = examine(CASE, path)
+        examined.warnings = [guess]
+        made._considered(Attempt(2, CASE, "x"), examined)
+    assert len(asked) == 1, "a guess is not told when it is known"
+    assert "took 31 s by the clock, 2.5 s for each simulated second" in made._left(made.made[0])
 
 
 # --- in the loop ---------------------------------------------------------------------------------------------------

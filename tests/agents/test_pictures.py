@@ -84,6 +84,20 @@ def test_extremes_are_shown_of_what_is_expected_and_the_deepest_overlap(run: Pat
     assert [one.bodies for one in told] == [("ball",), ("ball", "floor")]
 
 
+def test_the_moments_that_decide_are_shown_with_what_is_just_before_and_after(run: Path) -> None:
+    """A squash from 0.28 to 0.43 s lies between the events: its expectation says when it was greatest."""
+    evidence = {
+        "events": {"hit": {"first": 0.05}, "end": {"first": 1.8}}, "time": {"reached": 2.0},
+        "expect": {"up": {"ok": False, "at": 0.36}, "hits": {"ok": True, "at": 0.05}, "open": {"ok": None, "at": None}},
+    }  # fmt: skip
+    (run / "evidence.json").write_text(json.dumps(evidence))
+    found = shown(run)
+    assert found[0.36] == ["expect:up"]
+    assert "before expect:up" in found[0.2]
+    assert found[0.52] == ["after expect:up"]
+    assert next(iter(moments(evidence, ACTIONS))).bodies == ("ball",)
+
+
 def test_the_greatest_deformation_is_shown_and_a_slight_one_is_not(run: Path) -> None:
     evidence = {
         "events": {}, "time": {"reached": 2.0},

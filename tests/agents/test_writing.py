@@ -162,12 +162,13 @@ def test_a_change_reads_only_what_its_instruction_names(tmp_path: Path) -> None:
     model = Scripted({"bodies": [fenced("patch: []")]})
     change_section(
         desk(tmp_path, model), "bodies", PLAN, CASE, "Put `ball` on a hinge; friction 0.2.", [], "", FILE,
-        "A ball falls on a floor.", ["lands: first happened at 0.3 s"],
+        "A ball falls on a floor.", ["lands: first happened at 0.3 s"], "derived: substeps = 4",
     )  # fmt: skip
     asked = model.questions("bodies")[0]
     assert "range_deg" in asked, "a kind that is named comes with its fields"
     assert "Coulomb" in asked, "and so does a field"
     assert "restitution" not in asked
+    assert "derived: substeps = 4" in asked
     assert "A ball falls on a floor." in asked
     assert asked.index("Keep, do not touch") < asked.index("lands: first") < asked.index("Put `ball`")
     assert sum(len(message.text) for message in model.asked[0].messages) < 6_000

@@ -143,7 +143,25 @@ def test_editing_an_expectation_judges_anew_without_a_run(drop, make_case, case)
         "unit": "m",
         "wanted": "`height` above 5 m at the end",
         "why": "0.1 m at 1 s",
+        "at": pytest.approx(1.0),
     }
+
+
+def test_a_finding_says_when_it_was_decided(drop, make_case):
+    folder = drop.write()
+    rows = {
+        "lands": {"event": "landing", "within": [0.4, 0.5]},
+        "late": {"measure": "height", "at": 0.3, "above": 0.1},
+        "fastest": {"measure": "speed", "during": "all", "stat": "max", "above": 1},
+        "stays": {"measure": "height", "during": [0.2, 1.0], "below": 2},
+        "usual": {"measure": "height", "during": "all", "stat": "mean", "above": 0},
+    }
+    found = judge(folder, make_case(bodies=("ball", "drum"), **(ACTIONS | {"expect": rows})))["expect"]
+    decided = {name: row["at"] for name, row in found.items()}
+    assert decided == {
+        "lands": pytest.approx(0.45), "late": pytest.approx(0.3), "fastest": pytest.approx(0.44),
+        "stays": pytest.approx(0.2), "usual": None,
+    }  # fmt: skip
 
 
 def test_a_diverged_run_fails_and_names_the_body(drop, case):

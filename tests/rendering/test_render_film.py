@@ -299,3 +299,14 @@ def test_a_film_of_some_seconds_with_fewer_pictures_stands_beside_the_whole_one(
     (reel,) = fewer.reels(during=(0.2, 0.4))
     assert _part(fewer, reel, whole=False) == "_5fps_1-1"
     assert _part(whole, whole.reels()[0], whole=True) == ""
+
+
+def test_the_pace_is_told_by_the_preview_alone(make_run: MakeRun) -> None:
+    quiet = {"title": None, "time": False, "values": [], "inset": False, "pace": True}
+    for name, time in (("quiet", False), ("asked", True)):
+        filming = film(make_run({"crate": CRATE}, name, overlay=quiet | {"time": time}, speed=0.5), (96, 54))
+        (reel,) = filming.reels()
+        paths = filming.render(reel, lambda progress: None)
+        with Image.open(paths[0]) as picture:
+            bare = np.asarray(picture.convert("RGB"))
+        assert np.array_equal(next(iter(filming.pictures(reel, paths))), bare) is not time

@@ -9,6 +9,7 @@ import pytest
 from text2sim.recording.film_record import SoftPart, SurfaceLook
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.soft import Grains, Liquid, Surface, liquid_surface
+from text2sim.templates.patterns import Dress
 
 pytestmark = pytest.mark.usefixtures("tracer")
 
@@ -55,3 +56,26 @@ def test_a_surface_follows_its_vertices(finish: str, *, has_uvs: bool) -> None:
     low, high = bounds(surface.shapes(sheet * (1, 1, 0) + (0, 0, 2)))
     assert np.allclose(low, (0, 0, 2), atol=1e-5)
     assert np.allclose(high, (1, 1, 2), atol=1e-5)
+
+
+@pytest.mark.parametrize("lying", [True, False])
+def test_a_pattern_lies_on_a_cloth_and_bends_with_it(*, lying: bool) -> None:
+    """Eight stripes of each colour across a sheet that is twice as long as it is wide, wherever it hangs."""
+    x, y = np.meshgrid(np.linspace(0, 2, 9), np.linspace(0, 1, 5))
+    flat = np.column_stack([x.ravel(), y.ravel(), np.zeros(45)])
+    corner = (np.arange(4)[:, None] * 9 + np.arange(8)).ravel()
+    faces = np.concatenate([np.c_[corner, corner + 1, corner + 10], np.c_[corner, corner + 10, corner + 9]])
+    start = flat if lying else flat[:, [0, 2, 1]] @ np.array([[0.8, 0.6, 0], [-0.6, 0.8, 0], [0, 0, 1]])
+    dress = Dress("stripes", 1 / 16, (0.0, 0.0, 0.0))
+    arrays = {"faces": faces, "uvs": flat[:, :2] / (2, 1)}
+    shape = Surface("soft0", part("cloth", dress=dress), start, arrays).shapes(flat)
+    seen = {"type": "orthographic", "film": {"type": "hdrfilm", "width": 64, "height": 64, "rfilter": {"type": "box"}}}
+    look = mitsuba().ScalarTransform4f().look_at([1, 0.5, 1], [1, 0.5, 0], [0, 1, 0]).scale([0.5, 0.5, 1])
+    scene = {"type": "scene", "light": {"type": "constant"}, "integrator": {"type": "direct"}}
+    made = mitsuba().load_dict(scene | {"sensor": seen | {"to_world": look}} | shape, optimize=False)
+    picture = np.array(mitsuba().render(made, spp=32))[..., 2]
+    along = picture.std(axis=0).mean() > picture.std(axis=1).mean()
+    row = picture[:, 32] if along else picture[32]
+    bright = row > row.mean()
+    assert np.abs(np.diff(bright.astype(int))).sum() in (15, 16, 17), "a metre of the sheet, in stripes of 1/16 m"
+    assert row.max() > 3 * row.min()

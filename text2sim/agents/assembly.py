@@ -36,6 +36,13 @@ class Examination:
     """Wall time that a run takes on two idle cores; 0 if that is not known."""
 
     @property
+    def derived(self) -> str:
+        """Settings that the case leaves open, on one line, as far as an author may want to know them."""
+        rows = [note.partition(": ")[0] for note in self.notes]
+        told = [row for row in rows if " = " in row and not row.startswith(("max_pairs", "tolerance"))]
+        return f"derived: {'; '.join(told)}" if told else ""
+
+    @property
     def ok(self) -> bool:
         """Whether it can be run."""
         return not self.errors

@@ -22,6 +22,8 @@ from text2sim.spec_schema.whole_files import replacing, write_atomically
 
 LARGEST_INPUT = 100_000_000
 """Bytes of a file that comes with a request."""
+ESTIMATE = "slow-scene"
+"""The rule that guesses how long a run takes: after one, that is known."""
 
 
 @dataclass
@@ -48,6 +50,8 @@ class Attempt:
     """Files in its folder."""
     wall: float = 0.0
     """What the run took by the clock [s]; 0 if there was none."""
+    pace: float = 0.0
+    """What a simulated second took by the clock [s]; 0 if there was no run."""
     minutes_left: list[float | None] = field(default_factory=list)
     """Minutes that were left each time when the Planner was asked about it; None without a bound."""
     critique: dict[str, Any] | None = None
@@ -134,7 +138,7 @@ class Attempts:
                 return False
             if data["state"] in ("unsound", "interrupted", "running"):
                 return False
-            for name in ("state", "run", "evidence", "expect", "cites", "pictures", "wall", "facts"):
+            for name in ("state", "run", "evidence", "expect", "cites", "pictures", "wall", "pace", "facts"):
                 setattr(attempt, name, data[name])
         except (OSError, ValueError, KeyError, TypeError):
             return False
@@ -188,10 +192,14 @@ class Attempts:
         bodies = [*examined.loaded.case.bodies, *examined.loaded.case.scene.statics]
         asked = [one for name in given for one in numbered(name, result.expectations)]
         told = vars(record) if record is not None else {}
+        if record is not None and record.time > 0:
+            attempt.pace = round(record.timings.get("simulate", 0.0) / record.time, 2)
         text = evidence_text(result.folder, result.evidence, told, asked, pictured)
-        if examined.warnings:
+        if examined.derived:
+            text += f"\n\n{examined.derived}"
+        if warnings := [p for p in examined.warnings if p.rule != ESTIMATE]:
             text += "\n\n## Warnings of the lint\n\n" + "\n".join(
-                f"- {p.path}: {p.message} [{p.rule}]" for p in examined.warnings[:10]
+                f"- {p.path}: {p.message} [{p.rule}]" for p in warnings[:10]
             )
         if result.problem is not None:
             text += f"\n\nTo blame: {result.problem.path or f'line {result.problem.line}'}: {result.problem.message}"

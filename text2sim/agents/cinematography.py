@@ -8,6 +8,7 @@ judge said of all of them, until it is good enough or the rounds are over.
 import io
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import asin, degrees, hypot
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -191,6 +192,8 @@ class Cinematography:
                 {take.name: {"total": take.marks.total, **take.marks.model_dump()} for take in self._tried}
             ),
             sheet=self._desk.vision("render"),
+            evenly=EVENLY,
+            events=EVENTS,
             instruction=f"Propose {many} that would be marked higher.",
         )
         images = (best.sheet,) if self._desk.vision("render") else ()
@@ -290,17 +293,27 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
 
 
 def recorded_text(recording: Any) -> str:
-    """Say what was recorded: when events came, and where bodies are, as boxes, at the start and at the end."""
+    """Say what was recorded: when events came, how it is lit, and where bodies are at the start and at the end."""
     first: dict[str, float] = {}
     for row in read_events(recording.folder):
         if row["name"]:
             first.setdefault(row["name"], float(row["time"]))
     rows = [f"0 to {recording.last:.3g} s."]
     rows += [f"- event `{name}`: first at {t:.3g} s" for name, t in list(first.items())[:LISTED]]
+    rows += [_light_row(name, light) for name, light in recording.film["lights"].items()]
     for name in list(dict.fromkeys(body.split("[")[0] for body in recording.bodies))[:LISTED]:
         start, end = (_box(recording.states.bounds([name], t)) for t in (0.0, recording.last))
         rows.append(f"- `{name}`: {start}" + ("" if start == end else f"; at the end {end}"))
     return "\n".join(rows)
+
+
+def _light_row(name: str, light: Mapping[str, Any]) -> str:
+    """Say where a light stands, and how bright it is."""
+    row = f"- light `{name}`: {light['kind']}, strength {light['strength']:.3g}"
+    if (way := light.get("direction")) is None:
+        return row
+    x, y, z = (part / hypot(*way) for part in way)
+    return f"{row}, direction [{x:.2f}, {y:.2f}, {z:.2f}]: it stands {degrees(asin(-z)):.0f} deg high"
 
 
 def _box(points: Any) -> str:

@@ -15,7 +15,7 @@ APART = 0.1
 """Simulated time [s] between pictures of one camera: nearer ones show the same."""
 BESIDE = 0.15
 """How long [s] before and after an event a picture is taken."""
-EVENTS, EXTREMES, DEFORMED = 4, 4, 2
+EVENTS, EXTREMES, DEFORMED, DECIDED = 4, 4, 2, 4
 DEEP = 0.002
 """Penetration [m] from which its worst moment is shown."""
 STRAINED = {"strain": 0.05, "stretch": 1.05, "volume": 0.05}
@@ -49,6 +49,9 @@ def moments(evidence: Data, actions: Data) -> Iterator[Moment]:
         evidence: What stands in `evidence.json`.
         actions: The section of the case that was run.
     """
+    last = float(evidence["time"]["reached"])
+    decided = list(_decided(evidence, actions))
+    yield from decided
     happened = sorted(
         ((row["first"], name) for name, row in evidence["events"].items() if row.get("first") is not None),
     )[:EVENTS]
@@ -62,15 +65,33 @@ def moments(evidence: Data, actions: Data) -> Iterator[Moment]:
         for end in ("max", "min")
         if row.get(f"{end}_at") is not None
     ]
+    yield from _around([one for one in decided if APART < one.t < last - APART][:2])
     yield from _deformed(evidence)
-    last = float(evidence["time"]["reached"])
     yield from [one for one in extremes if APART < one.t < last - APART][:EXTREMES]
     depth = evidence.get("penetration") or {}
     if (depth.get("value") or 0) >= DEEP:
         yield Moment(depth["time"], "deepest overlap", tuple(map(_base, depth.get("between") or ())))
-    for row in events[:3]:
+    yield from _around(events[:3])
+
+
+def _around(told: Sequence[Moment]) -> Iterator[Moment]:
+    """Yield what is just before and after."""
+    for row in told:
         yield Moment(row.t - BESIDE, f"before {row.said}", row.bodies)
         yield Moment(row.t + BESIDE, f"after {row.said}", row.bodies)
+
+
+def _decided(evidence: Data, actions: Data) -> Iterator[Moment]:
+    """Yield when expectations are decided: those that did not come true first, and those of measures before events."""
+    rows = []
+    for name, found in (evidence.get("expect") or {}).items():
+        asked = (actions.get("expect") or {}).get(name) or {}
+        part = "measures" if asked.get("measure") else "events"
+        if found.get("at") is not None:
+            about = (actions.get(part) or {}).get(asked.get(part[:-1]))
+            rows.append((found.get("ok") is True, part, Moment(found["at"], f"expect:{name}", _bodies(about))))
+    rows.sort(key=lambda row: (row[0], row[1] == "events"))
+    yield from [moment for *_, moment in rows][:DECIDED]
 
 
 def _deformed(evidence: Data) -> Iterator[Moment]:

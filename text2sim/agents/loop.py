@@ -9,7 +9,7 @@ from typing import Any
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import Examination, case_text, examine, owner_of, said
-from text2sim.agents.attempts import Attempt, Attempts
+from text2sim.agents.attempts import ESTIMATE, Attempt, Attempts
 from text2sim.agents.cinematography import Cinematography, styled
 from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed
 from text2sim.agents.critic_view import exhibit, kept, with_effects
@@ -243,6 +243,7 @@ class AgentLoop:
         told: dict[str, list[str]] = {}
         for mend in range(MENDS + 1):
             examined = examine(attempt.text, self.path)
+            self.workshop.derived = examined.derived or self.workshop.derived
             errors = examined.errors or self.agreement.breaches(examined)
             if not errors and not told:
                 return self._considered(attempt, examined), []
@@ -260,7 +261,8 @@ class AgentLoop:
 
     def _considered(self, attempt: Attempt, examined: Examination) -> Examination:
         """Give owners one chance to mend what the lint warns of: that is cheaper before a run than after it."""
-        fresh = [p for p in examined.warnings if (p.rule, p.path) not in self._warned]
+        known = {ESTIMATE} if any(one.pace for one in self.made) else set()
+        fresh = [p for p in examined.warnings if (p.rule, p.path) not in self._warned and p.rule not in known]
         self._warned |= {(p.rule, p.path) for p in fresh}
         owners = self._owners(fresh, {})
         doubts = [said(p) for p in fresh if owner_of(p, self.agreement.pointers) == "plan" and "/actions/" in p.path]
@@ -340,7 +342,8 @@ class AgentLoop:
             words.append(f"{minutes:.0f} minutes are left for everything")
         ran = [one for one in self.made if one.wall]
         if ran:
-            words.append(f"the run of attempt {ran[-1].number} took {ran[-1].wall:.0f} s by the clock")
+            took = f"took {ran[-1].wall:.0f} s by the clock, {ran[-1].pace:.3g} s for each simulated second"
+            words.append(f"the run of attempt {ran[-1].number} {took}")
         return "; ".join(words) + "."
 
     def _history(self) -> str:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 SHEET_WIDTH = 500
 """Of a picture on the sheet [pixels]; of a tall one, of which four stand in a row, 375."""
-FRAMES = 9
+FRAMES = 12
 """Pictures on it at most,"""
 CLOSE = 4
 """and how many of them have a close view beside them."""
@@ -40,8 +40,9 @@ Row = tuple[str, str, Any, Any]
 def frame_sheet(run: Path) -> tuple[Any, int, str]:
     """Return the pictures of a run as one, each with its number and time, how many they are, and what to know of them.
 
-    Shown are the ends of the main film, events with what is just before and after, extremes of measures and the
-    deepest overlap, and evenly what is left; what it is about is shown from near beside it, if it is small.
+    Shown are the ends of the main film, when expectations were decided and events came with what is just before and
+    after, extremes of measures, the deepest overlap, and evenly what is left; what it is about is shown from near
+    beside it, if it is small.
     (None, 0, "") if there are no pictures.
     """
     from text2sim.evidence.contact_sheet import contact_sheet

@@ -70,6 +70,7 @@ def change_section(
     path: Path,
     request: str = "",
     keep: Sequence[str] = (),
+    derived: str = "",
 ) -> dict[str, Any] | Refer:
     """Have a section changed.
 
@@ -84,6 +85,7 @@ def change_section(
         path: Where the case stands.
         request: What is wanted.
         keep: What holds already, and must not be touched.
+        derived: Settings that the case leaves open.
 
     Returns:
         The new section, or the Writer's word that somebody else has to mend it.
@@ -98,6 +100,7 @@ def change_section(
         params=yaml_text({"params": mapping(case, "params")}),
         names=names_in(case, without=section),
         current=_section_text(section, current),
+        derived=derived,
         cards=cards,
         problems=wrong,
         keep=keep,

@@ -34,6 +34,8 @@ class Workshop:
     path: Path
     """Where the case stands."""
     emit: Emit
+    derived: str = ""
+    """Settings that the case leaves open, in words."""
     referred: list[str] = field(default_factory=list)
     """What Writers have said that the Planner has to mend, and has not been told yet."""
 
@@ -112,9 +114,10 @@ class Workshop:
         def done(section: str) -> dict[str, Any] | Refer:
             instruction, problems, cards = work[section]
             plan, request = self.agreement.plan, self.request.text
+            derived = self.derived if section in ("scene", "bodies") else ""
             try:
                 return change_section(
-                    self.desk, section, plan, case, instruction, problems, cards, self.path, request, keep
+                    self.desk, section, plan, case, instruction, problems, cards, self.path, request, keep, derived
                 )
             except RoleFailed as failed:
                 # The section stays as it is, and the Planner finds another way.

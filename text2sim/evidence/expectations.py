@@ -53,6 +53,8 @@ class Finding:
     """What was asked for, in words."""
     why: str
     """What was found, in words."""
+    at: float | None = None
+    """When that was decided [s]: the event's first time, the time asked for, or that of the worst value or extreme."""
 
     def as_dict(self) -> dict[str, Any]:
         """The finding as plain data."""
@@ -63,6 +65,7 @@ class Finding:
             "unit": self.unit,
             "wanted": self.wanted,
             "why": self.why,
+            "at": self.at,
         }
 
 
@@ -89,7 +92,7 @@ class _Judge:
             if expect.event in self.events.problems:
                 return Finding(name, False, None, unit, wanted, self.events.problems[expect.event])
             ok, value, why = self._never(expect) if expect.never else self._event(expect)
-            return Finding(name, ok, value, unit, wanted, why)
+            return Finding(name, ok, value, unit, wanted, why, self.events.first(expect.event))
         series = self.series.get(expect.measure or "")
         unit = series.unit if series else ""
         wanted = wanted_of_measure(expect, unit)
@@ -97,7 +100,17 @@ class _Judge:
             why = series.problem if series else f"there is no measure `{expect.measure}`"
             return Finding(name, False, None, unit, wanted, why)
         ok, value, why = self._at(expect, series) if expect.at is not None else self._during(expect, series)
-        return Finding(name, ok, value, unit, wanted, why)
+        return Finding(name, ok, value, unit, wanted, why, None if value is None else self._decided(expect, series))
+
+    def _decided(self, expect: Expect, series: Series) -> float | None:
+        """Time [s] of the value that decides; None where all of them do."""
+        if expect.at is not None:
+            return moment(expect.at, self.time)
+        if expect.stat in ("mean", "std"):
+            return None
+        time, values = self._clip(*span_of(_window(expect), self.ending.duration), series.values)
+        score = {None: -_margin(expect, values), "min": -values}.get(expect.stat, values)
+        return float(time[np.argmax(np.where(np.isnan(score), -np.inf, score))])
 
     def _unreached(self, what: str) -> tuple[bool | None, None, str]:
         return (

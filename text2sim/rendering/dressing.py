@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from text2sim.rendering.meshes import Mesh
 from text2sim.templates.painting import painted, places
 from text2sim.templates.patterns import DEPTH, PLAIN, Dress, fitted, size_for, tile
-from text2sim.templates.unfolding import is_round, unfold
+from text2sim.templates.unfolding import Sheet, Unfolded, is_round, unfold
 
 Array = NDArray[np.floating]
 
@@ -48,21 +48,28 @@ class Layer:
     """Length [m] by which it may be shifted."""
 
 
-def dressed(mesh: Mesh, dress: Dress, own: tuple[float, float, float], turn: Array) -> tuple[Mesh, Layer, bool]:
+def dressed(
+    mesh: Mesh, dress: Dress, own: tuple[float, float, float], turn: Array
+) -> tuple[Mesh, Layer, NDArray[np.integer]]:
     """Lay a pattern on a mesh.
 
     Args:
-        mesh: In the body's frame.
+        mesh: In the body's frame; a cloth that is laid flat has texture coordinates in metres.
         dress: The pattern.
         own: Colour of the body, sRGB.
         turn: From the mesh's frame to the link's, shape (3, 3).
 
     Returns:
-        The mesh with texture coordinates in metres, the layer, and whether that repeats itself.
+        The mesh with texture coordinates in metres, the layer, and the vertex behind each vertex of it.
     """
     upright = dress.kind not in ("planks", "stripes")
-    vertices, normals = _upright(mesh, turn)
-    flat = unfold(vertices, mesh.faces, normals, upright=upright)
+    if mesh.uvs is None:
+        vertices, normals = _upright(mesh, turn)
+        flat = unfold(vertices, mesh.faces, normals, upright=upright)
+    else:
+        vertices, wide = mesh.uvs, np.ptp(mesh.uvs, axis=0)
+        own_sheet = Sheet("+z", float(wide[0]), float(wide[1]))
+        flat = Unfolded(np.arange(len(vertices)), mesh.faces, np.zeros(len(vertices), int), mesh.uvs, [own_sheet])
     turned = flat.sheets[0].name == "side"
     if dress.repeats:
         extents = np.ptp(vertices, axis=0)
@@ -75,7 +82,8 @@ def dressed(mesh: Mesh, dress: Dress, own: tuple[float, float, float], turn: Arr
         left, _ = places(flat.sheets)
         uvs = flat.uvs + np.stack([left[flat.sheet], np.zeros(len(flat.uvs))], axis=1)
         layer = _painted(dress, tuple(flat.sheets), own)
-    return Mesh(mesh.vertices[flat.vertices], flat.faces, mesh.normals[flat.vertices], uvs), layer, dress.repeats
+    worn = flat.vertices
+    return Mesh(mesh.vertices[worn], flat.faces, mesh.normals[worn], uvs), layer, worn
 
 
 def _upright(mesh: Mesh, turn: Array) -> tuple[Array, Array]:

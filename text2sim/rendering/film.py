@@ -249,7 +249,9 @@ class Filming:
         """Yield finished pictures with what is written into them."""
         from PIL import Image
 
-        overlay = Overlay(self.recording.film, self._values()) if reel.name == self.quality else None
+        film = self.recording.film
+        said = film | {"overlay": film["overlay"] | {"pace": False}}  # the preview tells it; here the case has to ask
+        overlay = Overlay(said, self._values()) if reel.name == self.quality else None
         for frame, path in zip(reel.frames, paths, strict=True):
             with Image.open(path) as picture:
                 image = np.asarray(picture.convert("RGB"))

@@ -1,6 +1,6 @@
 """Rigid bodies: everything that has one material is one mesh, which is moved vertex by vertex."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -88,7 +88,7 @@ def batches(parts: list[Part], statics: frozenset[str]) -> list[Batch]:
         statics: Bodies that never move.
     """
     read: dict[Any, Mesh] = {}
-    laid: dict[Any, tuple[Mesh, Layer, bool]] = {}
+    laid: dict[Any, tuple[Mesh, Layer]] = {}
     sorted_parts: dict[Wearing, list[tuple[Part, Mesh]]] = {}
     for part in parts:
         look = part.look
@@ -107,9 +107,10 @@ def batches(parts: list[Part], statics: frozenset[str]) -> list[Batch]:
             if own not in laid:
                 if part.mesh not in read:
                     read[part.mesh] = read_mesh(part.mesh)
-                laid[own] = dressed(read[part.mesh], look.dress, look.color, matrices(np.array([part.quat]))[0])
-            mesh, layer, repeats = laid[own]
-            if repeats:
+                plain = replace(read[part.mesh], uvs=None)
+                laid[own] = dressed(plain, look.dress, look.color, matrices(np.array([part.quat]))[0])[:2]
+            mesh, layer = laid[own]
+            if look.dress.repeats:
                 mesh = shifted(mesh, part.body, layer.unit)
         elif key[1] and look.picture is None:
             mesh = shifted(mesh, part.body, None)

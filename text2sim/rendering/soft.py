@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from text2sim.recording.film_record import SoftPart
+from text2sim.recording.film_record import SoftPart, SurfaceLook
+from text2sim.rendering.dressing import Layer, dressed
 from text2sim.rendering.finishes import finish_of, material, needs_uvs
 from text2sim.rendering.meshes import Mesh, boxed_uvs
 from text2sim.rendering.renderer import mitsuba
@@ -53,21 +54,44 @@ class Surface:
         self._own: NDArray[np.integer] = shell.worn
         self._faces = shell.faces.astype(np.int64)
         self._corners: NDArray[np.integer] = np.arange(len(shell.worn))
-        if picture is None and needs_uvs(look.finish):
+        layer = None
+        if picture is None and look.dress is not None:
+            flat = uvs if part.kind == "cloth" else None
+            uvs, layer = self._dressed(at_rest, None if flat is None else self._metric(at_rest, flat), look)
+        elif picture is None and needs_uvs(look.finish):
             uvs = self._metric(at_rest, uvs)
         self._uvs = uvs
         color, shade = shaded(look.color, look.finish)
         self._colors, self._shades = (np.broadcast_to(c, (len(self._own), 3)) for c in (color, shade))
         opacity = 1.0 if finish_of(look.finish).kind != "solid" else look.opacity
-        self._bsdf = material(look.finish, opacity=opacity, two_sided=part.kind == "cloth", picture=picture)
+        self._bsdf = material(
+            look.finish, opacity=opacity, two_sided=part.kind == "cloth", picture=picture, layer=layer
+        )
+
+    def _dressed(self, at_rest: Array, flat: Array | None, look: SurfaceLook) -> tuple[Array, Layer]:
+        """Return texture coordinates in metres for a pattern, and the pattern, which goes with the body as it bends.
+
+        Args:
+            at_rest: Vertices [m].
+            flat: Where they lie in a cloth that is laid flat [m].
+            look: With the pattern.
+        """
+        assert look.dress is not None
+        whole = Mesh(at_rest[self._own], self._faces, self._shell.normals(at_rest), flat)
+        laid, layer, self._corners = dressed(whole, look.dress, look.color, np.eye(3))
+        self._faces, self._own = laid.faces, self._own[self._corners]
+        assert laid.uvs is not None
+        return laid.uvs, layer
 
     def _metric(self, at_rest: Array, uvs: Array | None) -> Array:
         """Return texture coordinates in metres of the body at rest."""
         if uvs is not None:
-            a, b = self._faces[:, 0], self._faces[:, 1]
-            own = at_rest[self._own]
-            long, laid = np.linalg.norm(own[a] - own[b], axis=1), np.linalg.norm(uvs[a] - uvs[b], axis=1)
-            return uvs * float(long.sum() / max(laid.sum(), 1e-9))
+            a, b, c = self._faces.T
+            own, ends = at_rest[self._own], np.concatenate([np.stack([a, b]), np.stack([b, c])], axis=1)
+            long = ((own[ends[0]] - own[ends[1]]) ** 2).sum(axis=1)
+            # Squared lengths of u and v that fit edges best: a sheet need not be as wide as it is tall.
+            squares = np.linalg.lstsq((uvs[ends[0]] - uvs[ends[1]]) ** 2, long, rcond=None)[0]
+            return uvs * np.sqrt(np.maximum(squares, 1e-12))
         whole = Mesh(at_rest[self._own], self._faces, np.zeros((len(self._own), 3)))
         # Which vertex stands behind each corner is carried along in the place of normals.
         whole = Mesh(whole.vertices, whole.faces, np.repeat(np.arange(len(self._own), dtype=float)[:, None], 3, axis=1))

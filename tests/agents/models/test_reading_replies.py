@@ -43,6 +43,10 @@ def fenced(text: str, mark: str = "yaml") -> str:
         (fenced('{"p": "${rows * 2}", "of": "brick[*]"}', "json"), {"p": "${rows * 2}", "of": "brick[*]"}),
         ("<think>\n```yaml\na: 0\n```\n</think>\n\nb: 1", {"b": 1}),
         ("\ufeffa: 1", {"a": 1}),
+        (fenced("a: {what: red, blue, sort: x}\nb: [{c: rgb(1, 2, 3), d: ${max(1, 2)}, e: }]\nf:"),
+         {"a": {"what": "red, blue", "sort": "x"}, "b": [{"c": "rgb(1, 2, 3)", "d": "${max(1, 2)}", "e": None}],
+          "f": None}),
+        (fenced('a: {what: it says "no",\n  and \\ goes, sort: x}'), {"a": {"what": 'it says "no", and \\ goes', "sort": "x"}}),
         (fenced("a: on\nn: 010\nt: 12:30\nx: 1e-3"), {"a": "on", "n": 10, "t": "12:30", "x": 0.001}),
     ],
 )  # fmt: skip
@@ -76,6 +80,7 @@ def test_the_block_comes_along_as_it_was_written() -> None:
         (fenced("a: 1\n---\nb: 2"), 3, "one document"),
         ("<think>\n\n</think>\n" + fenced("a: [1"), 6, "opened in line 5"),
         (fenced("a: " + "${" * 600), 2, "expressions"),
+        (fenced('a: 1\nb: {what: "a, b", c, sort: x}'), 3, "`c` has no value"),
         (" " * (LIMIT + 1), 1, "characters"),
     ],
 )

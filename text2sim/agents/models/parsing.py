@@ -2,6 +2,7 @@
 
 from typing import Any, NamedTuple
 
+from text2sim.agents.models.commas import rejoined
 from text2sim.agents.models.fences import (
     DATA,
     Block,
@@ -73,6 +74,11 @@ def read_reply(text: str, limit: int = LIMIT) -> Parsed:
         content = plain_json(content)
     source = Source("\n" * (block.line - 1) + content, FILE)
     _bound_expressions(source, block.line)
+    text, lost = rejoined(source.text)
+    if lost:
+        told = f"`{lost[0][1][:60]}` has no value: in {{…}} a comma ends a value; quote text that has one"
+        raise _error(told, "no-value", lost[0][0] + 1)
+    source = Source(text, FILE)
     try:
         data = parse_document(check_source(source)).data
     except SpecError as error:

@@ -86,7 +86,7 @@ class Rigid(Placed):
     material: Material = Material()
     """Mass and contact."""
     mount: Mount = FreeMount(kind="free")
-    """How it hangs in the world."""
+    """How it hangs in the world, as `{kind: fixed}`."""
 
 
 class Driven(Placed):

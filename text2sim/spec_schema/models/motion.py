@@ -26,9 +26,9 @@ class Ramp(Model):
     to: Real
     """Value from `end` on."""
     start: Seconds = 0.0
-    """Time [s]."""
+    """Time [s] of the run; in a drive with `on`, since its event."""
     end: Seconds
-    """Time [s]."""
+    """Time [s], counted alike."""
     ease: Literal["linear", "smooth"] = "smooth"
     """`smooth` starts and ends at rest."""
 

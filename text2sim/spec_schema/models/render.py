@@ -102,8 +102,9 @@ class Render(Model):
     lighting: Literal["studio", "daylight", "sunlight", "overcast", "golden_hour", "dark_stage"] = "studio"
     """Lights, backdrop and background in one word, each of which can be said below instead. `studio`: a large soft lamp
     beside the camera, a cool rim light, little else, on a seamless grey cyclorama. `daylight`: a large window beside
-    the camera, a bright room, a wall. `sunlight`: sun and sky. `overcast`: shadowless, under a bright cloud.
-    `golden_hour`: a low warm sun. `dark_stage`: a spot from above, on black."""
+    the camera, a bright room, a wall. `sunlight`: sky and a sun of 2.9, 51 deg high at the left behind the camera.
+    `overcast`: shadowless, under a bright cloud. `golden_hour`: a warm sun of 3.4, 19 deg high there. `dark_stage`: a
+    spot from above, on black."""
     lights: dict[Name, Light] = Field(default_factory=dict, max_length=20)
     """By name, instead of those of `lighting`."""
     backdrop: Literal["wall", "cyclorama", "ground", "horizon", "none"] | None = None

@@ -378,7 +378,8 @@ SECTIONS = (
         "schedule",
         3,
         motion.Schedule,
-        "Wherever a schedule is taken: a number, or one of these.",
+        "Wherever a schedule is taken: a number, or one of these. Times count from the start of the run, also of a "
+        "force with `during`; of a drive with `on`, from its event.",
         "schedules",
     ),
     Section(

@@ -1,0 +1,63 @@
+"""Commas that nobody quoted: `{what: a ball, a ramp}` is meant as one text, and YAML reads half of it as a key."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import yaml
+
+from text2sim.spec_schema.text.document import open_parser
+from text2sim.spec_schema.text.masking import mask
+
+
+@dataclass
+class _Open:
+    """A collection that is being read."""
+
+    braces: bool
+    """A mapping in braces."""
+    mapping: bool
+    key: Any = None
+    """The key that waits for its value."""
+    last: int | None = None
+    """Where the last value starts, if it is plain text."""
+
+
+def rejoined(text: str) -> tuple[str, list[tuple[int, str]]]:
+    """Put together what unquoted commas cut off: keys without a colon in `{…}`, after a plain value.
+
+    Returns:
+        The text, and what cannot be put to a value: its line, from 0, and what stands there. Text that is no YAML stays
+        as it is.
+    """
+    joins: dict[int, int] = {}
+    lost: list[tuple[int, str]] = []
+    opened = [_Open(braces=False, mapping=False)]
+    parser = open_parser(masked := mask(text))
+    try:
+        while (event := parser.get_event()) is not None:
+            if isinstance(event, yaml.CollectionEndEvent):
+                opened.pop()
+            if not isinstance(event, yaml.ScalarEvent | yaml.CollectionStartEvent):
+                continue
+            here, start, end = opened[-1], event.start_mark.index, event.end_mark.index
+            plain = isinstance(event, yaml.ScalarEvent) and not event.style
+            if here.mapping and here.key is None:
+                here.key = event
+            elif here.mapping:
+                key, here.key = here.key, None
+                bare = plain and start == end and not masked[key.end_mark.index :].lstrip().startswith(":")
+                if not (here.braces and bare):
+                    here.last = start if plain and start < end else None
+                elif here.last is not None:
+                    joins[here.last] = key.end_mark.index
+                else:
+                    lost.append((key.start_mark.line, text[key.start_mark.index : key.end_mark.index]))
+            if isinstance(event, yaml.CollectionStartEvent):
+                mapping = isinstance(event, yaml.MappingStartEvent)
+                opened.append(_Open(mapping and bool(event.flow_style), mapping))
+    except yaml.YAMLError:
+        return text, []
+    for start, end in sorted(joins.items(), reverse=True):
+        words = text[start:end].replace("\\", "\\\\").replace('"', '\\"')
+        text = f'{text[:start]}"{words}"{text[end:]}'
+    return text, lost
