@@ -18,8 +18,7 @@ from text2sim.assets.mesh_repair import Wish, parse_size, repair
 from text2sim.assets.mesh_report import report
 from text2sim.assets.meshes import check_mesh, environment, repair_mesh
 from text2sim.assets.surface import Surface
-from text2sim.compiler.shapes.meshfile import load_mesh
-from text2sim.compiler.shapes.meshpaint import load_paint
+from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
 from text2sim.spec_schema.errors import AssetError
 
 

@@ -10,8 +10,7 @@ from text2sim.assets import engine_files
 from text2sim.assets.engine_files import engine_assets, shelf_of
 from text2sim.assets.mechanism import load_mechanism
 from text2sim.compiler.build import resolve_case
-from text2sim.compiler.shapes.meshfile import load_mesh
-from text2sim.compiler.shapes.meshpaint import load_paint
+from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
 from text2sim.spec_schema.errors import AssetError, SpecError
 from text2sim.spec_schema.load import load_text
 

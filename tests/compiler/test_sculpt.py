@@ -147,6 +147,9 @@ def test_limits_hold_before_anything_is_made() -> None:
                   pin={"kind": "limb", "points": [[0, 0, 0], [0, 5, 0]], "radii": 0.011})  # fmt: skip
     with pytest.raises(AssetError, match=r"part `wire` is 0.02 m thin, .* it would be lost, as would `pin`; make"):
         sculpted(long)
+    plinth = sculpt(plinth={"kind": "box", "size": [0.2, 0.2, 1000.0]})
+    with pytest.raises(AssetError, match=r"part `plinth` is 0\.2 m thin, .* it would be lost"):
+        sculpted(plinth)  # took 18 s: the grid had 14,000 nodes along it
     assert math.prod(grid_of(sculpt(ball=BALL), placed_parts(sculpt(ball=BALL))).counts) < MAX_NODES
     with pytest.raises(AssetError, match="in 2 pieces: .* of part `far`"):
         sculpted(sculpt(ball=BALL, far={**BALL, "radii": [0.03, 0.03, 0.03], "pose": {"pos": [0.5, 0, 0]}}))
@@ -210,10 +213,9 @@ def test_what_deforms_is_one_volume() -> None:
 
 
 def test_a_blend_that_fills_all_there_is_is_refused() -> None:
-    from text2sim.compiler.build import resolve_case
-    from text2sim.spec_schema.errors import SpecError
-    from text2sim.spec_schema.load import load_text
-
+    swollen = {f"ball_{k}": BALL for k in range(9)}
+    with pytest.raises(AssetError, match="take a smaller `blend`"):  # it reaches the border of the grid alone
+        sculpted(sculpt(blend=0.5, **swollen))
     parts = "{a: {kind: ellipsoid, radii: [0.2, 0.1, 0.1]}, b: {kind: ellipsoid, radii: [0.1, 0.1, 0.2]}}"
     body = f"{{kind: rigid, shape: {{kind: sculpt, blend: 1.0e+6, parts: {parts}}}, pose: {{pos: [0, 0, 1]}}}}"
     with pytest.raises(SpecError, match="blend"):

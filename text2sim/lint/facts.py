@@ -12,8 +12,8 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Plan
 from text2sim.compiler.settings import Settings
 from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.geometry import Bounds
-from text2sim.compiler.shapes.meshfile import load_mesh
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_rotate
 from text2sim.compiler.soft.solvers import is_soft

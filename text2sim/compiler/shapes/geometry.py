@@ -5,9 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
 from text2sim.compiler.shapes.hulls import MANY_VERTICES
-from text2sim.compiler.shapes.meshfile import load_mesh
-from text2sim.compiler.shapes.meshpaint import load_paint
 from text2sim.compiler.shapes.piece import Piece, cone_piece, outer_polygon_radius, ring_pieces, wall_pieces
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,

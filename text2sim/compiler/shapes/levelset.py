@@ -4,6 +4,7 @@ The grid is counted before it is made. Its level is a marching-cubes surface (Le
 borders of looks, then made simpler within a part of a cell by `manifold3d`, which also answers for its being closed.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,8 +19,11 @@ from text2sim.spec_schema.models.sculpts import AnySculptPart, Sculpt
 Array = np.ndarray
 MAX_NODES = 1_500_000
 """Nodes of the grid."""
-MAX_WORK = 40_000_000
-"""Distances that are computed: of every bit of a part, at the nodes in its box. Some seconds."""
+MAX_ALONG = 1_500
+"""Nodes along a side: to melt the triangles of what is long and flat together costs the square of its length."""
+MAX_WORK = 15_000_000
+"""Distances that are computed: of every bit of a part, at the nodes in its box. Two seconds; an
+elephant takes 2.4 million."""
 THROUGH = 5
 """Cells through the thinnest part, where nothing else is said; at least `LEAST`."""
 LEAST = 1.6
@@ -121,8 +125,8 @@ def grid_of(shape: Sculpt, parts: list[Placed]) -> Grid:
         pad = (PAD + 0.5) * cell
         counts = np.ceil((high - low + 2 * pad) / cell).astype(float) + 1
         nodes = float(counts.prod())
-        if nodes > MAX_NODES:
-            return Grid(low, cell, (0, 0, 0)), nodes, 0.0
+        if nodes > MAX_NODES or counts.max() > MAX_ALONG:
+            return Grid(low, cell, (0, 0, 0)), math.inf, 0.0
         # Not on round numbers, where flat sides would lie on nodes.
         grid = Grid(low - pad + 0.013 * cell, cell, tuple(counts.astype(int).tolist()))
         work = sum(_size(grid.box(bit.low, bit.high, blend + PAD * cell)) for bit, blend in boxes)
@@ -137,15 +141,15 @@ def grid_of(shape: Sculpt, parts: list[Placed]) -> Grid:
         grid, nodes, work = made(finest)
     if shape.detail is not None and finest > cell:
         raise AssetError(
-            f"is made on a grid of at most {MAX_NODES:,} nodes: with a size of {size:.3g} m, `detail` can be "
-            f"{_up(finest):g} m or more (got {cell:g})"
+            f"is made on a grid of at most {MAX_NODES:,} nodes, {MAX_ALONG:,} along a side: with a size of "
+            f"{size:.3g} m, `detail` can be {_up(finest):g} m or more (got {cell:g})"
         )
     lost = list(dict.fromkeys(one.name for one in parts if one.form.thin < LEAST * grid.cell))
     if lost:
         way = (
             f"take a `detail` of {thinnest.form.thin / LEAST:.2g} m"
             if shape.detail is not None
-            else "make a body of its own of it, or all of it smaller"
+            else "make a body of its own of it, or the rest smaller"
         )
         too = "".join(f", `{name}`" for name in lost if name != thinnest.name)
         raise AssetError(
@@ -229,7 +233,7 @@ def cast(shape: Sculpt) -> Cast:
     field = field_of(parts, grid)
     if not (field < 0).any():
         raise AssetError("has nothing left: its cuts take all of it")
-    if (field < 0).all():
+    if any((field.take((0, -1), axis=k) < 0).any() for k in range(3)):
         raise AssetError("is blended far beyond all of its parts; take a smaller `blend`")
     # Nodes on the surface would make triangles without area.
     near = 0.02 * grid.cell

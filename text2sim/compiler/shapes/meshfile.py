@@ -3,13 +3,9 @@
 import logging
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
-from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.answer_cache import meets, packed, remembered, unpacked
-from text2sim.assets.confined import confined
 from text2sim.assets.engine_files import shelf_of
 from text2sim.assets.foreign_files import check_gltf, check_obj, foreign
 from text2sim.compiler.shapes.hulls import hull_of
@@ -22,8 +18,6 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".obj", ".stl", ".ply", ".glb", ".gltf")
 MAX_BYTES = 64 * 1024 * 1024
-LARGE, WHOLE = 512 * 1024, (".obj", ".stl", ".ply")
-"""What was read from files that are larger [bytes], and that need no others, is remembered: it takes seconds."""
 MAX_FACES = 200_000
 """What MuJoCo reads of a mesh."""
 MAX_COORDINATE = 1e9
@@ -100,24 +94,6 @@ def case_path(file: str, folder: Path, what: str, suffixes: tuple[str, ...], mos
     return path, root
 
 
-def load_mesh(file: str, folder: Path) -> MeshFile:
-    """Read a mesh file of a case; all its pieces become one mesh.
-
-    Args:
-        file: Path inside the case's folder, or `genesis:` and a path inside the engine's assets.
-        folder: The case's folder.
-
-    Raises:
-        AssetError: if it cannot be used.
-    """
-    path, root = mesh_path(file, folder)
-    stat = path.stat()
-    try:
-        return _read(path, root, stat.st_mtime_ns, stat.st_size)
-    except AssetError as error:
-        raise AssetError(f"mesh file `{file}` {error}") from None
-
-
 def open_mesh(path: Path, root: Path, **options: Any) -> Any:
     """Return what trimesh makes of a file; whatever that refers to must lie in the folder `root`.
 
@@ -150,44 +126,8 @@ def turn_upright(vectors: "np.ndarray", path: Path) -> "np.ndarray":
     return np.stack([vectors[:, 0], -vectors[:, 2], vectors[:, 1]], axis=1)
 
 
-@lru_cache(maxsize=64)
-def _read(path: Path, root: Path, _mtime: int, size: int) -> MeshFile:
-    if size < LARGE or path.suffix.lower() not in WHOLE:
-        return confined(read_mesh, path, root)
-    with path.open("rb") as stream:
-        digest = file_digest(stream, "sha256").digest()
-    question = (b"mesh", path.suffix.lower().encode(), digest)
-    members = {
-        "vertices": str,
-        "faces": str,
-        "corners": str,
-        "sides": str,
-        "volume": float,
-        "closed": bool,
-        "flat": bool,
-    }
-    made: list[MeshFile] = []
-
-    def ask() -> dict[str, Any]:
-        made.append(confined(read_mesh, path, root))
-        one = made[0]
-        texts = (packed(array) for array in (one.vertices, one.faces, one.hull_vertices, one.hull_faces))
-        return dict(zip(members, (*texts, one.volume, one.closed, one.flat), strict=True))
-
-    found = remembered(question, members, ask)
-    if made:
-        return made[0]
-    vertices, corners = unpacked(found["vertices"], "f8", 3), unpacked(found["corners"], "f8", 3)
-    faces, sides = unpacked(found["faces"], "i8", 3), unpacked(found["sides"], "i8", 3)
-    if vertices is None or faces is None or corners is None or sides is None:
-        return confined(read_mesh, path, root)
-    if not (meets(faces, vertices) and meets(sides, corners)):
-        return confined(read_mesh, path, root)
-    return MeshFile(vertices, faces, corners, sides, found["volume"], found["closed"], found["flat"])
-
-
 def read_mesh(path: Path, root: Path) -> MeshFile:
-    """Return a mesh as it stands in a file, whatever that takes; see `load_mesh`.
+    """Return a mesh as it stands in a file, whatever that takes; see `casemesh`.
 
     Raises:
         AssetError: if it cannot be used.

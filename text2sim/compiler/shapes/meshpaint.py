@@ -1,14 +1,12 @@
 """Colours and pictures of a case's mesh files."""
 
 from dataclasses import dataclass
-from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.confined import confined
 from text2sim.assets.foreign_files import foreign
-from text2sim.compiler.shapes.meshfile import mesh_path, open_mesh, turn_upright
+from text2sim.compiler.shapes.meshfile import MeshFile, open_mesh, read_mesh, turn_upright
 from text2sim.spec_schema.errors import AssetError
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
@@ -41,27 +39,21 @@ class MeshPaint:
     """Colour, each channel in 0..1; None where the file says none."""
 
 
-def load_paint(file: str, folder: Path) -> list[MeshPaint]:
-    """Read what a mesh file of a case looks like, a part for each of its materials.
+def read_both(path: Path, root: Path) -> tuple[MeshFile, list[MeshPaint] | str]:
+    """Return shape and looks of a file, whatever that takes; in place of looks that cannot be read, why.
 
     Raises:
-        AssetError: if it cannot be used.
+        AssetError: if the shape cannot be used.
     """
-    path, root = mesh_path(file, folder)
-    stat = path.stat()
+    mesh = read_mesh(path, root)
     try:
-        return _read_paint(path, root, stat.st_mtime_ns, stat.st_size)
+        return mesh, read_paint(path, root)
     except AssetError as error:
-        raise AssetError(f"mesh file `{file}` {error}") from None
-
-
-@lru_cache(maxsize=64)
-def _read_paint(path: Path, root: Path, _mtime: int, _size: int) -> list[MeshPaint]:
-    return confined(read_paint, path, root)
+        return mesh, str(error)
 
 
 def read_paint(path: Path, root: Path) -> list[MeshPaint]:
-    """Return what a file looks like, whatever that takes; see `load_paint`.
+    """Return what a file looks like, whatever that takes.
 
     Raises:
         AssetError: if it cannot be used.

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 from text2sim.assets.answer_cache import meets, packed, remembered, unpacked
 from text2sim.assets.confined import confined
 from text2sim.assets.foreign_files import foreign
-from text2sim.compiler.shapes.meshfile import WHOLE, load_mesh, mesh_path, open_mesh, turn_upright
+from text2sim.compiler.shapes.casemesh import WHOLE, load_mesh
+from text2sim.compiler.shapes.meshfile import mesh_path, open_mesh, turn_upright
 from text2sim.compiler.shapes.triangle_count import refuse_many
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.shapes import Mesh

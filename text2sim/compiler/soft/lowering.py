@@ -131,7 +131,7 @@ def area(shape: Any, folder: Path) -> float:
         return shape.size[0] * shape.size[1]
     import numpy as np
 
-    from text2sim.compiler.shapes.meshfile import load_mesh
+    from text2sim.compiler.shapes.casemesh import load_mesh
 
     mesh = load_mesh(shape.file, folder)
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))

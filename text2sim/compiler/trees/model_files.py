@@ -10,7 +10,7 @@ from typing import Any
 from text2sim.assets.mechanism import Mechanism
 from text2sim.compiler.files import Files
 from text2sim.compiler.looks import Rgba
-from text2sim.compiler.shapes.meshfile import load_mesh
+from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.shapes.sculpting import MARK, sculpted_obj
 from text2sim.compiler.shapes.surface import learn_digests

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from text2sim.compiler.shapes.meshfile import MeshFile, load_mesh
+from text2sim.compiler.shapes.casemesh import load_mesh
+from text2sim.compiler.shapes.meshfile import MeshFile
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule

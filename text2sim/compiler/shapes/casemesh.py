@@ -1,0 +1,143 @@
+"""Shape and looks of a case's mesh files: read once for both, and remembered by content in the user's cache."""
+
+from base64 import b64decode, b64encode
+from functools import lru_cache
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from text2sim.assets.answer_cache import meets, packed, remembered, unpacked
+from text2sim.assets.confined import confined
+from text2sim.compiler.shapes.meshfile import MeshFile, mesh_path
+from text2sim.compiler.shapes.meshpaint import MeshPaint, read_both
+from text2sim.spec_schema.errors import AssetError
+
+# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
+if TYPE_CHECKING:
+    import numpy as np
+
+WHOLE = (".obj", ".stl", ".ply")
+"""Files whose shape needs no others."""
+OTHERS = (b"mtllib", b"TextureFile")
+"""What stands in those of them whose looks do."""
+Key = tuple[Path, Path, int, int]
+"""File, folder of all that it refers to, time and size, by which it is known here."""
+
+
+def load_mesh(file: str, folder: Path) -> MeshFile:
+    """Read a mesh file of a case; all its pieces become one mesh.
+
+    Args:
+        file: Path inside the case's folder, or `genesis:` and a path inside the engine's assets.
+        folder: The case's folder.
+
+    Raises:
+        AssetError: if it cannot be used.
+    """
+    try:
+        return _mesh(_key(file, folder))
+    except AssetError as error:
+        raise AssetError(f"mesh file `{file}` {error}") from None
+
+
+def load_paint(file: str, folder: Path) -> list[MeshPaint]:
+    """Read what a mesh file of a case looks like, a part for each of its materials; see `load_mesh`.
+
+    Raises:
+        AssetError: if it cannot be used.
+    """
+    try:
+        return _paint(_key(file, folder))
+    except AssetError as error:
+        raise AssetError(f"mesh file `{file}` {error}") from None
+
+
+def _key(file: str, folder: Path) -> Key:
+    path, root = mesh_path(file, folder)
+    stat = path.stat()
+    return path, root, stat.st_mtime_ns, stat.st_size
+
+
+@lru_cache(maxsize=4)
+def _both(key: Key) -> tuple[MeshFile, list[MeshPaint] | str]:
+    return confined(read_both, *key[:2])
+
+
+@lru_cache(maxsize=64)
+def _mesh(key: Key) -> MeshFile:
+    path = key[0]
+    if path.suffix.lower() not in WHOLE:
+        return _both(key)[0]
+    members = {
+        "vertices": str,
+        "faces": str,
+        "corners": str,
+        "sides": str,
+        "volume": float,
+        "closed": bool,
+        "flat": bool,
+    }
+
+    def ask() -> dict[str, Any]:
+        one = _both(key)[0]
+        texts = (packed(array) for array in (one.vertices, one.faces, one.hull_vertices, one.hull_faces))
+        return dict(zip(members, (*texts, one.volume, one.closed, one.flat), strict=True))
+
+    found = remembered((b"mesh", *_content(path)), members, ask)
+    vertices, faces = _net(found["vertices"], found["faces"])
+    corners, sides = _net(found["corners"], found["sides"])
+    if vertices is None or faces is None or corners is None or sides is None:
+        return _both(key)[0]
+    return MeshFile(vertices, faces, corners, sides, found["volume"], found["closed"], found["flat"])
+
+
+@lru_cache(maxsize=64)
+def _paint(key: Key) -> list[MeshPaint]:
+    path = key[0]
+    content = path.read_bytes()
+    if path.suffix.lower() not in WHOLE or any(word in content for word in OTHERS):
+        return _told(key)
+
+    def ask() -> dict[str, Any]:
+        return {"parts": [
+            [packed(one.vertices), packed(one.faces), packed(one.normals), None if one.uvs is None else packed(one.uvs),
+             None if one.picture is None else b64encode(one.picture).decode(), one.rgba] for one in _told(key)
+        ]}  # fmt: skip
+
+    found = [_part(row) for row in remembered((b"paint", *_content(path)), {"parts": list}, ask)["parts"]]
+    parts = [one for one in found if one is not None]
+    return parts if len(parts) == len(found) else _told(key)
+
+
+def _told(key: Key) -> list[MeshPaint]:
+    found = _both(key)[1]
+    if isinstance(found, str):
+        raise AssetError(found)
+    return found
+
+
+def _part(row: Any) -> MeshPaint | None:
+    """A part as it was kept, or None if that is none."""
+    try:
+        points, net, slopes, places, drawn, rgba = row
+        vertices, faces = _net(points, net)
+        normals, uvs = unpacked(slopes, "f8", 3), None if places is None else unpacked(places, "f8", 2)
+        picture = None if drawn is None else b64decode(drawn, validate=True)
+        rgba = None if rgba is None else tuple(float(x) for x in rgba)
+    except (TypeError, ValueError):
+        return None
+    if vertices is None or faces is None or normals is None or len(normals) != len(vertices):
+        return None
+    if (places is not None and (uvs is None or len(uvs) != len(vertices))) or len(rgba or "1234") != 4:
+        return None
+    return MeshPaint(vertices, faces, normals, uvs, picture, rgba)
+
+
+def _net(points: str, net: str) -> "tuple[np.ndarray | None, np.ndarray | None]":
+    """Points and triangles as they were kept; no triangles if they are not of these points."""
+    vertices, faces = unpacked(points, "f8", 3), unpacked(net, "i8", 3)
+    return vertices, faces if vertices is not None and meets(faces, vertices) else None
+
+
+def _content(path: Path) -> tuple[bytes, bytes]:
+    return path.suffix.lower().encode(), sha256(path.read_bytes()).digest()
