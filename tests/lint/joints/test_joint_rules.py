@@ -41,6 +41,19 @@ def test_a_target_beyond_the_range(assets: Path, target: str, limits: str, says:
     assert all(says in problem.message for problem in found)
 
 
+@pytest.mark.parametrize(("target", "wanted"), [(1.5, False), (2.5, True)])
+def test_a_file_may_start_outside_its_range(assets: Path, target: float, wanted: bool) -> None:
+    (assets / "arm.xml").write_text(
+        "<mujoco><worldbody><body name='rod'><joint name='turn' type='hinge' axis='0 1 0' limited='true' range='30 120'/>"
+        "<geom type='box' size='.2 .02 .02'/></body></worldbody></mujoco>"
+    )
+    arm = f"""
+bodies: {{arm: {{kind: articulated, file: arm.xml, joints: {{turn: {{actuator: {{stiffness: 50, damping: 5}}}}}}}}}}
+actions: {{controls: {{go: {{kind: drive, joint: arm.turn, position: {{kind: ramp, to: {target}, end: 1}}}}}}}}
+"""
+    assert bool(findings(assets, "target-out-of-range", arm)) == wanted
+
+
 @pytest.mark.parametrize(
     ("target", "wanted"),
     [

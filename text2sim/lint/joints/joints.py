@@ -44,7 +44,8 @@ def _range(facts: Facts) -> Iterator[Problem]:
         for span in spans:
             if span.mode != "position":
                 continue
-            least, most = span.extremes()
+            # A file's joint may start outside its range; the way from there leads in.
+            least, most = (min(max(x, low), high) if x == swing.start else x for x in span.extremes())
             if least >= low - slack and most <= high + slack:
                 continue
             target, end = (most, high) if most - high > low - least else (least, low)
