@@ -21,6 +21,9 @@ from text2sim.cli import failure
 from text2sim.evidence.evidence import judge
 from text2sim.evidence.plots import Line, plot_series
 from text2sim.rendering.frames import save
+from text2sim.revision import installation
+from text2sim.revision.installation import install
+from text2sim.revision.repository import run_git
 from text2sim.service import exits
 from text2sim.service.examined import Examined
 from text2sim.service.wording import reason
@@ -178,3 +181,39 @@ def test_every_writer_names_its_file(
     error = met.value
     assert name in (reason(error) if isinstance(error, OSError) else str(error))
     assert not [path for path in folder.rglob("*") if path.name.endswith(".part")]
+
+
+def test_radiance_names_its_file(tmp_path: Path, request: pytest.FixtureRequest, tracer: None) -> None:
+    from text2sim.rendering.film import write_radiance
+
+    picture = np.random.default_rng(0).random((20, 20, 4), np.float32)
+    save(tmp_path / "a.exr", lambda part: write_radiance(part, picture))
+    assert (tmp_path / "a.exr").stat().st_size > 1000
+    request.getfixturevalue("full_disk")
+    with pytest.raises(OSError, match="File too large") as met:
+        save(tmp_path / "b.exr", lambda part: write_radiance(part, picture))
+    assert met.value.filename == str(tmp_path / "b.exr")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.exr"]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device of Linux")
+def test_git_that_cannot_write_is_the_machine(tmp_path: Path) -> None:
+    run_git(["init", "-q"], tmp_path)
+    run_git(["-c", "user.name=a", "-c", "user.email=a@b.c", "commit", "-q", "--allow-empty", "-m", "x"], tmp_path)
+    with pytest.raises(MachineError, match="No space left"):
+        run_git(["log", "--output=/dev/full"], tmp_path)
+
+
+def test_attributes_of_git_are_whole_or_as_they_were(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    monkeypatch.setenv("GIT_CONFIG_GLOBAL", str(tmp_path / "config"))
+    install(tmp_path, everywhere=True)
+    rows = "*.bin binary\n" * 20
+    (tmp_path / "git/attributes").write_text(rows)
+    request.getfixturevalue("full_disk")
+    with pytest.raises(OSError, match="File too large") as met:
+        installation._write(tmp_path / "git/attributes", ["x" * 200])
+    assert met.value.filename == str(tmp_path / "git/attributes")
+    assert (tmp_path / "git/attributes").read_text() == rows

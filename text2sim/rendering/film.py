@@ -271,8 +271,20 @@ class Filming:
         if format == "exr":
             # Colours of an EXR are dimmed by their alpha: https://openexr.com/en/latest/TechnicalIntroduction.html
             layers = np.dstack([traced.radiance * traced.alpha[..., None], traced.alpha]).astype(np.float32)
-            mitsuba().Bitmap(layers).write(str(path))
+            write_radiance(path, layers)
             return
         from PIL import Image
 
         Image.fromarray(self.develop(traced)).save(path, format="png", compress_level=4)
+
+
+def write_radiance(path: Path, layers: np.ndarray) -> None:
+    """Write layers (height, width, 4) of 32-bit floats as an EXR file.
+
+    Raises:
+        OSError: if it cannot be written; Mitsuba would throw what is no error of the system.
+    """
+    mi = mitsuba()
+    stream = mi.MemoryStream()
+    mi.Bitmap(layers).write(stream, mi.Bitmap.FileFormat.OpenEXR)
+    path.write_bytes(stream.raw_buffer())

@@ -9,7 +9,7 @@ from pathlib import Path
 import text2sim
 from text2sim.revision.repository import run_git, run_git_status
 from text2sim.spec_schema.errors import RunError
-from text2sim.spec_schema.whole_files import naming
+from text2sim.spec_schema.whole_files import write_atomically
 
 LINES = tuple(f"{pattern} diff=text2sim merge=text2sim" for pattern in ("case.yaml", "**/prefabs/*.yaml"))
 """Of `.gitattributes`: cases, and the prefabs beside them."""
@@ -110,5 +110,5 @@ def _rows(file: Path) -> list[str]:
 
 
 def _write(file: Path, rows: list[str]) -> None:
-    with naming(file):
-        file.write_text("".join(f"{row}\n" for row in rows), "utf-8", "surrogateescape")
+    # A link of the user's own configuration stays one.
+    write_atomically(file.resolve(), "".join(f"{row}\n" for row in rows).encode("utf-8", "surrogateescape"))

@@ -16,6 +16,8 @@ MAX_BYTES = 64_000_000
 SKIPPED = frozenset({"runs", "program"})
 _REVISION = re.compile(r"[A-Za-z0-9_@][A-Za-z0-9_./@{}^~+#-]{0,199}")
 _FILES = ("100644", "100755")
+_FULL = ("No space left", "Read-only file system", "failed to write", "quota exceeded")
+"""What git says where a disk takes nothing."""
 
 
 @dataclass(frozen=True)
@@ -39,12 +41,14 @@ def run_git(arguments: list[str], folder: Path, data: bytes = b"") -> bytes:
 
     Raises:
         RunError: If it fails.
-        MachineError: If there is no git.
+        MachineError: If there is no git, or the disk takes nothing.
     """
     done = _call(arguments, folder, data)
     if done.returncode:
-        said = done.stderr.decode("utf-8", "replace").strip().splitlines()
-        raise RunError(f"git {arguments[0]}: {said[0] if said else f'exit code {done.returncode}'}")
+        said = done.stderr.decode("utf-8", "replace").strip().splitlines() or [f"exit code {done.returncode}"]
+        full = next((line for line in said if any(word in line for word in _FULL)), None)
+        kind = RunError if full is None else MachineError
+        raise kind(f"git {arguments[0]}: {full or said[0]}")
     return done.stdout
 
 
