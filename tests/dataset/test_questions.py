@@ -4,10 +4,13 @@ import json
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
+import yaml
 from crates import Take
 
-from text2sim.dataset.questions import ask, balanced, cause_in_words, guess_by_words, what_if
+from text2sim.dataset.balance import balanced, guess_by_words
+from text2sim.dataset.questions import Scene, ask, cause_in_words, what_if
 from text2sim.dataset.review import read_decisions, write_review
 from text2sim.spec_schema.errors import SpecError
 
@@ -33,6 +36,45 @@ def test_answers_and_evidence_are_those_of_the_recording(take: Take) -> None:
     assert not any("move first" in text for text in nothing), "the ball never moves"
 
 
+def test_what_starts_at_the_same_time_and_is_slower_does_not_start_later(take: Take) -> None:
+    question = "Which starts to move first, “ball” or “crate”?"
+    for wait, speed, asked_about in ((0, 0.2, False), (5, 0.5, True)):
+        item = take(f"wait{wait}")
+        with np.load(item.folder / "states.npz") as arrays:
+            states = dict(arrays)
+        late = np.maximum(states["time"] - 0.1 * wait, 0)
+        states["pos"][:, 2, 2] = 0.3 + speed * late  # slower than the crate
+        np.savez(item.folder / "states.npz", **states)
+        rows = {row["question"]: row for row in ask(item.row, item.frames, item.folder)}
+        assert (question in rows) == asked_about
+    assert rows[question]["right"] == "“crate”"
+
+
+def test_what_a_thing_lies_on_is_not_what_it_touches_first(take: Take) -> None:
+    lies = [HIT | {"between": ["crate", "floor"], "time": time, "end": time} for time in (0.0, 0.2)]
+    found = asked(take, *lies, HIT)
+    assert found["What does “crate” touch first after the start?"]["right"] == "“ball”"
+
+
+def test_only_what_is_tall_falls_over(take: Take) -> None:
+    item = take("a")
+    layout = json.loads((item.folder / "layout.json").read_text())
+    for inertia, tall in (((1, 1, 1), False), ((2, 2, 0.5), True), ((2, 0.5, 2), False)):
+        layout["links"][1]["inertia"] = np.diag(inertia).tolist()
+        (item.folder / "layout.json").write_text(json.dumps(layout))
+        assert Scene(item.row, item.frames, item.folder).is_tall("crate") == tall
+
+
+def test_a_touch_that_no_picture_shows_is_not_asked_about(take: Take) -> None:
+    item = take("a")
+    (item.folder / "events.jsonl").write_text(json.dumps(HIT) + "\n")
+    for thing in item.frames[5]["objects"]:
+        thing["share"] = 0.0
+    rows = ask(item.row, item.frames, item.folder)
+    assert "yes" not in {row["right"] for row in rows}
+    assert not any("Will “ball” touch “crate”" in row["question"] for row in rows)
+
+
 def test_what_is_not_seen_is_not_asked_about(take: Take) -> None:
     item = take("a")
     (item.folder / "events.jsonl").write_text(json.dumps(HIT) + "\n")
@@ -52,6 +94,12 @@ def test_a_paired_run_answers_what_would_be(take: Take) -> None:
     (row,) = what_if(base.row, other.row, words, base.frames, base.folder)
     assert (row["right"], row["key"]) == ("no", "a")
     assert json.loads(row["evidence"])["item"] == "a-heavy"
+    assert row["question"] == "If the density of “crate” were much larger, would this happen: “reaches ball”?"
+    case = yaml.safe_load((base.folder / "case.yaml").read_text())
+    case["actions"] = {"events": {"reaches_ball": {"kind": "contact", "between": ["crate", "ball"]}}}
+    (base.folder / "case.yaml").write_text(yaml.safe_dump(case))
+    (row,) = what_if(base.row, other.row, words, base.frames, base.folder)
+    assert row["question"] == "If the density of “crate” were much larger, would “crate” touch “ball”?"
 
 
 def lopsided() -> list[dict]:

@@ -86,7 +86,7 @@ def questions(folder: Folder, as_json: AsJson = False) -> None:
     from collections import Counter
 
     from text2sim.cli.output import say, say_json
-    from text2sim.dataset.questions import guess_by_words
+    from text2sim.dataset.balance import guess_by_words
     from text2sim.dataset.tables import read_rows
 
     rows = [row for _, row in read_rows(folder, "questions")]

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.cluster.run import Where, run_tasks
+from text2sim.dataset.balance import balanced
 from text2sim.dataset.card import write_card
 from text2sim.dataset.curation import Likeness, same_film
 from text2sim.dataset.item import Item
 from text2sim.dataset.lerobot import RobotWriter
-from text2sim.dataset.questions import balanced
 from text2sim.dataset.recipe import Recipe
 from text2sim.dataset.shards import ShardWriter
 from text2sim.dataset.simulate import Job, Made, read_made, task_of

@@ -14,7 +14,7 @@ from text2sim.dataset.annotations import Annotator, Seen, Touches
 from text2sim.dataset.recipe import Film, Recipe
 from text2sim.recording.film_record import FilmRecord, read_recording
 from text2sim.recording.record import RunRecord
-from text2sim.recording.run_files import read_evidence
+from text2sim.recording.run_files import read_evidence, read_json
 from text2sim.recording.states import RunStates
 from text2sim.rendering.film import Filming
 from text2sim.spec_schema.errors import RunError
@@ -24,6 +24,8 @@ from text2sim.templates.video import Video
 
 STATES = ("time", "pos", "quat", "vel", "ang", "qpos", "dofs_velocity", "dofs_force")
 """Arrays of rigid states that an item has, over all recorded frames."""
+DIGITS = 10
+"""Of the simulation's digest in the name of a run folder."""
 
 
 @dataclass
@@ -195,10 +197,22 @@ def _about_case(loaded: LoadedCase, record: RunRecord) -> dict[str, Any]:
         "params": json.dumps(data.get("params", {})),
         "controls": json.dumps(data["actions"]["controls"]),
         "assets": assets,
+        "scores": _scores(loaded.folder, record.key.get("sim_digest", "")),
         "case_digest": sha256(loaded.source.text.encode()).hexdigest(),
         "sim_digest": record.key.get("sim_digest", ""),
         "versions": json.dumps({"text2sim": record.text2sim, **record.versions}),
     }
+
+
+def _scores(case: Path, sim_digest: str) -> list[dict[str, Any]]:
+    """What the Critic said of a run, if `generate` made the case and ran it so: `by`, `score` of 100, `verdict`."""
+    found = []
+    for path in sorted((case / "generation" / "attempts").glob("*/attempt.json")):
+        attempt = read_json(path) or {}
+        critique = attempt.get("critique") or {}
+        if "score" in critique and str(attempt.get("run")).endswith(f"-{sim_digest[:DIGITS] or None}"):
+            found.append({"by": "critic", "score": float(critique["score"]), "verdict": critique.get("verdict")})
+    return found
 
 
 def _about_run(record: RunRecord, evidence: dict[str, Any]) -> dict[str, Any]:

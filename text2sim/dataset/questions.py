@@ -1,29 +1,33 @@
 """Questions about films, made of what was recorded, each with the evidence that proves its answer.
 
-A question is asked only of what the film shows. Words alone must not give an answer away: of all questions with the
-same text, every answer is right equally often, and only answers that are right for some of them are offered.
+A question is asked only of what the film shows; which of them are asked in the end, `balance` decides.
 """
 
 import json
 import re
-from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from hashlib import sha256
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
-from text2sim.dataset.draws import generator
 from text2sim.recording.run_files import read_events
-from text2sim.recording.vectors import rotate
+from text2sim.recording.vectors import rotate, rotate_back
 
 Row = dict[str, Any]
+EARLY = 0.05
+"""What touches up to this time [s] touches from the start."""
 MOVED = 0.05
 """Part of the scene's size by which something has to move to count as moving."""
+AT_REST = 0.005
+"""Part of it by which what starts later has moved at most when the first one has moved."""
 FALLEN = 45.0
 """Tilt [deg] from which on something has fallen over."""
+TALL = 0.75
+"""Moment of inertia about the vertical over the other two, up to which a thing that tilts has fallen over."""
 SEEN = 0.002
 """Part of a picture that a thing fills at least that is asked about."""
 HIDDEN = 0.6
@@ -36,8 +40,6 @@ PUSHED = 0.1
 """Change of speed [m/s] by which masses can be told from a collision."""
 GAP = 2
 """Pictures by which two moments differ that are told apart."""
-MOST = 5
-"""Answers to choose from."""
 MUCH = 3.0
 """Factor from which on something is much larger."""
 PICTURES = 4
@@ -60,6 +62,7 @@ class Scene:
         with np.load(folder / "states.npz") as arrays:
             self._time, pos, self._quat, vel = (arrays[name] for name in ("time", "pos", "quat", "vel"))
         links = layout["links"]
+        self._inertia = [row["inertia"] for row in links]
         self._links = {row["body"]: k for k, row in reversed([*enumerate(links)]) if row["link"] != "world"}
         self._mass = Counter[str]()
         for row in links:
@@ -69,29 +72,37 @@ class Scene:
         self.copies = {body: [c for c in self._links if c.partition("[")[0] == body] for body in bodies}
         self.loose = [body for body in bodies if body not in still and self.copies[body]]
         self._pos, self._vel = pos.astype(float), vel.astype(float)
-        self.clear = {body for body in bodies if self._is_clear(body)}
+        self._seen = {body: [self._sees(frame, body) for frame in frames] for body in bodies}
+        self.clear = {body for body, seen in self._seen.items() if sum(seen) >= CLEAR * len(frames)}
         chosen = [self._links[copy] for body in self.loose for copy in self.copies[body]]
         self.size = float(np.ptp(self._pos[0, chosen], axis=0).max()) if chosen else 0.0
         self.size = max(self.size, float(self._ways(chosen).max()) if chosen else 0.0, 1e-6)
         self.touches = [row for row in read_events(folder) if row.get("kind") == "contact" and _pair(row)]
 
-    def _is_clear(self, body: str) -> bool:
-        good = 0
-        for frame in self.frames:
-            mine = [one for one in frame["objects"] if one["name"].partition("[")[0] == body]
-            share = sum(one["share"] for one in mine)
-            hidden = min((one["hidden"] for one in mine if one["hidden"] is not None), default=1.0)
-            good += share >= SEEN and hidden <= HIDDEN
-        return good >= CLEAR * len(self.frames)
+    def _sees(self, frame: Row, body: str) -> bool:
+        mine = [one for one in frame["objects"] if one["name"].partition("[")[0] == body]
+        share = sum(one["share"] for one in mine)
+        return share >= SEEN and min((o["hidden"] for o in mine if o["hidden"] is not None), default=1.0) <= HIDDEN
+
+    def shows(self, t: float, *bodies: str) -> bool:
+        """Whether there is a picture of a moment on which all of these are seen well enough."""
+        k = self.picture(t)
+        return k is not None and all(self._seen[body][k] for body in bodies)
 
     def _ways(self, links: Sequence[int]) -> Any:
         return np.linalg.norm(self._pos[:, links] - self._pos[:1, links], axis=-1)
 
     def starts(self, body: str) -> float | None:
         """Return when the first of a body's copies has moved as far as counts [s]; None if none does."""
-        ways = self._ways([self._links[copy] for copy in self.copies[body]]).max(axis=1)
-        moved = np.flatnonzero(ways > MOVED * self.size)
+        moved = np.flatnonzero(self._way(body) > MOVED * self.size)
         return float(self._time[moved[0]]) if len(moved) and moved[0] else None
+
+    def rests_at(self, body: str, t: float) -> bool:
+        """Whether no copy of a body has begun to move at a time [s]."""
+        return bool(self._way(body)[: np.searchsorted(self._time, t, side="right")].max() < AT_REST * self.size)
+
+    def _way(self, body: str) -> Any:
+        return self._ways([self._links[copy] for copy in self.copies[body]]).max(axis=1)
 
     def moved(self, body: str) -> list[str]:
         """Return the copies that end elsewhere than they began."""
@@ -106,9 +117,16 @@ class Scene:
         up = np.array((0.0, 0.0, 1.0))
         # The axis of a copy that pointed upwards at the start, turned with it.
         first, last = self._quat[0, links], self._quat[self.last, links]
-        local = rotate(first * (1, -1, -1, -1), np.broadcast_to(up, (len(links), 3)))
+        local = rotate_back(first, np.broadcast_to(up, (len(links), 3)))
         tilt = np.degrees(np.arccos(np.clip(rotate(last, local)[:, 2], -1, 1)))
         return [copy for copy, angle in zip(self.copies[body], tilt, strict=True) if angle > FALLEN]
+
+    def is_tall(self, body: str) -> bool:
+        """Whether a body can fall over: it is not as wide as it is high, and no ball."""
+        link = self._links[self.copies[body][0]]
+        axes = rotate_back(np.broadcast_to(self._quat[0, link], (3, 4)), np.eye(3))
+        about = np.einsum("ni,ij,nj->n", axes, np.array(self._inertia[link], float), axes)
+        return bool(about[2] < TALL * min(about[:2]))
 
     @property
     def last(self) -> int:
@@ -157,18 +175,21 @@ def what_if(
         folder: Files of the first.
     """
     scene = Scene(base, frames, folder)
-    came = {row["name"]: row for row in other["events"]}
-    rows = []
+    actions = yaml.safe_load((folder / "case.yaml").read_text("utf-8")).get("actions") or {}
+    came, rows = {row["name"]: row for row in other["events"]}, []
     for event in base["events"]:
         name = event["name"]
-        if name not in came or not scene.loose or not {*scene.loose} & scene.clear:
+        asked = (actions.get("events") or {}).get(name, {})
+        between = {*_pair(asked)}
+        if name not in came or not {*scene.loose} & scene.clear or not between <= scene.clear:
             continue
+        happens = " touch ".join(_words(one) for one in _pair(asked)) if between else f"this happen: {_words(name)}"
         evidence = {"item": other["key"], "event": name, "count": came[name]["count"], "cause": other["cause"]}
         rows.append(
             {
                 "key": base["key"],
                 "kind": "what_if",
-                "question": f"If {words}, would this happen: {_words(name)}?",
+                "question": f"If {words}, would {happens}?",
                 "right": "yes" if came[name]["count"] else "no",
                 "evidence": json.dumps(evidence),
             }
@@ -198,12 +219,11 @@ def cause_in_words(path: str, value: Any, before: float | None) -> str:
 
 def _moves_first(scene: Scene) -> Iterator[Row]:
     starts = {body: t for body in scene.loose if body in scene.clear and (t := scene.starts(body)) is not None}
-    order = sorted(starts, key=lambda body: starts[body])
-    shown = {body: scene.picture(t) for body, t in starts.items()}
     for one, other in combinations(sorted(starts), 2):
-        first, second = sorted((one, other), key=order.index)
-        a, b = shown[first], shown[second]
-        if a is not None and b is not None and b - a >= GAP:
+        first, second = sorted((one, other), key=lambda body: starts[body])
+        a, b = (scene.picture(starts[body]) for body in (first, second))
+        # What starts at the same time, and is slower, does not start later.
+        if a is not None and b is not None and b - a >= GAP and scene.rests_at(second, starts[first]):
             yield {
                 "question": f"Which starts to move first, {_words(one)} or {_words(other)}?",
                 "right": _words(first),
@@ -213,17 +233,14 @@ def _moves_first(scene: Scene) -> Iterator[Row]:
 
 def _touches_first(scene: Scene) -> Iterator[Row]:
     for body in scene.loose:
-        if body not in scene.clear:
-            continue
-        mine = [row for row in scene.touches if body in _pair(row) and len({*_pair(row)}) == 2 and row["time"] > 0.05]
-        if not mine:
-            continue
-        first = min(mine, key=lambda row: row["time"])
-        other = next(name for name in _pair(first) if name != body)
-        if other in scene.clear and scene.picture(first["time"]) is not None:
+        mine = [row for row in scene.touches if body in _pair(row) and len({*_pair(row)}) == 2]
+        # What it lies on it touches again and again.
+        before = {name for row in mine if row["time"] <= EARLY for name in _pair(row)} - {body}
+        first = min((row for row in mine if not before & {*_pair(row)}), key=lambda row: row["time"], default=None)
+        if first is not None and scene.shows(first["time"], *_pair(first)):
             yield {
                 "question": f"What does {_words(body)} touch first after the start?",
-                "right": _words(other),
+                "right": _words(next(name for name in _pair(first) if name != body)),
                 "evidence": {"contact": first["between"], "time": first["time"]},
             }
 
@@ -232,12 +249,12 @@ def _how_many(scene: Scene) -> Iterator[Row]:
     for body in scene.loose:
         if body not in scene.clear or not 2 <= len(scene.copies[body]) <= 12:
             continue
-        for words, found in (
-            ("have moved away from their places", scene.moved(body)),
-            ("have fallen over", scene.fallen(body)),
-        ):
+        counts = {"have moved away from their places": scene.moved(body)}
+        if scene.is_tall(body):
+            counts["have fallen over"] = scene.fallen(body)
+        for words, found in counts.items():
             yield {
-                "question": f"How many of the {len(scene.copies[body])} of {_words(body)} {words} at the end?",
+                "question": f"There are {len(scene.copies[body])} of {_words(body)}. How many {words} at the end?",
                 "right": str(len(found)),
                 "evidence": {"copies": found, "time": max(scene.times)},
             }
@@ -249,9 +266,9 @@ def _touch_by(scene: Scene) -> Iterator[Row]:
         for k in _moments(scene):
             t = scene.times[k]
             shown = None if when is None else scene.picture(when)
-            if shown is not None and abs(shown - k) < GAP:
-                continue
             touched = when is not None and when <= t
+            if shown is not None and (abs(shown - k) < GAP or (touched and not scene.shows(when, one, other))):
+                continue
             yield {
                 "question": f"Have {_words(one)} and {_words(other)} touched by picture {k} of {len(scene.times)}?",
                 "right": "yes" if touched else "no",
@@ -263,7 +280,7 @@ def _will_touch(scene: Scene) -> Iterator[Row]:
     """Will it reach: asked of the pictures before it does."""
     for one, other, when in _first_touches(scene):
         end = len(scene.times) // 3
-        if end < GAP or (when is not None and when <= scene.times[end]):
+        if end < GAP or (when is not None and (when <= scene.times[end] or not scene.shows(when, one, other))):
             continue
         yield {
             "question": f"You see pictures 0 to {end} only. Will {_words(one)} touch {_words(other)} later on?",
@@ -274,14 +291,14 @@ def _will_touch(scene: Scene) -> Iterator[Row]:
 
 def _heavier(scene: Scene) -> Iterator[Row]:
     for one, other, when in _first_touches(scene):
-        if when is None or {one, other} - {*scene.loose}:
+        if when is None or {one, other} - {*scene.loose} or any(len(scene.copies[body]) > 1 for body in (one, other)):
             continue
         masses = {body: scene.mass(body) for body in (one, other)}
         light, heavy = sorted(masses, key=lambda body: masses[body])
         pushes = {body: scene.pushed(body, when) for body in masses}
         if not masses[light] or masses[heavy] < HEAVIER * masses[light] or max(pushes.values()) < PUSHED:
             continue
-        if pushes[light] > pushes[heavy] and scene.picture(when) is not None:
+        if pushes[light] > pushes[heavy] and scene.shows(when, one, other):
             yield {
                 "question": f"Judging by how they move, which is heavier, {_words(one)} or {_words(other)}?",
                 "right": _words(heavy),
@@ -296,7 +313,7 @@ def _first_touches(scene: Scene) -> Iterator[tuple[str, str, float | None]]:
         pair = tuple(sorted(_pair(row)))
         first[pair[0], pair[1]] = min(first.get((pair[0], pair[1]), np.inf), row["time"])
     for one, other in combinations(sorted(scene.clear), 2):
-        if {one, other} & {*scene.loose} and (when := first.get((one, other), np.inf)) > 0.05:
+        if {one, other} & {*scene.loose} and (when := first.get((one, other), np.inf)) > EARLY:
             yield one, other, float(when) if np.isfinite(when) else None
 
 
@@ -312,72 +329,3 @@ def _pair(row: Mapping[str, Any]) -> tuple[str, ...]:
 
 def _words(name: str) -> str:
     return f"“{name.replace('_', ' ')}”"
-
-
-# --- what may be asked ----------------------------------------------------------------------------------------
-
-
-def balanced(rows: Iterable[Row], counts: Mapping[tuple[str, str], Counter[str]], seed: int) -> Iterator[Row]:
-    """Yield questions with choices, as the table has them, so that their text says nothing about the answer.
-
-    Args:
-        rows: What can be asked, with its `split`.
-        counts: Of all of it: how often each answer is right, by split and question.
-        seed: For the order of choices.
-    """
-    quota = {group: _quota(found) for group, found in counts.items()}
-    given: dict[tuple[str, str], Counter[str]] = defaultdict(Counter)
-    for row in rows:
-        group = row["split"], row["question"]
-        wanted = quota.get(group, {})
-        if given[group][row["right"]] >= wanted.get(row["right"], 0):
-            continue
-        given[group][row["right"]] += 1
-        choices, digest = [*wanted], sha256(row["question"].encode()).hexdigest()[:8]
-        number = sum(given[group].values())
-        generator(seed, row["key"], row["question"], number).shuffle(choices)
-        kept = {name: row[name] for name in ("split", "key", "kind", "question", "evidence")}
-        answer = {"choices": choices, "answer": choices.index(row["right"])}
-        yield kept | answer | {"question_id": f"{row['key']}-{row['kind']}-{digest}"}
-
-
-def _quota(found: Counter[str]) -> dict[str, int]:
-    """How often each answer is taken: those that are right most often, each as often as the rarest of them.
-
-    Of two answers up to `MOST`, as many as give the most questions.
-    """
-    ranked = sorted(found.items(), key=lambda pair: (-pair[1], pair[0]))[:MOST]
-    best = max(range(1, len(ranked) + 1), key=lambda n: (n > 1, n * ranked[n - 1][1]))
-    return {answer: ranked[best - 1][1] for answer, _ in ranked[:best]} if best > 1 else {}
-
-
-def guess_by_words(rows: Sequence[Row], folds: int = 5) -> tuple[float, float]:
-    """Return how often a classifier of words finds the answer without any picture, and how often chance does.
-
-    Naive Bayes over the words, pairs of words and the whole of question and choice, trained on the other folds.
-    """
-
-    def features(row: Row, choice: str) -> list[str]:
-        words = re.findall(r"\w+", row["question"].lower())
-        pairs = [f"{a} {b}" for a, b in zip(words, words[1:], strict=False)]
-        return [choice, *(f"{word}|{choice}" for word in {*words, *pairs}), f"{row['question']}|{choice}"]
-
-    order = generator("folds", len(rows)).permutation(len(rows))
-    hits = 0
-    for fold in range(folds):
-        seen = {True: Counter[str](), False: Counter[str]()}
-        for k in order[np.arange(len(order)) % folds != fold]:
-            for number, choice in enumerate(rows[k]["choices"]):
-                seen[number == rows[k]["answer"]].update(features(rows[k], choice))
-        totals = {truth: sum(found.values()) + 1 for truth, found in seen.items()}
-        for k in order[np.arange(len(order)) % folds == fold]:
-            scores = [
-                sum(
-                    np.log((seen[True][f] + 1) / totals[True]) - np.log((seen[False][f] + 1) / totals[False])
-                    for f in features(rows[k], choice)
-                )
-                for choice in rows[k]["choices"]
-            ]
-            hits += int(np.argmax(scores)) == rows[k]["answer"]
-    chance = float(np.mean([1 / len(row["choices"]) for row in rows])) if rows else 0.0
-    return (hits / len(rows) if rows else 0.0), chance

@@ -61,6 +61,8 @@ class Source(Model):
 
     cases: Annotated[list[str], Field(min_length=1, max_length=1000)]
     """Folders of cases, case files, or folders of such; as seen from the recipe."""
+    prompt: Annotated[str, Field(max_length=2000)] = ""
+    """Request of the cases that have none of their own."""
     plain: StrictBool = True
     """Whether cases are taken as they are, besides their variants and points."""
     variants: list[Name] = []

@@ -2,7 +2,7 @@
 
 import json
 import re
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from text2sim.recording.record import write_atomically
 from text2sim.runtime.program import run_program
 from text2sim.runtime.stop import Stop
 from text2sim.service.examined import Examined, examine
-from text2sim.spec_schema.errors import Text2SimError
+from text2sim.spec_schema.errors import EngineError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import Overlay
 
 _ODD = re.compile(r"[^A-Za-z0-9_]+")
@@ -183,11 +183,16 @@ def _run(job: Job, row: Examined, key: str, drawn: list[dict[str, Any]], made: M
     if row.ok and row.loaded is not None:
         try:
             lint, how = row.findings(), {"runner": job.runner, "stop": job.stop}
-            return run_case(row.loaded, runs=job.runs, film=False, lint=lint, **how)
+            result = run_case(row.loaded, runs=job.runs, film=False, lint=lint, **how)
+            if result.evidence is not None:
+                return result
+            row.failure, stage = f"the run ended as {result.state}: {result.message}", "run"
+        except EngineError:  # not the case's fault
+            raise
         except Text2SimError as error:
             row.blame(error)
             stage = "run"
-    why = [str(problem) for problem in row.problems if problem.severity == "error"] or [row.failure]
+    why = _errors(row)
     made.refused.append({"key": key, "stage": stage, "why": why, "drawn": drawn})
     return None
 
@@ -215,6 +220,7 @@ def _films(
             made.refused.append({"key": name, "stage": "item", "why": reasons, "drawn": told})
             continue
         variant = " ".join([*job.base.variants, *(job.base.point or ())])
+        item.row["prompt"] = item.row["prompt"] or source.prompt
         item.row |= {"source": job.source, "variant": variant, "draw": job.number, "drawn": told, **about}
         item.row |= {"same_physics_as": first, "doubtful": is_doubtful(item.row, job.recipe.limits)}
         made.items.append(item)
@@ -260,13 +266,19 @@ def _redressed(
             told += _told(group, values)
             sets += overlay_of(values)
         seen = examine(job.case, overlay=row.overlay + sets)
-        why = [str(problem) for problem in seen.problems if problem.severity == "error"] or [seen.failure]
+        why = _errors(seen)
         if seen.plan is not None and row.plan is not None:
             if seen.plan.sim_digest == row.plan.sim_digest:
                 return seen, told
             why = ["what was drawn for the film changes the simulation"]
         made.refused.append({"key": name, "stage": "check", "why": why, "drawn": told})
     return None
+
+
+def _errors(row: Examined) -> list[str]:
+    """What is wrong with a case, without the folder that it lies in: a dataset goes to other people."""
+    problems = [problem for problem in row.problems if problem.severity == "error"]
+    return [str(replace(problem, file=Path(problem.file).name)) for problem in problems] or [row.failure]
 
 
 def _told(group: str, values: Values) -> list[dict[str, Any]]:

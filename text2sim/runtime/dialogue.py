@@ -98,6 +98,14 @@ class Child:
         except psutil.Error:
             return 0
 
+    def worked(self) -> float:
+        """Processor time [s] that it has had; 0 if it is gone."""
+        try:
+            used = psutil.Process(self._process.pid).cpu_times()
+        except psutil.Error:
+            return 0.0
+        return float(used.user + used.system)
+
     def end(self) -> None:
         """Let it end by itself: it then keeps the kernels that it compiled."""
         assert self._process.stdin is not None

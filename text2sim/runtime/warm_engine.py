@@ -13,9 +13,11 @@ from text2sim.runtime.outcome import outcome_of, read_end
 
 MODULE = "text2sim.runtime.engine_process"
 START_LIMIT = 180.0
-"""Time [s] for the engine's imports."""
+"""Processor time [s] for the engine's imports."""
 BUILD_LIMIT = 900.0
-"""Time [s] for building a scene: a new combination of options compiles kernels for minutes."""
+"""Processor time [s] for building a scene: a new combination of options compiles kernels for minutes."""
+PATIENCE = 10.0
+"""Wall time over these limits, at most: on a machine that others use, a process may wait longer than it works."""
 STOP_LIMIT = 5.0
 """Time [s] that a simulation has to stop, once it is asked to."""
 DEATHS = 3
@@ -32,6 +34,8 @@ class Job:
     """Time [s] that the simulation may take."""
     phase: str = "build"
     since: float = field(default_factory=monotonic)
+    worked: float = 0.0
+    """Processor time [s] that the process had had by then."""
     begun: bool = False
     """Whether the process has said that it is at it."""
     cancelled: float | None = None
@@ -118,7 +122,7 @@ class Engine:
         """Let it simulate a program."""
         assert self._child is not None
         self._log_begin = self._log.stat().st_size if self._log.is_file() else 0
-        self.job = Job(order, limit)
+        self.job = Job(order, limit, worked=self._child.worked())
         self._child.send(order=order, program=str(program), out=str(out))
 
     @property
@@ -144,6 +148,7 @@ class Engine:
             self._ready, self._deaths = True, 0
         elif "phase" in data and self.job is not None and data["order"] == self.job.order:
             self.job.begun, self.job.phase, self.job.since = True, data["phase"], monotonic()
+            self.job.worked = child.worked()
             self._lost = 0
         elif "state" in data and self.job is not None and data["order"] == self.job.order:
             result = self._finish(data)
@@ -160,7 +165,7 @@ class Engine:
         now = monotonic()
         if self._child is None:
             return None
-        if not self._ready and now - self._started > START_LIMIT:
+        if not self._ready and self._over(START_LIMIT, self._started, 0.0):
             self._child.kill()
         if now >= self._memory_at:
             self._memory_at = now + MEMORY_POLL
@@ -178,9 +183,15 @@ class Engine:
         elif job.phase == "simulate" and now - job.since > job.limit:
             job.overdue = True
             self.cancel()
-        elif job.phase == "build" and now - job.since > BUILD_LIMIT:
+        elif job.phase == "build" and self._over(BUILD_LIMIT, job.since, job.worked):
             return self._kill("timeout", f"building the scene took longer than {BUILD_LIMIT:g} s")
         return None
+
+    def _over(self, limit: float, since: float, worked: float) -> bool:
+        """Whether the process took longer than a limit [s] of processor time, or far longer by the clock."""
+        assert self._child is not None
+        wall = monotonic() - since
+        return wall > PATIENCE * limit or (wall > limit and self._child.worked() - worked > limit)
 
     @property
     def ended(self) -> bool:

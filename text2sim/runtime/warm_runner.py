@@ -14,6 +14,7 @@ from text2sim.runtime.program import Finished, Relay, run_program
 from text2sim.runtime.progress import Clock
 from text2sim.runtime.stop import Stop
 from text2sim.runtime.warm_engine import Engine
+from text2sim.spec_schema.errors import EngineError
 
 POLL = 0.05
 """Time [s] between looks at progress and requests to stop."""
@@ -90,7 +91,11 @@ class WarmRunner:
     def _carry_out(
         self, program: Path, out: Path, timeout: float, stop: Stop, clock: Clock, relay: Relay
     ) -> dict[str, Any]:
-        """Return what the engine says of a program's end."""
+        """Return what the engine says of a program's end.
+
+        Raises:
+            EngineError: if it does not start.
+        """
         engine = self._engine
         if not self._orders:
             engine.start()
@@ -99,7 +104,7 @@ class WarmRunner:
         sent, result = False, None
         while result is None:
             if engine.hopeless:
-                return {"state": "failed", "message": f"the engine does not start: {engine.words}"}
+                raise EngineError(f"the engine does not start: {engine.words}")
             if not sent and stop.count:
                 return {"state": "interrupted", "message": "stopped on request"}
             if not sent and engine.idle and engine.fits(precision):

@@ -80,6 +80,10 @@ class MachineError(Text2SimError):
     """Something that this machine lacks."""
 
 
+class EngineError(MachineError):
+    """An engine that does not start, whatever it is given."""
+
+
 def sort_problems(problems: Iterable[Problem]) -> list[Problem]:
     """Problems in the order of the file, each once."""
     return sorted(dict.fromkeys(problems), key=lambda p: (p.file, p.line, p.column, p.path, p.message))

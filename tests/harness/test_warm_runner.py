@@ -1,0 +1,40 @@
+"""The warm engine where it is hard for it to start."""
+
+import queue
+from pathlib import Path
+from time import monotonic, sleep
+
+import pytest
+
+from text2sim.runtime import warm_engine
+from text2sim.runtime.child import Limits
+from text2sim.runtime.progress import Clock
+from text2sim.runtime.stop import Stop
+from text2sim.runtime.warm_engine import Engine
+from text2sim.runtime.warm_runner import WarmRunner
+from text2sim.spec_schema.errors import EngineError
+
+
+def test_an_engine_that_waits_for_a_processor_is_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(warm_engine, "START_LIMIT", 1.0)
+    monkeypatch.setattr(warm_engine, "PATIENCE", 4.0)
+    engine = Engine(tmp_path, queue.Queue(), 10**10, "code")  # waits for input
+    engine.start()
+    begun = monotonic()
+    while monotonic() < begun + 2.0:
+        engine.guard()
+        assert not engine.ended
+        sleep(0.1)
+    sleep(max(0.0, begun + 4.1 - monotonic()))
+    engine.guard()
+    assert engine.ended, "but not forever"
+
+
+def test_an_engine_that_does_not_start_is_no_fault_of_the_case(tmp_path: Path) -> None:
+    (tmp_path / "program").mkdir()
+    (tmp_path / "program" / "scene.py").write_text("")
+    runner = WarmRunner(tmp_path)
+    runner._engine._module = "text2sim.no_such_module"
+    for _ in range(2):
+        with pytest.raises(EngineError, match="the engine does not start"):
+            runner(tmp_path, flags=("--no-film",), limits=Limits(), stop=Stop(), clock=Clock(lambda _: None, 1.0))

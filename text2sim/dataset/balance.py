@@ -1,0 +1,84 @@
+"""Which questions may be asked: words alone must not give an answer away; a classifier of words tells if they do.
+
+Of all questions with the same text, every answer is right equally often, and only answers that are right for some of
+them are offered.
+"""
+
+import re
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from hashlib import sha256
+
+import numpy as np
+
+from text2sim.dataset.draws import generator
+from text2sim.dataset.questions import Row
+
+MOST = 5
+"""Answers to choose from."""
+
+
+def balanced(rows: Iterable[Row], counts: Mapping[tuple[str, str], Counter[str]], seed: int) -> Iterator[Row]:
+    """Yield questions with choices, as the table has them, so that their text says nothing about the answer.
+
+    Args:
+        rows: What can be asked, with its `split`.
+        counts: Of all of it: how often each answer is right, by split and question.
+        seed: For the order of choices.
+    """
+    quota = {group: _quota(found) for group, found in counts.items()}
+    given: dict[tuple[str, str], Counter[str]] = defaultdict(Counter)
+    for row in rows:
+        group = row["split"], row["question"]
+        wanted = quota.get(group, {})
+        if given[group][row["right"]] >= wanted.get(row["right"], 0):
+            continue
+        given[group][row["right"]] += 1
+        choices, digest = [*wanted], sha256(row["question"].encode()).hexdigest()[:8]
+        number = sum(given[group].values())
+        generator(seed, row["key"], row["question"], number).shuffle(choices)
+        kept = {name: row[name] for name in ("split", "key", "kind", "question", "evidence")}
+        answer = {"choices": choices, "answer": choices.index(row["right"])}
+        yield kept | answer | {"question_id": f"{row['key']}-{row['kind']}-{digest}"}
+
+
+def _quota(found: Counter[str]) -> dict[str, int]:
+    """How often each answer is taken: those that are right most often, each as often as the rarest of them.
+
+    Of two answers up to `MOST`, as many as give the most questions.
+    """
+    ranked = sorted(found.items(), key=lambda pair: (-pair[1], pair[0]))[:MOST]
+    best = max(range(1, len(ranked) + 1), key=lambda n: (n > 1, n * ranked[n - 1][1]))
+    return {answer: ranked[best - 1][1] for answer, _ in ranked[:best]} if best > 1 else {}
+
+
+def guess_by_words(rows: Sequence[Row], folds: int = 5) -> tuple[float, float]:
+    """Return how often a classifier of words finds the answer without any picture, and how often chance does.
+
+    Naive Bayes over the words, pairs of words and the whole of question and choice, trained on the other folds.
+    """
+
+    def features(row: Row, choice: str) -> list[str]:
+        words = re.findall(r"\w+", row["question"].lower())
+        pairs = [f"{a} {b}" for a, b in zip(words, words[1:], strict=False)]
+        return [choice, *(f"{word}|{choice}" for word in {*words, *pairs}), f"{row['question']}|{choice}"]
+
+    order = generator("folds", len(rows)).permutation(len(rows))
+    hits = 0
+    for fold in range(folds):
+        seen = {True: Counter[str](), False: Counter[str]()}
+        for k in order[np.arange(len(order)) % folds != fold]:
+            for number, choice in enumerate(rows[k]["choices"]):
+                seen[number == rows[k]["answer"]].update(features(rows[k], choice))
+        totals = {truth: sum(found.values()) + 1 for truth, found in seen.items()}
+        for k in order[np.arange(len(order)) % folds == fold]:
+            scores = [
+                sum(
+                    np.log((seen[True][f] + 1) / totals[True]) - np.log((seen[False][f] + 1) / totals[False])
+                    for f in features(rows[k], choice)
+                )
+                for choice in rows[k]["choices"]
+            ]
+            hits += int(np.argmax(scores)) == rows[k]["answer"]
+    chance = float(np.mean([1 / len(row["choices"]) for row in rows])) if rows else 0.0
+    return (hits / len(rows) if rows else 0.0), chance
