@@ -1,6 +1,9 @@
 """The commands `text2sim dataset`: datasets of films, what happens in them, and questions about it."""
 
+import sys
+from collections.abc import Sequence
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -9,6 +12,7 @@ from text2sim.cli.many import Ray, StoreUrl, Workers, where_of
 from text2sim.service import exits
 
 if TYPE_CHECKING:
+    from text2sim.cluster.task import Task
     from text2sim.dataset.build import Tally
     from text2sim.dataset.simulate import Made
 
@@ -39,27 +43,43 @@ def build_dataset(
     What lies in the runs folder already is not simulated again.
     """
     _require()
+    import resource
+
     from text2sim.cli.output import say, say_json
+    from text2sim.cluster.estimate import in_words
+    from text2sim.cluster.run import Where, slots
     from text2sim.dataset.build import build
     from text2sim.dataset.recipe import read_recipe
     from text2sim.dataset.review import read_decisions
-    from text2sim.service.wording import shown
+    from text2sim.service.wording import seconds, shown
 
     def tell(tally: "Tally", made: "Made") -> None:
         if not as_json:
             keys = ", ".join(item.key for item in made.items) or "nothing"
-            say(f"[{tally.done}/{tally.jobs}] {keys}" + (f"; {len(made.refused)} refused" if made.refused else ""))
+            left = (monotonic() - begun) / tally.done * (tally.jobs - tally.done)
+            refused = f"; {len(made.refused)} refused" if made.refused else ""
+            say(f"[{tally.done}/{tally.jobs}, {seconds(left)} left] {keys}{refused}")
 
-    from text2sim.cluster.run import Where
+    def announce(tasks: "Sequence[Task]") -> None:
+        if not as_json:
+            say(f"simulations: {in_words(tasks, slots(where))}")
 
+    begun = monotonic()
     wanted, where = read_recipe(recipe), where_of(workers, ray, store, runs) or Where()
     dropped = {key: one.note for key, one in read_decisions(decisions).items() if one.decision == "drop"}
-    tally = build(wanted, recipe.parent, out, runs, where=where, dropped=dropped, tell=tell)
+    tally = build(wanted, recipe.parent, out, runs, where=where, dropped=dropped, tell=tell, announce=announce)
+    took = {
+        "seconds": round(monotonic() - begun, 1),
+        "bytes": sum(path.stat().st_size for path in out.rglob("*") if path.is_file()),
+        "memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024),
+    }
     if as_json:
-        say_json({"ok": True, "folder": str(out), "items": tally.items, "refused": tally.refused})
+        say_json({"ok": True, "folder": str(out), "items": tally.items, "refused": tally.refused, **took})
     else:
         counts = ", ".join(f"{count} {split}" for split, count in tally.items.items())
         say(f"{tally.items.total()} items ({counts}), {tally.refused.total()} refused: {shown(out)}")
+        size, memory = (f"{took[name] / 1e6:.0f} MB" for name in ("bytes", "memory"))
+        say(f"{seconds(took['seconds'])}, {size}; the process that wrote it took {memory} of memory")
     raise typer.Exit(exits.OK)
 
 

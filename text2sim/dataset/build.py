@@ -3,12 +3,14 @@
 import json
 import shutil
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from text2sim.cluster.estimate import measured
 from text2sim.cluster.run import Where, run_tasks
+from text2sim.cluster.task import Needs, Task
 from text2sim.dataset.balance import balanced
 from text2sim.dataset.card import write_card
 from text2sim.dataset.curation import Likeness, same_film
@@ -87,6 +89,7 @@ def build(
     where: Where,
     dropped: Mapping[str, str],
     tell: Callable[[Tally, Made], None],
+    announce: Callable[[Sequence[Task]], None] = lambda _: None,
 ) -> Tally:
     """Build a dataset. The folder is there when it is complete.
 
@@ -98,6 +101,7 @@ def build(
         where: Where the jobs are done, and how many at a time.
         dropped: Items that somebody decided against, and why.
         tell: Told after each job.
+        announce: Told before the start what will be done.
 
     Raises:
         RunError: if the folder is there, or nothing came of any job.
@@ -113,7 +117,9 @@ def build(
     jobs = jobs_of(recipe, root, runs, stage / "items")
     writer = Writer(recipe, folder, deal(recipe, [(job.source, job.name) for job in jobs]), dropped)
     writer.tally.jobs = len(jobs)
-    tasks = {id(task): (task, job) for job in jobs for task in [task_of(job)]}
+    known = measured(runs)
+    tasks = {id(task): (task, job) for job in jobs for task in [task_of(job, known.get(job.name, Needs()))]}
+    announce([task for task, _ in tasks.values()])
     with Stop() as stop:
         for done in run_tasks([task for task, _ in tasks.values()], where, stop):
             job = tasks[id(done.task)][1]

@@ -7,7 +7,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from text2sim.cluster.task import Place, Task
+from text2sim.cluster.task import Needs, Place, Task
 from text2sim.dataset.curation import is_doubtful, refusals
 from text2sim.dataset.draws import Values, draw, generator, number_at, overlay_of
 from text2sim.dataset.item import Item, make_item
@@ -60,8 +60,15 @@ class Made:
     """Draws and items that are not taken: `key`, `stage` (check, run, expectation, item), `why`, `drawn`."""
 
 
-def task_of(job: Job) -> Task:
-    """Return a job as a task."""
+def task_of(job: Job, one: Needs) -> Task:
+    """Return a job as a task.
+
+    Args:
+        job: The job.
+        one: What a simulation of its case was measured to occupy.
+    """
+    count = 1 + len(job.recipe.sources[job.source].counterfactuals)
+    needs = replace(one, seconds=None if one.seconds is None else one.seconds * count)
     own = job.recipe.model_copy(update={"sources": {job.source: job.recipe.sources[job.source]}})
     arguments = {
         "recipe": own.model_dump(mode="json", exclude_unset=True),
@@ -74,7 +81,7 @@ def task_of(job: Job) -> Task:
         "number": job.number,
         "runs": str(job.runs.absolute()),
     }
-    return Task(f"{__name__}:work", arguments, job.key, inputs={"case": job.case.parent}, output=job.out)
+    return Task(f"{__name__}:work", arguments, job.key, needs, {"case": job.case.parent}, job.out)
 
 
 def work(
