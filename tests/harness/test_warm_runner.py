@@ -1,5 +1,6 @@
 """The warm engine where it is hard for it to start."""
 
+import os
 import queue
 from pathlib import Path
 from time import monotonic, sleep
@@ -16,16 +17,18 @@ from text2sim.spec_schema.errors import EngineError
 
 
 def test_an_engine_that_waits_for_a_processor_is_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(warm_engine, "START_LIMIT", 1.0)
-    monkeypatch.setattr(warm_engine, "PATIENCE", 4.0)
-    engine = Engine(tmp_path, queue.Queue(), 10**10, "code")  # waits for input
+    monkeypatch.setattr(warm_engine, "START_LIMIT", 1.5)
+    monkeypatch.setattr(warm_engine, "PATIENCE", 3.0)
+    (tmp_path / "slow_engine.py").write_text("import sys\nsys.stdin.read()\n")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    engine = Engine(tmp_path, queue.Queue(), 10**10, "slow_engine")
     engine.start()
     begun = monotonic()
-    while monotonic() < begun + 2.0:
+    while monotonic() < begun + 3.0:
         engine.guard()
         assert not engine.ended
         sleep(0.1)
-    sleep(max(0.0, begun + 4.1 - monotonic()))
+    sleep(max(0.0, begun + 4.6 - monotonic()))
     engine.guard()
     assert engine.ended, "but not forever"
 
