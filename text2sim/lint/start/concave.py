@@ -24,8 +24,7 @@ def inside(a: Part, b: Part, step: Vec = (0.0, 0.0, 0.0)) -> bool:
     if fcl.collide(_object(a, pos), _object(b, b.pos), fcl.CollisionRequest(), fcl.CollisionResult()):
         return True
     # Surfaces that do not cross: one piece may still be wholly in the other.
-    (x, y, z), middle = a.solid.center, b.solid.center
-    return _encloses(a, pos, middle) or _encloses(b, b.pos, (x + step[0], y + step[1], z + step[2]))
+    return _encloses(a, pos, _point(b, b.pos)) or _encloses(b, b.pos, _point(a, pos))
 
 
 def way_out(a: Part, b: Part, direction: Vec) -> float:
@@ -78,6 +77,12 @@ def _surface(mesh: MeshFile, scale: float) -> Any:
     model.addSubModel(mesh.vertices * scale, mesh.faces)
     model.endModel()
     return model
+
+
+def _point(part: Part, pos: Vec) -> Vec:
+    """Return a point of a piece that is at `pos`; the middle of a mesh may be in its hole."""
+    own = part.piece.vertices[0] if part.piece.vertices else (0.0, 0.0, 0.0)
+    return frame_apply(pos, part.quat, frame_apply(part.piece.pos, part.piece.quat, own))
 
 
 def _encloses(part: Part, pos: Vec, point: Vec) -> bool:
