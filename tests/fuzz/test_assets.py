@@ -117,6 +117,7 @@ FILES: dict[str, bytes] = {
     "mass.urdf": b'<robot name="r"><link name="a"><inertial><mass value="x"/></inertial></link></robot>',
     "sieve.png": picture("PNG", SIEVE),
     "threads.png": picture("PNG", THREADS),
+    "wide.png": picture("PNG", np.full((1, 25_000_000), 119, np.uint8)),
     "board.png": picture("PNG", BOARD),
     "cut.png": picture("PNG", BOARD)[:900],
     "cut.jpg": picture("JPEG", BOARD)[:900],

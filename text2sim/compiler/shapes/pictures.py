@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".png", ".jpg", ".jpeg")
 MAX_BYTES = 16 * 1024 * 1024
-MAX_PIXELS = 25_000_000
+MAX_PIXELS, MAX_SIDE = 25_000_000, 20_000
 ENOUGH = 2400
 """Pixels of the longer side that make no visible difference any more."""
 
@@ -47,6 +47,8 @@ def open_picture(path: Path) -> "Image":
                 wide, tall = image.size
                 if wide * tall > MAX_PIXELS:
                     raise AssetError(f"has too many pixels ({wide} x {tall}), {advice}")
+                if max(wide, tall) > MAX_SIDE:
+                    raise AssetError(f"is {wide} x {tall} pixels; at most {MAX_SIDE:,} along a side are possible")
                 image.load()
                 return ImageOps.exif_transpose(image)
     except AssetError:

@@ -17,7 +17,7 @@ from text2sim.compiler.shapes.sagging import along
 from text2sim.compiler.shapes.triangle_count import MAX_TRIANGLES, refuse_many
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, Mesh, Sheet
+from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, Mesh, Sheet, Torus
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
@@ -31,6 +31,8 @@ _KNOWN: dict[Any, "SoftMesh"] = {}
 """Surfaces of shapes: copies, and those who only look, share them."""
 FINE = 40
 """Edges along the longest side of a part, when its union with the others is made."""
+ROWS, ROUND = {Sheet: 2, Box: 8, Torus: 150}, 48
+"""Triangles around shapes that are thinner than an edge: a round one keeps its form."""
 _UNIONS: "OrderedDict[Any, Manifold]" = OrderedDict()
 
 
@@ -81,8 +83,8 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
         return _made(*file_surface(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
     if isinstance(shape, Sculpt | Compound):
         return _made(*_joined(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
-    area = _area(shape, folder)
-    refuse_many(area, edge)
+    rows = ROWS.get(type(shape), ROUND)
+    refuse_many(_area(shape, folder), edge, rows * _longest(shape, folder))
     if isinstance(shape, Sheet):
         return _made(*_sheet(shape, edge))
     if isinstance(shape, Box):
@@ -212,6 +214,14 @@ def _area(shape: Any, folder: Path) -> float:
         points = part.points(part.length / 64) if isinstance(part, Arc) else part
         total += sum(math.pi * (a[0] + b[0]) * math.dist(a, b) for a, b in zip(points, points[1:], strict=False))
     return total
+
+
+def _longest(shape: Any, folder: Path) -> float:
+    """Longest side [m] of a shape."""
+    if isinstance(shape, Sheet):
+        return max(shape.size)
+    low, high = extents(shape, IDENTITY, folder)
+    return max(b - a for a, b in zip(low, high, strict=True))
 
 
 def _sheet(sheet: Sheet, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":

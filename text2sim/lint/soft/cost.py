@@ -7,6 +7,8 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
 from text2sim.spec_schema.errors import Problem
 
+MOST = 5_000_000
+"""Points or elements of a solver. Each takes half a kilobyte, and 5 million of mpm 8 s a substep."""
 LONG = 1800.0
 """Wall time [s] of a run that is worth a word."""
 BASE = {"mpm": 1e-3, "pbd": 2.5e-3, "fem": 5e-3, "sap": 5e-3}
@@ -14,8 +16,7 @@ EACH = {"mpm": 1.6e-6, "pbd": 1.3e-6, "fem": 1.8e-5, "sap": 1.2e-4}
 """Wall time [s] of a substep: of the solver, and of each particle or tetrahedron. Fitted to runs on two cores: mpm with
 1.7 to 11.6 thousand particles 3.6 to 17 ms, pbd with 0.6 to 5 thousand 3 to 9 ms, fem with 2.2 to 4.7 thousand
 tetrahedra 47 to 75 ms, under sap with 1 to 4 thousand 95 to 516 ms."""
-
-
+WORDS = {"mpm": "particles", "pbd": "particles", "fem": "tetrahedra", "ipc": "triangles"}
 RIGID = {"newton": (1.5e-3, 4e-5), "cg": (2e-3, 1.5e-4)}
 """Wall time [s] of a substep with rigid bodies, and of each link that moves; of piles of hundreds and of few bodies."""
 
@@ -65,11 +66,10 @@ def _slow(facts: Facts) -> Iterator[Problem]:
     if whole < LONG:
         return
     most = max(counts, key=lambda solver: counts[solver])
-    words = {"mpm": "particles", "pbd": "particles", "fem": "tetrahedra", "ipc": "triangles"}
     power = {"mpm": 4, "pbd": 3, "fem": 3}.get(most, 3)
     text = (
         f"about {second:.2g} s of wall time for each simulated second, {_minutes(whole)} in all, on two cores: "
-        + ", ".join(f"{count:,} {solver} {words[solver]}" for solver, count in counts.items())
+        + ", ".join(f"{count:,} {solver} {WORDS[solver]}" for solver, count in counts.items())
         + f", {1.0 / facts.substep:,.0f} substeps a second; {_coarser(soft, most)} one and a half times as large "
         f"would be {1.5**power:.0f} times as fast"
     )
@@ -78,6 +78,18 @@ def _slow(facts: Facts) -> Iterator[Problem]:
         ("scene", "duration"),
     )
     yield facts.problem("slow-scene", where, text)
+
+
+def _too_many(facts: Facts) -> Iterator[Problem]:
+    soft = soft_facts(facts)
+    for body in soft.bodies:
+        if (count := _count(soft, body)) > MOST:
+            larger = 1.1 * (count / MOST) ** (1 / 3)
+            text = (
+                f"`{body.body}` is made of about {count:.2g} {WORDS[body.solver]}; at most {MOST:,} are possible: take "
+                f"{_coarser(soft, body.solver)} {larger:.2g} times as large"
+            )
+            yield facts.problem("too-many-points", facts.where(body.body), text, key=True)
 
 
 def _minutes(seconds: float) -> str:
@@ -89,6 +101,21 @@ def _coarser(soft: SoftFacts, solver: str) -> str:
 
 
 RULES = (
+    Rule(
+        id="too-many-points",
+        severity="error",
+        title="A deformable body of more particles or tetrahedra than memory holds.",
+        reason=f"""\
+Each takes about half a kilobyte in the solver, and 24 bytes in every frame. With {MOST:,} a substep of mpm takes
+8 s.""",
+        way_out="A larger `cell`, or a smaller body.",
+        example="""\
+bodies:
+  sand: {kind: granular, cell: 0.0001, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.3]}}
+""",
+        mended="bodies: {sand: {cell: 0.02}}",
+        run=_too_many,
+    ),
     Rule(
         id="slow-scene",
         severity="warning",
