@@ -290,3 +290,34 @@ def test_a_pair_rubs_with_its_own_coefficient(simulate, agree):
         way = np.linalg.norm(trial.pos(name) - trial.pos(name)[0], axis=1)
         pull = max(0.0, G * (np.sin(s) - mu * np.cos(s)))
         agree(f"pair friction {mu}: way down 20 deg [m]", way, pull * t * (t + DT) / 2, within=0.004)
+
+
+RESISTED = """
+scene: {duration: 1.2, dt: 0.002, substeps: 1, statics: {floor: {shape: {kind: plane}, material: {friction: 0.6}}}}
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.05}, material: {rolling_friction: 0.001}, pose: {pos: [0, 0, 0.04999]}}
+  free: {kind: rigid, shape: {kind: sphere, radius: 0.05}, pose: {pos: [0, 1, 0.04999]}}
+  top: {kind: rigid, shape: {kind: sphere, radius: 0.05}, material: {torsional_friction: 0.002}, pose: {pos: [0, 2, 0.04999]}}
+  linked:
+    kind: rigid
+    shape: {kind: compound, parts: {core: {shape: {kind: sphere, radius: 0.05}}}}
+    material: {rolling_friction: 0.002}
+    pose: {pos: [0, 3, 0.04999]}
+actions:
+  controls:
+    roll: {kind: initial_velocity, body: ball, linear: [0.5, 0, 0], angular: [0, 10, 0]}
+    roll_free: {kind: initial_velocity, body: free, linear: [0.5, 0, 0], angular: [0, 10, 0]}
+    spin: {kind: initial_velocity, body: top, angular: [0, 0, 40]}
+    roll_linked: {kind: initial_velocity, body: linked, linear: [0.5, 0, 0], angular: [0, 10, 0]}
+"""
+
+
+def test_rolling_and_spinning_balls_slow_down_by_their_coefficients(simulate, agree):
+    """A torque b N against rolling, N = m g: of a solid ball m a r = f r, 2/5 m r^2 a / r = b m g - f r, so that
+    a = 5/7 g b / r. Against spin: 2/5 m r^2 w' = t m g. The cone is elliptic, chosen for it; each of the N steps of the
+    solver leaves a part of 1 - IMPEDANCE of what it should take away, at worst."""
+    trial, r = simulate(RESISTED), 0.05
+    t = trial.time[-1]
+    for name, b in (("ball", 0.001), ("free", 0.0), ("linked", 0.002)):
+        agree(f"rolling friction {b} m: {name}", trial.vel(name)[-1, 0], 0.5 - 5 / 7 * G * b / r * t, within=0.003)
+    agree("torsional friction 0.002 m", trial.ang("top")[-1, 2], 40 - 2.5 * 0.002 * G / r**2 * t, within=0.2)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from text2sim.assets.mechanism import Mechanisms
+from text2sim.compiler.contact_materials import Bounces, bounces, contact_damping, resists_rolling
 from text2sim.compiler.controls import Rows, lower_controls, lower_motions
 from text2sim.compiler.film import check_targets, resolve_render
 from text2sim.compiler.lower import Lowering
@@ -64,8 +65,9 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     placed, found = place_all(loaded, tree_extents, tree_standing)
     problems += found
     _stop_at_errors(problems)
-    lowering = Lowering(loaded.folder, named_parts(loaded), mechanisms=mechanisms)
     case, scene = loaded.case, loaded.case.scene
+    rolls = resists_rolling((*scene.statics.values(), *case.bodies.values()))
+    lowering = Lowering(loaded.folder, named_parts(loaded), mechanisms=mechanisms, rolls=rolls)
     lowering.soft = soft_lowering(loaded, placed, lowering.files)
     statics = _groups(loaded, placed, tuple(scene.statics), "scene", lowering, problems)
     bodies = _groups(loaded, placed, tuple(case.bodies), None, lowering, problems)
@@ -77,7 +79,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     problems += rows.problems + found + check_targets(loaded, placed, points)
     _stop_at_errors(problems)
     moving = [copy for name in case.bodies for copy in placed[name]]
-    bounce = {c.name: e for group in placed.values() for c in group if (e := _restitution(c)) is not None}
+    bounce = bounces(copy for group in placed.values() for copy in group)
     soft = soft_settings(loaded, placed, lowering.soft, bodies, rows)
     traits = _traits(lowering, bodies, moving, rows, bounce)
     taut = taut_frequencies(lowering, bodies, moving, rows, scene.gravity)
@@ -97,7 +99,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
         statics=statics,
         bodies=bodies,
         motors=tuple(lowering.motors),
-        contact=_damping(placed, bounce, set(scene.statics), settings, scene.dt / settings.substeps) if bounce else {},
+        contact=contact_damping(placed, bounce, set(scene.statics), settings, scene.dt / settings.substeps),
         initial=lowering.initial,
         velocities=tuple(rows.velocities),
         drives=tuple(rows.drives),
@@ -179,7 +181,7 @@ def _groups(
 
 
 def _traits(
-    lowering: Lowering, groups: tuple[Group, ...], moving: list[Copy], rows: Rows, bounce: dict[str, float]
+    lowering: Lowering, groups: tuple[Group, ...], moving: list[Copy], rows: Rows, bounce: Bounces
 ) -> Traits:
     trees = [tree for tree in lowering.trees.values()]
     joints = [joint for tree in trees for link in tree.links() for _, joint in link.all_joints()]
@@ -198,6 +200,7 @@ def _traits(
         fastest=max(known_speeds(lowering, groups, moving, rows).values(), default=0.0),
         thinnest=lowering.thinnest,
         bounciest=max(bounce.values(), default=0.0),
+        rolls=lowering.rolls,
         swiftest=max((rope_frequency(copy.model) for copy in moving if copy.model.kind == "rope"), default=0.0),
     )
 
@@ -208,26 +211,3 @@ def _frictions(loaded: LoadedCase, placed: dict[str, list[Copy]]) -> Iterator[Fr
         names = (tuple(copy.name for copy in copies) for copies in (first, second))
         line = loaded.line(("scene", "contact", "pairs", name))
         yield Friction(next(names), link, next(names), other, pair.friction, line)
-
-
-def _restitution(copy: Copy) -> float | None:
-    material = getattr(copy.model, "material", None)
-    return getattr(material, "restitution", None)
-
-
-def _damping(
-    placed: dict[str, list[Copy]], bounce: dict[str, float], statics: set[str], settings: Settings, step: float
-) -> dict[str, tuple[float, float]]:
-    """Time constant [s] and damping ratio for every copy.
-
-    The engine takes the means of the two bodies' values. A static without a restitution of its own takes the largest
-    of the scene, so that a ball bounces with its own value on a floor that says nothing.
-    """
-    largest = max(bounce.values())
-    values = {}
-    for name, group in placed.items():
-        for copy in group:
-            restitution = bounce.get(copy.name, largest if name in statics else 0.0)
-            time, ratio = settings.contact_damping(restitution, step)
-            values[copy.name] = (round(time, 9), round(ratio, 6))
-    return values

@@ -20,7 +20,7 @@ from text2sim.compiler.trees.articulated import articulated_tree
 from text2sim.compiler.trees.filebody import file_changes, file_motors, mechanism_tree
 from text2sim.compiler.trees.joints import joint_of
 from text2sim.compiler.trees.model_files import Ball, ModelFiles, Written, count_pieces
-from text2sim.compiler.trees.tree import Inertia, Tree, TreeGeom, TreeJoint, TreeLink, TreeVisual, tree_balls
+from text2sim.compiler.trees.tree import Inertia, Tree, TreeGeom, TreeJoint, TreeLink, TreeVisual, tree_balls, with_torques
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
 from text2sim.spec_schema.models.materials import DENSITY, Look, Material
 from text2sim.spec_schema.models.motion import Oscillate, Spin
@@ -68,6 +68,8 @@ class Lowering:
     """Convex pieces made so far."""
     thinnest: float = 1e9
     """Smallest thickness [m] of any piece made so far."""
+    rolls: bool = False
+    """Whether contacts of the scene resist rolling and spin."""
     soft: "SoftLowering | None" = None
     """Makes the deformable bodies, in a scene that has any."""
 
@@ -201,9 +203,19 @@ class Lowering:
         surface = Surface(rgba_of(look, copy), look.finish, dress=dress_of(look))
         if not look.visible:
             options["visualization"] = False
-        return EntityPlan(copy.name, morph, options, copy.pos, copy.quat, rho, material.friction, surface)
+        return EntityPlan(
+            copy.name, morph, options, copy.pos, copy.quat, rho, material.friction, surface,
+            material_options=self._torques(material),
+        )  # fmt: skip
+
+    def _torques(self, material: Material) -> dict[str, Any]:
+        """Keyword arguments of the engine's material; without them it has friction of its own against rolling."""
+        torsional, rolling = material.torques
+        return {"friction_torsional": torsional, "friction_rolling": rolling} if self.rolls else {}
 
     def _model(self, copy: Copy, tree: Tree) -> EntityPlan:
+        if any(torques := copy.model.material.torques) and copy.model.kind != "articulated":
+            tree = with_torques(tree, torques)
         made = self.models.write(copy.body, tree)
         return self._entity_of(copy, made, made.color)
 
@@ -252,7 +264,11 @@ class Lowering:
         # An MJCF file says the friction of every geom, be it by MuJoCo's defaults; a URDF cannot.
         friction = model.material.friction if urdf or "friction" in model.material.model_fields_set else None
         rho = generators.density_of(model.material, 1.0) if urdf and mechanism.inertialess else None
-        return EntityPlan(copy.name, mechanism.kind.upper(), options, copy.pos, copy.quat, rho, friction, surface)
+        said = urdf or model.material.model_fields_set & {"rolling_friction", "torsional_friction"}
+        return EntityPlan(
+            copy.name, mechanism.kind.upper(), options, copy.pos, copy.quat, rho, friction, surface,
+            material_options=self._torques(model.material) if said else {},
+        )  # fmt: skip
 
     def held_joints(self) -> dict[str, set[str]]:
         """Joints whose actuators have a stiffness, be it by the case or by a file, by copy."""
@@ -300,7 +316,8 @@ class Lowering:
         for piece in pieces:
             part = parts.get(piece.part) if piece.part else None
             rgba = rgba_of((part.look if part is not None else None) or look, copy)
-            found.append(TreeGeom(piece, densities[piece.part, piece.kind], material.friction, rgba))
+            density = densities[piece.part, piece.kind]
+            found.append(TreeGeom(piece, density, material.friction, rgba, torques=material.torques))
         return tuple(found)
 
     def _densities(self, shape: Any, pieces: list[Piece], material: Material) -> dict[tuple[str | None, str], float]:

@@ -43,6 +43,8 @@ class Traits:
     """Largest restitution; 0 if none is given."""
     linked: bool
     """Whether any body is a tree of several links."""
+    rolls: bool = False
+    """Whether a material has rolling or torsional friction."""
     slopes: bool = False
     """Whether something may rest on a slope, or lean."""
     tautest: float = 0.0
@@ -68,6 +70,8 @@ class Settings:
     hibernation: bool
     welds: int
     why: dict[str, str]
+    rolls: bool = False
+    """Whether contacts resist rolling and spin."""
     soft: SoftSettings | None = None
     """None in a scene without deformable bodies."""
 
@@ -175,6 +179,7 @@ def derive(scene: Scene, traits: Traits, soft: SoftSettings | None = None) -> Se
         hibernation=scene.solver.hibernation,
         welds=max(8, traits.attaches),
         why=why,
+        rolls=traits.rolls,
         soft=soft,
     )
 
@@ -186,8 +191,12 @@ def _cone(scene: Scene, solver: str, traits: Traits, soft: SoftSettings | None, 
     with newton a tree of links that is hit hard ends in nan; free bodies do not, up to 30 m/s and 250 kg.
     """
     sound = solver == "newton" and soft is None and not (traits.linked or traits.loops or traits.bounciest > 0)
-    if traits.slopes and sound and not scene.solver.noslip_iterations:
-        why["friction_cone"] = "what rests on a slope or leans creeps with the pyramidal one"
+    if (traits.slopes or traits.rolls) and sound and not scene.solver.noslip_iterations:
+        why["friction_cone"] = (
+            "the pyramidal one lets what rests on a slope or leans creep, and what rolls roll too far"
+            if traits.rolls
+            else "what rests on a slope or leans creeps with the pyramidal one"
+        )
         return "elliptic"
     why["friction_cone"] = "survives hard impacts; elliptic does not creep on slopes"
     return "pyramidal"

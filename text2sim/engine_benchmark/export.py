@@ -126,6 +126,7 @@ def _entity(entity: EntityPlan, why_not: list[str]) -> dict[str, Any]:
         return {**row, "shape": "mechanism: see links, joints and scene.xml"}
     row |= {key: value for key, value in entity.options.items() if key not in ("fixed", "visualization")}
     row |= {"density": entity.rho, "friction": entity.friction}
+    row |= {key: value for key, value in entity.material_options.items() if key.startswith("friction_")}
     if entity.family != "rigid":
         row |= {"material": entity.material, "parameters": entity.material_options}
         row["mass"] = entity.soft.mass if entity.soft else None

@@ -96,7 +96,9 @@ def _add(spec: Any, plan: Plan, entity: EntityPlan, *, fixed: bool) -> None:
         vertices = np.asarray(_mesh(plan.files[options["file"]], options["file"])) * options.get("scale", 1.0)
         spec.add_mesh(name=entity.name, uservert=vertices.ravel().tolist())
         geom.meshname = entity.name
-    _touch(geom, plan, entity.name, entity.friction)
+    torques = [entity.material_options.get(key, 0.0) for key in ("friction_torsional", "friction_rolling")]
+    geom.friction = [entity.friction or 0.0, *torques]
+    _touch(geom, plan, entity.name)
 
 
 def _attach(spec: Any, plan: Plan, entity: EntityPlan) -> None:
@@ -114,7 +116,7 @@ def _attach(spec: Any, plan: Plan, entity: EntityPlan) -> None:
             continue
         apart |= geom.contype != geom.conaffinity
         geom.contype = geom.conaffinity = 1
-        _touch(geom, plan, entity.name, None)
+        _touch(geom, plan, entity.name, geom.parent.name)
     used = {geom.meshname for geom in child.geoms}
     for mesh in [mesh for mesh in child.meshes if mesh.name not in used]:
         child.delete(mesh)
@@ -128,11 +130,11 @@ def _attach(spec: Any, plan: Plan, entity: EntityPlan) -> None:
     spec.attach(child, prefix=f"{entity.name}/", frame=frame)
 
 
-def _touch(geom: Any, plan: Plan, name: str, friction: float | None) -> None:
-    time, ratio = plan.contact.get(name, (plan.settings.timeconst, 1.0))
-    geom.solref = [time, ratio]
-    if friction is not None:
-        geom.friction[0] = friction
+def _touch(geom: Any, plan: Plan, name: str, link: str = "") -> None:
+    usual = plan.contact.get(name, (plan.settings.timeconst, 1.0))
+    geom.solref = plan.contact.get(f"{name}.{link}", usual)
+    if plan.settings.rolls:
+        geom.condim = 6
 
 
 def _mesh(data: bytes, name: str) -> Any:

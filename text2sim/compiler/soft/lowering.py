@@ -72,7 +72,7 @@ class SoftLowering:
             return entity
         if self.model == "ipc" and material.touch_soft:
             density, options = ipc.rigid(entity, material.friction, tree, entity.name.split("[")[0] in self.acted_on)
-            return replace(entity, rho=density, material_options=options)
+            return replace(entity, rho=density, material_options=entity.material_options | options)
         options: dict[str, Any] = {}
         if not material.touch_soft:
             options["needs_coup"] = False
@@ -81,7 +81,7 @@ class SoftLowering:
             reach = material.soft_reach or self.scales.reach or SOFTNESS
             if reach != SOFTNESS:
                 options["coup_softness"] = float(f"{reach:.3g}")
-        return replace(entity, material_options=options)
+        return replace(entity, material_options=entity.material_options | options)
 
     def _morph(self, model: Any, copy: Copy, solver: str, spacing: float) -> tuple[str, dict[str, Any], bool]:
         """Morph, its options, and whether the copy's orientation is in the mesh already."""

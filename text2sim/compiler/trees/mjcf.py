@@ -121,6 +121,8 @@ class _Writer:
         if tuple(piece.quat) != IDENTITY:
             attributes["quat"] = _row(piece.quat)
         attributes |= {"density": number(geom.density), "friction": number(geom.friction)}
+        if any(geom.torques):
+            attributes |= {"friction": _row((geom.friction, *geom.torques)), "condim": "6"}
         if geom.rgba is not None:
             attributes["rgba"] = _row(geom.rgba)
         if not geom.drawn:

@@ -30,11 +30,14 @@ class TreeGeom:
     density: float
     """[kg/m3]"""
     friction: float
+    """Coulomb coefficient."""
     rgba: tuple[float, float, float, float] | None = None
     drawn: bool = True
     """False where a `visual` of the link is drawn instead."""
     touches: bool = True
     """False for what is only seen."""
+    torques: tuple[float, float] = (0.0, 0.0)
+    """Coefficients [m] of torsional and rolling friction."""
 
 
 @dataclass(frozen=True)
@@ -232,3 +235,15 @@ def uncolored(tree: Tree) -> Tree:
     return replace(
         tree, roots=tuple(map(bare, tree.roots)), fixtures=tuple(replace(g, rgba=None) for g in tree.fixtures)
     )
+
+
+def with_torques(tree: Tree, torques: tuple[float, float]) -> Tree:
+    """Return a tree whose geoms have torsional and rolling friction [m], where they have none of their own."""
+
+    def laid(geoms: tuple[TreeGeom, ...]) -> tuple[TreeGeom, ...]:
+        return tuple(geom if any(geom.torques) else replace(geom, torques=torques) for geom in geoms)
+
+    def link(one: TreeLink) -> TreeLink:
+        return replace(one, geoms=laid(one.geoms), children=tuple(link(child) for child in one.children))
+
+    return replace(tree, roots=tuple(link(root) for root in tree.roots), fixtures=laid(tree.fixtures))

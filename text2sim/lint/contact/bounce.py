@@ -9,6 +9,7 @@ restitution is met within 0.05, which is what a message asks for. See
 from collections.abc import Iterator
 from math import ceil, pi
 
+from text2sim.compiler.contact_materials import bounces
 from text2sim.compiler.settings import CRISPNESS
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
@@ -26,8 +27,12 @@ def _bounce(facts: Facts, rule: str) -> Iterator[Problem]:
     time, step, dt = facts.settings.bounce_time, facts.substep, facts.case.scene.dt
     if not time:
         return
-    largest, name = max((bounce, name) for name, bounce in _restitutions(facts))
-    where, says = facts.where(name, "material", "restitution"), f"restitution {largest:g}"
+    found = [row for group in facts.placed.values() for row in bounces(group[:1]).items()]
+    name, largest = max(found, key=lambda row: (row[1], row[0]))
+    body, _, link = name.partition(".")
+    inside = () if not link else (link,) if link == "payload" else ("links", link)
+    where = facts.where(body.split("[")[0], *inside, "material", "restitution")
+    says = f"restitution {largest:g}"
     needed = ceil(dt / (SCATTER_BOUND * time))
     if step > ENERGY_BOUND * time * (1 + 1e-9):
         if rule == "restitution-step":
@@ -43,13 +48,6 @@ def _bounce(facts: Facts, rule: str) -> Iterator[Problem]:
             "would be crisp"
         )
         yield facts.problem(rule, where, text)
-
-
-def _restitutions(facts: Facts) -> Iterator[tuple[str, float]]:
-    for name, group in facts.placed.items():
-        for copy in group:
-            if (bounce := getattr(getattr(copy.model, "material", None), "restitution", None)) is not None:
-                yield name, bounce
 
 
 _BALL = """\

@@ -32,6 +32,12 @@ class Material(Model):
     friction: Real = Field(default=0.5, ge=0.01, le=5.0)
     """Coulomb coefficient. A pair of bodies slides with the larger of its two values, unless
     `scene.contact.pairs` has one for it."""
+    rolling_friction: Real = Field(default=0.0, ge=0.0, le=1.0)
+    """Rolling resistance [m]: its torque is this times the normal force; of two bodies, the larger value counts. A ball of
+    radius r that rolls slows down at 5/7 g times this over r. It is c r for a coefficient of rolling resistance c, which
+    is 0.01 for a billiard ball on its cloth."""
+    torsional_friction: Real = Field(default=0.0, ge=0.0, le=1.0)
+    """The same against spin about the normal of a contact [m]: two thirds of friction times the radius of the patch."""
     restitution: Real | None = Field(default=None, ge=0.0, le=0.995)
     """Bounce: speed after over speed before, between two bodies of this material; it takes a short time step."""
     touch_soft: Bool = True
@@ -50,6 +56,11 @@ class Material(Model):
         if self.soft_reach is not None and not self.touch_soft:
             raise ValueError("soft_reach says how deformable bodies touch it, and touch_soft: false that they do not")
         return self
+
+    @property
+    def torques(self) -> tuple[float, float]:
+        """Coefficients [m] of torsional and rolling friction."""
+        return self.torsional_friction, self.rolling_friction
 
 
 class Vary(Model):

@@ -1,0 +1,61 @@
+"""Contact as the materials of bodies and links say: restitution, and friction against rolling and spin."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.settings import Settings
+from text2sim.spec_schema.models.materials import Material
+
+Bounces = Mapping[str, float]
+"""Restitution by copy (`ball`, `brick[3]`), or by link, if it says another (`arm.hand`)."""
+
+
+def materials_of(model: Any) -> dict[str, Material]:
+    """Return the materials of a rigid model by link; empty: of links that have none of their own."""
+    own, links = getattr(model, "material", None), getattr(model, "links", None)
+    found: dict[str, Material] = {"": own} if isinstance(own, Material) else {}
+    if isinstance(links, dict):
+        found |= {name: link.material for name, link in links.items() if link.material is not None}
+    if (payload := getattr(model, "payload", None)) is not None:
+        found["payload"] = payload.material
+    return found
+
+
+def resists_rolling(models: Iterable[Any]) -> bool:
+    """Whether a material of these models has rolling or torsional friction."""
+    return any(any(one.torques) for model in models for one in materials_of(model).values())
+
+
+def bounces(copies: Iterable[Copy]) -> dict[str, float]:
+    """Return the restitution of copies and links that have one."""
+    return {
+        _selector(copy, link): material.restitution
+        for copy in copies
+        for link, material in materials_of(copy.model).items()
+        if material.restitution is not None
+    }
+
+
+def contact_damping(
+    placed: Mapping[str, list[Copy]], bounce: Bounces, statics: set[str], settings: Settings, step: float
+) -> dict[str, tuple[float, float]]:
+    """Return time constant [s] and damping ratio by copy, and by link with a material of its own.
+
+    The engine takes the means of the two bodies' values. A static without a restitution of its own takes the largest
+    of the scene, so that a ball bounces with its own value on a floor that says nothing.
+    """
+    if not bounce:
+        return {}
+    largest, values = max(bounce.values()), {}
+    for name, group in placed.items():
+        for copy in group:
+            silent = largest if name in statics else 0.0
+            for link in {"": None, **materials_of(copy.model)}:
+                time, ratio = settings.contact_damping(bounce.get(_selector(copy, link), silent), step)
+                values[_selector(copy, link)] = (round(time, 9), round(ratio, 6))
+    return values
+
+
+def _selector(copy: Copy, link: str) -> str:
+    return f"{copy.name}.{link}" if link else copy.name
