@@ -48,7 +48,9 @@ def test_the_program_sets_the_links_after_the_bodies():
 
 def test_the_lint_points_at_the_link():
     hasty = "substeps: 1, contact: {timeconst: 0.02}, "
-    (problem,) = [one for one in lint_case(resolved(PAIR % "restitution: 0.9", hasty)).problems if one.rule == "restitution-step"]
+    (problem,) = [
+        one for one in lint_case(resolved(PAIR % "restitution: 0.9", hasty)).problems if one.rule == "restitution-step"
+    ]
     assert problem.path == "/bodies/pair/links/a/material/restitution"
 
 
@@ -60,7 +62,9 @@ def test_without_such_friction_nothing_is_written_of_it():
 
 
 def test_one_body_that_resists_makes_all_others_say_that_they_do_not():
-    plan = resolved(BALL % ", material: {rolling_friction: 0.01}" + PAIR % "torsional_friction: 0.02" + WRECKER % "").plan
+    plan = resolved(
+        BALL % ", material: {rolling_friction: 0.01}" + PAIR % "torsional_friction: 0.02" + WRECKER % ""
+    ).plan
     (ball,) = plan.bodies[0].entities
     (floor,) = plan.statics[0].entities
     assert ball.material_options == {"friction_torsional": 0.0, "friction_rolling": 0.01}

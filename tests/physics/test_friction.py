@@ -313,9 +313,10 @@ actions:
 
 
 def test_rolling_and_spinning_balls_slow_down_by_their_coefficients(simulate, agree):
-    """A torque b N against rolling, N = m g: of a solid ball m a r = f r, 2/5 m r^2 a / r = b m g - f r, so that
-    a = 5/7 g b / r. Against spin: 2/5 m r^2 w' = t m g. The cone is elliptic, chosen for it; each of the N steps of the
-    solver leaves a part of 1 - IMPEDANCE of what it should take away, at worst."""
+    """A torque b m g against rolling brakes a solid ball with a = 5/7 g b / r, as 2/5 m r^2 a / r = b m g - m a r.
+
+    Against spin: 2/5 m r^2 w' = t m g. The elliptic cone, which is chosen for it, is exact but for a step at the start.
+    """
     trial, r = simulate(RESISTED), 0.05
     t = trial.time[-1]
     for name, b in (("ball", 0.001), ("free", 0.0), ("linked", 0.002)):

@@ -180,9 +180,7 @@ def _groups(
     return tuple(groups)
 
 
-def _traits(
-    lowering: Lowering, groups: tuple[Group, ...], moving: list[Copy], rows: Rows, bounce: Bounces
-) -> Traits:
+def _traits(lowering: Lowering, groups: tuple[Group, ...], moving: list[Copy], rows: Rows, bounce: Bounces) -> Traits:
     trees = [tree for tree in lowering.trees.values()]
     joints = [joint for tree in trees for link in tree.links() for _, joint in link.all_joints()]
     loose = sum(

@@ -20,7 +20,16 @@ from text2sim.compiler.trees.articulated import articulated_tree
 from text2sim.compiler.trees.filebody import file_changes, file_motors, mechanism_tree
 from text2sim.compiler.trees.joints import joint_of
 from text2sim.compiler.trees.model_files import Ball, ModelFiles, Written, count_pieces
-from text2sim.compiler.trees.tree import Inertia, Tree, TreeGeom, TreeJoint, TreeLink, TreeVisual, tree_balls, with_torques
+from text2sim.compiler.trees.tree import (
+    Inertia,
+    Tree,
+    TreeGeom,
+    TreeJoint,
+    TreeLink,
+    TreeVisual,
+    tree_balls,
+    with_torques,
+)
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
 from text2sim.spec_schema.models.materials import DENSITY, Look, Material
 from text2sim.spec_schema.models.motion import Oscillate, Spin

@@ -318,8 +318,8 @@ class Plan:
     bodies: tuple[Group, ...]
     motors: tuple[Motor, ...]
     contact: dict[str, tuple[float, float]]
-    """Time constant [s] and damping ratio of contacts by entity, or by link (`arm.hand`) if it has its own; empty unless
-    some body bounces."""
+    """Time constant [s] and damping ratio of contacts by entity, or by link (`arm.hand`) if it has its own; empty
+    unless some body bounces."""
     initial: dict[str, dict[str, float]]
     """Start positions of joints by entity."""
     velocities: tuple[Velocity, ...]

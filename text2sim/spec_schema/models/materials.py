@@ -33,9 +33,9 @@ class Material(Model):
     """Coulomb coefficient. A pair of bodies slides with the larger of its two values, unless
     `scene.contact.pairs` has one for it."""
     rolling_friction: Real = Field(default=0.0, ge=0.0, le=1.0)
-    """Rolling resistance [m]: its torque is this times the normal force; of two bodies, the larger value counts. A ball of
-    radius r that rolls slows down at 5/7 g times this over r. It is c r for a coefficient of rolling resistance c, which
-    is 0.01 for a billiard ball on its cloth."""
+    """Rolling resistance [m]: its torque is this times the normal force; of two bodies, the larger value counts. A ball
+    of radius r that rolls slows down at 5/7 g times this over r. It is c r for a coefficient of rolling resistance c,
+    which is 0.01 for a billiard ball on its cloth."""
     torsional_friction: Real = Field(default=0.0, ge=0.0, le=1.0)
     """The same against spin about the normal of a contact [m]: two thirds of friction times the radius of the patch."""
     restitution: Real | None = Field(default=None, ge=0.0, le=0.995)
