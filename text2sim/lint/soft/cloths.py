@@ -3,7 +3,12 @@
 import math
 from collections.abc import Iterator
 
+from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.gjk import distance
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.rotation import IDENTITY
+from text2sim.compiler.shapes.solid import Solid
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
@@ -15,6 +20,8 @@ CAUGHT, CAUGHT_WELL = 8.0, 16.0
 went through."""
 WELL = 20
 """As many sweeps."""
+SEEN = 0.005
+"""Gap [m] between a corner and its holder that a picture shows."""
 
 
 def _passes(facts: Facts) -> Iterator[Problem]:
@@ -89,6 +96,29 @@ def _one_way(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("one-way-hold", ("actions", "controls", name, "to"), text)
 
 
+def _off_its_holder(facts: Facts) -> Iterator[Problem]:
+    """Corners and points that are attached to something that is not there."""
+    soft, points = soft_facts(facts), BodyPoints({}, facts.folder)
+    for name, control in facts.case.actions.controls.items():
+        region = control.region if control.kind == "attach" else None
+        if region is None or control.to == "world" or not (region.corner or region.nearest or region.sphere):
+            continue
+        body = next((body for body in soft.bodies if body.body == control.body.split("[")[0]), None)
+        holders = facts.placed.get(control.to.split("[")[0].split(".")[0], [])
+        pieces = [part.solid for copy in holders for part in facts.parts(copy)]
+        if body is None or not pieces or len(facts.placed[body.body]) > 1:
+            continue
+        point = points.in_world(body.copy, None, region)
+        near = region.sphere.radius if region.sphere else 0.0
+        away = min(distance(Solid(Piece("sphere", size=(near,)), point, IDENTITY), one) for one in pieces)
+        if away > max(soft.scales.spacing(body.body, body.solver), SEEN):
+            text = (
+                f"what `{control.to}` holds of `{body.name}` is {length(away)} away from it: in the film it hangs on "
+                "nothing; move the one or the other until they touch"
+            )
+            yield facts.problem("held-at-a-distance", ("actions", "controls", name, "to"), text)
+
+
 RULES = (
     Rule(
         id="cloth-too-fast",
@@ -135,5 +165,24 @@ actions:
 """,
         mended="actions: {controls: {carry: null}}",
         run=_one_way,
+    ),
+    Rule(
+        id="held-at-a-distance",
+        severity="warning",
+        title="A corner or point is attached to something that it does not touch.",
+        reason="""\
+Attached points follow what holds them from where they are at the start, however far that is: physics is right, but a
+film shows a napkin that hangs below its peg on nothing.""",
+        way_out="Place the body, or what holds it, so that they touch.",
+        example="""\
+scene: {statics: {peg: {shape: {kind: sphere, radius: 0.01}, pose: {pos: [0.2, 0, 1.03]}}}}
+bodies:
+  napkin: {kind: cloth, cell: 0.01, shape: {kind: sheet, size: [0.4, 0.4]}, pose: {pos: [0, 0, 0.8], euler_deg: [90, 0, 0]}}
+actions:
+  controls:
+    hang: {kind: attach, body: napkin, region: {corner: [right, back]}, to: peg}
+""",
+        mended="scene: {statics: {peg: {pose: {pos: [0.2, 0, 1.005]}}}}",
+        run=_off_its_holder,
     ),
 )
