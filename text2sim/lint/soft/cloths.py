@@ -177,7 +177,11 @@ film shows a napkin that hangs below its peg on nothing.""",
         example="""\
 scene: {statics: {peg: {shape: {kind: sphere, radius: 0.01}, pose: {pos: [0.2, 0, 1.03]}}}}
 bodies:
-  napkin: {kind: cloth, cell: 0.01, shape: {kind: sheet, size: [0.4, 0.4]}, pose: {pos: [0, 0, 0.8], euler_deg: [90, 0, 0]}}
+  napkin:
+    kind: cloth
+    cell: 0.01
+    shape: {kind: sheet, size: [0.4, 0.4]}
+    pose: {pos: [0, 0, 0.8], euler_deg: [90, 0, 0]}
 actions:
   controls:
     hang: {kind: attach, body: napkin, region: {corner: [right, back]}, to: peg}
