@@ -42,6 +42,8 @@ actions:
       region: {kind: box, min: ["${k - spokes}", -1, 0], max: [9, 1, 1]}
   expect:
     fills: {repeat: "${bins}", measure: "bin_${k}", at: end, above: "${0.5 * k}"}
+  controls:
+    shove: {repeat: 2, kind: impulse, body: "wheel[${k}]", impulse: [1, 0, 0], at: "${0.1 * k}"}
 """
 
 
@@ -57,6 +59,8 @@ def test_each_gets_its_number():
     assert parts["spoke_4"].pose.pos == (0.4, 0.0, 0.0)
     assert parts["spoke_4"].repeat is None
     assert list(case.actions.measures) == ["bin_0", "bin_1", "bin_2"]
+    shoves = [(name, row.body, row.at) for name, row in case.actions.controls.items()]
+    assert shoves == [("shove_0", "wheel[0]", 0.0), ("shove_1", "wheel[1]", 0.1)]
     assert case.actions.measures["bin_2"].region.min == (-4.0, -1.0, 0.0)
     assert [(e.measure, e.above) for e in case.actions.expect.values()] == [("bin_0", 0), ("bin_1", 0.5), ("bin_2", 1)]
     assert check_references(load()) == []

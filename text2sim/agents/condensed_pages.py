@@ -24,6 +24,10 @@ _SHORTER = (
 )  # fmt: skip
 
 
+_FORMS = {"region": " of what deforms: a part of it, as `{edge: left}`, `{corner: [left, front]}`"}
+"""What a field takes, where its name does not tell."""
+
+
 def plain(text: str) -> str:
     """Return Markdown without what only a browser needs."""
     return _RULE.sub("", _LINK.sub(r"\1", text))
@@ -64,7 +68,7 @@ def kinds_line_by_line(section: Section) -> str:
     for base in bases:
         having = [f"`{kind}`" for kind, model in models.items() if issubclass(model, base)]
         inherited = [other for other in bases if other is not base and issubclass(base, other)]
-        names = ", ".join(f"`{key}`" for key, *_ in field_rows(base, inherited))
+        names = ", ".join(f"`{key}`{_FORMS.get(key, '')}" for key, *_ in field_rows(base, inherited))
         if names:
             lines.append(f"{', '.join(having) if len(having) < len(models) else f'every {section.noun}'}: {names}")
     for kind, model in models.items():

@@ -76,6 +76,15 @@ PLACES_OF_STATICS = (
     "Or `place`, one of the two, by true shapes: `on: table`, `above`, `left_of`, `beside: wall`, `around: pole` and "
     "others, with `at: [x, y]` in the world, `offset`, `clearance`. More: `read: [Poses and places]`."
 )
+EXPECTED = (
+    "## Expectations\nOf an event, which happens: `within: [0.3, end]` (its first time), `count: 3` or `[2, 5]`, "
+    "`before` another event; or `never` does (`within` a span). Of a measure, which is `above`, `below`, `equals` with "
+    "`tolerance`: `at: 1.5`, `start` or `end`, or `during: [0.5, end]` or `all`, then every value or `stat` of them "
+    "(max, min, mean, std, range). `repeat: 3`: so many of this entry, `NAME_0` to `NAME_2`, with `k` in `${…}`."
+)
+"""What the Planner reads of expectations; the form of its answer shows examples."""
+TELLING = 36
+"""Characters of what a kind is from which on it tells more than its name does."""
 USUAL = frozenset({"ramp", "still"})
 """Kinds that are described to everybody who reads their page."""
 SHORTEST = 4
@@ -120,7 +129,20 @@ def pages(reader: str, kinds: Collection[str] | None = None) -> str:
     if reader == "bodies":
         parts.append(f"Colours: `#rrggbb`, or a name: those of CSS, and {', '.join(OWN_COLORS)}.")
     text = "\n\n".join(parts)
-    return text if wanted is None or wanted & DEFORMING else _SOFT_ROWS.sub("", text)
+    return text if wanted is None or wanted & DEFORMING else _without_softness(text)
+
+
+def _without_softness(text: str) -> str:
+    """Leave out what is said of bodies that deform: rows of fields, sentences about kinds, examples."""
+    rows = []
+    for row in _SOFT_ROWS.sub("", text).split("\n"):
+        if row.startswith("- `") and "`: " in row:
+            first, *more = row.split(". ")
+            row = ". ".join([first, *(part for part in more if not _SOFT.search(part))])
+            row += "" if row.endswith((".", ":")) or not more else "."
+        if not _SOFT_EXAMPLE.match(row):
+            rows.append(row)
+    return "\n".join(rows)
 
 
 @cache
@@ -129,8 +151,7 @@ def to_plan_with() -> str:
     parts = []
     for section in _sections(READS["expectations"]):
         tabled = isinstance(section.models, tuple)
-        # The form of the answer shows expectations by example.
-        parts.append(_BLOCKS.sub("", section_brief(section)) if tabled else kinds_line_by_line(section))
+        parts.append(EXPECTED if tabled else kinds_line_by_line(section))
     return "\n\n".join(parts)
 
 
@@ -249,7 +270,7 @@ def vocabulary() -> str:
     parts = []
     for section in _sections(INDEXED):
         kinds = section_kinds(section.models)
-        rows = [f"- `{kind}`: {_first(model_doc(model))}" for kind, model in kinds.items() if kind not in PUSHES]
+        rows = _told({kind: _first(model_doc(model)) for kind, model in kinds.items() if kind not in PUSHES})
         if some := [f"`{kind}`" for kind in kinds if kind in PUSHES]:
             rows.append(f"- {', '.join(some)}: fields of force, on mpm and pbd bodies alone")
         parts.append(f"{section.title}\n" + "\n".join(rows))
@@ -260,20 +281,27 @@ def prefabs(*, brief: bool = False, only: Collection[str] | None = None) -> str:
     """Say which prefabs there are, with their parameters unless `brief`."""
     from text2sim.spec_schema.reuse.catalogue import built_in, param_rows, parts_of, usage
 
+    chosen = {name: one for name, one in built_in().items() if only is None or name in only}
+    gists = {name: _first(" ".join(definition.model.doc.split())) for name, definition in chosen.items()}
+    if brief:
+        return "\n".join(_told(gists))
     rows = []
-    for name, definition in built_in().items():
-        if only is not None and name not in only:
-            continue
-        line = f"- `{name}`: {_first(' '.join(definition.model.doc.split()))}"
-        if not brief:
-            line += ". " + " ".join(
-                f"`{row.name}` ({row.takes}; {row.default or 'required'})" for row in param_rows(definition)
-            )
-            if several := parts_of(definition):
-                line += f" Bodies: {', '.join(f'NAME_{part}' for part in several)}."
-            line += f"\n  ```yaml\n{_indented(usage(definition))}  ```"
-        rows.append(line)
+    for name, definition in chosen.items():
+        line = f"- `{name}`: {gists[name]}. " + " ".join(
+            f"`{row.name}` ({row.takes}; {row.default or 'required'})" for row in param_rows(definition)
+        )
+        if several := parts_of(definition):
+            line += f" Bodies: {', '.join(f'NAME_{part}' for part in several)}."
+        rows.append(f"{line}\n  ```yaml\n{_indented(usage(definition))}  ```")
     return "\n".join(rows)
+
+
+def _told(gists: dict[str, str]) -> list[str]:
+    """A line for each kind that is more than its name says, and one for the others."""
+    told = {name: gist for name, gist in gists.items() if len(gist) >= TELLING}
+    rows = [f"- `{name}`: {gist}" for name, gist in told.items()]
+    rest = [f"`{name}`" for name in gists if name not in told]
+    return [*([f"- {', '.join(rest)}"] if rest else []), *rows]
 
 
 def known_kinds() -> frozenset[str]:
@@ -346,7 +374,6 @@ def _sections(titles: Iterable[str]) -> list[Section]:
     return [by_title[title] for title in titles]
 
 
-_BLOCKS = re.compile(r"\n```yaml\n.*?```", re.DOTALL)
 _EXAMPLES_OF_PLACE = re.compile(r"^  e\.g\. `place: .*\n?", re.MULTILINE)
 """Which `PLACES` tells."""
 _SOFT_ROWS = re.compile(
@@ -354,6 +381,9 @@ _SOFT_ROWS = re.compile(
     r"|^ *- `\w+`[^:\n]*: (?:For|Of) (?:bodies that deform|mpm and fem bodies).*\n",
     re.MULTILINE,
 )
+_SOFT = re.compile(r"\b(?:deforms?|[Cc]loth|soft body|mpm|pbd|fem)\b")
+_SOFT_EXAMPLE = re.compile(r"\w+: \{.*\b(?:curtain|jelly|water)\b.*\}$")
+"""The bodies that deform in the examples."""
 
 
 def _first(text: str) -> str:

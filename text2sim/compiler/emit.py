@@ -21,8 +21,8 @@ from text2sim.spec_schema.whole_files import naming
 
 TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
 FILMING = (
-    "cadence.py", "cameras.py", "directing.py", "overlays.py", "pacing.py", "playback.py", "standpoints.py",
-    "viewpoints.py", "video.py", "film.py",
+    "ambience.py", "cadence.py", "cameras.py", "directing.py", "overlays.py", "pacing.py", "playback.py",
+    "standpoints.py", "viewpoints.py", "video.py", "film.py",
 )  # fmt: skip
 """What draws a film, and what it asks."""
 FILM_TEMPLATES = (*FILMING, "soft_film.py", "soft_states.py", "shading.py", "render.py.j2")

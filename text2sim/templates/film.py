@@ -9,6 +9,7 @@ Nothing is drawn while the simulation runs, so a machine without OpenGL simulate
 from pathlib import Path
 
 import numpy as np
+from ambience import faded, shaded
 from cadence import MAIN, frames, reels
 from cameras import Cameras
 from directing import directed
@@ -78,6 +79,7 @@ def film(scene, cameras: dict, out: Path, script: dict, *, samples: int = 8) -> 
     script = directed(script, states)
     views, last = Cameras(script, states), float(states.time[-1])
     films = {name: frames(script, reel, last) for name, reel in reels(script).items()}
+    grounds = _grounds(scene)
     done, total = 0, sum(map(len, films.values()))
     visibility = {name: [] for name in cameras}
     for name, pictures in films.items():
@@ -96,7 +98,8 @@ def film(scene, cameras: dict, out: Path, script: dict, *, samples: int = 8) -> 
             camera._fov = view.fov  # the rasteriser reads it with the pose; there is no other way to change it
             camera.set_pose(pos=view.pos, lookat=view.look_at, up=view.up)
             # Genesis redraws when the step count moves, which it does not here: force it.
-            image = camera.render(force_render=True)[0]
+            image, depth = camera.render(depth=True, force_render=True)[:2]
+            image = shaded(faded(image, depth, view, grounds, script["background"]), depth, view.fov)
             if frame.k in sampled:
                 seen = visibility[frame.camera]
                 Image.fromarray(image).save(out / "frames" / f"{frame.camera}_{len(seen)}.png")
@@ -112,6 +115,13 @@ def film(scene, cameras: dict, out: Path, script: dict, *, samples: int = 8) -> 
     if soft is not None:
         soft.close()
     write_json(out / "visibility.json", visibility)
+
+
+def _grounds(scene) -> list:
+    """Middle [m] and half the side [m] of each ground plane that lies flat."""
+    planes = [entity.morph for entity in scene.rigid_solver.entities if type(entity.morph).__name__ == "Plane"]
+    flat = [plane for plane in planes if plane.quat is None or max(map(abs, plane.quat[1:3])) < 1e-3]
+    return [(plane.pos, min(plane.plane_size) / 2) for plane in flat]
 
 
 def _hide(solver, states: States, t: float) -> None:

@@ -6,7 +6,6 @@ from pydantic import Field, model_validator
 
 from text2sim.spec_schema.models.base import (
     Integer,
-    Model,
     Name,
     NonNegative,
     Positive,
@@ -15,12 +14,12 @@ from text2sim.spec_schema.models.base import (
     Vec3,
     Window,
 )
-from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
+from text2sim.spec_schema.models.fields import Acting, Attraction, Drag, Turbulence, Vortex, Wind
 from text2sim.spec_schema.models.motion import Schedule
 from text2sim.spec_schema.models.regions import BodyRegion
 
 
-class InitialVelocity(Model):
+class InitialVelocity(Acting):
     """The velocity with which a free body starts."""
 
     kind: Literal["initial_velocity"]
@@ -32,7 +31,7 @@ class InitialVelocity(Model):
     """[rad/s], in the world."""
 
 
-class Impulse(Model):
+class Impulse(Acting):
     """A blow: momentum given within one time step."""
 
     kind: Literal["impulse"]
@@ -46,7 +45,7 @@ class Impulse(Model):
     """Where it strikes: a point [m] or region in the body's frame; the centre of mass if left out."""
 
 
-class Force(Model):
+class Force(Acting):
     """A force on a body over a span of time."""
 
     kind: Literal["force"]
@@ -72,7 +71,7 @@ class Force(Model):
     `force / drag` and goes on with that. It acts on each point by its mass: one that runs ahead is held back."""
 
 
-class Torque(Model):
+class Torque(Acting):
     """A torque on a body over a span of time."""
 
     kind: Literal["torque"]
@@ -88,7 +87,7 @@ class Torque(Model):
     """The frame in which `torque` is given."""
 
 
-class Drive(Model):
+class Drive(Acting):
     """A target for a joint's actuator. Several drives of one joint take over from each other in time.
 
     Until the first of them begins (the `start` or first time of its target; at once if it has none), the joint is held
@@ -117,7 +116,7 @@ class Drive(Model):
         return self
 
 
-class Reach(Model):
+class Reach(Acting):
     """Where a link of a mechanism is to be, made into targets of its joints by inverse kinematics.
 
     All hinges and sliders from the world to that link move, and their actuators need a stiffness. They go from target
@@ -160,7 +159,7 @@ class Reach(Model):
         return [self.euler_deg] * len(self.times) if isinstance(self.euler_deg, tuple) else self.euler_deg
 
 
-class Attach(Model):
+class Attach(Acting):
     """A hold between two bodies, from a time on; they keep the relative pose that they have then.
 
     Between rigid bodies it is a weld, and the two links that it holds do not touch each other meanwhile; other links of
@@ -187,7 +186,7 @@ class Attach(Model):
     """Time [s]."""
 
 
-class Release(Model):
+class Release(Acting):
     """The end of an `attach`, at a time or when something happens."""
 
     kind: Literal["release"]
@@ -207,7 +206,7 @@ class Release(Model):
         return self
 
 
-class Remove(Model):
+class Remove(Acting):
     """A body that leaves the scene, at a time or when something happens, and does not come back.
 
     It is switched off where it is: nothing touches it any more, nothing moves it, and no picture shows it. What was

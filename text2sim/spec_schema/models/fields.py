@@ -4,11 +4,18 @@ from typing import Literal
 
 from pydantic import Field
 
-from text2sim.spec_schema.models.base import Axis, Integer, Model, NonNegative, Positive, Real, Vec3, Window
+from text2sim.spec_schema.models.base import Axis, Integer, Model, Multiple, NonNegative, Positive, Real, Vec3, Window
 from text2sim.spec_schema.models.motion import Schedule
 
 
-class _During(Model):
+class Acting(Model):
+    """What every control has."""
+
+    repeat: Multiple | None = None
+    """So many of these controls, called `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
+
+
+class _During(Acting):
     during: Window | None = None
     """From and to [s]; the whole run if left out."""
     scale: Schedule = 1.0

@@ -1,4 +1,4 @@
-"""Entries that stand for several: parts, links, measures, events and expectations with `repeat`.
+"""Entries that stand for several: parts, links, controls, measures, events and expectations with `repeat`.
 
 An entry `spoke: {repeat: 12, …}` becomes `spoke_0` to `spoke_11`, each with its number in the place of `k` in every
 `${…}`. After this, a case is an ordinary one.

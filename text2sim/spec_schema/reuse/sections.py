@@ -1,4 +1,4 @@
-"""Sections whose entries may stand for several: `repeat` of parts, links, measures, events, expectations."""
+"""Sections whose entries may stand for several: `repeat` of parts, links, controls, measures and the like."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -14,7 +14,7 @@ def multiplies(data: Any) -> bool:
 def sections(data: Any) -> Iterator[tuple[Path, dict[str, Any]]]:
     """Mappings whose entries may stand for several, the inner ones first."""
     actions = _mapping(data, "actions")
-    for name in ("measures", "events", "expect"):
+    for name in ("controls", "measures", "events", "expect"):
         if name in actions:
             yield ("actions", name), _mapping(actions, name)
     bodies, statics = _mapping(data, "bodies"), _mapping(_mapping(data, "scene"), "statics")

@@ -1,0 +1,32 @@
+"""Pages of the language in letters: what their readers need, and no more."""
+
+from text2sim.agents import language
+
+
+def test_a_script_of_rigid_bodies_hears_nothing_of_what_deforms() -> None:
+    rigid, soft = (language.pages("actions", kinds) for kinds in ({"attach", "drive"}, {"attach", "cloth"}))
+    assert "Between rigid bodies it is a weld" in rigid
+    for word in ("clamps", "parachute", "curtain"):
+        assert word in soft
+        assert word not in rigid
+
+
+def test_times_of_schedules_are_said_to_be_those_of_the_run_or_since_an_event() -> None:
+    page = language.pages("actions", {"drive", "force"})
+    assert "Times count from the start of the run, also of a force with `during`; of a drive with `on`" in page
+    assert "Time [s] of the run; in a drive with `on`, since its event." in page
+
+
+def test_what_a_name_says_itself_is_named_and_no_more() -> None:
+    text = language.vocabulary()
+    assert "- `box`, `sphere`," in text
+    assert "- `cone`: A cone along z, its tip up" in text
+    assert "`plate`," in text
+
+
+def test_the_planner_reads_how_parts_of_a_cloth_are_measured_and_what_expectations_take() -> None:
+    text = language.to_plan_with()
+    assert "`region` of what deforms: a part of it, as `{edge: left}`" in text
+    for word in ("within", "count", "before", "never", "at", "during", "stat", "above", "below", "equals", "tolerance"):
+        assert f"`{word}" in text.partition("## Expectations")[2]
+    assert len(text) < 5_500

@@ -1,0 +1,84 @@
+"""What the rasteriser leaves out and depths can tell: shade where things meet, and ground that fades before it ends."""
+
+from typing import Any
+
+import numpy as np
+
+if __package__:
+    from .viewpoints import basis  # noqa: TID252
+else:  # in a program, where it lies beside this module
+    from viewpoints import basis
+
+SHADE = 0.5
+"""Part of the light that is missing where things meet."""
+REACHES = (0.01, 0.02, 0.04)
+"""How far apart surfaces are compared, in heights of the picture."""
+WAYS = ((0, 1), (1, 0), (1, 1), (1, -1))
+FAINT, STEEP = 0.08, 2.0
+"""Bends between which a surface is shaded: below it is flat, beyond one thing hides another far behind it."""
+FADES = 0.35
+"""Part of the way from the middle of a ground to its edge at which it begins to fade."""
+
+
+def shaded(image: np.ndarray, depth: np.ndarray, fov: float) -> np.ndarray:
+    """Return a picture, uint8, that is darker in hollows, such as that between a body and what it stands on.
+
+    The inverse of the depth is linear over a plane, so that its second differences tell how surfaces bend.
+
+    Args:
+        image: Shape (height, width, 3).
+        depth: Along the axis of the camera [m], shape (height, width); 0 or not finite where nothing is.
+        fov: Vertical field of view [deg].
+    """
+    near = np.where(np.isfinite(depth) & (depth > 0), 1.0 / np.maximum(depth, 1e-6), 0.0)[::2, ::2].astype(np.float32)
+    there, total = np.maximum(near, 1e-9), np.zeros_like(near)
+    for reach in REACHES:
+        step = max(1, round(reach * len(near)))
+        wide = np.pad(near, step, mode="reflect", reflect_type="odd")
+        size = 2 * np.tan(np.radians(fov) / 2) * step / len(near)
+        for down, right in WAYS:
+            ahead, back = (_moved(wide, step, sign * down, sign * right) for sign in (1, -1))
+            bend = ((ahead + back) / 2 - near) / (there * size * np.hypot(down, right))
+            total += np.clip(bend - FAINT, 0.0, 1.0) * np.clip(2 - bend / STEEP, 0.0, 1.0)
+    total *= near > 0
+    dark = _blurred(total / (len(REACHES) * len(WAYS)), max(1, round(REACHES[0] * len(near))))
+    dark = np.clip(2.5 * dark, 0.0, 1.0).repeat(2, axis=0).repeat(2, axis=1)[: image.shape[0], : image.shape[1], None]
+    return (image * (1 - np.float32(SHADE) * dark)).astype(np.uint8)
+
+
+def faded(image: np.ndarray, depth: np.ndarray, view: Any, grounds: list, background: tuple) -> np.ndarray:
+    """Return a picture, uint8, in which grounds turn into the background before they end.
+
+    Args:
+        image: Shape (height, width, 3).
+        depth: As above.
+        view: Of the camera.
+        grounds: Middle, shape (3,), and half the side of each [m].
+        background: Colour, 0 to 1.
+    """
+    tall, wide = depth.shape
+    unit = 2 * np.tan(np.radians(view.fov) / 2) / tall
+    across = unit * (np.arange(wide, dtype=np.float32) + 0.5 - wide / 2)
+    upward = -unit * (np.arange(tall, dtype=np.float32) + 0.5 - tall / 2)[:, None]
+    frame = zip(view.pos, *basis(view.pos, view.look_at, view.up), strict=True)
+    places = [float(pos) + depth * (across * r + (upward * u + a)) for pos, r, u, a in frame]
+    for (x, y, z), half in grounds:
+        on = np.abs(places[2] - z) < 1e-3 * (depth + half / 10)
+        share = np.clip((np.hypot(places[0] - x, places[1] - y) / half - FADES) / (0.95 - FADES), 0.0, 1.0)
+        share = (on * share * share * (3 - 2 * share))[..., None].astype(np.float32)
+        image = (image + share * (255 * np.asarray(background, np.float32) - image)).astype(np.uint8)
+    return image
+
+
+def _moved(padded: np.ndarray, by: int, down: int, right: int) -> np.ndarray:
+    """The inner part of a padded array, from some steps away."""
+    tall, wide = padded.shape[0] - 2 * by, padded.shape[1] - 2 * by
+    return padded[by + by * down : by + by * down + tall, by + by * right : by + by * right + wide]
+
+
+def _blurred(values: np.ndarray, by: int) -> np.ndarray:
+    """The mean over a square of `2 by + 1` places a side."""
+    for _ in range(2):
+        sums = np.cumsum(np.pad(values, ((by + 1, by), (0, 0)), mode="edge"), axis=0)
+        values = ((sums[2 * by + 1 :] - sums[: -2 * by - 1]) / (2 * by + 1)).T
+    return values
