@@ -196,6 +196,15 @@ def test_regions_are_entered_and_left(new_run, look, region, inside):
     )
 
 
+def test_a_region_that_a_body_carries_is_left_by_what_stays_behind(new_run, look):
+    run = new_run()
+    run.add_link("tray", pos=np.outer(run.time, [1, 0, 0]))
+    run.add_link("ball")
+    region = {"kind": "sphere", "center": [0, 0, 0], "radius": 0.405, "moves_with": "tray"}
+    log = look(run.write(), bodies=("tray", "ball"), e={"kind": "leaves", "of": "ball", "region": region})
+    assert times(log) == pytest.approx([0.405], abs=1e-4)
+
+
 def test_leaving_the_domain(new_run, look):
     run = new_run()
     run.add_link("ball", pos=np.outer(run.time, [0, 0, 1]))

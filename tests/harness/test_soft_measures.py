@@ -341,6 +341,27 @@ def test_a_share_of_the_mass_in_a_region(new_run, measure):
     np.testing.assert_allclose(values, np.arange(11) / 10)
 
 
+def test_a_region_goes_and_turns_with_what_carries_it(new_run, measure):
+    """A tray goes along x and turns by 180 degrees; what lies on it stays in its region, what stands beside does not."""
+    run = new_run()
+    t, along = run.time, np.array([1.0, 0, 0])
+    tray = np.outer(2 * t, along)
+    turned = np.column_stack([np.cos(np.pi * t), np.sin(np.pi * t), 0 * t])
+    run.add_link("tray", pos=tray, quat=np.column_stack([np.cos(np.pi * t / 2), 0 * t, 0 * t, np.sin(np.pi * t / 2)]))
+    run.add_link("brick[0]", pos=tray + 0.5 * turned)
+    run.add_link("brick[1]", pos=0.5 * along)
+    run.add_soft("sand", (tray + 0.5 * turned)[:, None] + np.array([[0.0, 0, 0], [0, 9, 0]]), kind="granular")
+    folder, rigid = run.write(), {"kind": "rigid", "shape": {"kind": "sphere", "radius": 0.1}}
+    bodies = {"tray": rigid, "brick": rigid, "sand": SAND}
+    region = {"kind": "box", "min": [0.4, -0.1, -1], "max": [0.6, 0.1, 1], "moves_with": "tray"}
+    inside = measure(folder, bodies, kind="count_in", of="brick", region=region).values
+    assert inside[0] == 2
+    assert (inside[20:] == 1).all()
+    assert np.allclose(measure(folder, bodies, kind="share_in", of="sand", region=region).values, 0.5)
+    still = {key: value for key, value in region.items() if key != "moves_with"}
+    assert measure(folder, bodies, kind="count_in", of="brick", region=still).values[-1] == 1, "the one beside"
+
+
 def test_copies_of_bodies_that_deform(new_run, measure):
     run = new_run(duration=0.1)
     run.add_link("floor", fixed=True)

@@ -226,7 +226,13 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
         None,
         {EXPECT: {"measure": "paddle_height", "at": 1, "above": 1}},
     ),
-]
+    *(
+        (rule, f"{place}/region/moves_with", None,
+         {place: {"kind": kind, "of": "ball", "region": {"kind": "sphere", "center": [0, 0, 0], "radius": 1, "moves_with": by}}})
+        for place, kind in ((MEASURE, "count_in"), (EVENT, "enters"))
+        for rule, by in (("carrier", "brick"), ("unknown-body", "nothing_of_the_kind"))
+    ),
+]  # fmt: skip
 
 SILENT: list[dict[str, Any]] = [
     {},

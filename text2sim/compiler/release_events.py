@@ -75,6 +75,8 @@ class _Writer:
         if isinstance(event, events.ContactEvent):
             return self._touch(name, event)
         if isinstance(event, events.RegionEvent):
+            if event.region.moves_with is not None:
+                raise UnseenError(f"`{name}` is of a region that a body carries, which is known only afterwards")
             depths = [self._depth(place, event.region) for place in self._places(event.of)]
             if event.kind == "leaves":
                 depths = [Code(f"outside({depth})") for depth in depths]

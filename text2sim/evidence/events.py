@@ -244,7 +244,7 @@ def _speed(recording: RecordedCase, target: Target) -> Array:
 def _region(recording: RecordedCase, series: Any, event: events.RegionEvent, since: float) -> list[Occurrence]:
     """An origin enters or leaves a region."""
     sign = 1.0 if event.kind == "enters" else -1.0
-    return _passages(recording, event.of, lambda points: sign * depth_inside(event.region, points))
+    return _passages(recording, event.of, lambda points: sign * recording.depth_in(event.region, points))
 
 
 def _left_domain(recording: RecordedCase, series: Any, event: events.LeftDomainEvent, since: float) -> list[Occurrence]:

@@ -17,7 +17,7 @@ from text2sim.evidence import soft_measures
 from text2sim.evidence.deformation import DeformationError
 from text2sim.evidence.recorded_case import RecordedCase, links_of, soft_of
 from text2sim.evidence.selection import SelectionError, Target
-from text2sim.recording.geometry import depth_inside, reach
+from text2sim.recording.geometry import reach
 from text2sim.recording.states import Array, JointRecord
 from text2sim.recording.vectors import rotate, rotate_back
 from text2sim.spec_schema.models import measures
@@ -403,7 +403,7 @@ def _angular_momentum(recording: RecordedCase, measure: measures.AngularMomentum
 
 def _count_in(recording: RecordedCase, measure: measures.CountIn) -> Array:
     """Number of copies whose origin (of bodies that deform: centre of mass) lies in the region or on its surface."""
-    inside = [depth_inside(measure.region, recording.origin(t)) >= 0 for t in recording.cast.select(measure.of)]
+    inside = [recording.depth_in(measure.region, recording.origin(t)) >= 0 for t in recording.cast.select(measure.of)]
     return np.sum(inside, axis=0)
 
 

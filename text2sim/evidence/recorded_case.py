@@ -12,11 +12,12 @@ from text2sim.evidence.gaps import Cloud
 from text2sim.evidence.rigid_shapes import RigidShapes
 from text2sim.evidence.selection import RecordedNames, Target, base_name
 from text2sim.recording.deformables import Deformable
-from text2sim.recording.geometry import Geometry
+from text2sim.recording.geometry import Geometry, depth_inside
 from text2sim.recording.states import Array, RunStates
 from text2sim.recording.vectors import rotate, rotate_back
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.soft_bodies import Cloth
+from text2sim.spec_schema.models.space import Region
 
 CLOUDS = 400_000_000
 """Bytes of points that are kept for distances."""
@@ -160,6 +161,20 @@ class RecordedCase:
         if target.soft is not None:
             return self.states.deformables[target.soft].center
         return self._unless_gone(target, self.states.pos[:, target.root].astype(float))
+
+    def depth_in(self, region: Region, points: Array, frames: slice | int = slice(None)) -> Array:
+        """How deep points lie inside a region [m], see `depth_inside`; a region that a body carries moves.
+
+        Args:
+            region: The region.
+            points: One for each frame, shape (F, 3), or all at one frame, shape (n, 3).
+            frames: Which frame, if it is one.
+        """
+        if (carrier := region.moves_with) is not None:
+            (target,) = self.cast.select(carrier)
+            pos, quat = (rows[:, target.root].astype(float) for rows in (self.states.pos, self.states.quat))
+            points = pos[0] + rotate(quat[0], rotate_back(quat[frames], points - pos[frames]))
+        return depth_inside(region, points)
 
 
 def links_of(targets: Sequence[Target]) -> Array:

@@ -12,7 +12,6 @@ from text2sim.evidence.leaks import leaks
 from text2sim.evidence.recorded_case import RecordedCase, links_of
 from text2sim.evidence.selection import Target
 from text2sim.recording.deformables import Deformable
-from text2sim.recording.geometry import depth_inside
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.models.base import AXES
@@ -147,7 +146,9 @@ def _share_in(recording: RecordedCase, measure: measures.ShareIn) -> Array:
     """Sum of m_i over points in the region or on its surface, over the sum of m_i over all points."""
     inside, mass = np.zeros(recording.states.frames), 0.0
     for body in deformables(recording, measure.of):
-        inside += [float(body.masses[depth_inside(measure.region, x.astype(float)) >= 0].sum()) for x in body.points]
+        for k, points in enumerate(body.points):
+            there = recording.depth_in(measure.region, points.astype(float), k) >= 0
+            inside[k] += float(body.masses[there].sum())
         mass += float(body.masses.sum())
     return inside / mass
 

@@ -93,3 +93,13 @@ def test_a_drive_after_the_end(assets: Path) -> None:
     late = "actions: {controls: {push: {position: {kind: ramp, to: 0.5, start: 4, end: 5}}}}"
     assert findings(assets, "late-drive", MOTOR, late)
     assert not findings(assets, "late-drive", MOTOR, late, "scene: {duration: 4.5}")
+
+
+def test_where_a_region_is_carried_to_nobody_knows(assets: Path) -> None:
+    early = expecting("event: in, within: [0, 0.4]")
+    held = "bodies: {ball: {mount: {kind: hinge, axis: z}}}\nactions: {controls: null}"
+    carried = "actions: {events: {in: {region: {moves_with: wall}}}}"
+    assert findings(assets, "too-soon", THROW, early)
+    assert not findings(assets, "too-soon", THROW, early, carried)
+    dead = [[one.path for one in findings(assets, "dead-event", THROW, held, more)] for more in ("", carried)]
+    assert ["/actions/events/in" in paths for paths in dead] == [True, False]

@@ -117,7 +117,7 @@ def _rest(facts: Facts, event: Any) -> Happening:
 def _region(facts: Facts, event: Any) -> Happening:
     reach = reach_of(facts)
     region = facts.case.scene.domain if event.kind == "left_domain" else event.region
-    if region is None:
+    if region is None or getattr(region, "moves_with", None) is not None:
         return Happening()
     for target in targets_of(facts).select(event.of):
         ball = reach.origin(target.copy, target.link) if target.known and not target.driven else None

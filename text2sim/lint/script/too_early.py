@@ -78,7 +78,7 @@ def _way(facts: Facts, event: Any) -> float:
         if len(first) * len(second) > MAX_PAIRS:
             return 0.0
         return min((_gap(facts, a, b) for a, b in product(first, second) if a.label != b.label), default=0.0)
-    if event.kind == "enters":
+    if event.kind == "enters" and event.region.moves_with is None:
         targets = targets_of(facts).select(event.of)
         if any(not target.known for target in targets):
             return 0.0

@@ -229,7 +229,7 @@ class AngularMomentum(Measured):
 
 
 class CountIn(Measured):
-    """How many copies have their origin in a region."""
+    """How many copies have their origin in a region (which a body carries with `moves_with: tray` in it)."""
 
     kind: Literal["count_in"]
     of: Selector

@@ -6,7 +6,7 @@ to 1), ``row``, ``column``, ``layer``.
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from text2sim.spec_schema.models.base import Bool, Count, Integer, Length, Model, NonNegative, Real, Vec3
 from text2sim.spec_schema.models.space import Region
@@ -91,13 +91,19 @@ class RunningBond(Model):
     over)."""
 
 
+def _in_the_world(region: Region) -> Region:
+    if region.moves_with is not None:
+        raise ValueError("copies are packed at the start: moves_with is for measures and events")
+    return region
+
+
 class Packing(Model):
     """Copies at random in a region, without overlap."""
 
     kind: Literal["packing"]
     count: Count
     """How many copies."""
-    region: Region
+    region: Annotated[Region, AfterValidator(_in_the_world)]
     """Where they lie; every copy is wholly inside."""
     seed: Integer = Field(default=0, ge=0)
     """Same seed, same packing."""

@@ -1,19 +1,27 @@
-"""Regions of space, in the world: where a packing lies, where copies are counted."""
+"""Regions of space: where a packing lies, where copies are counted."""
 
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from text2sim.spec_schema.models.base import Axis, Bounds, Model, Positive, Vec3
+from text2sim.spec_schema.models.base import Axis, Bounds, Model, Positive, Selector, Vec3
 
 
-class BoxRegion(Bounds):
+class _Space(Model):
+    """What a region of space has."""
+
+    moves_with: Selector | None = None
+    """A body of links, or one link, that carries it in a measure or event: it stands as it is said here at the start,
+    in the world, and goes and turns along with that body."""
+
+
+class BoxRegion(_Space, Bounds):
     """An upright box of space."""
 
     kind: Literal["box"]
 
 
-class CylinderRegion(Model):
+class CylinderRegion(_Space):
     """A cylinder of space."""
 
     kind: Literal["cylinder"]
@@ -27,7 +35,7 @@ class CylinderRegion(Model):
     """Direction of its axis."""
 
 
-class SphereRegion(Model):
+class SphereRegion(_Space):
     """A ball of space."""
 
     kind: Literal["sphere"]

@@ -4,7 +4,12 @@ from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models import events, measures
 from text2sim.spec_schema.models.controls import Attach, Release, Remove
 from text2sim.spec_schema.names.control_references import check_joint
-from text2sim.spec_schema.names.measure_references import CONTACT_KINDS, check_contacts_recorded, measured
+from text2sim.spec_schema.names.measure_references import (
+    CONTACT_KINDS,
+    check_carrier,
+    check_contacts_recorded,
+    measured,
+)
 from text2sim.spec_schema.names.name_table import NameTable
 from text2sim.spec_schema.names.reference_cycles import find_circles
 from text2sim.spec_schema.names.soft_control_references import deforms
@@ -22,6 +27,7 @@ def check_events(cast: NameTable) -> None:
         if event.after is not None and event.after not in script.events:
             message = f"there is no event `{event.after}`"
             cast.report((*where, "after"), message, "unknown-event", nearest(event.after, script.events))
+        check_carrier(cast, where, event)
         if isinstance(event, events.ContactEvent | events.SeparationEvent):
             _check_pair(cast, where, event)
         elif isinstance(event, events.ThresholdEvent):

@@ -1,6 +1,6 @@
 """Checks that what measures look at is there, and has what is measured."""
 
-from text2sim.spec_schema.models import measures
+from text2sim.spec_schema.models import events, measures
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Net, Ragdoll, Rigid, Rope
 from text2sim.spec_schema.names.control_references import check_joint
 from text2sim.spec_schema.names.name_table import Member, NameTable
@@ -36,6 +36,7 @@ def check_measures(cast: NameTable) -> None:
             # How deep the points of what deforms are in something is read from where they are.
             if measure.kind != "penetration" or not any(side is not None and deforms(side) for side in sides):
                 check_contacts_recorded(cast, where)
+        check_carrier(cast, where, measure)
         if measure.of is None:
             continue
         joint = isinstance(measure, JOINT_KINDS)
@@ -62,6 +63,16 @@ def check_contacts_recorded(cast: NameTable, where: Path) -> None:
     if not cast.loaded.case.scene.record.contacts:
         message = "needs contacts, and `scene.record.contacts` is false"
         cast.report(where, message, "contacts-not-recorded", key=True)
+
+
+def check_carrier(cast: NameTable, where: Path, thing: measures.Measure | events.Event) -> None:
+    """Report a region that nothing could carry along."""
+    carrier = getattr(getattr(thing, "region", None), "moves_with", None)
+    member = cast.find(carrier, (*where, "region", "moves_with")) if carrier is not None else None
+    if member is not None and (member.count > 1 or deforms(member)):
+        what = "deforms" if deforms(member) else f"means {member.count} copies"
+        message = f"`{member.text}` {what}: one body of links, or one link, carries a region"
+        cast.report((*where, "region", "moves_with"), message, "carrier")
 
 
 def _check_distance(cast: NameTable, where: Path, measure: measures.Distance) -> None:
