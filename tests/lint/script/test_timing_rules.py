@@ -101,5 +101,5 @@ def test_where_a_region_is_carried_to_nobody_knows(assets: Path) -> None:
     carried = "actions: {events: {in: {region: {moves_with: wall}}}}"
     assert findings(assets, "too-soon", THROW, early)
     assert not findings(assets, "too-soon", THROW, early, carried)
-    dead = [[one.path for one in findings(assets, "dead-event", THROW, held, more)] for more in ("", carried)]
+    dead = [[one.path for one in findings(assets, "dead-event", THROW, held, more)] for more in ("bodies: {}", carried)]
     assert ["/actions/events/in" in paths for paths in dead] == [True, False]
