@@ -1,6 +1,9 @@
 """Pages of the language in letters: what their readers need, and no more."""
 
+from math import asin, degrees, hypot
+
 from text2sim.agents import language
+from text2sim.compiler.film_lights import STUDIOS
 
 
 def test_a_script_of_rigid_bodies_hears_nothing_of_what_deforms() -> None:
@@ -30,3 +33,14 @@ def test_the_planner_reads_how_parts_of_a_cloth_are_measured_and_what_expectatio
     for word in ("within", "count", "before", "never", "at", "during", "stat", "above", "below", "equals", "tolerance"):
         assert f"`{word}" in text.partition("## Expectations")[2]
     assert len(text) < 5_500
+
+
+def test_where_the_sun_of_a_lighting_stands_is_said_as_it_is() -> None:
+    page = language.pages("render", {"still"})
+    for name, words in (
+        ("sunlight", "a sun of {:g}, {:.0f} deg high"),
+        ("golden_hour", "a warm sun of {:g}, {:.0f} deg high"),
+    ):
+        sun = STUDIOS[name].lights["sun"]
+        assert words.format(sun.strength, degrees(asin(-sun.direction[2] / hypot(*sun.direction)))) in page
+        assert sun.direction[0] > 0 < sun.direction[1], "from the left behind the camera"

@@ -287,6 +287,10 @@ CENTRE = 1.35 / 26
         ({"kind": "displacement", "of": "jelly"}, lambda t: G / 2 * t**2),
         ({"kind": "extent", "of": "jelly", "axis": "z", "stat": "max"}, lambda t: 10.2 - G / 2 * t**2),
         ({"kind": "extent", "of": "jelly", "axis": "x", "stat": "range"}, lambda t: 0.2 + 0 * t),
+        (
+            {"kind": "extent", "of": "jelly", "axis": "z", "stat": "max", "region": {"face": "bottom"}},
+            lambda t: 10 - G / 2 * t**2,
+        ),
         ({"kind": "energy", "part": "kinetic"}, lambda t: (G * t) ** 2),
         ({"kind": "energy", "part": "potential"}, lambda t: 2 * G * (10 + CENTRE - G / 2 * t**2)),
         ({"kind": "energy", "of": "jelly"}, lambda t: 2 * G * (10 + CENTRE) + 0 * t),

@@ -206,7 +206,8 @@ class AgentLoop:
         self.agreement.see(attempt.text)
         contract = self.agreement.take_down(examined)
         if not self.attempts.recall(attempt):
-            self.emit("running", live=True, number=attempt.number, seconds=examined.seconds)
+            guess = 0.0 if any(one.pace for one in self.made) else examined.seconds
+            self.emit("running", live=True, number=attempt.number, seconds=guess)
             self.attempts.run(attempt, examined, self.agreement.names, self.limits.timeout(), self.progress)
         self.emit(
             "ran", number=attempt.number, state=attempt.state, expect={n: r["ok"] for n, r in attempt.expect.items()}

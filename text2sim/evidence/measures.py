@@ -265,12 +265,17 @@ def _extent(recording: RecordedCase, measure: measures.Extent) -> Array:
     """Highest or lowest coordinate of the corners of all shapes, or the difference.
 
     Shapes are the recorded meshes: exact for flat-sided ones; round ones reach as far as the engine's mesh. Bodies
-    that deform reach as far as the vertices of their surface, or, without one, as their particles.
+    that deform reach as far as the vertices of their surface, or, without one, as their particles; a region of them as
+    far as its points.
     """
     targets = recording.cast.select(measure.of)
     low, high = _reached(recording, targets, measure.axis)
     for number in soft_of(targets):
-        along = recording.states.deformables[number].seen[..., _COLUMN[measure.axis]]
+        body, column = recording.states.deformables[number], _COLUMN[measure.axis]
+        if measure.region is None:
+            along = body.seen[..., column]
+        else:
+            along = body.points[:, soft_measures.region_rows(body, measure.region), column].astype(float)
         low, high = np.fmin(low, along.min(axis=1)), np.fmax(high, along.max(axis=1))
     if len(low) and np.isnan(low[0]):
         raise MeasureError(f"{measure.of} has no recorded shape")

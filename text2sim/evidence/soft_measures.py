@@ -66,11 +66,12 @@ def region_path(recording: RecordedCase, target: Target, region: BodyRegion) -> 
     body = recording.deformable(target)
     if body is None:
         raise SoftMeasureError(f"{target.label} does not deform: `region` is for bodies that do")
-    rows = _region_rows(body, region)
+    rows = region_rows(body, region)
     return body.points[:, rows].mean(axis=1, dtype=float)
 
 
-def _region_rows(body: Deformable, region: BodyRegion) -> Array:
+def region_rows(body: Deformable, region: BodyRegion) -> Array:
+    """Return which points of a body lie in a region at the start, as `region_path` says."""
     points = body.own
     if region.nearest is not None:
         return np.array([np.linalg.norm(points - region.nearest, axis=1).argmin()])

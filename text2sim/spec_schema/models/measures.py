@@ -152,6 +152,8 @@ class Extent(Measured):
     kind: Literal["extent"]
     of: Selector
     """A body or its copies."""
+    region: BodyRegion | None = None
+    """Of bodies that deform: of this part of them alone, chosen at the start."""
     axis: AxisName
     """Which coordinate."""
     stat: Literal["max", "min", "range"]
