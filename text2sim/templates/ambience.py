@@ -14,7 +14,7 @@ SHADE = 0.5
 REACHES = (0.01, 0.02, 0.04)
 """How far apart surfaces are compared, in heights of the picture."""
 WAYS = ((0, 1), (1, 0), (1, 1), (1, -1))
-FAINT, STEEP = 0.08, 2.0
+FAINT, STEEP = 0.08, 1.4
 """Bends between which a surface is shaded: below it is flat, beyond one thing hides another far behind it."""
 FADES = 0.35
 """Part of the way from the middle of a ground to its edge at which it begins to fade."""
