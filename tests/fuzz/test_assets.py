@@ -112,6 +112,7 @@ FILES: dict[str, bytes] = {
     "tie.xml": MJCF.replace("<worldbody>", '<equality><joint joint1="j" polycoef="0 x"/></equality><worldbody>').encode(),
     "cubes.xml": MJCF.replace("<worldbody>", '<asset><texture builtin="flat" width="4096"/><texture builtin="flat" width="4096"/></asset><worldbody>').encode(),
     "range.xml": MJCF.replace("<joint/>", '<joint range="a b"/>').encode(),
+    "attributes.xml": b"<mujoco " + b" ".join(b'a%d="1"' % k for k in range(50_000)) + b"/>",
     "mesh.urdf": URDF.format("gone.dae").encode(),
     "shape.urdf": URDF.format("beyond.obj").encode(),
     "mass.urdf": b'<robot name="r"><link name="a"><inertial><mass value="x"/></inertial></link></robot>',

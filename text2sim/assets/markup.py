@@ -9,7 +9,7 @@ from text2sim.spec_schema.errors import AssetError
 
 MAX_BYTES = 2 * 1024 * 1024
 MAX_ELEMENTS = 20_000
-MAX_DEPTH = 100
+MAX_DEPTH, MAX_ATTRIBUTES = 100, 100
 
 _NOT_A_NUMBER = re.compile(r"(?:^|[\s,])[+-]?(?:nan|inf|infinity)(?=$|[\s,])", re.IGNORECASE)
 _NUMBERS = frozenset(
@@ -67,6 +67,8 @@ class _Reader:
             raise AssetError(f"is nested more than {MAX_DEPTH} deep (line {line})")
         if self.elements > MAX_ELEMENTS:
             raise AssetError(f"has more than {MAX_ELEMENTS} elements")
+        if len(attributes) > MAX_ATTRIBUTES:  # MuJoCo compares each with all others
+            raise AssetError(f"has an element of more than {MAX_ATTRIBUTES} attributes (line {line})")
         for name, value in attributes.items():
             if name in _NUMBERS and _NOT_A_NUMBER.search(value):
                 raise AssetError(f'has a number that is not finite: {name}="{value[:40]}" (line {line})')

@@ -29,6 +29,9 @@ from text2sim.spec_schema.vocabulary.words import (
     structure_of,
 )
 
+MOST = 1000
+"""Errors of one validation that are put into words: nobody reads more, and 100,000 take ten seconds."""
+
 
 def diagnose(
     document: Document, error: ValidationError, model: type[BaseModel], data: Any, root: Path = ()
@@ -46,12 +49,16 @@ def diagnose(
         Each problem once; a value that fits no alternative of a union is one problem.
     """
     found: dict[Problem, None] = {}
-    for details in error.errors(include_url=False):
+    errors = error.errors(include_url=False)
+    for details in errors[:MOST]:
         place = _follow(slot_of(model), data, list(details["loc"]), details["type"])
         if place is not None:
             finding = _say(place, details)
             path = (*root, *finding.path)
             found[document.problem(path, finding.message, key=finding.key, rule=finding.rule, hint=finding.hint)] = None
+    if len(errors) > MOST:
+        text = f"{len(errors) - MOST:,} more values are wrong"
+        found[document.problem(root, text, rule="value")] = None
     # Whatever the above cannot follow is still said, if not as well.
     return list(found) or [document.problem(root, _plainly(error), rule="value")]
 
