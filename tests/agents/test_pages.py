@@ -44,3 +44,15 @@ def test_where_the_sun_of_a_lighting_stands_is_said_as_it_is() -> None:
         sun = STUDIOS[name].lights["sun"]
         assert words.format(sun.strength, degrees(asin(-sun.direction[2] / hypot(*sun.direction)))) in page
         assert sun.direction[0] > 0 < sun.direction[1], "from the left behind the camera"
+
+
+def test_fields_that_no_writer_has_a_use_for_are_left_out() -> None:
+    scene, film, bodies = (
+        language.pages(reader, {"rigid", "box", "still"}) for reader in ("scene", "render", "bodies")
+    )
+    assert "- `seed`" not in scene
+    assert "- `density`" not in scene, "a static needs no mass"
+    assert "- `density`" in bodies
+    assert "- `quality`" not in film
+    assert "**Overlay.**" not in film
+    assert "A line at the lower left" in language.explained(["Overlay"])[0], "whoever has to write into pictures asks"

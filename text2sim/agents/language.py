@@ -45,7 +45,7 @@ NEEDED: dict[str, frozenset[str]] = {
     "GranularMaterial": frozenset({"granular"}), "LiquidMaterial": frozenset({"liquid"}),
     "SnowMaterial": frozenset({"snow"}), "Link": frozenset({"articulated"}), "Loop": frozenset({"articulated"}),
     "JointOverride": frozenset({"articulated"}), "Payload": frozenset({"chain"}), "Shot": frozenset(),
-    "Overlay": frozenset(), "BodyRegion": frozenset(), "BodyPoint": frozenset(), "Part": frozenset({"compound"}),
+    "BodyRegion": frozenset(), "BodyPoint": frozenset(), "Part": frozenset({"compound"}),
 }  # fmt: skip
 """Models of pages that are described if one of these kinds is needed; without any, always. Others on demand."""
 PAGES_NEEDED: dict[str, frozenset[str]] = {
@@ -129,6 +129,7 @@ def pages(reader: str, kinds: Collection[str] | None = None) -> str:
     if reader == "bodies":
         parts.append(f"Colours: `#rrggbb`, or a name: those of CSS, and {', '.join(OWN_COLORS)}.")
     text = "\n\n".join(parts)
+    text = text if wanted is None else (_RARE_OF_STATICS if reader == "scene" else _RARE).sub("", text)
     return text if wanted is None or wanted & DEFORMING else _without_softness(text)
 
 
@@ -376,6 +377,10 @@ def _sections(titles: Iterable[str]) -> list[Section]:
 
 _EXAMPLES_OF_PLACE = re.compile(r"^  e\.g\. `place: .*\n?", re.MULTILINE)
 """Which `PLACES` tells."""
+_RARE, _RARE_OF_STATICS = (
+    re.compile(rf"^- `(?:{rows})` .*\n", re.MULTILINE) for rows in ("quality|tone", "seed|record|density|mass")
+)
+"""Fields that a Writer has no use for."""
 _SOFT_ROWS = re.compile(
     rf"^- `(?:{'|'.join(SOFT_FIELDS)})`.*\n"
     r"|^ *- `\w+`[^:\n]*: (?:For|Of) (?:bodies that deform|mpm and fem bodies).*\n",
