@@ -149,7 +149,14 @@ def test_code_is_run_only_if_somebody_allows_it(
 def test_the_digest_is_of_the_installed_genesis() -> None:
     digest = genesis_docs.digest()
     assert 20_000 < len(digest) < 60_000
-    for name in ("gs.init(", "Scene.add_entity(", "gs.materials.MPM.Elastic(", "RigidEntity.control_dofs_position("):
+    for name in (
+        "gs.options.vis.PointLight(",
+        "gs.force_fields.Drag(linear=",
+        "gs.init(",
+        "Scene.add_entity(",
+        "gs.materials.MPM.Elastic(",
+        "RigidEntity.control_dofs_position(",
+    ):
         assert name in digest
     assert "Young" in genesis_docs.explained(["MPM.Elastic"])
 
