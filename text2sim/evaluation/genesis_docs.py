@@ -36,7 +36,18 @@ OBJECTS = {
     "FEMEntity": ("engine/entities/fem_entity.py",),
 }
 """Objects that are used by their methods."""
-SKIPPED = ("GravityMixin", "TimeBasedMixin", "FoamOptions", "BatchRenderer", "Drone", "USD", "MeshSet", "SFOptions", "ToolOptions", "ViewerOptions")
+SKIPPED = (
+    "GravityMixin",
+    "TimeBasedMixin",
+    "FoamOptions",
+    "BatchRenderer",
+    "Drone",
+    "USD",
+    "MeshSet",
+    "SFOptions",
+    "ToolOptions",
+    "ViewerOptions",
+)
 FIELD = 40
 """Characters of a default value."""
 DOCSTRING = 6_000
