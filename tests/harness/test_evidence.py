@@ -155,12 +155,13 @@ def test_a_finding_says_when_it_was_decided(drop, make_case):
         "fastest": {"measure": "speed", "during": "all", "stat": "max", "above": 1},
         "stays": {"measure": "height", "during": [0.2, 1.0], "below": 2},
         "usual": {"measure": "height", "during": "all", "stat": "mean", "above": 0},
+        "falls": {"measure": "height", "during": "all", "stat": "range", "above": 0},
     }
     found = judge(folder, make_case(bodies=("ball", "drum"), **(ACTIONS | {"expect": rows})))["expect"]
     decided = {name: row["at"] for name, row in found.items()}
     assert decided == {
         "lands": pytest.approx(0.45), "late": pytest.approx(0.3), "fastest": pytest.approx(0.44),
-        "stays": pytest.approx(0.2), "usual": None,
+        "stays": pytest.approx(0.2), "usual": None, "falls": pytest.approx(0.45),
     }  # fmt: skip
 
 

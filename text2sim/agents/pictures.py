@@ -20,6 +20,8 @@ FRAMES = 12
 """Pictures on it at most,"""
 CLOSE = 4
 """and how many of them have a close view beside them."""
+NAMED = 2
+"""Reasons that are written onto a picture: more would hide it."""
 LITTLE = 0.2
 """Part of the picture below which what it is about is shown from near as well."""
 SIGHT = 160
@@ -114,7 +116,8 @@ def _wanted(run: Path, evidence: dict[str, Any]) -> list[Moment]:
 
 
 def _said(one: Shown) -> str:
-    return ", ".join([f"{one.frame.t:.2f} s", *dict.fromkeys(one.said)])
+    said = [*dict.fromkeys(one.said)]
+    return ", ".join([f"{one.frame.t:.2f} s", *said[:NAMED], *(["…"] if said[NAMED:] else [])])
 
 
 def _eye(run: Path) -> "tuple[Recorded, Any] | None":

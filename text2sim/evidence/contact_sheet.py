@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from text2sim.evidence.visibility import read_samples
@@ -10,6 +11,8 @@ from text2sim.spec_schema.whole_files import naming
 if TYPE_CHECKING:
     from PIL.Image import Image
 
+LETTER = 8
+"""Width of a letter in what stands on a picture [pixels]; most are narrower."""
 THUMBNAIL = 320
 """Width of a picture [pixels]."""
 COLUMNS = 4
@@ -71,7 +74,7 @@ def contact_sheet(
         for x, (camera, time, small) in enumerate(row):
             corner = (gap + x * (width + gap), gap + y * (height + gap))
             sheet.paste(small, corner)
-            label = time if len(cameras) == 1 else f"{camera}  {time}"
+            label = "\n".join(wrap(time if len(cameras) == 1 else f"{camera}  {time}", width // LETTER))
             box = draw.textbbox((corner[0] + 6, corner[1] + 4), label, font=font)
             draw.rectangle((box[0] - 4, box[1] - 3, box[2] + 4, box[3] + 3), fill="#202428")
             draw.text((corner[0] + 6, corner[1] + 4), label, font=font, fill="white")

@@ -109,8 +109,9 @@ class _Judge:
         if expect.stat in ("mean", "std"):
             return None
         time, values = self._clip(*span_of(_window(expect), self.ending.duration), series.values)
-        score = {None: -_margin(expect, values), "min": -values}.get(expect.stat, values)
-        return float(time[np.argmax(np.where(np.isnan(score), -np.inf, score))])
+        worst, least = -_margin(expect, values), -values
+        scores = {None: [worst], "min": [least], "range": [values, least]}.get(expect.stat, [values])
+        return max(float(time[np.argmax(np.where(np.isnan(score), -np.inf, score))]) for score in scores)
 
     def _unreached(self, what: str) -> tuple[bool | None, None, str]:
         return (
