@@ -60,3 +60,12 @@ def test_spoiled_states_are_refused(cli: Cli, folder: Path, name: str, how: str)
         answer = cli(*command)
         assert (answer.code, len(answer.err.splitlines())) == (2, 1), answer.err
         assert path.name in answer.err
+
+
+@pytest.mark.parametrize("how", SPOILED)
+def test_without_a_record_that_can_be_trusted_nothing_is_shown_of_a_run(cli: Cli, folder: Path, how: str):
+    spoil(folder / "run.json", how)
+    for command in (("compare", folder, folder), ("replay", folder), ("export", folder, "--gltf", "a.glb")):
+        answer = cli(*command)
+        assert answer.code == 2, command
+        assert "run.json is damaged; run the case again" in answer.err

@@ -28,7 +28,7 @@ def replay(
     case = run / "expanded.yaml"
     if not case.is_file():
         raise RunError(f"{run}: not the folder of a run: it has no expanded.yaml")
-    record = RunRecord.read(run)
+    record = RunRecord.read_whole(run)
     if record is not None and (damage := fault(run, record.judged)):
         raise RunError(f"{run}: {damage}; run the case again")
     path = write_replay(run, load_case(case).case)

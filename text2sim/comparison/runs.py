@@ -80,7 +80,7 @@ def _members(folder: Path, sweep: dict[str, Any]) -> list[tuple[Path, str | None
 
 
 def _read(folder: Path, label: str | None) -> Run:
-    record = RunRecord.read(folder)
+    record = RunRecord.read_whole(folder)
     if record is None:
         raise RunError(f"{folder}: not the folder of a run (no run.json)")
     if damage := fault(folder, record.judged):

@@ -104,7 +104,7 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> FilmRecord:
     Raises:
         RunError: if nothing was recorded in it.
     """
-    record = RunRecord.read(folder)
+    record = RunRecord.read_whole(folder)
     if record and (damage := fault(folder, record.recorded)):
         raise RunError(f"{folder}: {damage}; run the case again")
     film, looks = _program(folder, plan)

@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.whole_files import write_atomically
 
 FILE = "run.json"
@@ -82,6 +83,18 @@ class RunRecord:
         except (OSError, ValueError, TypeError, RecursionError):
             return None
         return record if record._is_sound() else None
+
+    @classmethod
+    def read_whole(cls, folder: Path) -> "RunRecord | None":
+        """Return the record of a folder; None if there is none.
+
+        Raises:
+            RunError: if there is one that cannot be trusted: nothing tells whether the rest is as it was written.
+        """
+        record = cls.read(folder)
+        if record is None and (folder / FILE).exists():
+            raise RunError(f"{folder}: {FILE} is damaged; run the case again")
+        return record
 
     def _is_sound(self) -> bool:
         """Whether every value has the type that it has here: the file may be anybody's."""
