@@ -283,6 +283,10 @@ def test_the_stretch_that_a_bore_forces_counts(tmp_path: Path) -> None:
     assert "`tube` draws it out to 2.2 times" in pulled.message
     free = wide.replace("pos: [0.3, 0, 0.5]", "pos: [0.3, 9, 0.5]")
     assert findings(tmp_path, "tearing-force", free, PULL) == []
+    # The force carries it to a tube that is far away, and not to one behind it.
+    far, behind = (wide.replace("pos: [0.3, 0, 0.5]", f"pos: [{x}, 0, 0.5]") for x in (1.2, -1.2))
+    assert len(findings(tmp_path, "tearing-force", far, PULL)) == 1
+    assert findings(tmp_path, "tearing-force", behind, PULL) == []
 
 
 def test_parts_of_one_soft_body_may_overlap(tmp_path: Path) -> None:

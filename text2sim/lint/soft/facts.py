@@ -157,17 +157,33 @@ class SoftFacts:
         pull = scene.gravity
         t = scene.duration
         v = facts.velocities.get(copy.name, (0.0, 0.0, 0.0))
+        pushed = self._pushed(copy)
         floor = self._floor
         low, high = [], []
         for axis in range(3):
             a, b = box[0][axis], box[1][axis]
             fly = abs(v[axis]) * t
             fall = min(abs(pull[axis]) * t * t / 2, HIGHEST)
-            a -= side + (fly if v[axis] < 0 else 0.0) + (fall if pull[axis] < 0 else 0.0)
-            b += side + (fly if v[axis] > 0 else 0.0) + (fall if pull[axis] > 0 else 0.0)
+            a -= side + (fly if v[axis] < 0 else 0.0) + (fall if pull[axis] < 0 else 0.0) + pushed[0][axis]
+            b += side + (fly if v[axis] > 0 else 0.0) + (fall if pull[axis] > 0 else 0.0) + pushed[1][axis]
             low.append(max(a, floor - size) if axis == 2 and pull[2] < 0 else a)
             high.append(b)
         return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+    def _pushed(self, copy: Copy) -> tuple[list[float], list[float]]:
+        """How far [m] forces may carry a deformable copy down and up each axis."""
+        ways: tuple[list[float], list[float]] = ([0.0] * 3, [0.0] * 3)
+        body = next((body for body in self.bodies if body.copy is copy), None)
+        forces = [c for c in self.facts.case.actions.controls.values() if c.kind == "force"]
+        for control in forces if body is not None else ():
+            if control.body.split("[")[0] != copy.body:
+                continue
+            for axis, force in enumerate(control.force):
+                far = 0.5 * abs(force) / self.mass(body) * self.scene.duration**2
+                if control.drag:
+                    far = min(far, abs(force) / control.drag * self.scene.duration)
+                ways[force > 0][axis] += min(far, HIGHEST)
+        return ways
 
     @cached_property
     def _floor(self) -> float:
