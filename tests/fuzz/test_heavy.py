@@ -92,10 +92,10 @@ def test_expectations_of_one_measure_are_not_all_held_against_each_other():
     assert time.process_time() - start < 4.0, "about 0.5 s; all pairs take 10 s"
 
 
-def test_of_a_hundred_thousand_errors_a_thousand_are_said():
+def test_of_a_hundred_thousand_errors_ten_thousand_are_said():
     text = HEAD + "".join(f"  b{i}: 1\n" for i in range(30_000))
     start = time.process_time()
-    with pytest.raises(SpecError, match="29,000 more values are wrong") as raised:
+    with pytest.raises(SpecError, match="20,000 more values are wrong") as raised:
         load_text(text)
-    assert len(raised.value.problems) == 1001
-    assert time.process_time() - start < 4.0, "about 0.6 s"
+    assert len(raised.value.problems) == 10_001
+    assert time.process_time() - start < 6.0, "about 1 s"

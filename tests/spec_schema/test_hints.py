@@ -18,6 +18,8 @@ SLIPS = [
     ("  b\u0430ll: {kind: rigid, shape: {kind: sphere, radius: 1}}\n", (6, "/bodies/b\u0430ll"), "CYRILLIC SMALL LETTER A"),
     ("  b:\n    kind\uff1a rigid\n    shape: {kind: sphere, radius: 1}\n", (7, ""), "FULLWIDTH COLON"),
     ("  b:\n\u00a0   kind: rigid\n    shape: {kind: sphere, radius: 1}\n", (7, ""), "NO-BREAK SPACE"),
+    ("  b: {kind:\u00a0rigid, shape: {kind: sphere, radius: 1}}\n", (6, ""), "NO-BREAK SPACE"),
+    ("  b: {kind\uff1a rigid, shape: {kind: sphere, radius: 1}}\n", (6, ""), "FULLWIDTH COLON"),
     ("  b: {kind: rigid, shape: [}\n", (6, ""), "a bracket is closed that was not opened"),
 ]  # fmt: skip
 

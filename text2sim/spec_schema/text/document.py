@@ -11,7 +11,7 @@ from text2sim.spec_schema.text.masking import MARK, mask, unmask
 from text2sim.spec_schema.text.nodes import Node, Origin, Path, Step
 from text2sim.spec_schema.text.scalars import Scalar, resolve
 from text2sim.spec_schema.text.source import Source
-from text2sim.spec_schema.text.syntax import syntax_problem
+from text2sim.spec_schema.text.syntax import LOOK_ALIKE, syntax_problem, taken_for_text
 
 MAX_NODES = 300_000
 MAX_DEPTH = 40
@@ -227,6 +227,10 @@ class _Composer:
     def _key(self, event: Any) -> tuple[str, int, int]:
         self._refuse(event)
         mark = event.start_mark
+        if event.style in _PLAIN and (alike := LOOK_ALIKE.search(event.value)):
+            line, column = mark.line + 1, mark.column + alike.start() + 1
+            text = f"not valid YAML: {taken_for_text(alike[0])}"
+            self.problems.append(Problem("", text, line, column, self.source.file, rule="syntax"))
         return self._text(event), mark.line + 1, mark.column + 1
 
     def _scalar(self, event: Any) -> Scalar:

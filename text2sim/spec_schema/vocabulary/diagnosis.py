@@ -29,7 +29,7 @@ from text2sim.spec_schema.vocabulary.words import (
     structure_of,
 )
 
-MOST = 1000
+MOST = 10_000
 """Errors of one validation that are put into words: nobody reads more, and 100,000 take ten seconds."""
 
 
