@@ -84,7 +84,7 @@ def looking(azimuth: float, away: float, aside: float = 0.0) -> View:
     ("cameras", "straight"),
     [
         ([(-90, 4, 0.0), (-126, 5, 0.0), (-55, 5, 0.0)], True),
-        ([(-90, 4, 0.0), (-55, 4, 4.0)], False),
+        ([(-90, 4, 0.0), (-55, 4, 4.0)], True),
         ([(-90, 4, 9.0)], False),
     ],
 )
@@ -102,6 +102,16 @@ def test_no_camera_sees_where_the_wall_or_the_floor_ends(cameras, straight):
     )  # fmt: skip
     for eye, ways in zip(eyes, rays, strict=True):
         assert room.ray.intersects_any(np.broadcast_to(eye, ways.shape), ways).all()
+
+
+def test_the_wall_meets_the_floor_in_a_level_line_for_the_camera_that_films_most():
+    views = [looking(-100, 4, 0.4), looking(-100, 4, 0.4), looking(-120, 5)]
+    eyes, rays = [view.pos for view in views], [edge_rays(view, 16 / 9) for view in views]
+    wall, _ = wall_mesh(BACKDROP, eyes, np.array([(0.0, 1.0, 0.5)]), 1.0, rays)
+    foot = wall.vertices[wall.vertices[:, 2] == wall.vertices[:, 2].min()]
+    right = np.cross(views[0].look_at - views[0].pos, (0, 0, 1.0))
+    along = foot[-1] - foot[0]
+    assert abs(along @ right) == pytest.approx(np.linalg.norm(along) * np.linalg.norm(right))
 
 
 def test_what_hangs_in_the_air_gets_posts_where_nothing_moves():

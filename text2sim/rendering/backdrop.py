@@ -89,10 +89,9 @@ def wall_mesh(
     ways = np.subtract(backdrop["center"][:2], np.array([np.asarray(eye, float)[:2] for eye in eyes]).reshape(-1, 2))
     ways = ways[np.hypot(*ways.T) > 1e-6]
     ways /= np.hypot(*ways.T)[:, None]
-    ahead = ways.mean(axis=0) if len(ways) else np.zeros(2)
+    ahead = _usual([*(rays_of[0][:2] for rays_of in rays), *(() if len(rays) else ways)])
     extent, away = None, 0.0
-    if np.linalg.norm(ahead) >= 0.5 and (ways @ ahead / np.linalg.norm(ahead)).min() >= np.cos(SPREAD):
-        ahead /= np.linalg.norm(ahead)
+    if len(ways) and (ways @ ahead).min() >= np.cos(SPREAD):
         depths = (things[:, :2] - backdrop["center"][:2]) @ ahead
         # What strays farthest passes through it: it stands where the many end.
         reach = float(np.percentile(depths, MOST)) if len(depths) else 0.0
@@ -123,6 +122,16 @@ def wall_mesh(
     x, y = backdrop["center"][:2]
     placed = vertices.reshape(-1, 3) + (x, y, backdrop["level"] - SUNK)
     return Mesh(placed, faces, normals.reshape(-1, 3)), bright.ravel()
+
+
+def _usual(ways: Sequence[Array]) -> Array:
+    """Return the way (2,) that most cameras look: across it a wall meets the floor in a level line for them."""
+    flat = np.array([way for way in ways if np.hypot(*way) > 1e-6]).reshape(-1, 2)
+    if not len(flat):
+        return np.zeros(2)
+    flat /= np.hypot(*flat.T)[:, None]
+    apart = np.arccos(np.clip(flat @ flat.T, -1.0, 1.0))
+    return flat[apart.sum(axis=1).argmin()]
 
 
 def _extent(
