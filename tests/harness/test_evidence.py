@@ -158,6 +158,7 @@ def test_a_finding_says_when_it_was_decided(drop, make_case):
         "falls": {"measure": "height", "during": "all", "stat": "range", "above": 0},
     }
     found = judge(folder, make_case(bodies=("ball", "drum"), **(ACTIONS | {"expect": rows})))["expect"]
+    assert found["fastest"]["why"].endswith(" at 0.44 s")
     decided = {name: row["at"] for name, row in found.items()}
     assert decided == {
         "lands": pytest.approx(0.45), "late": pytest.approx(0.3), "fastest": pytest.approx(0.44),

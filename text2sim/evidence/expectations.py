@@ -100,7 +100,9 @@ class _Judge:
             why = series.problem if series else f"there is no measure `{expect.measure}`"
             return Finding(name, False, None, unit, wanted, why)
         ok, value, why = self._at(expect, series) if expect.at is not None else self._during(expect, series)
-        return Finding(name, ok, value, unit, wanted, why, None if value is None else self._decided(expect, series))
+        at = None if value is None else self._decided(expect, series)
+        why += f" at {at:.4g} s" if at is not None and expect.stat in ("max", "min") else ""
+        return Finding(name, ok, value, unit, wanted, why, at)
 
     def _decided(self, expect: Expect, series: Series) -> float | None:
         """Time [s] of the value that decides; None where all of them do."""
