@@ -8,7 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 TEXT, REAL, WHOLE, TRUTH = pa.string(), pa.float64(), pa.int64(), pa.bool_()
-ROWS_IN_HAND = 512
+ROWS_IN_HAND = 128
 """Of a table, before they are written."""
 
 
