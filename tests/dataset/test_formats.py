@@ -1,13 +1,21 @@
 """What strangers load: with pyarrow, `datasets`, `webdataset` and mlcroissant, as they come."""
 
+import gc
 import io
 import json
+import tracemalloc
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 import yaml
+from crates import Take
+
+from text2sim.dataset.build import Writer
+from text2sim.dataset.recipe import Recipe
+from text2sim.dataset.simulate import Made
 
 
 def test_tables_are_read_with_pyarrow_alone(dataset: Path) -> None:
@@ -76,6 +84,23 @@ def test_files_of_an_item_belong_together(dataset: Path) -> None:
     with np.load(io.BytesIO(files["states.npz"])) as states:
         assert states["pos"][-1, 1, 0] == pytest.approx(0.2)
     assert key == "a" and json.loads(files["layout.json"])["dt"] == 0.1
+
+
+def test_memory_does_not_grow_with_the_items(recipe: Recipe, take: Take, tmp_path: Path) -> None:
+    item, peaks = take("a"), []
+    for count in (40, 120):
+        writer = Writer(recipe, tmp_path / str(count), {"one": "train"})
+        gc.collect()
+        tracemalloc.start()
+        for k in range(count):
+            row = item.row | {"key": f"a{k}", "case": f"case{k}"}
+            frames = [frame | {"key": f"a{k}"} for frame in item.frames]
+            writer.add(Made([replace(item, key=f"a{k}", row=row, frames=frames)], []))
+        writer.close()
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert pq.read_table(tmp_path / "120/frames").num_rows == 960
+    assert peaks[1] < 1.3 * peaks[0], "rows are written before there are many"
 
 
 def test_the_loader_of_the_documentation_runs_as_it_stands(

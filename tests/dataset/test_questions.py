@@ -56,6 +56,14 @@ def test_what_a_thing_lies_on_is_not_what_it_touches_first(take: Take) -> None:
     assert found["What does “crate” touch first after the start?"]["right"] == "“ball”"
 
 
+def test_a_film_with_a_replay_is_not_asked_what_has_happened_by_a_picture(take: Take) -> None:
+    item = take("a")
+    (item.folder / "events.jsonl").write_text(json.dumps(HIT) + "\n")
+    assert ask(item.row, item.frames, item.folder)
+    item.frames[7]["time"] = 0.2
+    assert not ask(item.row, item.frames, item.folder)
+
+
 def test_only_what_is_tall_falls_over(take: Take) -> None:
     item = take("a")
     layout = json.loads((item.folder / "layout.json").read_text())
