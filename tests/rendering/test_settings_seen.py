@@ -129,6 +129,15 @@ def test_what_hangs_in_the_air_gets_posts_where_nothing_moves():
     assert not ((fewer.vertices[:, :2] > 0).all(axis=1)).any(), "the ball passes there"
 
 
+def test_a_rail_that_could_have_one_leg_hangs_from_two_rods():
+    rail = box((0.35, 0.01, 0.01), (0, 0, 1.0))
+    cloth = (np.array([(0.25, 0.0, 0.5)]), np.eye(3)[None], np.array([(0.2, 0.1, 0.4)]))
+    made = posts([rail], 0.0, [cloth])
+    assert made is not None
+    assert made.vertices[:, 2].min() > 0.98
+    assert {float(np.sign(x)) for x in made.vertices[:, 0]} == {-1.0, 1.0}
+
+
 def test_what_stands_or_leans_or_holds_on_to_something_gets_none():
     stands = box((0.3, 0.3, 0.3), (0, 0, 0.3))
     assert posts([stands], 0.0, []) is None

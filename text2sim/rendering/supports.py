@@ -1,8 +1,8 @@
 """Supports below statics that hang in the air: thin posts, drawn and nothing else.
 
 Statics that touch are one thing. It needs posts if its middle is not above what it has on the floor. Posts stand under
-the corners of its largest part, where nothing moves past in all of the recording; where they would be in the way
-everywhere, rods hold it from above.
+the corners of its largest part, where nothing moves past in all of the recording; where half of them would be in the
+way, rods hold it from above.
 """
 
 from dataclasses import dataclass
@@ -33,7 +33,9 @@ INSET, SLIM, SMALL = 0.12, 0.22, 0.3
 height below which there is one post, with a foot."""
 THICK = 0.014
 """Radius of a post, in its heights, between the two parts of the width that it carries:"""
-LEAST, MOST = 0.03, 0.12
+LEAST, MOST = 0.03, 0.25
+ROD = 0.004
+"""Radius of a rod from above, in sizes of what hangs from it."""
 FREE = 2.5
 """Distance of what moves from the middle of a post, in its radii."""
 CEILING = 6.0
@@ -104,7 +106,9 @@ def posts(things: list[Fixed], level: float, moving: list[tuple[Array, Array, Ar
         if _is_steady(group, level):
             continue
         largest = max(group, key=lambda thing: float(np.prod((thing.high - thing.low)[:2])))
-        made += _under(largest, level, things, moving) or _over(largest, things, moving)
+        below, wanted = _under(largest, level, things, moving)
+        # A single leg of two looks like a stray line: what is held from above is whole.
+        made += below if 2 * len(below) > wanted else _over(largest, things, moving) or below
     return joined(made) if made else None
 
 
@@ -144,7 +148,8 @@ def _is_steady(group: list[Fixed], level: float) -> bool:
     return bool(((at >= on.min(axis=0) - STEADY * size) & (at <= on.max(axis=0) + STEADY * size)).all())
 
 
-def _under(thing: Fixed, level: float, things: list[Fixed], moving: list[Any]) -> list[Mesh]:
+def _under(thing: Fixed, level: float, things: list[Fixed], moving: list[Any]) -> tuple[list[Mesh], int]:
+    """Posts, and how many there would be if nothing were in the way."""
     spots, width = _spots(thing, float(thing.low[2]) - level)
     made = []
     for x, y in spots:
@@ -158,7 +163,7 @@ def _under(thing: Fixed, level: float, things: list[Fixed], moving: list[Any]) -
         radius = float(np.clip(THICK * long, LEAST * width, MOST * width))
         if long > LOW * thing.size and _is_free(np.array([x, y, foot]), np.array([x, y, top]), radius, moving):
             made.append(_post(x, y, foot, top, radius, flared=len(spots) == 1))
-    return made
+    return made, len(spots)
 
 
 def _over(thing: Fixed, things: list[Fixed], moving: list[Any]) -> list[Mesh]:
@@ -171,7 +176,7 @@ def _over(thing: Fixed, things: list[Fixed], moving: list[Any]) -> list[Mesh]:
             continue
         top = float(heights.max())
         end = top + CEILING * thing.size
-        radius = LEAST * width
+        radius = float(np.clip(ROD * thing.size, LEAST * width, MOST * width))
         above = any((_crossed(other, x, y) > top).any() for other in things if other is not thing)
         if not above and _is_free(np.array([x, y, top]), np.array([x, y, end]), radius, moving):
             made.append(_post(x, y, top, end, radius, flared=False))
