@@ -63,7 +63,7 @@ def faded(image: np.ndarray, depth: np.ndarray, view: Any, grounds: list, backgr
     frame = zip(view.pos, *basis(view.pos, view.look_at, view.up), strict=True)
     places = [float(pos) + depth * (across * r + (upward * u + a)) for pos, r, u, a in frame]
     for (x, y, z), half in grounds:
-        on = np.abs(places[2] - z) < 1e-3 * (depth + half / 10)
+        on = np.abs(places[2] - z) < unit * depth + 1e-4 * half  # depths are those of a place within the pixel
         share = np.clip((np.hypot(places[0] - x, places[1] - y) / half - FADES) / (0.95 - FADES), 0.0, 1.0)
         share = (on * share * share * (3 - 2 * share))[..., None].astype(np.float32)
         image = (image + share * (255 * np.asarray(background, np.float32) - image)).astype(np.uint8)
