@@ -86,6 +86,7 @@ FILES: dict[str, bytes] = {
     "flat.glb": glb(nodes=[{"mesh": 0, "scale": [0, 0, 0]}]),
     "thin.glb": glb(nodes=[{"mesh": 0, "scale": [1, 0, 0]}]),
     "nodes.glb": glb(nodes=[{"mesh": 0}, *({"name": str(k)} for k in range(30_000))]),
+    "tree.glb": glb(nodes=[{"mesh": 0, "translation": [k, 0, 0]} for k in range(2100)]),
     "crowd.glb": glb(SIDES * 1500, nodes=[{"mesh": 0}] * 4900),
     "often.glb": glb(SIDES * 1500, meshes=[{"primitives": [PART] * 3000}]),
     "parts.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + b"usemtl m\nf 1 2 3\n" * 30_000,

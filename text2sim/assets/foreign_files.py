@@ -12,7 +12,7 @@ MAX_COUNT = 20_000_000
 """Numbers of one kind that a glTF file may announce."""
 MAX_EMPTY = 100_000
 """Those among them that stand nowhere in the file: a few bytes would become gigabytes."""
-MAX_NODES = 5_000
+MAX_NODES = 2_000
 MAX_GROUPS = 2_000
 """Parts of an .obj file: each costs a millisecond, and then each is joined to the others."""
 SIZES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
