@@ -79,3 +79,13 @@ def test_a_pattern_lies_on_a_cloth_and_bends_with_it(*, lying: bool) -> None:
     bright = row > row.mean()
     assert np.abs(np.diff(bright.astype(int))).sum() in (15, 16, 17), "a metre of the sheet, in stripes of 1/16 m"
     assert row.max() > 3 * row.min()
+
+
+def test_a_pattern_lies_on_what_deforms_as_on_a_rigid_body() -> None:
+    corners = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+    faces = np.array([(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
+                      (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)])  # fmt: skip
+    jelly = part("soft", dress=Dress("dots", 0.2))
+    jelly.row["solver"] = "mpm"
+    low, high = bounds(Surface("soft0", jelly, corners, {"faces": faces}).shapes(corners * (2, 1, 1)))
+    assert np.allclose([low, high], [(0, 0, 0), (2, 1, 1)], atol=1e-5)
