@@ -60,7 +60,8 @@ def test_what_was_kept_and_damaged_is_not_believed(tmp_path: Path, reads: list[s
     import json
 
     (tmp_path / "it.obj").write_text(TETRAHEDRON)
-    load_mesh("it.obj", tmp_path), load_paint("it.obj", tmp_path)
+    load_mesh("it.obj", tmp_path)
+    load_paint("it.obj", tmp_path)
     for kept in (tmp_path / "cache").rglob("*.json"):
         data = json.loads(kept.read_text())
         kept.write_text(json.dumps(data | dict([change]) if change[0] in data else data))

@@ -123,12 +123,14 @@ def _part(row: Any) -> MeshPaint | None:
         vertices, faces = _net(points, net)
         normals, uvs = unpacked(slopes, "f8", 3), None if places is None else unpacked(places, "f8", 2)
         picture = None if drawn is None else b64decode(drawn, validate=True)
-        rgba = None if rgba is None else tuple(float(x) for x in rgba)
+        if rgba is not None:
+            red, green, blue, alpha = (float(x) for x in rgba)
+            rgba = (red, green, blue, alpha)
     except (TypeError, ValueError):
         return None
     if vertices is None or faces is None or normals is None or len(normals) != len(vertices):
         return None
-    if (places is not None and (uvs is None or len(uvs) != len(vertices))) or len(rgba or "1234") != 4:
+    if places is not None and (uvs is None or len(uvs) != len(vertices)):
         return None
     return MeshPaint(vertices, faces, normals, uvs, picture, rgba)
 
