@@ -90,6 +90,7 @@ def test_the_agent_reads_runs_mends_and_is_done(suite: Path, tmp_path: Path, mon
         "```yaml\nread: [gs.morphs.Box, Scene.add_entity, gs.morphs.Bax]\n```",
         PROGRAM.format(body="raise ValueError('not yet')"),
         PROGRAM.format(body=f"shutil.copy({str(film)!r}, out / 'film.mp4')"),
+        PROGRAM.format(body="(out / 'film.mp4').write_bytes(b'stopped while it was written')"),
         "```yaml\ndone: true\n```",
     ]
     with ChatServer(*(completion(reply) for reply in replies)) as server:
@@ -97,10 +98,10 @@ def test_the_agent_reads_runs_mends_and_is_done(suite: Path, tmp_path: Path, mon
         folder = run(suite, "agent:with-cards", tmp_path / "out", models, attempts=5)
         asked = server.requests[:4]
     result = read_made(folder / "drop").result
-    assert (result.status, result.accepted, result.attempts) == ("finished", True, 2)
+    assert (result.status, result.accepted, result.attempts) == ("finished", True, 3)
     assert result.film == "attempts/02/film.mp4"
     assert result.total is not None
-    assert (result.total.calls, result.total.tokens_in) == (4, 48)
+    assert (result.total.calls, result.total.tokens_in) == (5, 60)
     first = asked[0]["messages"][1]["content"]
     assert "A red ball falls onto a flat floor." in first
     assert "gs.morphs.Sphere(" in first

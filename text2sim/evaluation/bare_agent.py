@@ -6,6 +6,7 @@ whatever the user may. So nothing here is done unless somebody has asked for it 
 """
 
 import sys
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -20,7 +21,7 @@ from text2sim.agents.models.fences import fenced_blocks, without_thoughts
 from text2sim.agents.models.parsing import ReplyError, read_reply
 from text2sim.agents.roles import quoted
 from text2sim.evaluation.documents import write_json
-from text2sim.evaluation.film_frames import film_frames
+from text2sim.evaluation.film_frames import film_frames, length_of
 from text2sim.evaluation.genesis_docs import digest, explained
 from text2sim.evaluation.letters import letter
 from text2sim.evaluation.method_folder import CaseResult, resources_of
@@ -59,6 +60,12 @@ class Trial:
         """Its film, if it made one."""
         path = self.folder / FILM
         return path if path.is_file() else None
+
+    def is_filmed(self) -> bool:
+        """Whether its film decodes: that of a program which was stopped while it wrote one does not."""
+        with suppress(RunError):
+            return self.film is not None and length_of(self.film) > 0
+        return False
 
 
 class BareAgent:
@@ -179,7 +186,7 @@ class BareAgent:
         return "\n\n".join(match.entry.card.brief() for match in found)
 
     def _result(self, name: str, why: str, accepted: bool) -> CaseResult:
-        filmed = [one for one in self._trials if one.film]
+        filmed = [one for one in self._trials if one.is_filmed()]
         best = filmed[-1] if filmed else self._trials[-1] if self._trials else None
         parts = {"program": PROGRAM, "log": LOG} | ({"film": FILM} if filmed else {})
         folder = best.folder.relative_to(self._place.resolve()) if best is not None else None
