@@ -322,3 +322,26 @@ def test_rolling_and_spinning_balls_slow_down_by_their_coefficients(simulate, ag
     for name, b in (("ball", 0.001), ("free", 0.0), ("linked", 0.002)):
         agree(f"rolling friction {b} m: {name}", trial.vel(name)[-1, 0], 0.5 - 5 / 7 * G * b / r * t, within=0.003)
     agree("torsional friction 0.002 m", trial.ang("top")[-1, 2], 40 - 2.5 * 0.002 * G / r**2 * t, within=0.2)
+
+
+CARDS = """
+scene:
+  duration: 2.0
+  dt: 0.004
+  statics: {table: {shape: {kind: box, size: [1, 1, 0.1]}, pose: {pos: [0, 0, -0.05]}, material: {friction: 0.6}}}
+bodies:
+  left: {kind: rigid, shape: {kind: box, size: [0.002, 0.06, 0.09]}, material: {density: 800, friction: 0.6}, pose: {pos: ["${-x}", 0, "${z}"], euler_deg: [0, 20, 0]}}
+  right: {kind: rigid, shape: {kind: box, size: [0.002, 0.06, 0.09]}, material: {density: 800, friction: 0.6}, pose: {pos: ["${x}", 0, "${z}"], euler_deg: [0, -20, 0]}}
+"""
+
+
+def test_cards_lean_on_each_other(simulate, agree):
+    """Their edges have one contact, and hold: cards need a friction of tan(20 deg) / 2. Pyramidal, they part by 1.9 mm."""
+    turn, half, thick = np.radians(20), 0.045, 0.001
+    x = float(thick * np.cos(turn) + half * np.sin(turn)) + 1e-5
+    z = float(half * np.cos(turn) + thick * np.sin(turn)) + 1e-5
+    trial = simulate(CARDS, x=x, z=z)
+    settled = trial.time > 0.3
+    for card in ("left", "right"):
+        way = trial.pos(card)[settled]
+        agree(f"{card} card: creep in 1.7 s [m]", way[-1], way[0], within=5e-5)

@@ -1,6 +1,6 @@
 """Slopes and leaning bodies in a scene: what rests there creeps with the pyramidal friction cone."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from math import cos, hypot
 from typing import Any
 
@@ -20,11 +20,16 @@ LINKED = ("articulated", "chain", "net", "ragdoll", "rope")
 
 def has_slopes(copies: Iterable[Copy], gravity: Vec) -> bool:
     """Whether flat faces are neither level nor upright: of grounds, statics, and bodies that are not strewn."""
+    return next(tilted(copies, gravity), None) is not None
+
+
+def tilted(copies: Iterable[Copy], gravity: Vec) -> Iterator[Copy]:
+    """Yield the copies with such faces."""
     pull = hypot(*gravity)
     if not pull:
-        return False
+        return
     up = (gravity[0] / pull, gravity[1] / pull, gravity[2] / pull)
-    return any(_is_tilted(copy, up) for copy in copies if _is_placed(copy))
+    yield from (copy for copy in copies if _is_placed(copy) and _is_tilted(copy, up))
 
 
 def _is_placed(copy: Copy) -> bool:
