@@ -53,10 +53,14 @@ def test_what_creeps(tmp_path: Path, case: str, says: str) -> None:
     assert all(says in problem.message and problem.path == "/bodies/crate" for problem in found)
 
 
-@pytest.mark.parametrize(("cone", "x", "wanted"), [("pyramidal", 0.0164, 1), ("elliptic", 0.0164, 0), ("pyramidal", 0.05, 0)])
+@pytest.mark.parametrize(
+    ("cone", "x", "wanted"), [("pyramidal", 0.0164, 1), ("elliptic", 0.0164, 0), ("pyramidal", 0.05, 0)]
+)
 def test_cards_that_lean_on_each_other(tmp_path: Path, cone: str, x: float, wanted: int) -> None:
     card = "{kind: rigid, shape: {kind: box, size: [0.002, 0.06, 0.09]}, pose: {pos: [%s, 0, 0.0427], euler_deg: [0, %s, 0]}}"
-    text = f"scene: {{contact: {{friction_cone: {cone}}}}}\nbodies: {{left: {card % (-x, 20)}, right: {card % (x, -20)}}}"
+    text = (
+        f"scene: {{contact: {{friction_cone: {cone}}}}}\nbodies: {{left: {card % (-x, 20)}, right: {card % (x, -20)}}}"
+    )
     assert len(findings(tmp_path, "creeps", text)) == wanted
 
 
