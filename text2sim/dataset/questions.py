@@ -269,8 +269,9 @@ def _touch_by(scene: Scene) -> Iterator[Row]:
             t = scene.times[k]
             shown = None if when is None else scene.picture(when)
             touched = when is not None and when <= t
-            if shown is not None and (abs(shown - k) < GAP or (touched and not scene.shows(when, one, other))):
-                continue
+            if when is not None and shown is not None:
+                if abs(shown - k) < GAP or (touched and not scene.shows(when, one, other)):
+                    continue
             yield {
                 "question": f"Have {_words(one)} and {_words(other)} touched by picture {k} of {len(scene.times)}?",
                 "right": "yes" if touched else "no",

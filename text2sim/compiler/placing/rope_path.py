@@ -17,6 +17,7 @@ from text2sim.compiler.shapes.rotation import (
     vector_unit,
 )
 from text2sim.compiler.shapes.sizes import Spot
+from text2sim.spec_schema.models.bodies import HingeMount
 from text2sim.spec_schema.models.soft_bodies import Rope, Round
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -91,7 +92,8 @@ class _Path:
         """
         wheels = [(k, item) for k, item in enumerate(self.items) if isinstance(item, _Wheel)]
         for k, wheel in wheels:
-            before, after = (getattr(one, "center", one) for one in (self.items[k - 1], self.items[k + 1]))
+            before, after = self.items[k - 1], self.items[k + 1]
+            before, after = (one.center if isinstance(one, _Wheel) else one for one in (before, after))
             along = float((after - before) @ wheel.across)
             if abs(along) < 1e-9:
                 text = f"comes and goes on one line through the axis of `{wheel.name}`; a point to either side of it"
@@ -171,7 +173,7 @@ def _wheel(item: Round, thick: float, key: tuple[str, ...], find: Callable[[str]
     if radius is None:
         raise PatternError(f"cannot see how thick `{item.round}` is about its z axis; give `radius`", *key)
     mount = getattr(spot.model, "mount", None)
-    if getattr(mount, "kind", None) == "hinge" and abs(vector_unit(mount.axis)[2]) < STRAIGHT:
+    if isinstance(mount, HingeMount) and abs(vector_unit(mount.axis)[2]) < STRAIGHT:
         raise PatternError(f"goes round the z axis of `{item.round}`, whose own hinge has another `axis`", *key)
     axis = np.array(quat_rotate(spot.quat, (0.0, 0.0, 1.0)))
     side = np.array(vector_unit(item.side))

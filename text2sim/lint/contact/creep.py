@@ -76,7 +76,8 @@ def _leaning(facts: Facts) -> Iterator[Problem]:
     free = (copy for copy in facts.copies.values() if not is_soft(copy.model) and facts.free(copy))
     leaning = list(islice(tilted(free, facts.case.scene.gravity), LOOKED_AT))
     for a, b in combinations(leaning, 2):
-        if not apart(facts.box(a), facts.box(b), -RESTING):
+        one, other = facts.box(a), facts.box(b)
+        if one is not None and other is not None and not apart(one, other, -RESTING):
             text = (
                 f"`{a.name}` and `{b.name}` lean on each other: with the pyramidal friction cone they slide apart, two "
                 "cards of 90 mm at 20 deg by 2 mm in 2 s; set `friction_cone: elliptic` in scene.contact"

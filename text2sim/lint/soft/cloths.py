@@ -100,8 +100,9 @@ def _off_its_holder(facts: Facts) -> Iterator[Problem]:
     """Corners and points that are attached to something that is not there."""
     soft, points = soft_facts(facts), BodyPoints({}, facts.folder)
     for name, control in facts.case.actions.controls.items():
-        region = control.region if control.kind == "attach" else None
-        if region is None or control.to == "world" or not (region.corner or region.nearest or region.sphere):
+        if control.kind != "attach" or control.to == "world" or (region := control.region) is None:
+            continue
+        if not (region.corner or region.nearest or region.sphere):
             continue
         body = next((body for body in soft.bodies if body.body == control.body.split("[")[0]), None)
         holders = facts.placed.get(control.to.split("[")[0].split(".")[0], [])

@@ -175,8 +175,8 @@ class SoftFacts:
         ways: tuple[list[float], list[float]] = ([0.0] * 3, [0.0] * 3)
         body = next((body for body in self.bodies if body.copy is copy), None)
         forces = [c for c in self.facts.case.actions.controls.values() if c.kind == "force"]
-        for control in forces if body is not None else ():
-            if control.body.split("[")[0] != copy.body:
+        for control in forces:
+            if body is None or control.body.split("[")[0] != copy.body:
                 continue
             for axis, force in enumerate(control.force):
                 far = 0.5 * abs(force) / self.mass(body) * self.scene.duration**2

@@ -174,9 +174,9 @@ class Rope(Placed):
                 raise ValueError("along begins and ends with a point")
             if self.place is not None or self.direction != (0.0, 0.0, -1.0):
                 raise ValueError("along says where it is and where it goes: leave out place and direction")
-        elif self.length / self.segments < 2 * self.radius * (1 - 1e-9):  # type: ignore[operator]
+        elif self.length is not None and (link := self.length / self.segments) < 2 * self.radius * (1 - 1e-9):
             raise ValueError(
-                f"a link must be at least twice as long as the radius (got {self.length / self.segments:g} and "
+                f"a link must be at least twice as long as the radius (got {link:g} and "
                 f"{self.radius:g}); take "
                 + ("fewer segments" if self.segments > 2 else "a longer rope, or a rigid capsule")
             )
