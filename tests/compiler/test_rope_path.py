@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from text2sim.compiler.build import compile_case
+from text2sim.compiler.build import compile_case, resolve_case
 from text2sim.compiler.placing.placement import place_all
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_case
@@ -32,6 +32,16 @@ def laid(folder: Path, along: str):
     copies, problems = place_all(case_of(folder, along))
     assert not problems, problems
     return copies["line"][0].model
+
+
+@pytest.mark.parametrize(("way", "cone", "timeconst"), [("{round: wheel}", "elliptic", 0.001), ("[0, 0, 1.2]", "pyramidal", 0.002)])
+def test_contacts_of_what_goes_round_something_are_stiff(tmp_path: Path, way: str, cone: str, timeconst: float):
+    case_of(tmp_path, f"[[-0.105, 0, 0], {way}, [0.105, 0, 0]]")
+    path = tmp_path / "case.yaml"
+    path.write_text(path.read_text().replace("duration: 1", "duration: 1, dt: 0.01, substeps: 40"))
+    settings = resolve_case(load_case(tmp_path)).settings
+    assert (settings.solver, settings.cone) == ("cg", cone)
+    assert settings.timeconst == pytest.approx(timeconst)
 
 
 def test_it_goes_over_one_pulley_and_under_the_next(tmp_path: Path):

@@ -27,6 +27,7 @@ from text2sim.compiler.trees.generators import rope_frequency
 from text2sim.compiler.trees.link_trees import known_parts, named_parts, tree_extents, tree_standing
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.loaded import LoadedCase
+from text2sim.spec_schema.models.soft_bodies import Round
 from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.whole_files import naming
 
@@ -83,7 +84,8 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     soft = soft_settings(loaded, placed, lowering.soft, bodies, rows)
     traits = _traits(lowering, bodies, moving, rows, bounce)
     taut = taut_frequencies(lowering, bodies, moving, rows, scene.gravity)
-    traits = replace(traits, tautest=max(taut.values(), default=0.0))
+    wound = any(isinstance(point, Round) for body in case.bodies.values() for point in getattr(body, "along", None) or ())
+    traits = replace(traits, tautest=max(taut.values(), default=0.0), wound=wound)
     traits = replace(traits, slopes=has_slopes((c for group in placed.values() for c in group), scene.gravity))
     settings = derive(scene, traits, soft)
     every = max(1, round(1.0 / (case.record_rate * scene.dt)))

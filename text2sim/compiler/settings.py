@@ -51,6 +51,8 @@ class Traits:
     """Largest angular frequency [rad/s] of ropes and chains across, under what hangs on them."""
     swiftest: float = 0.0
     """Largest angular frequency [rad/s] of springs that keep ropes straight."""
+    wound: bool = False
+    """Whether a rope goes round something."""
 
 
 @dataclass(frozen=True)
@@ -144,13 +146,15 @@ def derive(scene: Scene, traits: Traits, soft: SoftSettings | None = None) -> Se
     if solver is None:
         crowded = traits.loose > CROWD
         tangled = traits.loops > 12 or traits.chains > 40
-        solver = "cg" if crowded or tangled else "newton"
+        solver = "cg" if crowded or tangled or traits.wound else "newton"
         if crowded:
             why["solver"] = f"{traits.loose} loose bodies can touch each other; newton is 20 times slower on such piles"
         elif tangled:
             why["solver"] = (
                 f"{traits.chains} links and {traits.loops} closed loops: cg is faster and survives impacts better"
             )
+        elif traits.wound:
+            why["solver"] = "with the elliptic cone, newton ends in nan where links are hit hard"
         else:
             why["solver"] = "few enough bodies for the exact solver"
     iterations = scene.solver.iterations
@@ -160,6 +164,9 @@ def derive(scene: Scene, traits: Traits, soft: SoftSettings | None = None) -> Se
     if timeconst is None:
         timeconst = max(2 * step, 0.002)
         why["timeconst"] = "two substeps: the stiffest contact that stays stable"
+        if traits.wound and 4 * step < timeconst:
+            timeconst = 4 * step
+            why["timeconst"] = "four substeps: in longer contacts a light rope sinks into what it goes round"
     bounce_time = _bounce_time(scene, step, traits, why)
     max_pairs = scene.contact.max_pairs
     if max_pairs is None:
@@ -197,6 +204,9 @@ def _cone(scene: Scene, solver: str, traits: Traits, soft: SoftSettings | None, 
             if traits.rolls
             else "what rests on a slope or leans creeps with the pyramidal one"
         )
+        return "elliptic"
+    if traits.wound and solver == "cg" and soft is None and traits.bounciest == 0 and not scene.solver.noslip_iterations:
+        why["friction_cone"] = "light ropes round something fly apart with the pyramidal one"
         return "elliptic"
     why["friction_cone"] = "survives hard impacts; elliptic does not creep on slopes"
     return "pyramidal"
