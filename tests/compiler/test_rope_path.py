@@ -34,7 +34,9 @@ def laid(folder: Path, along: str):
     return copies["line"][0].model
 
 
-@pytest.mark.parametrize(("way", "cone", "timeconst"), [("{round: wheel}", "elliptic", 0.001), ("[0, 0, 1.2]", "pyramidal", 0.002)])
+@pytest.mark.parametrize(
+    ("way", "cone", "timeconst"), [("{round: wheel}", "elliptic", 0.001), ("[0, 0, 1.2]", "pyramidal", 0.002)]
+)
 def test_contacts_of_what_goes_round_something_are_stiff(tmp_path: Path, way: str, cone: str, timeconst: float):
     case_of(tmp_path, f"[[-0.105, 0, 0], {way}, [0.105, 0, 0]]")
     path = tmp_path / "case.yaml"

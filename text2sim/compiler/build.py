@@ -84,7 +84,9 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     soft = soft_settings(loaded, placed, lowering.soft, bodies, rows)
     traits = _traits(lowering, bodies, moving, rows, bounce)
     taut = taut_frequencies(lowering, bodies, moving, rows, scene.gravity)
-    wound = any(isinstance(point, Round) for body in case.bodies.values() for point in getattr(body, "along", None) or ())
+    wound = any(
+        isinstance(point, Round) for body in case.bodies.values() for point in getattr(body, "along", None) or ()
+    )
     traits = replace(traits, tautest=max(taut.values(), default=0.0), wound=wound)
     traits = replace(traits, slopes=has_slopes((c for group in placed.values() for c in group), scene.gravity))
     settings = derive(scene, traits, soft)

@@ -205,7 +205,13 @@ def _cone(scene: Scene, solver: str, traits: Traits, soft: SoftSettings | None, 
             else "what rests on a slope or leans creeps with the pyramidal one"
         )
         return "elliptic"
-    if traits.wound and solver == "cg" and soft is None and traits.bounciest == 0 and not scene.solver.noslip_iterations:
+    if (
+        traits.wound
+        and solver == "cg"
+        and soft is None
+        and traits.bounciest == 0
+        and not scene.solver.noslip_iterations
+    ):
         why["friction_cone"] = "light ropes round something fly apart with the pyramidal one"
         return "elliptic"
     why["friction_cone"] = "survives hard impacts; elliptic does not creep on slopes"
