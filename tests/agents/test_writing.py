@@ -10,6 +10,7 @@ from text2sim.agents import language
 from text2sim.agents.assembly import case_text, examine, owner_of
 from text2sim.agents.conversation import RoleFailed
 from text2sim.agents.replies import CasePlan, PlannedBody, Refer
+from text2sim.agents.roles import render
 from text2sim.agents.section_writer import _kinds_for, change_section, reading, write_section
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.colors import NAMED
@@ -172,3 +173,9 @@ def test_a_change_reads_only_what_its_instruction_names(tmp_path: Path) -> None:
     assert "A ball falls on a floor." in asked
     assert asked.index("Keep, do not touch") < asked.index("lands: first") < asked.index("Put `ball`")
     assert sum(len(message.text) for message in model.asked[0].messages) < 6_000
+
+
+def test_the_planner_is_told_how_long_all_of_it_may_take() -> None:
+    known = {"request": "A ball falls.", "inputs": [], "requirements": "", "tried": ""}
+    assert "There are 32 minutes by the clock" in render("plan_ask", **known, minutes=32.0)
+    assert "minutes" not in render("plan_ask", **known, minutes=None)

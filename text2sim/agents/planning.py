@@ -36,6 +36,8 @@ class Request:
     """Files that came with it, in words."""
     requirements: Requirements = field(default_factory=dict)
     """What it asks for, one thing at a time; empty if nobody has taken it apart."""
+    minutes: float | None = None
+    """By the clock, for all of it; None without a bound."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,7 @@ def make_plan(
         request=request.text,
         inputs=[*request.inputs, *([BLIND] if request.images and not desk.vision("planner") else [])],
         requirements=rows(request.requirements),
+        minutes=request.minutes,
         tried=_tried(tried),
     )
     system = system_prompt(

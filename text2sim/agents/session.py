@@ -152,7 +152,7 @@ class Session:
         deck = DealtCards(_library() if wish.cards else None, journal)
         images = tuple(_image(self.folder / "inputs" / name) for name in wish.images)
         probed(self.case, wish.inputs, journal)
-        request = Request(wish.text, images, described(self.case, wish.inputs))
+        request = Request(wish.text, images, described(self.case, wish.inputs), minutes=wish.minutes)
         loop = AgentLoop(
             self.case, request, desk, deck, journal, Limits(wish.attempts, wish.sim_timeout, budget.minutes_left)
         )
