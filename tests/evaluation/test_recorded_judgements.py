@@ -1,0 +1,38 @@
+"""Judgements that were really made, marked again from the kept replies: they give the table of docs/evaluation.md."""
+
+import json
+from pathlib import Path
+from statistics import mean
+
+import pytest
+
+from text2sim.agents.models.parsing import read_reply
+from text2sim.evaluation.scores import PhysicalReply, VisualReply, physical_faults, physical_score, visual_score
+from text2sim.evaluation.suite import read_suite
+
+HERE = Path(__file__).parent
+ROWS = json.loads((HERE / "recorded" / "judgements.json").read_text("utf-8"))["rows"]
+PAGE = (HERE.parents[1] / "docs" / "evaluation.md").read_text("utf-8")
+PROMPTS = read_suite(Path("demonstrations"))[0].prompts
+METHODS = ("text2sim-with-cards", "agent-no-cards")
+
+
+def total(row):
+    data = read_reply(row["reply"])[0]
+    if row["kind"] == "visual":
+        return visual_score(VisualReply.model_validate(data))
+    reply = PhysicalReply.model_validate(data)
+    assert physical_faults(PROMPTS[row["prompt"]], reply, 16) == []
+    return physical_score(PROMPTS[row["prompt"]], reply).total
+
+
+@pytest.mark.parametrize("prompt", sorted({row["prompt"] for row in ROWS}))
+def test_kept_replies_give_the_table(prompt):
+    cells = []
+    for method in METHODS:
+        for kind in ("physical", "visual"):
+            marks = [total(row) for row in ROWS if (row["prompt"], row["method"], row["kind"]) == (prompt, method, kind)]
+            assert len(marks) == 3, "three judges"
+            cells.append(f"{mean(marks):.1f}")
+    line = next(line for line in PAGE.splitlines() if line.startswith(f"| `{prompt}` |"))
+    assert [cell.strip() for cell in line.split("|")[2:6]] == cells
