@@ -31,7 +31,9 @@ def test_kept_replies_give_the_table(prompt):
     cells = []
     for method in METHODS:
         for kind in ("physical", "visual"):
-            marks = [total(row) for row in ROWS if (row["prompt"], row["method"], row["kind"]) == (prompt, method, kind)]
+            marks = [
+                total(row) for row in ROWS if (row["prompt"], row["method"], row["kind"]) == (prompt, method, kind)
+            ]
             assert len(marks) == 3, "three judges"
             cells.append(f"{mean(marks):.1f}")
     line = next(line for line in PAGE.splitlines() if line.startswith(f"| `{prompt}` |"))
