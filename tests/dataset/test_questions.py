@@ -116,16 +116,29 @@ def lopsided() -> list[dict]:
     for k in range(600):
         kind, often = ("ball", 0.9) if k % 3 == 0 else ("crate", 0.1) if k % 3 == 1 else ("door", 1.0)
         right = "yes" if (k * 7919 % 100) / 100 < often else "no"
-        rows.append({"split": "train", "key": f"i{k}", "kind": "will", "question": f"Will the {kind} reach?",
+        rows.append({"split": "train", "case": "a", "key": f"i{k}", "kind": "will", "question": f"Will the {kind} reach?",
                      "right": right, "evidence": "{}"})  # fmt: skip
     return rows
 
 
+def count(rows: list[dict]) -> dict[tuple[str, str, str], Counter]:
+    counts: dict[tuple[str, str, str], Counter] = {}
+    for row in rows:
+        counts.setdefault((row["split"], row["case"], row["question"]), Counter())[row["right"]] += 1
+    return counts
+
+
+def test_answers_of_another_case_are_no_distractors() -> None:
+    row = {"split": "train", "kind": "touches_first", "question": "What does it touch first?", "evidence": "{}"}
+    rows = [row | {"case": case, "key": case, "right": right} for case, right in (("a", "cue"), ("b", "box"))]
+    assert not [*balanced(rows, count(rows), 1)]
+    rows.append(rows[0] | {"key": "c", "right": "floor"})
+    assert [{*one["choices"]} for one in balanced(rows, count(rows), 1)] == [{"cue", "floor"}] * 2
+
+
 def test_words_alone_are_no_better_than_chance() -> None:
     rows = lopsided()
-    counts: dict[tuple[str, str], Counter] = {}
-    for row in rows:
-        counts.setdefault((row["split"], row["question"]), Counter())[row["right"]] += 1
+    counts = count(rows)
     plain = [row | {"choices": ["no", "yes"], "answer": int(row["right"] == "yes")} for row in rows]
     assert guess_by_words(plain)[0] > 0.85, "the classifier finds what there is to be found"
     kept = list(balanced(rows, counts, 1))

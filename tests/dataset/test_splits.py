@@ -6,6 +6,7 @@ import tarfile
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
@@ -13,6 +14,7 @@ from crates import Take
 
 from text2sim.dataset.build import Writer
 from text2sim.dataset.check import check_dataset
+from text2sim.dataset.curation import Likeness
 from text2sim.dataset.recipe import Recipe, parse_recipe
 from text2sim.dataset.simulate import Made
 from text2sim.dataset.splits import deal
@@ -126,3 +128,13 @@ def test_duplicates_and_what_hangs_on_them_are_refused(take: Take, recipe: Recip
         "e": ["review: ugly"],
     }
     assert writer.tally.items == {"train": 3}, "a cause without an effect is no duplicate"
+
+
+def test_what_turns_about_its_origin_is_no_twin_of_what_turns_otherwise(tmp_path: Path) -> None:
+    likeness, found = Likeness(0.002), []
+    for name, speed in (("slow", 1.0), ("fast", 2.0), ("again", 1.0)):
+        angle = speed * np.linspace(0, 1, 13)[:, None] / 2
+        quat = np.stack([np.cos(angle), 0 * angle, np.sin(angle), 0 * angle], axis=-1)
+        np.savez(tmp_path / f"{name}.npz", pos=np.zeros((13, 1, 3)), quat=quat)
+        found.append(likeness.twin(name, "arm", tmp_path / f"{name}.npz"))
+    assert found == [None, None, "slow"]

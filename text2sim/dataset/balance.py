@@ -1,6 +1,6 @@
 """Which questions may be asked: words alone must not give an answer away; a classifier of words tells if they do.
 
-Of all questions with the same text, every answer is right equally often, and only answers that are right for some of
+Of all questions about a case with the same text, every answer is right equally often, and only answers that are right for some of
 them are offered.
 """
 
@@ -14,22 +14,24 @@ import numpy as np
 from text2sim.dataset.draws import generator
 from text2sim.dataset.questions import Row
 
+Group = tuple[str, str, str]
+"""Split, case and text of questions: answers of another case are no distractors, for they are not in the scene."""
 MOST = 5
 """Answers to choose from."""
 
 
-def balanced(rows: Iterable[Row], counts: Mapping[tuple[str, str], Counter[str]], seed: int) -> Iterator[Row]:
+def balanced(rows: Iterable[Row], counts: Mapping[Group, Counter[str]], seed: int) -> Iterator[Row]:
     """Yield questions with choices, as the table has them, so that their text says nothing about the answer.
 
     Args:
-        rows: What can be asked, with its `split`.
-        counts: Of all of it: how often each answer is right, by split and question.
+        rows: What can be asked, with its `split` and `case`.
+        counts: Of all of it: how often each answer is right.
         seed: For the order of choices.
     """
     quota = {group: _quota(found) for group, found in counts.items()}
-    given: dict[tuple[str, str], Counter[str]] = defaultdict(Counter)
+    given: dict[Group, Counter[str]] = defaultdict(Counter)
     for row in rows:
-        group = row["split"], row["question"]
+        group = row["split"], row["case"], row["question"]
         wanted = quota.get(group, {})
         if given[group][row["right"]] >= wanted.get(row["right"], 0):
             continue

@@ -11,7 +11,7 @@ from typing import Any
 from text2sim.cluster.estimate import measured
 from text2sim.cluster.run import Where, run_tasks
 from text2sim.cluster.task import Needs, Task
-from text2sim.dataset.balance import balanced
+from text2sim.dataset.balance import Group, balanced
 from text2sim.dataset.card import write_card
 from text2sim.dataset.curation import Likeness, same_film
 from text2sim.dataset.item import Item
@@ -160,7 +160,7 @@ class Writer:
         folder.mkdir(parents=True)
         self._refused = (folder / "refused.jsonl").open("w", encoding="utf-8")
         self._asked = (folder / "questions.jsonl").open("w", encoding="utf-8")
-        self._answers: dict[tuple[str, str], Counter[str]] = {}
+        self._answers: dict[Group, Counter[str]] = {}
         write_atomically(folder / "recipe.json", recipe.model_dump_json(indent=1) + "\n")
 
     def add(self, made: Made) -> None:
@@ -213,8 +213,9 @@ class Writer:
         self._put("items", split, [item.row])
         self._put("frames", split, item.frames)
         for row in item.questions:
-            self._asked.write(json.dumps({"split": split, **row}) + "\n")
-            self._answers.setdefault((split, row["question"]), Counter())[row["right"]] += 1
+            self._asked.write(json.dumps({"split": split, "case": item.row["case"], **row}) + "\n")
+            group = split, item.row["case"], row["question"]
+            self._answers.setdefault(group, Counter())[row["right"]] += 1
         self.tally.items[split] += 1
 
     def _put(self, table: str, split: str, rows: list[dict[str, Any]]) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from text2sim.dataset.item import Item
 from text2sim.dataset.recipe import Limits
+from text2sim.recording.vectors import rotate
 
 MOMENTS = 12
 """At which two runs are compared."""
@@ -19,6 +20,8 @@ SAME = 1.5
 """Mean difference of these colours, of 255, below which two films of one simulation are the same."""
 LINKS = 16
 """Of a run, at most, and as many points that deform, whose ways are compared."""
+REACH = 0.1
+"""How far from a link's origin [m] points of its axes lie that are compared, too: an arm turns about its origin."""
 NEAR = 0.5
 """Part of a limit from which on an item is doubtful."""
 
@@ -155,11 +158,12 @@ def same_film(item: Item, others: Sequence[Item]) -> str | None:
 
 
 def fingerprint(states: "Path | io.BytesIO") -> Any:
-    """Return where the links of a run are at some moments, and the middles of points that deform [m], (M, L, 3)."""
+    """Return where links with their axes, and points that deform, are at some moments of a run [m], shape (M, L, 3)."""
     with np.load(states) as arrays:
         pos = arrays["pos"]
         chosen = np.linspace(0, len(pos) - 1, MOMENTS).round().astype(int) if len(pos) else []
-        found = [pos[chosen][:, :: max(1, pos.shape[1] // LINKS)].astype(float)]
+        pos, quat = (a[chosen][:, :: max(1, a.shape[1] // LINKS)].astype(float) for a in (pos, arrays["quat"]))
+        found = [pos, *(pos + rotate(quat, np.broadcast_to(axis, pos.shape)) for axis in REACH * np.eye(3)[:2])]
         if "soft_points" in arrays:
             soft = arrays["soft_points"]
             rows = np.linspace(0, len(soft) - 1, MOMENTS).round().astype(int)

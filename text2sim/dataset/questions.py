@@ -249,7 +249,7 @@ def _touches_first(scene: Scene) -> Iterator[Row]:
 
 def _how_many(scene: Scene) -> Iterator[Row]:
     for body in scene.loose:
-        if body not in scene.clear or not 2 <= len(scene.copies[body]) <= 12:
+        if not scene.shows(max(scene.times), body) or not 2 <= len(scene.copies[body]) <= 12:
             continue
         counts = {"have moved away from their places": scene.moved(body)}
         if scene.is_tall(body):
