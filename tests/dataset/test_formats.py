@@ -100,7 +100,7 @@ def test_memory_does_not_grow_with_the_items(recipe: Recipe, take: Take, tmp_pat
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert pq.read_table(tmp_path / "120/frames").num_rows == 960
-    assert peaks[1] < 1.3 * peaks[0], "rows are written before there are many"
+    assert peaks[1] - peaks[0] < 80 * 12_000, "what is known of each is a note of how it moves"
 
 
 def test_the_loader_of_the_documentation_runs_as_it_stands(

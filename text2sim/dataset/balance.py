@@ -1,7 +1,7 @@
 """Which questions may be asked: words alone must not give an answer away; a classifier of words tells if they do.
 
-Of all questions about a case with the same text, every answer is right equally often, and only answers that are right for some of
-them are offered.
+Of all questions about a case with the same text, every answer is right equally often, and only answers that are right
+for some of them are offered.
 """
 
 import re
