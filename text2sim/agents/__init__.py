@@ -1,1 +1,1 @@
-"""Roles, and the loop in which they plan, write, run, judge and decide, from words to an accepted case."""
+"""Agent roles, and the loop in which they plan, write, run, judge and decide: from a request to an accepted case."""

@@ -1,4 +1,4 @@
-"""The plan, and what it promises: which expectations stand, what a case does to them, and what was said anew."""
+"""Agreement between request and case: the plan, its binding expectations, and those that were restated."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -16,11 +16,11 @@ UNMOVED = ("static", "driven")
 
 
 class Agreement:
-    """What the loop owes the request.
+    """The plan and the expectations that every version of the case must keep.
 
     Args:
-        plan: The plan; without expectations, until there is one.
-        emit: Told when an expectation is said anew.
+        plan: The plan; an empty one until the Planner has answered.
+        emit: Callback for journal events, such as a restated expectation.
     """
 
     def __init__(self, plan: CasePlan, emit: Emit) -> None:
@@ -39,18 +39,18 @@ class Agreement:
         self._why = ""
 
     def expect(self, plan: CasePlan, names: Iterable[str]) -> None:
-        """Take up a plan; from now on these of its expectations stand."""
+        """Adopt a plan and make the named expectations binding."""
         self.plan, self.names, self.first = plan, tuple(names), plan.checks
 
     @property
     def pointers(self) -> tuple[str, ...]:
-        """Where in a case stands what only the Planner may change."""
+        """JSON Pointers to what only the Planner may change in a case."""
         if self.contract is not None:
             return self.contract.pointers
         return tuple(f"/actions/{part}/{name}" for part in FROZEN_PARTS for name in getattr(self.plan.checks, part))
 
     def breaches(self, examined: Examination) -> list[Problem]:
-        """Say where a case asks for something else than the request does."""
+        """Return a problem for each place where a case deviates from the contract."""
         assert examined.loaded is not None
         contract = self.contract or self._contract_of(examined.loaded)
         rows = contract.breaches(examined.loaded)
@@ -62,26 +62,26 @@ class Agreement:
         return [Problem(row.split(":")[0].split(" ")[0], row, rule="from-the-request") for row in dict.fromkeys(rows)]
 
     def take_down(self, examined: Examination) -> Contract:
-        """Keep what the expectations of a sound case ask for; what is other than before is put before the Critic."""
+        """Record the contract of a valid case; what differs from the previous contract is shown to the Critic."""
         assert examined.loaded is not None
         fresh, old = self._contract_of(examined.loaded), self.contract or self._replaced
         for part, rows in (old.values if old is not None else {}).items():
             for name, was in rows.items():
                 now = fresh.values[part].get(name)
-                # A measure that nothing asks for any more was not said anew.
+                # A measure that no expectation uses any more does not count as restated.
                 if not same(now, was) and (now is not None or part == "expect"):
                     self.say_restated(f"{part} `{name}` was {was}, is {now} ({self._why})")
         self.contract = fresh
         return fresh
 
     def say_restated(self, row: str) -> None:
-        """Keep, and tell, that an expectation is another one now."""
+        """Record and report a restated expectation."""
         if row not in self.restated:
             self.restated.append(row)
             self._emit("restated", what=row)
 
     def see(self, text: str) -> None:
-        """Keep the plan's numbers those of the case: later letters show the present ones."""
+        """Copy the case's parameter values into the plan, so that later prompts show current values."""
         data = revising.data_of(text)
         duration = revising.mapping(data, "scene").get("duration")
         update: dict[str, Any] = {"params": revising.mapping(data, "params")}
@@ -90,10 +90,10 @@ class Agreement:
         self.plan = self.plan.model_copy(update=update)
 
     def changed(self, text: str, decision: Decision) -> tuple[str, CasePlan]:
-        """Return what the case and the plan become by what the Planner may do by itself.
+        """Return the case and the plan after the changes that the Planner may make by itself.
 
         Raises:
-            PatchError: If its patch cannot be applied.
+            PatchError: If the patch cannot be applied.
         """
         plan, amendment = self.plan, decision.plan or PlanPatch()
         if amendment.rename:
@@ -123,7 +123,7 @@ class Agreement:
         return text, plan.model_copy(update=update)
 
     def apply(self, text: str, decision: Decision) -> str:
-        """Do what the Planner may do by itself. Returns the case."""
+        """Apply the changes that the Planner may make by itself, and return the case."""
         before = self.plan.facts
         text, self.plan = self.changed(text, decision)
         amendment = decision.plan or PlanPatch()
@@ -141,17 +141,17 @@ class Agreement:
         return text
 
     def take_back(self, earlier: "Agreement") -> None:
-        """Be again what it was when it was copied."""
+        """Restore the state of an earlier copy."""
         vars(self).update(vars(earlier))
 
     def expect_anew(self, plan: CasePlan) -> None:
-        """Take up a plan in the place of the first; what was expected stays, and more may be."""
+        """Replace the plan; binding expectations stay, and new ones are added."""
         self.first = self.first.model_copy(update={"expect": plan.checks.expect | self.first.expect})
         self.plan, self.names, self.planned_anew = plan, tuple(plan.checks.expect), True
         self._take_anew("it was planned anew")
 
     def _take_anew(self, why: str) -> None:
-        """What they ask for is taken down anew when the case is sound, and the Critic sees what was other."""
+        """Have the contract recorded again from the next valid case, with the reason for the Critic."""
         if self.contract is None and self._replaced is not None and why not in self._why:
             why = f"{self._why}; {why}"  # there was no sound case in between
         self._replaced, self.contract, self._why = self.contract or self._replaced, None, why

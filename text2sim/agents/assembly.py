@@ -1,4 +1,4 @@
-"""Assembly of a case from sections, and routing of its problems to the role that has to mend them."""
+"""Assembly of a case from sections, and routing of its problems to the role that must fix them."""
 
 import json
 import re
@@ -24,7 +24,7 @@ _OF_NAMES = frozenset(f"unknown-{what}" for what in ("attach", "body", "camera",
 
 @dataclass
 class Examination:
-    """What the checker says of a case."""
+    """Result of checking a case."""
 
     text: str
     loaded: LoadedCase | None = None
@@ -37,19 +37,19 @@ class Examination:
 
     @property
     def derived(self) -> str:
-        """Settings that the case leaves open, on one line, as far as an author may want to know them."""
+        """One line of derived settings that the case leaves open and an author may want to know."""
         rows = [note.partition(": ")[0] for note in self.notes]
         told = [row for row in rows if " = " in row and not row.startswith(("max_pairs", "tolerance"))]
         return f"derived: {'; '.join(told)}" if told else ""
 
     @property
     def ok(self) -> bool:
-        """Whether it can be run."""
+        """Whether the case can be run."""
         return not self.errors
 
 
 def examine(text: str, path: Path) -> Examination:
-    """Load, resolve and lint a case as if it stood in the file `path`."""
+    """Load, resolve and lint the text of a case as if it were read from `path`."""
     from text2sim.compiler.build import resolve_case
     from text2sim.lint import lint_case
 
@@ -70,13 +70,12 @@ def examine(text: str, path: Path) -> Examination:
 
 
 def case_text(plan: CasePlan, request: str, params: Mapping[str, Any], sections: Mapping[str, Any]) -> str:
-    """Put a case together, in the canonical form.
+    """Assemble a case in canonical form.
 
-    The Planner's measures, events and expectations come first among those of the Action Writer, and stand whatever that
-    one wrote.
+    The Planner's measures, events and expectations precede those of the Action Writer and override them.
     """
     actions = whole_actions(plan, sections.get("actions") or {})
-    # Somebody's words are no expression, whatever stands in them.
+    # `${` in the request is text, not an expression.
     prompt = " ".join(plain_text(request).split())[:2000].replace("${", "$${")
     document = {"text2sim": 2, "name": plan.name, "prompt": prompt, "params": dict(params)}
     document |= {name: sections[name] for name in SECTIONS if name != "actions" and sections.get(name)}
@@ -84,7 +83,7 @@ def case_text(plan: CasePlan, request: str, params: Mapping[str, Any], sections:
 
 
 def whole_actions(plan: CasePlan, section: Mapping[str, Any]) -> Data:
-    """Return a section of actions with the Planner's measures, events and expectations put in."""
+    """Return an actions section that includes the Planner's measures, events and expectations."""
     actions = dict(section)
     for part in FROZEN_PARTS:
         given, own = getattr(plan.checks, part), actions.get(part)
@@ -98,14 +97,14 @@ def whole_actions(plan: CasePlan, section: Mapping[str, Any]) -> Data:
 def section_faults(
     section: str, data: Any, plan: CasePlan, path: Path, prefabs: Mapping[str, Any] | None = None
 ) -> list[str]:
-    """Say what is wrong with the form of one section, while the others are not there yet.
+    """Return the faults in the form of one section while the other sections do not exist yet.
 
     Args:
-        section: Which.
-        data: What it says.
+        section: Name of the section.
+        data: Its content.
         plan: The plan.
-        path: Where the case stands.
-        prefabs: Those of the case itself, which may be used.
+        path: Path of the case file.
+        prefabs: Prefabs that the case itself defines.
     """
     document: Data = {"text2sim": 2, "name": "draft", "params": plan.params, "scene": {"duration": plan.duration}}
     if prefabs:
@@ -121,30 +120,30 @@ def section_faults(
 
 
 def owner_of(problem: Problem, frozen: Iterable[str]) -> str:
-    """Say who can mend a problem: the owner of a section, or the Planner.
+    """Return who can fix a problem: the owner of a section, or the Planner.
 
     Args:
-        problem: What is wrong.
+        problem: The problem.
         frozen: Pointers to what only the Planner may change.
     """
     steps = problem.path.split("/")
     section = steps[1] if len(steps) > 1 else ""
-    if problem.path == "/actions/expect":  # of all expectations together
+    if problem.path == "/actions/expect":  # concerns all expectations together
         return "plan"
-    # An entry with `repeat` is told of by its numbers.
+    # Problems name a repeated entry by its numbered copies.
     if any(re.fullmatch(rf"{re.escape(pointer)}(_\d+)?(/.*)?", problem.path) for pointer in frozen):
         return "plan"
     return section if section in SECTIONS else "plan"
 
 
 def said(problem: Problem) -> str:
-    """Return a problem as it is said to a model: where, what, the nearest right word, and the rule."""
+    """Format a problem for a model: place, message, nearest valid word, and rule."""
     hint = f"; did you mean `{problem.hint}`?" if problem.hint else ""
     return f"{problem.path or 'the case'}: {problem.message}{hint} [{problem.rule}]"
 
 
 def names_in(data: Mapping[str, Any], without: str = "") -> str:
-    """Say which names there are in a case, leaving one section out: what its owner may refer to."""
+    """List the names that the owner of one section may refer to: those of all other sections."""
     rows = []
     scene = data.get("scene") if isinstance(data.get("scene"), dict) else {}
     if without != "scene":

@@ -1,4 +1,4 @@
-"""Asset agents: mechanisms and shapes that are worth an expert of their own, made before the bodies are written."""
+"""Asset agents: specialists that make mechanisms and shapes before the bodies are written."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -20,14 +20,14 @@ MECHANISMS = ("articulated", "chain", "rope", "ragdoll", "net")
 
 
 class MechanismAnswer(Answer):
-    """A body, and what can be commanded on it."""
+    """A mechanism: a body and the controls that it offers."""
 
     body: dict[str, Any]
     controls: Lines = []
 
 
 class MeshWish(Answer):
-    """What a text-to-3D service is asked for."""
+    """Request to a text-to-3D service."""
 
     prompt: Annotated[str, StringConstraints(min_length=3, max_length=600)]
     size: Annotated[float, Field(gt=0, le=100)]
@@ -35,7 +35,7 @@ class MeshWish(Answer):
 
 
 class ShapeAnswer(Answer):
-    """A shape, or the wish for a mesh."""
+    """A shape, or a request for a generated mesh."""
 
     shape: dict[str, Any] | None = None
     generate: MeshWish | None = None
@@ -44,7 +44,7 @@ class ShapeAnswer(Answer):
 
 @dataclass
 class Supplies:
-    """What asset agents have made."""
+    """Output of the asset agents."""
 
     bodies: dict[str, dict[str, Any]] = field(default_factory=dict)
     """Whole bodies, which are put into the case as they are."""
@@ -56,11 +56,11 @@ def supply(desk: Conversation, asset: Asset, plan: CasePlan, request: Request, c
     """Have one asset made.
 
     Args:
-        desk: Where the agents are asked.
-        asset: What is wanted.
+        desk: The conversation with the models.
+        asset: The asset that the plan asks for.
         plan: The plan.
-        request: What the user wants.
-        case: The case's folder.
+        request: The user's request.
+        case: The case folder.
     """
     maker = _mechanism if asset.kind == "mechanism" else _shape
     return maker(desk, asset, plan, request, case)
@@ -102,7 +102,7 @@ def _shape(desk: Conversation, asset: Asset, plan: CasePlan, request: Request, c
         if answer.shape.get("kind") not in takes:
             got = f"`{answer.shape.get('kind')}` is no shape of a {kind} body"
             raise Wrong([f"/shape/kind: {got}, which takes {', '.join(takes)}"])
-        # A static is tried as a body that does not move; what deforms, as it is: its mesh has to be closed.
+        # A static is tried as a fixed body; a deformable one as it is, because its mesh has to be watertight.
         body = {"kind": "rigid" if kind not in language.body_kinds() else kind, "shape": answer.shape}
         if wrong := tried(asset.body, body, plan, case, asset.what).faults:
             raise Wrong(wrong)
@@ -131,7 +131,7 @@ def _text_to_3d() -> bool:
 
 
 def _generated(name: str, wish: MeshWish, case: Path) -> dict[str, Any]:
-    """Have Meshy make a mesh, mend it, and register it in the case's manifest."""
+    """Generate a mesh with Meshy, repair it, and register it in the case's manifest."""
     import os
 
     from text2sim.asset_intake.register import generate
@@ -156,7 +156,7 @@ def _question(asset: Asset, plan: CasePlan, request: Request, receiver: str = ""
 
 
 def merged(parts: Sequence[Supplies]) -> Supplies:
-    """Put together what several agents have made."""
+    """Merge the output of several agents."""
     whole = Supplies()
     for part in parts:
         whole.bodies |= part.bodies

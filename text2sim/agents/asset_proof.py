@@ -1,4 +1,4 @@
-"""Trials of what asset agents have written, before anybody uses it: resolved, drawn, moved, and registered."""
+"""Trials of bodies from asset agents before they are used: resolve, draw, move, and register them."""
 
 import json
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ PLACING = ("place", "pose", "repeat")
 
 @dataclass(frozen=True)
 class Proof:
-    """What came of trying something."""
+    """Result of a trial."""
 
     faults: tuple[str, ...] = ()
     """What is wrong, for its author."""
@@ -28,14 +28,14 @@ class Proof:
 
 
 def tried(name: str, body: dict[str, Any], plan: CasePlan, case: Path, prompt: str) -> Proof:
-    """Try a body by itself, and put it into the manifest if it is sound; what was tried before is not tried again.
+    """Try a body by itself and register it in the manifest if it is valid; a body tried before is not tried again.
 
     Args:
-        name: Its name in the plan.
-        body: As a case has it; where it stands is not looked at.
-        plan: The plan, for the parameters.
-        case: The case's folder.
-        prompt: What was asked for.
+        name: Name of the body in the plan.
+        body: The body as written in a case; its pose is ignored.
+        plan: The plan, which defines the parameters.
+        case: The case folder.
+        prompt: Text that the agent was given.
     """
     alone = {key: row for key, row in body.items() if key not in PLACING}
     alone |= {} if body.get("kind") is None else {"pose": {"pos": [0, 0, 2]}}
@@ -70,7 +70,7 @@ def _document(name: str, body: dict[str, Any], plan: CasePlan) -> dict[str, Any]
 
 
 def _drawn(name: str, loaded: Any, case: Path) -> str | None:
-    """Keep a picture of it; return why there can be none."""
+    """Save a picture of the case; return the reason if there can be none."""
     from text2sim.compiler.build import resolve_case
     from text2sim.drawing.portrait import portrait
 
@@ -85,7 +85,7 @@ def _drawn(name: str, loaded: Any, case: Path) -> str | None:
 
 
 def _moved(body: dict[str, Any], case: Path) -> Proof:
-    """Move the joints that have motors; say which do not answer."""
+    """Drive the motorised joints, and report those that do not respond."""
     from text2sim.asset_intake.mechanism_check import check_mechanism
     from text2sim.asset_intake.probe import probe
 

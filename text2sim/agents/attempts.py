@@ -1,4 +1,4 @@
-"""Attempts: each a folder with its case, what it showed, and what was thought of it."""
+"""Attempts of a loop: each a folder with the case, its evidence and its judgement."""
 
 import json
 import re
@@ -62,12 +62,12 @@ class Attempt:
     """What the program found out about requirements."""
 
     def missed(self, names: Sequence[str]) -> tuple[str, ...]:
-        """Expectations of these that did not come true."""
+        """Those of the named expectations that failed."""
         known = {one: name for name in names for one in numbered(name, self.expect)}
         return tuple(dict.fromkeys(known[one] for one in known if self.expect.get(one, {}).get("ok") is not True))
 
     def rank(self, names: Sequence[str]) -> tuple[Any, ...]:
-        """How good it is; larger is better."""
+        """Sort key of an attempt's quality; larger is better."""
         verdict = (self.critique or {}).get("verdict") == "pass"
         kept = len(names) - len(self.missed(names))
         return (
@@ -84,7 +84,7 @@ class Attempts:
     """The folder of attempts of a case.
 
     Args:
-        case: The case's folder.
+        case: The case folder.
     """
 
     def __init__(self, case: Path) -> None:
@@ -97,7 +97,7 @@ class Attempts:
         return self.folder / f"{number:02}"
 
     def keep(self, attempt: Attempt) -> None:
-        """Write down what is known of an attempt."""
+        """Write an attempt's files."""
         self._told_before(attempt.number)
         folder = self.of(attempt.number)
         folder.mkdir(parents=True, exist_ok=True)
@@ -108,11 +108,11 @@ class Attempts:
         )
 
     def minutes_left(self, attempt: Attempt, now: float | None) -> float | None:
-        """Return the minutes that are left, and keep them: a loop that goes on tells what it told.
+        """Return the minutes left, and record them, so that a resumed loop sends the same prompt.
 
         Args:
-            attempt: About which the Planner is asked.
-            now: The minutes that are left by the clock.
+            attempt: The attempt that the Planner is asked about.
+            now: Minutes left by the clock; None without a limit.
         """
         told, count = self._told_before(attempt.number), len(attempt.minutes_left)
         attempt.minutes_left.append(told[count] if count < len(told) else now)
@@ -129,7 +129,7 @@ class Attempts:
         return self._minutes[number]
 
     def recall(self, attempt: Attempt) -> bool:
-        """Take over what an earlier process found out by running the same text; return whether there was anything."""
+        """Restore the results of an earlier run of the same text; return whether there were any."""
         folder = self.of(attempt.number)
         try:
             data = json.loads((folder / "attempt.json").read_text("utf-8"))
@@ -157,18 +157,18 @@ class Attempts:
         timeout: float,
         on_progress: Callable[[Any], None],
     ) -> None:
-        """Simulate an attempt and put down what it shows.
+        """Simulate an attempt and record its evidence.
 
         Args:
-            attempt: What is run; it learns how that ended.
-            examined: The same, checked.
-            given: Expectations that come from the request.
-            timeout: Wall time [s] that the simulation may take.
-            on_progress: Told how far it has come.
+            attempt: The attempt; updated with the result.
+            examined: Its checked case.
+            given: Names of the expectations that come from the request.
+            timeout: Longest wall time of the simulation [s].
+            on_progress: Callback for the simulation's progress.
 
         Raises:
-            MachineError: If this machine cannot run it.
-            KeyboardInterrupt: If somebody stopped it.
+            MachineError: If this machine cannot run the simulation.
+            KeyboardInterrupt: If the user stopped it.
         """
         from text2sim.harness.run import run_case
 
@@ -208,11 +208,11 @@ class Attempts:
         self.keep(attempt)
 
     def refilm(self, loaded: LoadedCase) -> None:
-        """Bring the run of a case up to date that is only shown in another way.
+        """Update the run of a case whose `render` section or looks alone have changed.
 
         Raises:
-            RunError: If it would have to be simulated again.
-            KeyboardInterrupt: If somebody stopped it.
+            RunError: If the case would have to be simulated again.
+            KeyboardInterrupt: If the user stopped it.
         """
         from text2sim.compiler.build import plan_case
         from text2sim.harness.run import run_case
@@ -220,27 +220,27 @@ class Attempts:
         runs, plan = self.case / "runs", plan_case(loaded)
         if not (runs / f"{loaded.case.name}-{plan.sim_digest[:10]}" / "states").is_dir():
             raise RunError("with this film the case would have to be simulated again")
-        if run_case(loaded, runs=runs).stopped:  # the preview that lay there is of another camera
+        if run_case(loaded, runs=runs).stopped:  # the existing preview shows the previous camera
             raise KeyboardInterrupt
 
     def look_up(self, attempt: Attempt, plan: CasePlan, loaded: LoadedCase) -> None:
-        """Compute the facts that a plan binds to requirements; those about causes come from `compare`."""
+        """Compute the facts that the plan binds to requirements, except those about causes (see `compare`)."""
         about_causes = [row for row in attempt.facts if row["told"].startswith("without ")]
         attempt.facts = [*kept(found(plan.facts, loaded, self.case / attempt.run)), *about_causes]
         self.keep(attempt)
 
     def compare(self, attempt: Attempt, plan: CasePlan, timeout: float, on_progress: Callable[[Any], None]) -> None:
-        """Run an attempt in which all came true without each of its causes, and add to its evidence what that did.
+        """Rerun a successful attempt without each of its causes, and add the effects to its evidence.
 
         Raises:
-            KeyboardInterrupt: If somebody stopped one of these runs.
+            KeyboardInterrupt: If the user stopped one of these runs.
         """
         from text2sim.harness.run import run_case
 
         def simulate(loaded: Any) -> tuple[str, Found]:
             result = run_case(loaded, runs=self.case / "runs", timeout=timeout, on_progress=on_progress, film=False)
             if result.stopped:
-                raise KeyboardInterrupt  # before anything of it is kept
+                raise KeyboardInterrupt  # before any of it is stored
             return result.state, result.expectations
 
         if plan.causes and TITLE not in attempt.evidence:
@@ -251,7 +251,7 @@ class Attempts:
             self.keep(attempt)
 
     def _pictures(self, attempt: Attempt, run: Path) -> tuple[list[str], int, str]:
-        """Make the sheet of numbered pictures that the Critic sees; say how many there are, and what to know."""
+        """Make the sheet of numbered frames for the Critic; return its file name, the number of frames, and a note."""
         sheet, count, told = frame_sheet(run)
         if sheet is None:
             return [], 0, ""
@@ -262,16 +262,16 @@ class Attempts:
         return ["frames.png"], count, told
 
     def publish(self, attempt: Attempt) -> None:
-        """Make an attempt the case."""
+        """Copy an attempt's case to `case.yaml`."""
         self.case.mkdir(parents=True, exist_ok=True)
         write_atomically(self.case / "case.yaml", attempt.text)
 
 
 def copy_input(file: Path, folder: Path) -> Path:
-    """Copy a file that came with a request into a folder of the case, under a plain name; return where it lies.
+    """Copy an input file of a request into a folder of the case under a safe name, and return its new path.
 
     Raises:
-        RunError: If it is too large, or another file has its name.
+        RunError: If the file is too large, or another file has its name.
     """
     if file.stat().st_size > LARGEST_INPUT:
         raise RunError(f"{file}: larger than {LARGEST_INPUT / 1e6:g} MB")
@@ -285,7 +285,7 @@ def copy_input(file: Path, folder: Path) -> Path:
 
 
 def changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
-    """Say which expectations turned."""
+    """Describe the expectations whose result changed."""
     rows = []
     for name, row in after.items():
         was = before.get(name, {}).get("ok")

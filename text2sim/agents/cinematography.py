@@ -1,8 +1,8 @@
-"""After the physics is accepted: a few ways to film it, judged by their pictures alone. Nothing is simulated here.
+"""Cinematography of an accepted case: several treatments are filmed and judged by their stills. Nothing is simulated.
 
-A treatment is a patch on `render` and on looks (`restyling.py`). Its film is judged by path-traced stills at the start,
-at events and at the end, by somebody who sees the request and these, and nothing else. The best goes on, with what the
-judge said of all of them, until it is good enough or the rounds are over.
+A treatment is a patch on `render` and on looks (`restyling.py`). A judge sees the request and path-traced stills of the
+start, the events and the end, and nothing else. The best treatment is refined with the judge's remarks on all of them
+until it is good enough or the rounds are used up.
 """
 
 import io
@@ -49,7 +49,7 @@ Score = Annotated[float, Field(ge=0, le=100)]
 
 
 class Treatment(Answer):
-    """One way to show what was simulated."""
+    """One way to film a simulated case."""
 
     name: Name
     why: Line = ""
@@ -58,13 +58,13 @@ class Treatment(Answer):
 
 
 class Treatments(Answer):
-    """What a Render Writer proposes."""
+    """Proposals of the Render Writer."""
 
     treatments: Annotated[list[Treatment], Field(min_length=1, max_length=3)]
 
 
 class Marks(Answer):
-    """What a visual judge says of a film."""
+    """Marks of a visual judge for a film."""
 
     seen: Line
     content: Score
@@ -76,7 +76,7 @@ class Marks(Answer):
 
     @property
     def total(self) -> float:
-        """The mark, 0 to 100."""
+        """Total mark, 0 to 100."""
         return round(sum(weight * getattr(self, name) for name, weight in WEIGHTS.items()), 1)
 
 
@@ -96,11 +96,11 @@ class Cinematography:
     """The pass over one accepted case.
 
     Args:
-        desk: Where roles are asked.
-        request: What was wanted, in words.
-        path: Where the case stands.
-        run: Folder of its run.
-        emit: Told what happens.
+        desk: The conversation with the models.
+        request: Text of the request.
+        path: Path of the case file.
+        run: The run folder.
+        emit: Callback for journal events.
     """
 
     def __init__(self, desk: Conversation, request: str, path: Path, run: Path, emit: Emit) -> None:
@@ -108,15 +108,15 @@ class Cinematography:
         self._tried: list[FilmedTreatment] = []
 
     def best(self, text: str) -> FilmedTreatment | None:
-        """Return the best treatment of a case; None if nobody can judge pictures.
+        """Return the best treatment of a case; None if no model of the judge's role can see pictures.
 
         Args:
-            text: The accepted case. If its film is good enough as it is, nothing else is asked.
+            text: The accepted case. If its film is already good enough, no treatments are requested.
 
         Raises:
-            RoleFailed, BudgetSpent, ModelError: As `Conversation.ask`, before anything was judged.
+            RoleFailed, BudgetSpent, ModelError: As `Conversation.ask`, if it happens before the first judgement.
             RunError, MachineError: If stills of the case as it is cannot be traced.
-            StoppedError: If somebody stopped it.
+            StoppedError: If the user stopped it.
         """
         if not self._desk.vision("viewer"):
             return None
@@ -130,7 +130,7 @@ class Cinematography:
                         self._tried.append(self._judged(name, tried, sheet))
         except StoppedError:
             raise
-        except Text2SimError as error:  # what was judged before counts
+        except Text2SimError as error:  # earlier judgements count
             self._emit("treatments_failed", why=str(error))
         return self._best()
 
@@ -140,13 +140,13 @@ class Cinematography:
     # --- proposals ------------------------------------------------------------------------------------------------
 
     def _proposed(self, best: FilmedTreatment, *, first: bool) -> dict[str, str]:
-        """Return texts of the case by the name of the treatment."""
+        """Return the text of the case for each treatment, by its name."""
         found: dict[str, str] = {}
         if first and (text := self._suggested(best.text)) is not None:
             found["suggested"] = text
         try:
             found |= self._written(best, PROPOSED if first else 1)
-        except RoleFailed as failed:  # what there is goes on without it
+        except RoleFailed as failed:  # go on with the treatments at hand
             self._emit("treatments_failed", why=str(failed))
         return found
 
@@ -176,7 +176,7 @@ class Cinematography:
                 except (PatchError, TouchesPhysics) as error:
                     wrong.append(f"/treatments/{number}: {error}")
             if wrong and not texts:
-                raise Wrong(wrong)  # one that can be used is worth more than another letter
+                raise Wrong(wrong)  # one usable treatment is enough: asking again costs more
 
         many = f"{count} treatments" if count > 1 else "one treatment"
         system = system_prompt(
@@ -206,7 +206,7 @@ class Cinematography:
         return stills(self._run, load_text(text, self._path))
 
     def _sheet_or_none(self, name: str, text: str) -> tuple[bytes, int] | None:
-        """Stills of a treatment; None if they cannot be traced: the others can."""
+        """Stills of a treatment and their number; None if they cannot be traced."""
         try:
             return self._sheet(text)
         except Text2SimError as error:
@@ -227,17 +227,17 @@ class Cinematography:
 def styled(
     cinematography: Cinematography, text: str, refilm: Callable[[LoadedCase], None], path: Path, emit: Emit
 ) -> str:
-    """Return a case as it is best shown; as it is if nothing better came of it.
+    """Return the case with its best treatment, or unchanged if there is no better one.
 
     Args:
         cinematography: The pass.
         text: The accepted case.
-        refilm: Brings the run up to date with another film.
-        path: Where the case stands.
-        emit: Told what happens.
+        refilm: Renders the run again with another film.
+        path: Path of the case file.
+        emit: Callback for journal events.
 
     Raises:
-        StoppedError: If somebody stopped it.
+        StoppedError: If the user stopped it.
     """
     try:
         best = cinematography.best(text)
@@ -246,9 +246,9 @@ def styled(
     except StoppedError:
         raise
     except Text2SimError as error:
-        emit("not_styled", why=str(error))  # the physics is accepted, whoever could not film it
+        emit("not_styled", why=str(error))  # the physics stays accepted even if filming fails
         return text
-    except Exception as error:  # noqa: BLE001 - nor is it lost for an error of ours
+    except Exception as error:  # noqa: BLE001 - not even our own errors may lose it
         emit("not_styled", why=told(error))
         return text
     if best is None:
@@ -259,11 +259,11 @@ def styled(
 
 
 def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
-    """Return path-traced stills of a run's main film on one sheet, PNG, and how many they are.
+    """Return path-traced stills of a run's main film on one PNG sheet, and their number.
 
     Args:
-        run: Its folder.
-        loaded: The case, which says how it is filmed.
+        run: The run folder.
+        loaded: The case, whose `render` section defines the film.
     """
     from PIL import Image as Pictures
 
@@ -293,7 +293,7 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
 
 
 def recorded_text(recording: Any) -> str:
-    """Say what was recorded: when events came, how it is lit, and where bodies are at the start and at the end."""
+    """Describe a recording: times of events, lights, and bounding boxes of bodies at the start and at the end."""
     first: dict[str, float] = {}
     for row in read_events(recording.folder):
         if row["name"]:
@@ -308,7 +308,7 @@ def recorded_text(recording: Any) -> str:
 
 
 def _light_row(name: str, light: Mapping[str, Any]) -> str:
-    """Say where a light stands, and how bright it is."""
+    """Describe a light's position and brightness."""
     row = f"- light `{name}`: {light['kind']}, strength {light['strength']:.3g}"
     if (way := light.get("direction")) is None:
         return row
@@ -317,7 +317,7 @@ def _light_row(name: str, light: Mapping[str, Any]) -> str:
 
 
 def _box(points: Any) -> str:
-    """From corner to corner, x, y, z [m]."""
+    """Bounding box of points, from corner to corner: x, y, z [m]."""
     import numpy as np
 
     known = points[np.isfinite(points).all(axis=1)]
@@ -335,7 +335,7 @@ def _recording(run: Path, loaded: LoadedCase) -> Any:
 
 
 def _shown(text: str) -> dict[str, Any]:
-    """What of a case says how it is shown."""
+    """The parts of a case that define how it is shown."""
     data = data_of(text)
     scene = data.get("scene") or {}
     looks = {name: _looks(body) for name, body in (data.get("bodies") or {}).items()}
@@ -344,7 +344,7 @@ def _shown(text: str) -> dict[str, Any]:
 
 
 def _looks(value: Any) -> Any:
-    """A body without all but its looks, at their places."""
+    """The looks within a body, at their places; everything else is dropped."""
     if not isinstance(value, Mapping):
         return {}
     inner = {key: _looks(row) for key, row in value.items() if isinstance(row, Mapping) and key != "look"}

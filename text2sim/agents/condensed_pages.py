@@ -1,6 +1,6 @@
-"""The pages of the language in few words: what `docs/language.md` says, without its tables.
+"""Condensed pages of the language reference: the content of `docs/language.md` without its tables.
 
-Both are made from the models, so that neither can say other than the checker does.
+Both are generated from the models, so neither can disagree with the checker.
 """
 
 import re
@@ -29,17 +29,17 @@ _FORMS = {"region": " of what deforms: a part of it, as `{edge: left}`, `{corner
 
 
 def plain(text: str) -> str:
-    """Return Markdown without what only a browser needs."""
+    """Strip from Markdown what only a browser needs."""
     return _RULE.sub("", _LINK.sub(r"\1", text))
 
 
 def section_brief(section: Section, only: Collection[str] | None = None, *, intro: bool = True) -> str:
-    """Return a page in few words.
+    """Return a condensed page.
 
     Args:
-        section: Which.
-        only: Kinds, or names of models, that are described; the other kinds are only named. All, if left out.
-        intro: Whether to say what the page begins with.
+        section: Section of the language.
+        only: Kinds or model names to describe; other kinds are only named. Default: all.
+        intro: Whether to include the page's introduction.
     """
     lines = [f"## {section.title}"]
     if intro and section.intro:
@@ -60,7 +60,7 @@ def section_brief(section: Section, only: Collection[str] | None = None, *, intr
 
 
 def kinds_line_by_line(section: Section) -> str:
-    """Return a page with a line for each kind, and an example (of what deforms, that alone): enough to use most."""
+    """Return a page with a line and an example for each kind; deformable kinds have the example only."""
     examples = load_examples().get(section.examples, {})
     lines = [f"## {section.title}", plain(section.intro).strip(), "Written `NAME: {kind: KIND, …}`:"]
     models = section_kinds(section.models)
@@ -72,7 +72,7 @@ def kinds_line_by_line(section: Section) -> str:
         if names:
             lines.append(f"{', '.join(having) if len(having) < len(models) else f'every {section.noun}'}: {names}")
     for kind, model in models.items():
-        # Of an example what the kind asks for: `{of: ball, axis: z}`.
+        # The fields of the example without its kind: `{of: ball, axis: z}`.
         text = " ".join(examples.get(kind, "").strip().partition("}\n")[0].split()).partition(": ")[2]
         text = text.replace(f"kind: {kind}, ", "").replace(f"kind: {kind}", "")
         text += "}" * (text.count("{") - text.count("}"))
@@ -89,7 +89,7 @@ def kinds_line_by_line(section: Section) -> str:
 
 
 def kinds_brief(section: Section, told: Collection[str]) -> list[str]:
-    """Return what some kinds of a page are, and which fields they have: those that several have, once."""
+    """Describe some kinds of a page and their fields; shared fields are listed once."""
     kinds = {kind: model for kind, model in section_kinds(section.models).items() if kind in told}
     everybody = list(section_kinds(section.models).values())
     shared = shared_bases(everybody)
@@ -110,7 +110,7 @@ def kinds_brief(section: Section, told: Collection[str]) -> list[str]:
 
 
 def fields_named(section: Section, words: Collection[str]) -> list[str]:
-    """Return the rows of those fields of a page's models that go by one of some words."""
+    """Return the rows of the fields of a page's models whose names are among some words."""
     models = section.models if isinstance(section.models, tuple) else ()
     found = [(model.__name__, _fields(model, (), words)) for model in models]
     return [row for name, rows in found if rows for row in (f"{name}:", *rows)]
@@ -119,7 +119,7 @@ def fields_named(section: Section, words: Collection[str]) -> list[str]:
 def _fields(
     model: type[BaseModel], without: Iterable[type[BaseModel]], only: Collection[str] | None = None
 ) -> list[str]:
-    """A row for each field; `*` marks those that are required."""
+    """One row per field; `*` marks required ones."""
     rows = []
     for key, takes, default, doc in field_rows(model, list(without)):
         if only is not None and key not in only:
@@ -134,6 +134,6 @@ def _fields(
 
 
 def _example(text: str) -> str:
-    """An example: on the line, if it is one."""
+    """An example, inline if it is a single line."""
     text = text.strip("\n")
     return f"  e.g. `{text}`" if "\n" not in text else f"```yaml\n{text}\n```"

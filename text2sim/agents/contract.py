@@ -1,6 +1,6 @@
-"""Contract of a request: what it asks for, in the language, before anything is built; it cannot be made easier.
+"""Contract of a request: its expectations in the language, fixed before anything is built; they cannot be weakened.
 
-Compared are values, not texts: a parameter that makes a bound easier is as much a change as another bound.
+Values are compared, not texts: a parameter that relaxes a bound is as much a change as another bound.
 """
 
 import re
@@ -19,7 +19,7 @@ SLACK = 0.5
 
 @dataclass(frozen=True)
 class Contract:
-    """Expectations, with all that they are about."""
+    """Expectations, with the measures, events and bodies that they depend on."""
 
     names: tuple[str, ...]
     """The expectations."""
@@ -30,17 +30,17 @@ class Contract:
 
     @property
     def pointers(self) -> tuple[str, ...]:
-        """Where in a case they stand."""
+        """JSON Pointers to the contract's entries in a case."""
         return tuple(f"/actions/{part}/{name}" for part in PARTS for name in self.values[part])
 
     @classmethod
     def of(cls, loaded: LoadedCase, names: Iterable[str], planned: Iterable[str] = ()) -> "Contract":
-        """Take down what a case says under these names, and what that leads to.
+        """Extract the named expectations of a case and everything that they depend on.
 
         Args:
             loaded: The case.
-            names: Expectations.
-            planned: Bodies that the plan calls dynamic, whatever the case has made of them.
+            names: Names of expectations.
+            planned: Names of bodies that the plan calls dynamic, whatever they are in the case.
         """
         actions = loaded.data.get("actions") or {}
         names = [one for name in names for one in numbered(name, actions.get("expect") or {})]
@@ -65,7 +65,7 @@ class Contract:
         return cls(tuple(names), values, frozenset(dynamic | (named & set(planned))))
 
     def breaches(self, loaded: LoadedCase) -> list[str]:
-        """Say in which points another version of the case asks for something else."""
+        """Describe each point in which another version of the case breaks the contract."""
         actions = loaded.data.get("actions") or {}
         found = [
             f"/actions/expect/{name} comes from the request and must stay"
@@ -89,11 +89,11 @@ class Contract:
 
 
 def numbered(name: str, known: Iterable[str]) -> list[str]:
-    """Return what an entry is called in a case where entries with `repeat` stand for themselves: by its numbers.
+    """Return the names of an entry's copies in a case whose `repeat` entries are expanded.
 
     Args:
-        name: As it is written.
-        known: The entries of the case.
+        name: Name as written.
+        known: Names of the case's expanded entries.
     """
     known = list(known)
     if name in known:
@@ -102,11 +102,11 @@ def numbered(name: str, known: Iterable[str]) -> list[str]:
 
 
 def weakened(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
-    """Say what a restatement of expectations must not do, as far as that can be told without judgement.
+    """Describe how a restatement weakens expectations, as far as that can be decided mechanically.
 
     Args:
-        old: The expectations as they were first put, by name.
-        new: Those that are to take their place.
+        old: The original expectations, by name.
+        new: Their replacements, by name.
     """
     found = []
     for name, row in new.items():
@@ -134,7 +134,7 @@ def _bounds(row: Mapping[str, Any]) -> set[str]:
 
 
 def _words(value: Any) -> list[str]:
-    """Every text in a value."""
+    """All strings in a nested value."""
     if isinstance(value, str):
         return [value]
     if isinstance(value, dict):

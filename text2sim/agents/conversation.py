@@ -1,4 +1,4 @@
-"""The one loop that asks: call a model, read its answer into a type, send back what is wrong, a few times."""
+"""Conversation with models: call a model, parse its answer into a type, return faults to it, a few times."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -33,7 +33,7 @@ class Wrong(Exception):
     """An answer that cannot be used.
 
     Attributes:
-        reasons: What is wrong with it, for its author.
+        reasons: Its faults, worded for the model that wrote it.
     """
 
     def __init__(self, reasons: Sequence[str]) -> None:
@@ -42,7 +42,7 @@ class Wrong(Exception):
 
 
 class RoleFailed(RunError):
-    """A role that could not answer in a usable way."""
+    """Error: a role gave no usable answer."""
 
     def __init__(self, role: str, reasons: Sequence[str]) -> None:
         self.role, self.reasons = role, list(reasons)
@@ -50,19 +50,19 @@ class RoleFailed(RunError):
 
 
 class BudgetSpent(RunError):
-    """Nothing more may be asked."""
+    """Error: the budget is used up."""
 
 
 class Conversation:
-    """Where questions are put: which model answers for which role, what was asked before, and what it all cost.
+    """Questions to models: the endpoint of each role, the log of earlier calls, and their cost.
 
     Args:
-        endpoints: By role; the entry "" answers for the rest.
-        log: Finished calls, which are never paid for twice.
-        account: What calls cost.
-        budget: What they may cost.
-        emit: Told what happens.
-        stop: Whether somebody wants it to end.
+        endpoints: Endpoint by role; the entry "" serves all other roles.
+        log: Finished calls, which are never made twice.
+        account: Tokens and cost of the calls.
+        budget: Their bounds.
+        emit: Callback for journal events.
+        stop: Polled; returns whether to give up.
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class Conversation:
         """The attempt that calls are counted for."""
 
     def vision(self, role: str) -> bool:
-        """Whether whoever answers for a role can see pictures."""
+        """Whether the endpoint of a role accepts images."""
         return self._endpoint(role).vision
 
     def ask(
@@ -95,21 +95,21 @@ class Conversation:
         rounds: int = ROUNDS,
         more: Callable[[list[str]], str] | None = None,
     ) -> T:
-        """Put a question to a role.
+        """Ask a role a question, and return its parsed answer.
 
         Args:
-            role: Who is asked.
-            system: What it is told about itself.
-            question: The question.
-            read: Makes something of the data of the answer; raises `Wrong` with what its author has to mend.
-            images: Pictures that go with the question.
-            rounds: Answers it may give.
-            more: Returns pages for names; with it the role may answer `read: [name, …]` first, and the pages come as a
-                message of their own, after what was said before.
+            role: Name of the role.
+            system: System prompt.
+            question: User prompt.
+            read: Parses the data of an answer; raises `Wrong` with the faults that the model has to fix.
+            images: Images that accompany the question.
+            rounds: Largest number of answers.
+            more: Returns pages by name. With it, the role may first answer `read: [name, …]`; the pages follow in the
+                next message.
 
         Raises:
-            RoleFailed: If no answer could be used.
-            BudgetSpent: If nothing more may be spent.
+            RoleFailed: If no answer is usable.
+            BudgetSpent: If the budget is used up.
             ModelError: If the model cannot be reached.
         """
         messages = [Message("system", system), Message("user", question, tuple(images))]
@@ -134,10 +134,10 @@ class Conversation:
         raise RoleFailed(role, reasons)
 
     def reply(self, role: str, messages: Sequence[Message]) -> str:
-        """Return what a role replies to messages, as it is.
+        """Return a role's raw reply to messages.
 
         Raises:
-            BudgetSpent: If nothing more may be spent.
+            BudgetSpent: If the budget is used up.
             ModelError: If the model cannot be reached.
         """
         if (spent := self._budget.exceeded(self.account)) is not None:
@@ -160,11 +160,11 @@ class Conversation:
 
 
 def typed(model: type[BaseModel], check: Callable[[Any], None] | None = None) -> Callable[[Any], Any]:
-    """Return a reader of answers of a type.
+    """Return a parser of answers of one type, for `Conversation.ask`.
 
     Args:
-        model: The type.
-        check: Raises `Wrong` if there is more to say against an answer of it.
+        model: The type of the answer.
+        check: Further check of a parsed answer; raises `Wrong`.
     """
 
     def read(data: Any) -> Any:
@@ -183,7 +183,7 @@ NOW = "\n\nNow answer the question above."
 
 
 def _wanted(data: Any) -> list[str]:
-    """What an answer asks to read; nothing if it is another one."""
+    """Names of the pages that an answer asks for; empty for any other answer."""
     names = data.get("read") if isinstance(data, dict) and len(data) == 1 else None
     if isinstance(names, str):
         names = [names]
@@ -191,7 +191,7 @@ def _wanted(data: Any) -> list[str]:
 
 
 def _echo(reply: str) -> str:
-    """What of a refused answer is sent back: a hostile one must not be paid for three times in full."""
+    """The part of a rejected answer that is sent back: bounded, so that a huge one is not paid for three times."""
     return reply if len(reply) <= ECHO else f"{reply[: ECHO // 2]}\n[…]\n{reply[-ECHO // 2 :]}"
 
 
@@ -206,7 +206,7 @@ def _said(error: ValidationError, model: type[BaseModel]) -> list[str]:
 
 
 def _unknown_field(name: str, model: type[BaseModel], way: Sequence[Any]) -> str:
-    """Say that a form has no such field, which it has, and which is meant."""
+    """Error message for an unknown field: the fields that exist, and the nearest one."""
     for step in way:
         inner = model.model_fields.get(str(step))
         found = _models_in(inner.annotation) if inner is not None else []

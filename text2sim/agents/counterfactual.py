@@ -1,4 +1,4 @@
-"""The same case without a cause: what it is said to bring about must not come about then."""
+"""Counterfactual runs: the case without a claimed cause, in which its effect must not occur."""
 
 import copy
 import json
@@ -25,7 +25,7 @@ Found = Mapping[str, Mapping[str, Any]]
 
 
 def without(case: Data, names: Collection[str]) -> Data:
-    """Return a case without some bodies, statics and controls, without all that refers to them, and without a film."""
+    """Return a case without a film, and without some bodies, statics and controls and all references to them."""
     left = {key: row for key, row in copy.deepcopy(case).items() if key not in ("render", "variants", "sweeps")}
     scene, actions = left.get("scene") or {}, left.get("actions") or {}
     for rows in (left.get("bodies") or {}, scene.get("statics") or {}, actions.get("controls") or {}):
@@ -42,7 +42,7 @@ def without(case: Data, names: Collection[str]) -> Data:
 
 
 def _refers(row: Any, names: Collection[str]) -> bool:
-    """Whether something, its kind apart, names one of these."""
+    """Whether an entry refers to one of these names, in any field but its kind."""
     if isinstance(row, str):
         return row.split("[")[0].split(".")[0] in names
     if isinstance(row, Mapping):
@@ -51,13 +51,13 @@ def _refers(row: Any, names: Collection[str]) -> bool:
 
 
 def compared(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tuple[str, Found]]) -> list[Fact]:
-    """Run a case once more without each cause that the plan names, and say what that did.
+    """Run a case once without each cause that the plan names, and compare.
 
     Args:
-        plan: The plan; `causes` names bodies and controls by requirement, `meets` the expectations that tell of it.
-        text: The case, in which all that is expected comes true.
-        path: Where it stands.
-        simulate: Runs a loaded case; returns how that ended and what became of its expectations, by name.
+        plan: The plan; by requirement, `causes` names bodies and controls, `meets` the expectations of the effect.
+        text: The case, in which all expectations hold.
+        path: Path of the case file.
+        simulate: Runs a loaded case; returns its final status and the results of its expectations, by name.
 
     Returns:
         A fact for each effect; none if the plan names no cause.
@@ -68,7 +68,7 @@ def compared(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tu
         case = without(revising.data_of(text), causes)
         examined = examine(format_text(json.dumps(case, ensure_ascii=False)), path)
         expected = (case.get("actions") or {}).get("expect") or {}
-        # What has to stay as it is stays so without any cause.
+        # What must not change needs no cause.
         effects = [name for name in plan.meets.get(requirement, ()) if name in expected and name not in plan.keeps]
         if not effects:
             facts.append(Fact(requirement, None, f"{told} nothing that is measured of it is left"))
@@ -90,6 +90,6 @@ def compared(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tu
 
 
 def part_of(facts: Iterable[Fact]) -> str:
-    """The part of the evidence that says it."""
+    """Section of the evidence text that states these facts."""
     rows = [f"- `{fact.requirement}`: {fact.told}" for fact in facts]
     return "\n".join([TITLE, "", *rows]) if rows else ""

@@ -1,4 +1,4 @@
-"""View of an attempt for the Critic: all of it, or little where only looks can have changed."""
+"""View of an attempt for the Critic: all of its evidence, or a short form if only looks can have changed."""
 
 from collections.abc import Sequence
 from io import BytesIO
@@ -20,15 +20,15 @@ GLANCE = 800
 def exhibit(
     made: Sequence[Attempt], attempt: Attempt, evidence: str, images: tuple[Image, ...], base: str, path: Path
 ) -> Exhibit:
-    """Return what the Critic is shown.
+    """Return the exhibit for the Critic.
 
     Args:
         made: All attempts.
-        attempt: The last one.
-        evidence: What is known of it.
-        images: Its pictures.
-        base: The case of which somebody wishes a change; empty if there was none.
-        path: Where the case stands.
+        attempt: The latest attempt.
+        evidence: Text of its evidence.
+        images: Its images.
+        base: Text of the existing case that is to be changed; empty for a new one.
+        path: Path of the case file.
     """
     missed = attempt.missed(list(attempt.expect))
     cites, facts = frozenset(attempt.cites), tuple(Fact(**row) for row in attempt.facts)
@@ -44,7 +44,7 @@ def exhibit(
 
 
 def judgements(made: Sequence[Attempt]) -> str:
-    """What the Critic said of earlier attempts, what became of it, and how expectations went over all of them."""
+    """Earlier judgements with what became of their patches, and a table of expectations over all attempts."""
     earlier = [one for one in made[:-1] if one.number]
     if not earlier:
         return ""
@@ -53,7 +53,7 @@ def judgements(made: Sequence[Attempt]) -> str:
 
 
 def with_effects(made: Sequence[Attempt], attempt: Attempt) -> str:
-    """The evidence of the last attempt, and what was changed since the one before and what that did."""
+    """The evidence of the latest attempt, with the changes since the previous one and their effects."""
     earlier = [other for other in made[:-1] if other.expect]
     if not earlier or not attempt.changes:
         return attempt.evidence
@@ -63,7 +63,7 @@ def with_effects(made: Sequence[Attempt], attempt: Attempt) -> str:
 
 
 def kept(attempt: Attempt) -> list[str]:
-    """What holds in an attempt, so that whoever changes it leaves that alone."""
+    """What holds in an attempt and must survive the next change."""
     marks = (attempt.critique or {}).get("requirements", {})
     rows = [f"{name}: {row['why']}" for name, row in attempt.expect.items() if row.get("ok") is True]
     rows += [f"requirement {name} is met" for name, row in marks.items() if row["mark"] == 1]
@@ -73,15 +73,15 @@ def kept(attempt: Attempt) -> list[str]:
 
 
 def only_looks(before: str, after: str, path: Path) -> bool:
-    """Whether two versions of a case differ in nothing that physics could feel, and that is measured or expected."""
+    """Whether two versions of a case have the same physics, measures and expectations."""
     try:
         return physics(before, path) == physics(after, path)
     except Text2SimError:
-        return False  # of a case that cannot be worked out nothing is known
+        return False  # nothing is known of a case that cannot be resolved
 
 
 def _smaller(image: Image) -> Image:
-    """The picture at a glance."""
+    """A reduced copy of an image."""
     from PIL import Image as Picture
 
     with Picture.open(BytesIO(image.data)) as picture:

@@ -1,4 +1,4 @@
-"""The Critic: it sees the request, the case and the evidence, changes nothing, and answers with marks and patches."""
+"""The Critic: reads the request, the case and the evidence, and answers with marks and proposed patches."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ CRITIC = ROLES["critic"]
 
 @dataclass(frozen=True)
 class Exhibit:
-    """What the Critic is shown."""
+    """Evidence that is shown to the Critic."""
 
     attempt: int
     case: str
@@ -53,18 +53,18 @@ def criticise(
 ) -> Critique:
     """Have a run judged.
 
-    What is wrong with an answer is asked for again by itself, once, without the evidence: a patch that could not be
-    applied, changes what is not its section's, makes the case wrong, or asks for something else than the request does;
-    a requirement without a mark. What stays wrong is left out.
+    Faulty parts of an answer are asked for again, once, without the evidence: a patch that cannot be applied, that
+    reaches outside its section, invalidates the case or breaks the contract; a requirement without a mark. Parts that
+    are still faulty are dropped.
 
     Args:
-        desk: Where the Critic is asked.
-        request: What was wanted.
+        desk: The conversation with the models.
+        request: The request.
         plan: The plan.
-        exhibit: What is shown.
-        contract: The expectations that come from the request.
-        restated: Expectations that the Planner has restated, old and new.
-        path: Where the case stands.
+        exhibit: The evidence.
+        contract: Expectations that come from the request.
+        restated: Expectations that the Planner has restated, old and new, as text.
+        path: Path of the case file.
     """
     evidence = exhibit.evidence
     if restated:
@@ -94,7 +94,7 @@ def criticise(
 
 
 def _bound(request: Request, plan: CasePlan, facts: Sequence[Fact]) -> str:
-    """The requirements, each with the expectations that would fail without it and the facts that are known of it."""
+    """The requirements, each with the expectations that would fail without it and its computed facts."""
     lines = []
     for line, name in zip(rows(request.requirements).splitlines(), request.requirements, strict=True):
         names = plan.meets.get(name)
@@ -104,7 +104,7 @@ def _bound(request: Request, plan: CasePlan, facts: Sequence[Fact]) -> str:
 
 
 def patch_faults(patch: Patch, case: str, contract: Contract, path: Path) -> list[str]:
-    """Say why a patch cannot be applied to a case; nothing if it can."""
+    """Return the reasons why a patch cannot be applied to a case; empty if it can."""
     try:
         revision = revise(Source(case, str(path)), path, patch.operations, patch.section)
     except PatchError as error:
@@ -132,7 +132,7 @@ def _faults(critique: Critique, request: Request, exhibit: Exhibit, contract: Co
 
 
 def _amended(desk: Conversation, system: str, critique: Critique, wrong: Sequence[str], exhibit: Exhibit) -> Critique:
-    """Ask again for the parts that cannot be used."""
+    """Ask once more for the unusable parts of a judgement."""
     case = exhibit.case if critique.patches else ""
     question = render("judge_again", judgement=yaml_text(_stated(critique)), wrong=wrong, case=case)
     try:
@@ -153,12 +153,12 @@ def _stated(critique: Critique) -> dict[str, object]:
 
 
 def _short_of(critique: Critique, request: Request) -> list[str]:
-    """Requirements that are not met, as far as they are marked."""
+    """Names of the requirements that are marked as not met."""
     return [name for name, row in critique.requirements.items() if name in request.requirements and row.mark < 1]
 
 
 def _by_the_facts(critique: Critique, facts: Sequence[Fact]) -> Critique:
-    """A judgement in which no requirement is met that a fact speaks against."""
+    """A copy of a judgement in which requirements contradicted by a fact are not met."""
     against = false(facts)
     marks = {
         name: row.model_copy(update={"mark": 0.5, "why": against[name]}) if name in against and row.mark == 1 else row
@@ -168,7 +168,7 @@ def _by_the_facts(critique: Critique, facts: Sequence[Fact]) -> Critique:
 
 
 def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: Contract, path: Path) -> Critique:
-    """A judgement without what stayed wrong, and with what follows from it: score, and a pass only if all is met."""
+    """A judgement without its unusable parts, with its score; it passes only if all requirements are met."""
     patches, refused = [], []
     for patch in critique.patches if exhibit.case else ():
         faults = patch_faults(patch, exhibit.case, contract, path)

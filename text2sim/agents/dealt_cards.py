@@ -1,4 +1,4 @@
-"""The cards that a loop can deal: none of them, where it is asked to do without."""
+"""Debug Cards that a loop may hand to roles; an empty set when cards are switched off."""
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -20,7 +20,7 @@ OFFERED = 6
 
 @dataclass
 class DealtCards:
-    """The library, or nothing."""
+    """The card library, or an empty one."""
 
     library: "Library | None"
     emit: Emit
@@ -28,30 +28,30 @@ class DealtCards:
     """Cards that each role was given."""
 
     def index(self) -> str:
-        """The names of all cards, for the Planner: they say what each is about."""
+        """The ids of all cards, for the Planner; an id names the card's subject."""
         return "" if self.library is None else ", ".join(sorted(self.library.entries))
 
     @property
     def dealing(self) -> bool:
-        """Whether there are cards at all."""
+        """Whether cards are in use."""
         return self.library is not None
 
     def has(self, card: str) -> bool:
-        """Whether there is such a card."""
+        """Whether a card of this id exists."""
         return self.library is not None and card in self.library.entries
 
     def pages(self, names: Iterable[str]) -> dict[str, str]:
-        """Those cards that go by some names, as Writers get them: of a plan there is nothing to tell by."""
+        """The cards with these ids, in the form that Writers get."""
         if self.library is None:
             return {}
         return {name: self.library.entries[name].card.brief("bodies") for name in names if self.has(name)}
 
     def deal(self, role: str, cards: Iterable[str], about: str) -> str:
-        """Give cards to a role for one question, and keep that it had them.
+        """Give cards to a role for one question, and record it.
 
         Args:
-            role: Who gets them.
-            cards: Their ids, as somebody chose them; what does not exist is left out.
+            role: Name of the role.
+            cards: Ids of the cards; unknown ones are ignored.
             about: The question, for the record.
         """
         chosen = [card for card in dict.fromkeys(cards) if self.has(card)][:ATTACHED]
@@ -64,13 +64,13 @@ class DealtCards:
         return "\n\n".join(self.library.entries[card].card.brief(reader) for card in chosen)
 
     def offer(self, text: str, modes: Collection[str], signatures: Collection[str], about: str) -> str:
-        """One line for each card that may fit a failure: by how it shows, or by words if it is about such things.
+        """One line for each card that may fit a failure: matched by its signature, or by words.
 
         Args:
-            text: The failure, in words.
+            text: Description of the failure.
             modes: Modes of the scene.
-            signatures: How it shows: what the lint, the run and the expectations said.
-            about: What the case is about: the plan.
+            signatures: Signatures of the failure, from the lint, the run and the expectations.
+            about: Subject of the case: the text of the plan.
         """
         if self.library is None:
             return ""
@@ -89,12 +89,12 @@ class DealtCards:
 
 
 def signs(checks: Fragments, expect: Mapping[str, Mapping[str, Any]], evidence: str) -> set[str]:
-    """Return how a failure shows, in the words by which cards are found.
+    """Return the signatures of a failure, by which cards are indexed.
 
     Args:
         checks: Measures, events and expectations of the plan.
-        expect: What became of expectations.
-        evidence: Of the run, in words.
+        expect: Results of the expectations, by name.
+        evidence: Text of the run's evidence.
     """
     found = {sign for words_, sign in _REMARKS.items() if words_ in evidence}
     for name, row in expect.items():

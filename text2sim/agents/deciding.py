@@ -1,4 +1,4 @@
-"""Decisions of the Planner about an attempt: asked for, and tried on a copy before they are carried out."""
+"""Decisions of the Planner about an attempt, tried on a copy before they are carried out."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Report:
-    """What the Planner is told of an attempt."""
+    """Report on an attempt for the Planner."""
 
     problems: Sequence[str] = ()
     """What the checker said, if it could not be run."""
@@ -59,16 +59,16 @@ def decide(
     """Have the Planner decide about an attempt that was not accepted.
 
     Args:
-        desk: Where it is asked.
-        request: What is wanted.
-        agreement: The plan, and what it promises.
+        desk: The conversation with the models.
+        request: The request.
+        agreement: The plan and its contract.
         case: Text of the attempt.
-        history: A line for each attempt.
-        report: The last one.
+        history: One line for each attempt.
+        report: Report on the latest attempt.
         offer: One line for each card that may fit.
-        deck: The cards.
-        path: Where the case stands.
-        anew: Whether it may plan anew.
+        deck: The Debug Cards.
+        path: Path of the case file.
+        anew: Whether the Planner may make a new plan.
     """
     last: list[Decision] = []
 
@@ -103,7 +103,7 @@ def decide(
 
 
 def _sound_part(decision: Decision, faults: Callable[[Decision], list[str]]) -> Decision | None:
-    """What of a decision can be done; None if that is nothing."""
+    """The valid part of a decision; None if there is none."""
     routes = [route.model_copy(update={"cards": []}) for route in decision.routes]
     kept: Decision | None = None
     for key in ("routes", "take", "params", "patch", "waive", "restate", "plan"):
@@ -117,7 +117,7 @@ def _sound_part(decision: Decision, faults: Callable[[Decision], list[str]]) -> 
 def decision_faults(
     decision: Decision, agreement: Agreement, case: str, report: Report, deck: "DealtCards", path: Path, *, anew: bool
 ) -> list[str]:
-    """Say what of a decision could not be done, would be without effect, or would ask for less than the request."""
+    """Describe the parts of a decision that are impossible, have no effect, or weaken the request."""
     work = [key for key in decision.model_fields_set - {"action", "why"} if getattr(decision, key)]
     if decision.action == "give_up":
         return []
@@ -150,7 +150,7 @@ def decision_faults(
 
 
 def _does(decision: Decision) -> bool:
-    """Whether a change of the plan changes the case, too, or is work for somebody."""
+    """Whether a change of the plan also changes the case or gives somebody work."""
     plan = decision.plan
     return plan is not None and bool(
         plan.rename or plan.briefs or plan.assets or plan.checks.expect or plan.keeps or plan.facts
@@ -158,7 +158,7 @@ def _does(decision: Decision) -> bool:
 
 
 def foreign(operations: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Say which operations are on what belongs to a Writer."""
+    """Describe the operations that touch what a Writer owns."""
     return [
         f"/patch/{k}: `{place}` is a Writer's: route it; your patch is for {', '.join(f'/{part}' for part in PLANNERS)}"
         for k, row in enumerate(operations)
@@ -168,7 +168,7 @@ def foreign(operations: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _check_faults(decision: Decision, agreement: Agreement) -> list[str]:
-    """What is wrong with expectations that are said anew, or new."""
+    """Faults of restated or new expectations."""
     wrong, plan = [], agreement.plan
     if decision.restate is not None:
         checks = decision.restate.checks
@@ -212,7 +212,7 @@ def _part(checks: Fragments, part: str) -> list[tuple[str, dict[str, Any]]]:
 
 
 def _tried(decision: Decision, agreement: Agreement, case: str, path: Path) -> list[str]:
-    """What would be wrong after it that is not wrong now, and that nobody else could mend."""
+    """Problems that a decision would introduce and that no Writer could fix."""
     try:
         text, plan = agreement.changed(case, decision)
     except (PatchError, SpecError) as error:
@@ -273,7 +273,7 @@ def _listed(lines: Sequence[str]) -> str:
 def open_case(
     desk: Conversation, request: Request, agreement: Agreement, case: str, evidence: str, path: Path, *, keep: bool
 ) -> Opening:
-    """Have the Planner take up a wish about a case that is there already; `keep` if all its expectations must stay."""
+    """Have the Planner open work on an existing case; with `keep`, all its expectations must stay."""
     there = agreement.plan.checks
 
     def check(opening: Opening) -> None:
@@ -306,12 +306,12 @@ def open_case(
 
 
 def as_decision(opening: Opening) -> Decision:
-    """What an opening does by itself, as a decision."""
+    """The decision that is equivalent to an opening."""
     return Decision(action="repair", why=opening.why or opening.event, params=opening.params, patch=opening.patch)
 
 
 def _opening_faults(opening: Opening, agreement: Agreement, case: str, path: Path) -> list[str]:
-    """What would be wrong with expectations, parameters and the like, whatever the Writers do."""
+    """Faults of an opening in expectations, parameters and the like, whatever the Writers do."""
     try:
         text, _ = agreement.changed(revising.with_checks(case, opening.checks, opening.drop), as_decision(opening))
     except (PatchError, SpecError) as error:
@@ -325,6 +325,6 @@ def _opening_faults(opening: Opening, agreement: Agreement, case: str, path: Pat
     ]
     before = {(problem.path, problem.rule) for problem in examine(case, path).errors}
     fresh = [one for one in examine(text, path).errors if (one.path, one.rule) not in before]
-    # A body that a Writer is asked to add is not there yet.
+    # A body that a Writer is asked to add does not exist yet.
     later = {"unknown-body", "unknown-link", "unknown-joint", "no-such-copy", "no-copies", "unknown-attach"}
     return [said(p) for p in fresh if p.rule not in later and any(p.path.startswith(place) for place in pointers)]

@@ -1,4 +1,4 @@
-"""Cards from a finished loop: what failed in it, and what mended that, both of them run."""
+"""Distillation of Debug Cards from a finished loop: a failure and its repair, both simulated."""
 
 import json
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ MOST = 3
 
 
 class Proposal(Answer):
-    """A card, and the attempts that it comes from."""
+    """A proposed card, with the attempts that it comes from."""
 
     failing: int
     repaired: int | None = None
@@ -40,21 +40,21 @@ class Proposal(Answer):
 
 
 class Proposals(Answer):
-    """What the Distiller answers."""
+    """Answer of the Distiller."""
 
     cards: Annotated[list[Proposal], Field(max_length=MOST)] = []
 
 
 @dataclass(frozen=True)
 class Draft:
-    """A card that is proposed, with its two cases."""
+    """A draft of a card, with its failing and its repaired case."""
 
     data: dict[str, Any]
     failing: str
     repaired: str
 
     def write(self, folder: Path) -> None:
-        """Write its three files."""
+        """Write the card's three files."""
         folder.mkdir(parents=True, exist_ok=True)
         card = yaml_text(self.data) + "\n"
         for name, text in ((CARD_FILE, card), (FAILING, self.failing), (REPAIRED, self.repaired)):
@@ -63,7 +63,7 @@ class Draft:
 
 @dataclass(frozen=True)
 class Tried:
-    """An attempt as a loop has left it."""
+    """A finished attempt, read from disk."""
 
     number: int
     text: str
@@ -71,7 +71,7 @@ class Tried:
 
     @property
     def outcome(self) -> str | None:
-        """What came of it, in the words of a card; None if nothing that a card can say."""
+        """Its outcome in the terms of a card; None if a card has no term for it."""
         if self.record["state"] == "diverged":
             return "state:diverged"
         if self.record["state"] != "finished":
@@ -81,7 +81,7 @@ class Tried:
 
 
 def attempts_of(case: Path) -> dict[int, Tried]:
-    """Return the attempts that a loop has left in a case folder, by number."""
+    """Return the attempts in a case folder, by number."""
     found = {}
     for folder in sorted((case / "generation" / "attempts").glob("[0-9][0-9]*")):
         try:
@@ -94,15 +94,15 @@ def attempts_of(case: Path) -> dict[int, Tried]:
 
 
 def distill(desk: Conversation, case: Path, out: Path) -> list[str]:
-    """Have cards proposed, check them, and write them down.
+    """Have cards proposed, check them, and write them.
 
     Args:
-        desk: Where the Distiller is asked.
+        desk: The conversation with the models.
         case: The case folder of a finished loop.
-        out: The folder of cards.
+        out: Output folder.
 
     Returns:
-        Ids of the cards that were written; `text2sim cards verify` runs them.
+        Ids of the written cards; `text2sim cards verify` runs them.
     """
     attempts = attempts_of(case)
     outcomes = {one.outcome for one in attempts.values()} - {None}
@@ -133,13 +133,13 @@ def distill(desk: Conversation, case: Path, out: Path) -> list[str]:
 
 
 def drafted(proposal: Proposal, attempts: Mapping[int, Tried]) -> Draft:
-    """Return what a proposal comes to, as far as it can be checked without running it.
+    """Turn a proposal into a draft, checked as far as possible without running it.
 
-    What came of attempts is put into the card by us: outcomes are facts, not opinions. What would come of patched cases
-    is claimed; `card_library.verify` runs them.
+    Outcomes of attempts are filled in from the record; those of patched cases are claims until `card_library.verify`
+    runs them.
 
     Raises:
-        Wrong: If it is no card that could be true.
+        Wrong: If the proposal is not a valid card.
     """
     bad, good = attempts.get(proposal.failing), attempts.get(proposal.repaired or 0)
     names = f"{proposal.failing} and {proposal.repaired}" if proposal.repaired else str(proposal.failing)
@@ -184,7 +184,7 @@ def _patched(text: str, operations: list[dict[str, Any]], where: str) -> str:
 
 
 def told(attempts: Mapping[int, Tried]) -> str:
-    """What happened in a loop, attempt by attempt."""
+    """Text of a loop's history, attempt by attempt."""
     return "\n\n".join(_told(one, attempts.get(one.number - 1)) for one in attempts.values())
 
 
@@ -203,6 +203,6 @@ def _told(one: Tried, before: Tried | None) -> str:
 
 
 def form() -> str:
-    """How a proposal is written."""
+    """Template of a proposal."""
     schema = json.dumps(card_schema(), ensure_ascii=False, separators=(",", ":"))
     return f"  - {{failing: 1, repaired: 2, card: {{…}}}}      # card: as this JSON Schema says\n# {schema}"

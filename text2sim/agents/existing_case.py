@@ -1,4 +1,4 @@
-"""Entry of an existing case into the loop: to be mended, or to be changed as somebody wishes."""
+"""Entry of an existing case into the loop, to be repaired or changed on request."""
 
 from text2sim.agents import revising
 from text2sim.agents.assembly import examine, said
@@ -13,12 +13,12 @@ from text2sim.spec_schema.errors import RunError
 
 
 def amend(loop: AgentLoop, text: str, *, run_first: bool) -> Outcome:
-    """Bring a case to do what somebody wishes.
+    """Change a case until it does what the request asks for.
 
     Args:
         loop: The loop of the case.
-        text: The case as it is.
-        run_first: Whether it is run before anything is changed, because its author says that it goes wrong.
+        text: The case.
+        run_first: Whether to run it before changing anything, because its author reports a failure.
 
     Raises:
         RunError: If the text is not a case at all.
@@ -44,7 +44,7 @@ def _amended(loop: AgentLoop, text: str, run_first: bool) -> Outcome:
 
 
 def planned(text: str, fallback: str) -> CasePlan:
-    """Return the plan that a case that is there already stands for."""
+    """Derive a plan from an existing case."""
     try:
         data = revising.data_of(text)
         actions, duration = data.get("actions") or {}, (data.get("scene") or {}).get("duration")
@@ -80,7 +80,7 @@ def _kind(row: object) -> str:
 
 
 def _present_state(loop: AgentLoop, text: str, run_first: bool) -> tuple[str, list[str]]:
-    """What the case does now, or why it cannot be run."""
+    """Evidence of the case as it is, or the reasons why it cannot be run."""
     examined = examine(text, loop.path)
     if examined.errors:
         return "", [said(problem) for problem in examined.errors]
@@ -96,7 +96,7 @@ def _present_state(loop: AgentLoop, text: str, run_first: bool) -> tuple[str, li
 
 
 def _opened(loop: AgentLoop, text: str, opening: Opening) -> str:
-    """Do what the Planner has decided; from then on the expectations stand."""
+    """Apply the Planner's opening; from then on the expectations are binding."""
     checks = loop.agreement.plan.checks
     expect = {name: row for name, row in checks.expect.items() if name not in opening.drop} | opening.checks.expect
     merged = Fragments(
@@ -113,7 +113,7 @@ def _opened(loop: AgentLoop, text: str, opening: Opening) -> str:
             "says": says,
             "facts": opening.facts,
             "event": opening.event or loop.agreement.plan.event,
-            # What stood in the case before is as its author wants it.
+            # Existing entries are as their author wants them.
             "keeps": [*(name for name in checks.expect if name in expect), *opening.keeps],
         }
     )

@@ -1,6 +1,6 @@
-"""Facts that the program computes of a run, bound to requirements: counts, colours, what is seen, what moved what.
+"""Facts computed from a run and bound to requirements: counts, colours, visibility, causes of motion.
 
-A fact that is false cannot be argued away: its requirement is not met. One that cannot be told leaves it to the Critic.
+The requirement of a false fact is not met, whatever the Critic says. An undecided fact leaves it to the Critic.
 """
 
 import json
@@ -51,7 +51,7 @@ Claims = Mapping[Name, list[Claim]]
 
 @dataclass(frozen=True)
 class Fact:
-    """What the program found out about a requirement."""
+    """A computed fact about a requirement."""
 
     requirement: str
     ok: bool | None
@@ -68,12 +68,12 @@ def kept(facts: Iterable[Fact]) -> list[dict[str, Any]]:
 
 
 def false(facts: Iterable[Fact]) -> dict[str, str]:
-    """What speaks against requirements, by their names."""
+    """The false facts, by requirement."""
     return {fact.requirement: fact.told for fact in facts if fact.ok is False}
 
 
 def claim_faults(claims: Claims, requirements: Iterable[str], bodies: Iterable[str]) -> list[str]:
-    """Say what is wrong with facts that a plan asks for: names that nothing has."""
+    """Describe the unknown names in a plan's claims."""
     bodies, requirements = list(bodies), list(requirements)
     wrong = [f"/facts/{name}: there is no requirement `{name}`" for name in claims if name not in requirements]
     for name, rows in claims.items():
@@ -87,7 +87,7 @@ def found(claims: Claims, loaded: "LoadedCase", run: Path) -> list[Fact]:
     """Compute facts of a run.
 
     Args:
-        claims: What is asked for, by requirement.
+        claims: Facts that the plan asks for, by requirement.
         loaded: The case.
         run: The run folder.
     """
@@ -127,7 +127,7 @@ def _told(
 
 
 def _color(claim: Claim, resolution: "Resolution") -> tuple[bool | None, str]:
-    """Whether a body, part or link is drawn in a colour; of several copies, each must have it somewhere."""
+    """Whether a body, part or link is drawn in a colour; every copy of a body must show it somewhere."""
     wanted = parse_selector(claim.color)
     copies = resolution.placed.get(wanted.body, [])[wanted.first : wanted.last]
     if not copies:
@@ -141,7 +141,7 @@ def _color(claim: Claim, resolution: "Resolution") -> tuple[bool | None, str]:
 
 
 def _worn(copy: Any, part: str | None) -> list[tuple[float, ...]]:
-    """Colours in which a copy is drawn, or one of its parts or links; none if they are not the case's to say."""
+    """Colours of a copy, or of one of its parts or links; empty if the case does not define them."""
     from text2sim.compiler.looks import looks_of, rgba_of
 
     model = copy.model
@@ -155,7 +155,7 @@ def _worn(copy: Any, part: str | None) -> list[tuple[float, ...]]:
             raise ValueError(f"`{copy.body}` has no part `{part}` with a look of its own")
         looks = list(looks_of(named[part])) or looks[:1]
     elif len(looks) > 1 and looks[0].color is None:
-        looks = looks[1:]  # nothing was said of its own
+        looks = looks[1:]  # the copy has no look of its own
     kinds = {getattr(model, "kind", ""), getattr(getattr(model, "shape", None), "kind", "")}
     if looks[0].color is None and ("mesh" in kinds or getattr(model, "file", None) is not None):
         return []
@@ -163,7 +163,7 @@ def _worn(copy: Any, part: str | None) -> list[tuple[float, ...]]:
 
 
 def alike(color: tuple[float, ...], word: str) -> bool:
-    """Whether a colour (sRGB, 0 to 1) may go by a name: near it, or of the everyday word that it is nearest to."""
+    """Whether a colour (sRGB, 0 to 1) matches a name: it is near it, or the name is its nearest everyday word."""
     from text2sim.compiler.looks import oklab
 
     here = oklab(color)
@@ -175,14 +175,14 @@ def alike(color: tuple[float, ...], word: str) -> bool:
 
 
 def called(color: tuple[float, ...]) -> str:
-    """A colour as people call it, and as a number."""
+    """A colour's everyday name and its hex code."""
     near = _nearest(color)
     digits = "".join(f"{round(255 * part):02x}" for part in color[:3])
     return f"{min(near, key=lambda term: near[term])} (#{digits})"
 
 
 def _nearest(color: tuple[float, ...]) -> dict[str, float]:
-    """Distance of a colour to each everyday word."""
+    """Distance of a colour to each everyday colour word."""
     from text2sim.compiler.looks import oklab
 
     here = oklab(color)
@@ -203,7 +203,7 @@ def _seen(body: str, evidence: Mapping[str, Any]) -> tuple[bool | None, str]:
 
 
 def _moved(claim: Claim, recording: "RecordedCase") -> tuple[bool | None, str]:
-    """Whether a body moves after another has touched it, and hardly before."""
+    """Whether a body moves after another has touched it, and hardly before that."""
     from text2sim.evidence.events import find_events
     from text2sim.spec_schema.models.events import ContactEvent
 
@@ -228,7 +228,7 @@ def _moved(claim: Claim, recording: "RecordedCase") -> tuple[bool | None, str]:
 
 
 def _motion(recording: "RecordedCase", target: "Target", at: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """How far [m] and by what angle [deg] something gets, at most, before a time [s] and after it."""
+    """Largest displacement [m] and rotation [deg] of a target, before a time [s] and after it."""
     states = recording.states
     places = recording.origin(target)
     if len(target.links) > 1 and (masses := recording.masses[list(target.links)]).sum() > 0:

@@ -1,4 +1,4 @@
-"""Choice of the moments that the Critic sees: events, extremes of measures and diagnostics, and some between."""
+"""Choice of frames for the Critic: events, extremes of measures and diagnostics, and evenly spaced ones."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -24,7 +24,7 @@ STRAINED = {"strain": 0.05, "stretch": 1.05, "volume": 0.05}
 
 @dataclass(frozen=True)
 class Moment:
-    """Something to look at."""
+    """A moment worth showing."""
 
     t: float
     """Simulated time [s]."""
@@ -35,7 +35,7 @@ class Moment:
 
 @dataclass
 class Shown:
-    """A picture, and why it is shown."""
+    """A chosen frame, with the reasons for it."""
 
     frame: "Frame"
     said: list[str] = field(default_factory=list)
@@ -43,11 +43,11 @@ class Shown:
 
 
 def moments(evidence: Data, actions: Data) -> Iterator[Moment]:
-    """Yield what is worth looking at, the most important first.
+    """Yield the moments worth showing, the most important first.
 
     Args:
-        evidence: What stands in `evidence.json`.
-        actions: The section of the case that was run.
+        evidence: Content of `evidence.json`.
+        actions: The `actions` section of the case.
     """
     last = float(evidence["time"]["reached"])
     decided = list(_decided(evidence, actions))
@@ -75,14 +75,14 @@ def moments(evidence: Data, actions: Data) -> Iterator[Moment]:
 
 
 def _around(told: Sequence[Moment]) -> Iterator[Moment]:
-    """Yield what is just before and after."""
+    """Yield the moments just before and after the given ones."""
     for row in told:
         yield Moment(row.t - BESIDE, f"before {row.said}", row.bodies)
         yield Moment(row.t + BESIDE, f"after {row.said}", row.bodies)
 
 
 def _decided(evidence: Data, actions: Data) -> Iterator[Moment]:
-    """Yield when expectations are decided: those that did not come true first, and those of measures before events."""
+    """Yield the moments that decide expectations: failed ones first, measures before events."""
     rows = []
     for name, found in (evidence.get("expect") or {}).items():
         asked = (actions.get("expect") or {}).get(name) or {}
@@ -95,7 +95,7 @@ def _decided(evidence: Data, actions: Data) -> Iterator[Moment]:
 
 
 def _deformed(evidence: Data) -> Iterator[Moment]:
-    """Yield when bodies are strained, stretched or compressed most."""
+    """Yield the moments of largest strain, stretch and compression."""
     found = []
     for body, row in (evidence.get("deformables") or {}).items():
         for name, least in STRAINED.items():
@@ -108,12 +108,12 @@ def _deformed(evidence: Data) -> Iterator[Moment]:
 
 
 def chosen(wanted: Sequence[Moment], pictures: Sequence["Frame"], count: int) -> list[Shown]:
-    """Return the pictures of a film that are shown, in its order: its ends, what is wanted, and evenly what is left.
+    """Return the frames to show, in the film's order: first and last, the wanted moments, and evenly spaced others.
 
     Args:
         wanted: Moments, the most important first.
-        pictures: All pictures of the film.
-        count: How many are shown at most.
+        pictures: All frames of the film.
+        count: Largest number of frames.
     """
     found: list[Shown] = []
     for frame in (pictures[0], pictures[-1]) if pictures else ():
@@ -137,7 +137,7 @@ def chosen(wanted: Sequence[Moment], pictures: Sequence["Frame"], count: int) ->
 
 
 def _near(found: Sequence[Shown], frame: "Frame", film: float = 0) -> Shown | None:
-    """The picture that shows the same: of the same camera and time, or as near in the film [pictures]."""
+    """A chosen frame of the same camera that is the same, or no farther away than `film` [frames]."""
     for one in found:
         if one.frame.camera == frame.camera and abs(one.frame.t - frame.t) < APART or abs(one.frame.k - frame.k) < film:
             return one
@@ -145,7 +145,7 @@ def _near(found: Sequence[Shown], frame: "Frame", film: float = 0) -> Shown | No
 
 
 def _bodies(row: Any) -> tuple[str, ...]:
-    """Bodies that a measure or an event names."""
+    """Names of the bodies of a measure or an event."""
     if not isinstance(row, Mapping):
         return ()
     names = [row.get("of"), row.get("by"), row.get("to"), *(row.get("between") or ())]

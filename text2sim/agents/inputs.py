@@ -20,7 +20,7 @@ def take(case: Path, files: Sequence[Path], licence: str) -> list[str]:
     """Bring files into a case and return what they are called there.
 
     Args:
-        case: The case's folder.
+        case: The case folder.
         files: Meshes, mechanisms and pictures, wherever they lie; they stay as they are.
         licence: On what terms they may be used.
 
@@ -42,7 +42,7 @@ def probed(case: Path, names: Sequence[str], emit: Emit) -> None:
     """Move each joint of the mechanisms a little in the engine, once, and write down what they do.
 
     Args:
-        case: The case's folder.
+        case: The case folder.
         names: Assets of its manifest.
         emit: Told what is tried.
     """

@@ -45,10 +45,10 @@ class AgentLoop:
 
     Args:
         case: Its folder.
-        request: What is wanted.
-        desk: Where roles are asked.
+        request: The request.
+        desk: The conversation with the models.
         deck: The Debug Cards.
-        emit: Told what happens.
+        emit: Callback for journal events.
         limits: What may be used.
     """
 

@@ -62,10 +62,10 @@ def make_plan(
     """Have a request planned; the Planner may read some pages first.
 
     Args:
-        desk: Where it is asked.
-        request: What is wanted.
+        desk: The conversation with the models.
+        request: The request.
         deck: The cards.
-        path: Where the case will stand.
+        path: Future path of the case file.
         tried: What came of another plan, if it is planned anew.
     """
     question = render(

@@ -45,7 +45,7 @@ def plan_faults(plan: CasePlan, path: Path) -> list[str]:
 
     Args:
         plan: The plan.
-        path: Where the case will stand.
+        path: Future path of the case file.
     """
     wrong = [*_kind_faults(plan), *_word_faults(plan)]
     if wrong:

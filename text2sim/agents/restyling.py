@@ -24,7 +24,7 @@ def restyled(text: str, operations: Sequence[Operation], path: Path) -> str:
     Args:
         text: Of the case.
         operations: The patch.
-        path: Where the case stands.
+        path: Path of the case file.
 
     Raises:
         TouchesPhysics: If it changes anything but `render` and looks, or if the simulation would be another one.

@@ -30,13 +30,13 @@ def write_section(
     """Have a section written for the first time.
 
     Args:
-        desk: Where its Writer is asked.
+        desk: The conversation with the models.
         section: Which.
         plan: The plan.
-        request: What is wanted.
+        request: The request.
         supplied: What asset agents have made for it, in words.
         cards: Debug Cards for its Writer.
-        path: Where the case will stand.
+        path: Future path of the case file.
     """
     brief = plan.briefs.get(section, "")  # type: ignore[call-overload]
     pages = reading(section, plan)
@@ -75,15 +75,15 @@ def change_section(
     """Have a section changed.
 
     Args:
-        desk: Where its Writer is asked.
+        desk: The conversation with the models.
         section: Which.
         plan: The plan.
         case: The case as it is.
         instruction: What has to come out.
         problems: What the check of the whole case says about this section.
         cards: Debug Cards for its Writer.
-        path: Where the case stands.
-        request: What is wanted.
+        path: Path of the case file.
+        request: The request.
         keep: What holds already, and must not be touched.
         derived: Settings that the case leaves open.
 

@@ -132,11 +132,11 @@ class Session:
 
         Args:
             listener: Told of everything that happens.
-            stop: Whether somebody wants it to end.
+            stop: Polled; returns whether to give up.
 
         Raises:
             MachineError: If this machine cannot run simulations.
-            KeyboardInterrupt: If it was stopped.
+            KeyboardInterrupt: If the user stopped it.
         """
         wish = self.wish
         budget = Budget(wish.tokens, wish.cost, wish.minutes, minutes_before=self._minutes_before())

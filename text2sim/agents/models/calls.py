@@ -47,7 +47,7 @@ class CallLog:
         Args:
             endpoint: The model.
             request: What to ask.
-            stop: Whether to give up.
+            stop: Polled; returns whether to give up.
             attempt: The attempt at the case that it belongs to; kept with it.
 
         Returns:
