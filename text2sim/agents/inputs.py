@@ -1,4 +1,4 @@
-"""Inputs of a request: mended, checked, registered in the case's manifest, and described to the agents."""
+"""Input files of a request: repaired, checked, registered in the case's manifest, and described to the agents."""
 
 import re
 from collections.abc import Sequence
@@ -17,15 +17,15 @@ PIECES, CORNERS, FINE = 12, 24, 0.004
 
 
 def take(case: Path, files: Sequence[Path], licence: str) -> list[str]:
-    """Bring files into a case and return what they are called there.
+    """Add files to a case, and return their asset names.
 
     Args:
         case: The case folder.
-        files: Meshes, mechanisms and pictures, wherever they lie; they stay as they are.
-        licence: On what terms they may be used.
+        files: Meshes, mechanisms and pictures; the originals are not changed.
+        licence: Licence of the files.
 
     Raises:
-        RunError: If one cannot be used, with the reason.
+        RunError: If a file cannot be used; the message says why.
     """
     names: list[str] = []
     for file in files:
@@ -39,12 +39,12 @@ def take(case: Path, files: Sequence[Path], licence: str) -> list[str]:
 
 
 def probed(case: Path, names: Sequence[str], emit: Emit) -> None:
-    """Move each joint of the mechanisms a little in the engine, once, and write down what they do.
+    """Drive each joint of the mechanisms a little in the engine, once, and record the responses.
 
     Args:
         case: The case folder.
-        names: Assets of its manifest.
-        emit: Told what is tried.
+        names: Names of assets in its manifest.
+        emit: Callback for journal events.
     """
     from text2sim.asset_intake.probe import probe
 
@@ -67,7 +67,7 @@ def probed(case: Path, names: Sequence[str], emit: Emit) -> None:
 
 
 def described(case: Path, names: Sequence[str]) -> tuple[str, ...]:
-    """Say what the assets are, how they are used, and what can be commanded of them."""
+    """Describe the assets: what they are, how to use them, and their controls."""
     assets = read_manifest(case).assets
     return tuple(_words(assets[name]) + _drawn(case, assets[name]) for name in names)
 
@@ -96,7 +96,7 @@ def _words(asset: Asset) -> str:
 
 
 def _drawn(case: Path, asset: Asset) -> str:
-    """Say where what is drawn in a picture lies; nothing of a photograph, or of a drawing of many pieces."""
+    """Describe where the shapes of a drawing lie; empty for a photograph or a drawing of many pieces."""
     if asset.kind != "texture":
         return ""
     try:
@@ -120,7 +120,7 @@ def _drawn(case: Path, asset: Asset) -> str:
 
 
 def told(name: str, one: Control) -> str:
-    """Say what a joint is, and what it did when it was driven."""
+    """Describe a joint and its response when it was driven."""
     span = "" if one.range is None else f" {one.range[0]:.3g} to {one.range[1]:.3g} {one.unit}"
     motor = ""
     if one.actuator is not None:
@@ -131,14 +131,14 @@ def told(name: str, one: Control) -> str:
 
 
 def _there(case: Path) -> list[str]:
-    """Names of what the case has already: that of its author is never replaced."""
+    """Names of the case's existing assets, which are never replaced."""
     folder = case / FOLDER
     lying = [path.stem for path in folder.iterdir()] if folder.is_dir() else []
     return [*read_manifest(case).assets, *lying]
 
 
 def _name(file: Path, taken: Sequence[str]) -> str:
-    """A name for an asset: the file's, as far as the manifest allows, numbered if it is taken."""
+    """An asset name for a file: its stem in allowed characters, numbered if taken."""
     word = re.sub(r"\W+", "_", file.stem, flags=re.ASCII).strip("_") or "input"
     word = (word if word[0].isalpha() else f"input_{word}")[:40]
     names = [word, *(f"{word}_{k}" for k in range(2, len(taken) + 3))]

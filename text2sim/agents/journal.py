@@ -1,4 +1,4 @@
-"""Journal of a loop: an append-only file, and those who watch it."""
+"""Journal of a loop: an append-only file, and its listener."""
 
 import json
 from collections.abc import Callable
@@ -12,21 +12,20 @@ Listener = Callable[[str, dict[str, Any]], None]
 
 
 class Emit(Protocol):
-    """Tells of something that happened."""
+    """Callback that reports an event."""
 
     def __call__(self, event: str, /, *, live: bool = False, **what: Any) -> None:
-        """Tell of it; what is only `live` is shown and not kept, because it would not be the same a second time."""
+        """Report an event; a `live` one is shown but not stored, because it would differ when the loop is replayed."""
 
 
 class Journal:
-    """One line of JSON for each thing that happened.
+    """A log with one line of JSON for each event.
 
-    A loop that is started again does the same things again, out of what it kept. Those are in the file already and are
-    not written twice.
+    A resumed loop repeats its events from its stored replies. Those are in the file already and are not written twice.
 
     Args:
-        file: Where it is kept.
-        listener: Told of everything.
+        file: Path of the journal.
+        listener: Called with every event.
     """
 
     def __init__(self, file: Path, listener: Listener = lambda event, what: None) -> None:
@@ -36,7 +35,7 @@ class Journal:
         file.parent.mkdir(parents=True, exist_ok=True)
 
     def __call__(self, event: str, /, *, live: bool = False, **what: Any) -> None:
-        """Tell of something."""
+        """Report an event; see `Emit`."""
         with self._lock:
             if not live:
                 self._keep(json.dumps({"event": event, **what}, ensure_ascii=False, allow_nan=False))
@@ -57,7 +56,7 @@ def _lines(file: Path) -> list[str]:
         return []
     rows = text.splitlines(keepends=True)
     if rows and not rows[-1].endswith("\n"):
-        # A kill in the middle of a line: it is cut off, and written again when its turn comes.
+        # The process was killed in the middle of a line: drop it; it is written again when its event is repeated.
         write_atomically(file, "".join(rows[:-1]))
         rows = rows[:-1]
     return [row.rstrip("\n") for row in rows]

@@ -1,6 +1,6 @@
-"""Language pages for a role: those of its section, and only the kinds that its plan or instruction names.
+"""Language reference for a role: the pages of its section, with only the kinds that its plan or instruction names.
 
-Whoever needs more asks for it by name (`explained`).
+A role asks for more by name (`explained`).
 """
 
 import re
@@ -96,12 +96,11 @@ SERVED = 14_000
 
 
 def pages(reader: str, kinds: Collection[str] | None = None) -> str:
-    """Return what one reader has to know of the language.
+    """Return the language reference for one reader.
 
     Args:
         reader: A key of `READS`.
-        kinds: Kinds that will be needed: the other kinds of bodies, shapes and so on are only named. All are described
-            if left out.
+        kinds: Kinds to describe; the other kinds of bodies, shapes and so on are only named. Default: all.
     """
     wanted = None if kinds is None else USUAL | set(kinds)
     parts = []
@@ -134,7 +133,7 @@ def pages(reader: str, kinds: Collection[str] | None = None) -> str:
 
 
 def _without_softness(text: str) -> str:
-    """Leave out what is said of bodies that deform: rows of fields, sentences about kinds, examples."""
+    """Drop what concerns deformable bodies: rows of fields, sentences about kinds, examples."""
     rows = []
     for row in _SOFT_ROWS.sub("", text).split("\n"):
         if row.startswith("- `") and "`: " in row:
@@ -148,7 +147,7 @@ def _without_softness(text: str) -> str:
 
 @cache
 def to_plan_with() -> str:
-    """What the Planner has to know of measures, events and expectations: a line and an example for each kind."""
+    """The Planner's reference of measures, events and expectations: a line and an example for each kind."""
     parts = []
     for section in _sections(READS["expectations"]):
         tabled = isinstance(section.models, tuple)
@@ -169,7 +168,7 @@ def measured_kinds() -> tuple[str, ...]:
 
 
 def _models(section: Section, wanted: Collection[str] | None) -> set[str]:
-    """Names of the models of a page that are needed."""
+    """Names of the models of a page that the wanted kinds use."""
     names = [model.__name__ for model in section.models]
     if wanted is None or len(names) == 1 and names[0] not in NEEDED:
         return set(names)
@@ -179,7 +178,7 @@ def _models(section: Section, wanted: Collection[str] | None) -> set[str]:
 
 
 def named(reader: str, text: str) -> str:
-    """Return what an instruction names: kinds with all their fields, and single fields of what has no kind.
+    """Return the reference of what an instruction names: kinds with all fields, and single fields of other models.
 
     Args:
         reader: A key of `READS`.
@@ -201,11 +200,11 @@ def named(reader: str, text: str) -> str:
 
 
 def explained(names: Iterable[str], before: Collection[str] = ()) -> tuple[str, list[str]]:
-    """Return pages about kinds, prefabs and models, and the names that were served: as many as there is room for.
+    """Return pages about kinds, prefabs and models, within the size limit, and the names that were served.
 
     Args:
-        names: What is asked for.
-        before: What was served already: a page comes once.
+        names: Names that were asked for.
+        before: Names that were served earlier; they are skipped.
     """
     parts: list[str] = []
     served: list[str] = []
@@ -224,7 +223,7 @@ def explained(names: Iterable[str], before: Collection[str] = ()) -> tuple[str, 
 
 @cache
 def explanation(name: str) -> str:
-    """Return all there is to know of a kind, a prefab or a page; nothing if there is none of this name."""
+    """Return the full reference of a kind, a prefab or a page; empty if the name is unknown."""
     parts = []
     for section in SECTIONS:
         if isinstance(section.models, tuple):
@@ -241,7 +240,7 @@ def explanation(name: str) -> str:
 
 @cache
 def rules(*, brief: bool = False) -> str:
-    """The rules of the whole language, expressions and selectors; `brief` for whoever writes a case and is checked."""
+    """The general rules of the language, expressions and selectors; `brief` for authors whose case is checked."""
     if brief:
         return _BRIEF_RULES
     from text2sim.spec_schema.published.language_reference import language_reference
@@ -267,7 +266,7 @@ position counts from the start."""
 
 @cache
 def vocabulary() -> str:
-    """What can be planned with: a line for each kind of body, shape, mount, control, camera, and for each prefab."""
+    """The vocabulary of a plan: a line for each kind of body, shape, mount, control, camera, and for each prefab."""
     parts = []
     for section in _sections(INDEXED):
         kinds = section_kinds(section.models)
@@ -279,7 +278,7 @@ def vocabulary() -> str:
 
 
 def prefabs(*, brief: bool = False, only: Collection[str] | None = None) -> str:
-    """Say which prefabs there are, with their parameters unless `brief`."""
+    """List the prefabs, with their parameters unless `brief`."""
     from text2sim.spec_schema.reuse.catalogue import built_in, param_rows, parts_of, usage
 
     chosen = {name: one for name, one in built_in().items() if only is None or name in only}
@@ -298,7 +297,7 @@ def prefabs(*, brief: bool = False, only: Collection[str] | None = None) -> str:
 
 
 def _told(gists: dict[str, str]) -> list[str]:
-    """A line for each kind that is more than its name says, and one for the others."""
+    """A line for each kind that needs an explanation, and one line that names the others."""
     told = {name: gist for name, gist in gists.items() if len(gist) >= TELLING}
     rows = [f"- `{name}`: {gist}" for name, gist in told.items()]
     rest = [f"`{name}`" for name in gists if name not in told]
@@ -317,7 +316,7 @@ def known_kinds() -> frozenset[str]:
 
 
 def kinds_in(words: Iterable[str]) -> set[str]:
-    """Return the kinds that words name, as verbs in their forms, too: `released` means `release`."""
+    """Return the kinds that words name; inflected verbs count: `released` means `release`."""
     forms = _forms()
     return {kind for word in words for kind in forms.get(word, ())}
 
@@ -346,7 +345,7 @@ def shape_kinds() -> tuple[str, ...]:
 
 @cache
 def shapes_of(body: str) -> tuple[str, ...]:
-    """Kinds of shapes that a kind of body takes, or a static; none if it has no shape of its own."""
+    """Kinds of shapes that a kind of body, or a static, accepts; empty if it has no shape of its own."""
     from text2sim.spec_schema.models.scene import Static
     from text2sim.spec_schema.vocabulary.words import slot_of
 

@@ -1,4 +1,4 @@
-"""The loop: plan, write, check, run, judge, decide, until a case is accepted or nothing more may be spent."""
+"""Loop of the agents: plan, write, check, run, judge, decide, until a case is accepted or the budget is used up."""
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
@@ -41,15 +41,15 @@ FILMED = 5
 
 
 class AgentLoop:
-    """Works on one case.
+    """The loop for one case.
 
     Args:
-        case: Its folder.
+        case: The case folder.
         request: The request.
         desk: The conversation with the models.
         deck: The Debug Cards.
         emit: Callback for journal events.
-        limits: What may be used.
+        limits: Bounds of attempts and time.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class AgentLoop:
     # --- ways in ----------------------------------------------------------------------------------------------
 
     def generate(self) -> Outcome:
-        """Make a case from the request."""
+        """Generate a case from the request."""
         return self.ending(self._generated)
 
     def _generated(self) -> Outcome:
@@ -87,12 +87,12 @@ class AgentLoop:
         return self.work(self._drafted(), "first version")
 
     def require(self, requirements: dict[str, Requirement]) -> None:
-        """Take down what is asked for, before anything is built."""
+        """Record the requirements, before anything is built."""
         self.request = replace(self.request, requirements=requirements)
         self.emit("requirements", rows={name: one.what for name, one in requirements.items()})
 
     def ending(self, way: Callable[[], Outcome]) -> Outcome:
-        """Go a way in to its end, whatever that is."""
+        """Run an entry point of the loop, and turn whatever ends it into an outcome."""
         try:
             return way()
         except BudgetSpent as spent:
@@ -105,10 +105,10 @@ class AgentLoop:
             return ended
 
     def work(self, text: str, cause: str) -> Outcome:
-        """Bring a case to acceptance, beginning with a version of it.
+        """Improve a case until it is accepted or a bound is reached.
 
         Args:
-            text: The version.
+            text: The first version.
             cause: Why it was made.
         """
         before = self.made[-1].text if self.made else None
@@ -131,7 +131,7 @@ class AgentLoop:
             if decision.action == "plan_anew":
                 try:
                     plan = self._planned_anew(decision.why)
-                except RoleFailed as failed:  # the plan that there is stands, and is mended
+                except RoleFailed as failed:  # keep the present plan
                     self.agreement.planned_anew = True
                     self.workshop.referred.append(f"Planning anew came to nothing: {failed}")
                     decision = self._decided(attempt, report)
@@ -152,7 +152,7 @@ class AgentLoop:
         attempt.text = styled(way, attempt.text, self.attempts.refilm, self.path, self.emit)
 
     def _unbettered(self) -> int | None:
-        """The best attempt, if all that was expected came true in it and the last ones were no better."""
+        """Number of the best attempt, if all its expectations hold and the last attempts were no better."""
         best = max(self.made, key=lambda one: one.rank(self.agreement.names))
         before, later = self.made[: self.made.index(best) + 1], self.made[self.made.index(best) + 1 :]
         fresh = {one.run or one.number for one in later} - {one.run for one in before}
@@ -161,7 +161,7 @@ class AgentLoop:
         return best.number if sound and stale >= STANDSTILL else None
 
     def _planned_anew(self, why: str) -> CasePlan:
-        """Have another plan made, once; what was expected stays."""
+        """Have a new plan made, once; the expectations stay."""
         self.emit("stage", name="plan")
         tried = Tried(why, self._history(), self.agreement.plan, self.agreement.first)
         plan = make_plan(self.desk, self.request, self.deck, self.path, tried)
@@ -174,7 +174,7 @@ class AgentLoop:
     # --- first version ----------------------------------------------------------------------------------------
 
     def _drafted(self) -> str:
-        """Have the sections written; what a Writer cannot write after three tries is planned in a simpler way, once."""
+        """Have the sections written; if a Writer fails three times, a simpler plan is made, once."""
         try:
             sections = self.workshop.drafted()
         except RoleFailed as failed:
@@ -193,7 +193,7 @@ class AgentLoop:
     # --- one attempt ------------------------------------------------------------------------------------------
 
     def _try(self, attempt: Attempt) -> Report:
-        """Check an attempt, mend it, run it and have it judged."""
+        """Check, repair and run an attempt, and have it judged."""
         self.emit("attempt", number=attempt.number, cause=attempt.cause, changes=attempt.changes[:20])
         examined, problems = self._sound(attempt)
         rules = frozenset(problem.rule for problem in [*examined.errors, *examined.warnings])
@@ -240,7 +240,7 @@ class AgentLoop:
         return report
 
     def _sound(self, attempt: Attempt) -> tuple[Examination, list[str]]:
-        """Check an attempt; what is wrong goes to its owners, a few times. Returns what is left."""
+        """Check an attempt and send its problems to their owners, a few times; return those that remain."""
         told: dict[str, list[str]] = {}
         for mend in range(MENDS + 1):
             examined = examine(attempt.text, self.path)
@@ -256,12 +256,12 @@ class AgentLoop:
             before = attempt.text
             attempt.text, told = self.workshop.mended(before, owners, MEND)
             self.workshop.referred += told.pop("plan", [])
-            if attempt.text == before and not told:  # to ask the same again would bring the same answers
+            if attempt.text == before and not told:  # asking the same again would give the same answers
                 return (examined if errors else self._considered(attempt, examined)), [said(one) for one in errors]
         raise AssertionError("the last round returns")
 
     def _considered(self, attempt: Attempt, examined: Examination) -> Examination:
-        """Give owners one chance to mend what the lint warns of: that is cheaper before a run than after it."""
+        """Give owners one chance to fix the lint's warnings: that is cheaper before a run than after it."""
         known = {ESTIMATE} if any(one.pace for one in self.made) else set()
         fresh = [p for p in examined.warnings if (p.rule, p.path) not in self._warned and p.rule not in known]
         self._warned |= {(p.rule, p.path) for p in fresh}
@@ -275,7 +275,7 @@ class AgentLoop:
         return self._doubted(attempt, examined, doubts)
 
     def _doubted(self, attempt: Attempt, examined: Examination, doubts: list[str]) -> Examination:
-        """Put before the Planner, once, what the check says of the expectations themselves, before it is run."""
+        """Ask the Planner once, before the run, about problems of the expectations themselves."""
         assert examined.loaded is not None
         plan = self.agreement.plan
         held = held_at_start(examined.loaded, [name for name in self.agreement.names if name not in plan.keeps])
@@ -288,10 +288,10 @@ class AgentLoop:
         rules = frozenset(problem.rule for problem in examined.warnings)
         decision = self._decided(attempt, Report(doubts=doubts, rules=rules), before_run=True)
         if decision.action == "give_up":
-            return examined  # it is run all the same: the doubts may be wrong, and the best version is what counts
+            return examined  # run it all the same: the doubts may be wrong
         agreed, (alone, _) = copy(self.agreement), self.agreement.changed(attempt.text, decision)
         text, _ = self._revised(attempt, decision)
-        for version in (text, alone):  # promise and case change together
+        for version in (text, alone):  # contract and case change together
             if (taken := self._taken(attempt, version, examined)) is not examined:
                 return taken
         self.agreement.take_back(agreed)
@@ -299,7 +299,7 @@ class AgentLoop:
         return examined
 
     def _taken(self, attempt: Attempt, text: str, before: Examination) -> Examination:
-        """Take over what was mended, unless that made things worse."""
+        """Adopt a repaired text, unless it is worse."""
         mended = examine(text, self.path)
         if mended.errors or self.agreement.breaches(mended):
             return before
@@ -313,7 +313,7 @@ class AgentLoop:
         return owners
 
     def progress(self, progress: Any) -> None:
-        """Tell how far a simulation is."""
+        """Report the progress of a simulation."""
         self.emit("progress", live=True, phase=progress.phase, t=progress.t, duration=progress.duration)
 
     # --- what is done next ------------------------------------------------------------------------------------
@@ -336,7 +336,7 @@ class AgentLoop:
         return decision
 
     def _left(self, attempt: Attempt) -> str:
-        """What may still be used, in words; the same again when a loop goes on after an interruption."""
+        """What is left of the budget, in words; the same text again when a loop is resumed."""
         minutes = self.attempts.minutes_left(attempt, self.limits.minutes_left())
         words = [f"{self.limits.attempts - attempt.number} of {self.limits.attempts} attempts are left"]
         if minutes is not None:
@@ -355,7 +355,7 @@ class AgentLoop:
         return "\n".join(rows)
 
     def _revised(self, attempt: Attempt, decision: Decision) -> tuple[str, list[str]]:
-        """Do what was decided. Returns the text, and what could not be done."""
+        """Carry out a decision; return the new text, and what could not be done."""
         text, routes = self.agreement.apply(attempt.text, decision), list(decision.routes)
         patches = (attempt.critique or {}).get("patches", [])
         left_out: list[str] = []
@@ -377,7 +377,7 @@ class AgentLoop:
     # --- ends -------------------------------------------------------------------------------------------------
 
     def outcome(self, state: State, why: str) -> Outcome:
-        """Publish the best attempt and say how it ended."""
+        """Publish the best attempt, and return the outcome."""
         best = max(self.made, key=lambda one: one.rank(self.agreement.names), default=None)
         unresolved = []
         if best is not None:

@@ -12,7 +12,7 @@ State = Literal["accepted", "impossible", "gave_up", "spent", "failed"]
 
 @dataclass(frozen=True)
 class Limits:
-    """What a loop may use, besides tokens, money and time."""
+    """Bounds of a loop, besides tokens, cost and time."""
 
     attempts: int = 30
     sim_timeout: float = 3600.0
@@ -28,7 +28,7 @@ class Limits:
 
 @dataclass
 class Outcome:
-    """What came of it."""
+    """Result of a loop."""
 
     state: State
     why: str

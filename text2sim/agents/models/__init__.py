@@ -1,4 +1,4 @@
-"""Language models: what is asked, whom, what it cost, and how a reply becomes data.
+"""Language models: requests, endpoints, costs, and parsing of replies.
 
 `litellm_client` is the only module that imports litellm.
 """

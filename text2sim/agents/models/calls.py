@@ -1,4 +1,4 @@
-"""Finished calls of a case: kept so that none is paid for twice, counted, and bounded."""
+"""Log of finished model calls, so that none is paid for twice; their account and budget."""
 
 import json
 import time
@@ -19,15 +19,14 @@ KEPT = ("text", "tokens_in", "tokens_out", "cost", "seconds", "model", "estimate
 
 
 class CallLog:
-    """The calls of a case, one file each, written before a reply is used; safe to use from several threads.
+    """The calls of a case, one file each, written before the reply is used; thread-safe.
 
-    A call whose model and request are in the log is answered from it: a loop that was killed and is started again
-    asks nothing a second time.
+    A call whose model and request are in the log is answered from it: a resumed loop asks nothing a second time.
 
     Args:
-        folder: Where the files lie, `<role>-<NN>.json`; made when it is needed.
-        cache: A folder that several cases share. Replies from it were paid for by another case. Endpoints that
-            people answer never use it.
+        folder: Folder of the files `<role>-<NN>.json`; created when needed.
+        cache: Folder shared by several cases. Replies from it were paid for by another case. Endpoints answered by
+            people never use it.
     """
 
     def __init__(self, folder: Path, cache: Path | None = None) -> None:
@@ -42,25 +41,24 @@ class CallLog:
                 self._known.setdefault(*found)
 
     def ask(self, endpoint: Endpoint, request: Request, stop: Callable[[], bool] = never, *, attempt: int = 0) -> Reply:
-        """Return the reply to a request, asking only if it is not at hand.
+        """Return the reply to a request; the model is called only if the reply is not stored.
 
         Args:
             endpoint: The model.
-            request: What to ask.
+            request: The request.
             stop: Polled; returns whether to give up.
-            attempt: The attempt at the case that it belongs to; kept with it.
+            attempt: Number of the attempt that the call belongs to; stored with it.
 
         Returns:
-            The reply. `cached` says that nothing was asked; `free`, that this case does not pay, or paid and it is
-            counted already.
+            The reply. `cached`: the model was not called. `free`: it costs this case nothing, or is counted already.
 
         Raises:
-            ModelError: If the model gives none.
+            ModelError: If the model gives no reply.
         """
         key = sha256(f"{endpoint.name}\n{request.digest()}".encode()).hexdigest()
         with self._lock:
             busy = self._busy.setdefault(key, Lock())
-        with busy:  # of two that ask the same at once, one waits for the other's reply
+        with busy:  # of two identical concurrent calls, one waits for the other's reply
             if key in self._known:
                 with self._lock:
                     free = self._known[key].free or key in self._counted
@@ -89,14 +87,14 @@ class CallLog:
     def _write(self, request: Request, record: str) -> None:
         with self._lock:
             path, count = self._folder / f"{request.stem}.json", 1
-            while path.exists():  # another question had this number, before the loop took another way
+            while path.exists():  # the number was used by another question before the loop took a different path
                 count += 1
                 path = self._folder / f"{request.stem}-{count}.json"
             write_whole(path, record)
 
 
 def _read(path: Path) -> tuple[str, Reply] | None:
-    """Key and reply of a file; None if it cannot be trusted, and the call is made anew."""
+    """Key and reply in a file; None if the file is invalid, so that the call is repeated."""
     try:
         data = json.loads(read_plain(path, LARGEST))
         kept = {name: data["reply"][name] for name in KEPT}
@@ -112,7 +110,7 @@ def _read(path: Path) -> tuple[str, Reply] | None:
 
 @dataclass(frozen=True)
 class Spent:
-    """What some calls took."""
+    """Totals of some calls."""
 
     calls: int = 0
     """Calls that were made now."""
@@ -144,20 +142,20 @@ class Spent:
 
 
 class Account:
-    """What calls took, by role and attempt; safe to use from several threads."""
+    """Tokens and cost of calls, by role and attempt; thread-safe."""
 
     def __init__(self) -> None:
         self._lock = Lock()
         self._spent: dict[tuple[str, int], Spent] = {}
 
     def add(self, role: str, attempt: int, reply: Reply, again: int = 0) -> None:
-        """Count a reply. One that was restored counts as spent before; a free one takes nothing.
+        """Add a reply. A restored one counts as spent earlier; a free one costs nothing.
 
         Args:
-            role: Who answered.
-            attempt: For which attempt.
+            role: Name of the role.
+            attempt: Number of the attempt.
             reply: The reply.
-            again: Tokens of the letter that a prompt cache can serve.
+            again: Tokens of the request that a prompt cache can serve.
         """
         spent = Spent(calls=int(not reply.cached), cached=int(reply.cached))
         if not reply.free:
@@ -177,20 +175,20 @@ class Account:
             self._spent[role, attempt] = self._spent.get((role, attempt), Spent()) + spent
 
     def total(self) -> Spent:
-        """What all calls took."""
+        """Totals of all calls."""
         with self._lock:
             return sum(self._spent.values(), Spent())
 
     def by_role(self) -> dict[str, Spent]:
-        """What the calls of each role took."""
+        """Totals by role."""
         return self._by(0)
 
     def by_attempt(self) -> dict[int, Spent]:
-        """What the calls for each attempt took, in order."""
+        """Totals by attempt, in order."""
         return dict(sorted(self._by(1).items()))
 
     def table(self) -> list[tuple[str, ...]]:
-        """Rows for people: a head, the roles by what they took, the attempts, the sum of all."""
+        """Rows of a printed table: a header, the roles by tokens used, the attempts, the total."""
         head = ("", "calls", "cached", "tokens in", "of them again", "tokens out", "cost", "time")
         roles = sorted(self.by_role().items(), key=lambda row: -row[1].tokens)
         attempts = [(f"attempt {number}", spent) for number, spent in self.by_attempt().items()]
@@ -220,13 +218,13 @@ def _row(name: str, spent: Spent) -> tuple[str, ...]:
 
 
 class Budget:
-    """What a loop may take in all, with what it took before it was interrupted.
+    """Bounds of a loop, including what it used before an interruption.
 
     Args:
-        tokens: In and out together; None for no bound.
-        cost: US dollars. Calls whose price nobody knows count nothing: bound tokens as well.
-        minutes: Minutes by the clock, from now on.
-        minutes_before: Minutes that were used before an interruption.
+        tokens: Input and output tokens together; None for no bound.
+        cost: US dollars. Calls of unknown price count as zero: bound the tokens as well.
+        minutes: Wall time from now on [min].
+        minutes_before: Wall time used before an interruption [min].
     """
 
     def __init__(
@@ -242,15 +240,15 @@ class Budget:
 
     @property
     def minutes_used(self) -> float:
-        """Minutes used so far, with those before."""
+        """Minutes used so far, including those before an interruption."""
         return (time.monotonic() - self._start) / 60
 
     def minutes_left(self) -> float | None:
-        """Minutes that are left; None without a bound."""
+        """Minutes left; None without a bound."""
         return None if self._minutes is None else max(0.0, self._minutes - self.minutes_used)
 
     def exceeded(self, account: Account) -> str | None:
-        """Say which bound is reached, in words; None if there is something left."""
+        """Describe the bound that is reached; None if none is."""
         spent = account.total()
         if self._tokens is not None and spent.tokens >= self._tokens:
             return f"{spent.tokens:,} tokens are spent of {self._tokens:,}"

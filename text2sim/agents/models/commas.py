@@ -1,4 +1,4 @@
-"""Commas that nobody quoted: `{what: a ball, a ramp}` is meant as one text, and YAML reads half of it as a key."""
+"""Repair of unquoted commas: `{what: a ball, a ramp}` means one text, but YAML reads the second half as a key."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +11,7 @@ from text2sim.spec_schema.text.masking import mask
 
 @dataclass
 class _Open:
-    """A collection that is being read."""
+    """A flow collection that is being read."""
 
     braces: bool
     """A mapping in braces."""
@@ -23,11 +23,11 @@ class _Open:
 
 
 def rejoined(text: str) -> tuple[str, list[tuple[int, str]]]:
-    """Put together what unquoted commas cut off: keys without a colon in `{…}`, after a plain value.
+    """Rejoin values that were split at unquoted commas: keys without a colon in `{…}`, after a plain value.
 
     Returns:
-        The text, and what cannot be put to a value: its line, from 0, and what stands there. Text that is no YAML stays
-        as it is.
+        The text, and the fragments that cannot be rejoined, each with its line, from 0. Text that is not YAML is
+        returned unchanged.
     """
     joins: dict[int, int] = {}
     lost: list[tuple[int, str]] = []

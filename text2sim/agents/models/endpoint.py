@@ -1,4 +1,4 @@
-"""Whoever answers requests, and how it is named on a command line."""
+"""Endpoints that answer requests, and their names on the command line."""
 
 import re
 from collections.abc import Callable
@@ -20,16 +20,16 @@ _SWITCH = {"yes": True, "no": False}
 
 
 class Endpoint(Protocol):
-    """A model, or somebody who plays one. It may be called from several threads at once."""
+    """A model, or a person or agent in its place; called from several threads at once."""
 
     @property
     def name(self) -> str:
-        """What it is called in records; the same for the same model wherever a case lies."""
+        """Its name in records, independent of where the case lies."""
         ...
 
     @property
     def vision(self) -> bool:
-        """Whether it sees pictures."""
+        """Whether it accepts images."""
         ...
 
     @property
@@ -41,26 +41,26 @@ class Endpoint(Protocol):
         """Answer a request.
 
         Args:
-            request: What is asked.
-            stop: Asked a few times a second whether to give up.
+            request: The request.
+            stop: Polled a few times a second; returns whether to give up.
 
         Raises:
-            StoppedError: If `stop` said so.
+            StoppedError: If `stop` returned true.
             ModelError: If there is no reply.
         """
         ...
 
 
 def never() -> bool:
-    """For callers that never give up."""
+    """Return False: the `stop` of callers that never give up."""
     return False
 
 
 def endpoint_of(spec: str) -> Endpoint:
-    """Return the endpoint of a name; see `FORMS`.
+    """Return the endpoint for a name; see `FORMS`.
 
     Raises:
-        ModelError: If the name is none, its provider unknown, its key not in the environment, or its folder missing.
+        ModelError: If the name is invalid, its provider unknown, its key not in the environment, or its folder missing.
     """
     kind, _, rest = spec.partition(":")
     if kind in ("mailbox", "replay"):
@@ -77,10 +77,10 @@ def endpoint_of(spec: str) -> Endpoint:
 
 
 def parse_name(spec: str) -> ModelName:
-    """Read the name of a model.
+    """Parse the name of a model.
 
     Raises:
-        ModelError: If it is none.
+        ModelError: If the name is invalid.
     """
     text, *options = spec.strip().split(",")
     switches: dict[str, bool] = {}

@@ -20,7 +20,7 @@ _IMAGE_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.@-]{0,99}")
 
 
 class ModelError(Text2SimError):
-    """A model that gave no reply.
+    """Error: a model gave no reply.
 
     Attributes:
         retryable: Whether the same request may succeed later.
@@ -32,15 +32,15 @@ class ModelError(Text2SimError):
 
 
 class StoppedError(ModelError):
-    """A call that was given up because the caller asked for it."""
+    """Error: a call was given up at the caller's request."""
 
 
 @dataclass(frozen=True)
 class Image:
-    """A picture for a model.
+    """An image for a model.
 
     Raises:
-        AssetError: If it is no PNG or JPEG, too large, or its name is not a plain file name.
+        AssetError: If it is not a PNG or JPEG, too large, or its name is not a plain file name.
     """
 
     name: str
@@ -61,7 +61,7 @@ class Image:
 
     @property
     def ending(self) -> str:
-        """The ending of a file for it, without a dot."""
+        """Its file extension, without the dot."""
         return MEDIA_TYPES[self.media_type][0]
 
     @property
@@ -81,7 +81,7 @@ class Message:
 
 @dataclass(frozen=True)
 class Request:
-    """One call of a model."""
+    """Input of one model call."""
 
     role: str
     """Who asks, such as `planner`: a lower-case word, part of file names."""
@@ -103,11 +103,11 @@ class Request:
 
     @property
     def stem(self) -> str:
-        """The beginning of the names of its files, such as `planner-01`."""
+        """Prefix of its file names, such as `planner-01`."""
         return f"{self.role}-{self.number:02}"
 
     def as_dict(self) -> dict[str, Any]:
-        """All that a model is told, as plain data; pictures by name, size and SHA-256."""
+        """All that the model is sent, as plain data; images by name, size and SHA-256."""
         return {
             "role": self.role,
             "messages": [
@@ -127,15 +127,15 @@ class Request:
         }
 
     def digest(self) -> str:
-        """SHA-256 over all that a model is told; `number` is no part of it."""
-        # The order of keys in a schema is part of what a model sees, but not of what it means: it is sorted away.
+        """SHA-256 over all that the model is sent; `number` is not part of it."""
+        # The order of keys in a schema has no meaning, so it is sorted away.
         text = json.dumps(self.as_dict(), sort_keys=True, ensure_ascii=True, allow_nan=False)
         return sha256(text.encode()).hexdigest()
 
 
 @dataclass(frozen=True)
 class Reply:
-    """What a model answered, and what it cost."""
+    """A model's reply and its cost."""
 
     text: str
     tokens_in: int
@@ -156,7 +156,7 @@ class Reply:
 
 @dataclass(frozen=True)
 class ModelName:
-    """A model as it is named on a command line."""
+    """A model's name on the command line, parsed."""
 
     model: str
     """`provider/model`, or what the server at `url` calls it."""

@@ -1,4 +1,4 @@
-"""Extraction of the data of a reply: from a fenced block, or bare among prose."""
+"""Extraction of the data of a reply: from a fenced block, or bare between prose."""
 
 import re
 from dataclasses import dataclass
@@ -27,20 +27,20 @@ class Block:
 
 
 def without_thoughts(reply: str) -> str:
-    """Drop what a reasoning model thought aloud before its answer."""
+    """Remove the visible reasoning of a model before its answer."""
     found = _THOUGHT.match(reply)
     return reply[found.end() :] if found else reply
 
 
 def fenced_blocks(reply: str) -> list[Block]:
-    """All fenced blocks in order. The last may be open: then the reply ended in it."""
+    """All fenced blocks in order. The last one may be unclosed, if the reply was cut off."""
     blocks: list[Block] = []
     lines: list[str] = []
     opened: tuple[str, str, str, int] | None = None  # indentation, fence, mark, line
     for number, line in enumerate(_LINES.split(reply), 1):
         if opened is None:
             found = _FENCE.fullmatch(line)
-            if found is not None and not (found[2][0] == "`" and "`" in found[3]):  # else it is code within a line
+            if found is not None and not (found[2][0] == "`" and "`" in found[3]):  # else it is inline code
                 words = found[3].strip().lower().split("{")[0].split()
                 opened, lines = (found[1], found[2], words[0] if words else "", number + 1), []
             continue
@@ -58,7 +58,7 @@ def fenced_blocks(reply: str) -> list[Block]:
 
 
 def bare_block(reply: str) -> Block | None:
-    """The data of a reply without fences: what is left when prose before and after it is taken away."""
+    """The data of a reply without fences: the lines left after removing prose before and after."""
     lines = _LINES.split(reply)
     start = next((i for i, line in enumerate(lines) if _starts_data(line)), None)
     if start is not None and lines[start].rstrip().endswith(":"):
@@ -82,12 +82,12 @@ def bare_block(reply: str) -> Block | None:
 
 
 def looks_like_json(text: str) -> bool:
-    """Whether it begins as JSON does, and not as lists and mappings of YAML do: with a quote, or with a comment."""
+    """Whether a collection begins like JSON rather than like a YAML flow collection: with a quote or a comment."""
     return text.lstrip()[:1] in ("{", "[") and text.lstrip(" \t\r\n{[")[:1] in ('"', "/")
 
 
 def plain_json(text: str) -> str:
-    """Make JSON that takes liberties into YAML of the same lines: comments become blanks, pairs of surrogates one."""
+    """Turn lenient JSON into YAML with the same lines: comments become blanks, surrogate pairs one character."""
     pieces: list[str] = []
     done = 0
     for found in _JSON_PART.finditer(text):
@@ -98,7 +98,7 @@ def plain_json(text: str) -> str:
     return "".join([*pieces, text[done:]])
 
 
-# The last two take an end that is missing for the end of the text, so that nothing is searched twice.
+# The last two patterns also match unterminated, up to the end of the text, so that nothing is searched twice.
 _JSON_PART = re.compile(r'"(?:[^"\\\n]|\\.)*"?|//[^\n]*|/\*(?:[^*]|\*(?!/))*(?:\*/)?')
 _SURROGATES = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u([dD][c-fC-F][0-9a-fA-F]{2})")
 
@@ -113,7 +113,7 @@ def _starts_data(line: str) -> bool:
 
 
 def _is_data(line: str) -> bool:
-    """Whether a last line can belong to block YAML: it is indented, or a key, an item or a comment."""
+    """Whether a last line can belong to block YAML: it is indented, a key, an item or a comment."""
     return line[:1] in (" ", "#", "}", "]") and bool(line.strip()) or _starts_data(line)
 
 

@@ -1,4 +1,4 @@
-"""Files that are whole or not there, and reading what a stranger put into a folder."""
+"""Atomic writing of files, and safe reading of files from untrusted writers."""
 
 import os
 import stat
@@ -8,11 +8,11 @@ from text2sim.spec_schema.whole_files import replacing
 
 
 class UnfitFileError(OSError):
-    """A file that is there and will not be read; the message says why."""
+    """Error: a file exists but is refused; the message says why."""
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
-    """Write a file that is complete from the moment on at which it is there, after a loss of power too."""
+    """Write a file atomically and durably: it is either complete or absent, even after a loss of power."""
     data = content.encode() if isinstance(content, str) else content
     path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as part, part.open("wb") as file:
@@ -24,17 +24,17 @@ def write_whole(path: Path, content: str | bytes) -> None:
 def read_plain(path: Path, limit: int) -> str:
     """Return the text of an ordinary file.
 
-    A link is not followed, and nothing but an ordinary file is opened for long: a pipe has no end.
+    Links are not followed, and only regular files are read: a pipe may never end.
 
     Args:
         path: The file.
         limit: Largest size [bytes].
 
     Raises:
-        UnfitFileError: If it is a link, no ordinary file, too large, or not UTF-8.
+        UnfitFileError: If it is a link, not a regular file, too large, or not UTF-8.
         OSError: If it cannot be read.
     """
-    # O_NONBLOCK: to open a pipe that nobody writes to would wait without end.
+    # O_NONBLOCK: opening a pipe without a writer would block forever.
     if path.is_symlink():
         raise UnfitFileError("it is a link, and links are not followed")
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))

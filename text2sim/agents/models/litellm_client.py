@@ -1,7 +1,7 @@
-"""Every provider that litellm knows, and every OpenAI-compatible server; the only module that imports litellm.
+"""Client for every provider that litellm supports and every OpenAI-compatible server; only this imports litellm.
 
-The library does one request and nothing else: no telemetry, no retries, no files, no prices from the network, no
-`.env`. Keys come from the environment, and reach nothing but the request.
+The library makes one request and nothing else: no telemetry, retries, files, `.env` or prices from the network. Keys
+come from the environment and are used for the request alone.
 """
 
 import base64
@@ -32,16 +32,16 @@ _import = Lock()
 
 
 class LiteLLMEndpoint:
-    """A model behind litellm.
+    """A model that is called through litellm.
 
     Args:
-        name: Which one.
-        timeout: Longest time for one try [s].
-        tries: How often to ask before giving up.
-        first_wait: Pause before the second try [s], if the provider names none; it doubles from try to try.
+        name: The model.
+        timeout: Longest time of one try [s].
+        tries: Number of tries before giving up.
+        first_wait: Pause before the second try [s] if the provider names none; doubles with each try.
 
     Raises:
-        ModelError: If there is no such provider, or its key is not in the environment.
+        ModelError: If the provider is unknown, or its key is not in the environment.
         MachineError: If litellm is not installed.
     """
 
@@ -63,7 +63,7 @@ class LiteLLMEndpoint:
         self._schema = held if name.schema is None else name.schema
 
     def complete(self, request: Request, stop: Callable[[], bool]) -> Reply:
-        """Ask the model, again after errors that pass; see `Endpoint.complete`."""
+        """Call the model, with retries after transient errors; see `Endpoint.complete`."""
         schema = self._schema and request.schema is not None
         start, tried = time.monotonic(), 0
         while True:
@@ -100,7 +100,7 @@ class LiteLLMEndpoint:
             form = {"name": request.role.replace("-", "_"), "schema": request.schema, "strict": False}
             arguments["response_format"] = {"type": "json_schema", "json_schema": form}
         if self._url is not None:
-            # A server at home wants no key; the client wants one all the same.
+            # A local server needs no key, but the client insists on one.
             arguments |= {"api_base": self._url, "api_key": os.environ.get(OWN_KEY) or "none"}
         return arguments
 
@@ -118,14 +118,14 @@ class LiteLLMEndpoint:
         return {"role": message.role, "content": parts}
 
     def _once(self, arguments: dict[str, Any], stop: Callable[[], bool]) -> Any:
-        """One try, in a thread of its own, so that neither a slow server nor a trickling one holds us."""
+        """One try, in its own thread, so that a slow or trickling server cannot block the loop."""
         library = _library()
         done: SimpleQueue[tuple[Any, Exception | None]] = SimpleQueue()
 
         def work() -> None:
             try:
                 done.put((library.completion(**arguments), None))
-            except Exception as error:  # carried to the thread that waits
+            except Exception as error:  # re-raised in the waiting thread
                 done.put((None, error))
 
         deadline = time.monotonic() + self._timeout
@@ -220,10 +220,10 @@ def _is_about_schema(error: Exception) -> bool:
 
 
 def _cost(response: Any, model: str) -> float | None:
-    """US dollars; None if litellm does not know the model's price."""
+    """Cost [US$]; None if litellm does not know the model's price."""
     try:
         cost = float(_library().completion_cost(completion_response=response, model=model))
-    except Exception:  # it raises whatever it meets
+    except Exception:  # litellm documents no exception type here
         return None
     return cost if math.isfinite(cost) and cost >= 0 else None
 

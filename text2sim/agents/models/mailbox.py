@@ -1,6 +1,6 @@
-"""Models that are played through a folder: every request is a file, and its reply is awaited as one.
+"""Mailbox: a folder in which a person or agent plays a model. Requests and replies are files.
 
-`docs/models.md` has the protocol for whoever answers.
+`docs/models.md` describes the protocol.
 """
 
 import os
@@ -28,7 +28,7 @@ _HEAD = 2_000
 
 
 class Mailbox:
-    """Whoever reads the requests in a folder and writes replies beside them: a person, or another agent."""
+    """Endpoint that is answered by a person or agent: reads requests in a folder and writes replies beside them."""
 
     name = "mailbox"
     vision = True
@@ -39,7 +39,7 @@ class Mailbox:
         self._lock = Lock()
 
     def complete(self, request: Request, stop: Callable[[], bool]) -> Reply:
-        """Write the request and wait for its reply, without end; see `Endpoint.complete`."""
+        """Write the request and wait for its reply, without a time limit; see `Endpoint.complete`."""
         start = time.monotonic()
         with self._lock:
             self._post(request)
@@ -47,7 +47,7 @@ class Mailbox:
         return _reply(request, text, self.name, time.monotonic() - start)
 
     def _post(self, request: Request) -> None:
-        """Write the request, unless the very same lies there: then its reply may already be there too."""
+        """Write the request, unless the identical one exists: then its reply may exist, too."""
         path = self._folder / f"{request.stem}.request.md"
         try:
             head = read_plain(path, LARGEST * 2)[:_HEAD] if path.exists() or path.is_symlink() else ""
@@ -64,7 +64,7 @@ class Mailbox:
             raise ModelError(f"{error.filename or self._folder}: {error.strerror or error}") from None
 
     def _supersede(self, request: Request) -> None:
-        """Put what lies there under this number away: it belongs to another question."""
+        """Move the files of this number away: they belong to another question."""
         endings = [f"reply.{e}" for e in ENDINGS] + ["request.md"]
         old = [self._folder / f"{request.stem}.{ending}" for ending in endings]
         pictures = "|".join(ending for ending, _ in MEDIA_TYPES.values())
@@ -88,7 +88,7 @@ class Mailbox:
             for path in _reply_paths(self._folder, request):
                 with suppress(FileNotFoundError):
                     state = path.lstat()
-                    if state.st_size == 0 and stat.S_ISREG(state.st_mode):  # made, and about to be written
+                    if state.st_size == 0 and stat.S_ISREG(state.st_mode):  # created, and about to be written
                         continue
                     now = (path, state.st_size, state.st_mtime_ns)
                     if now == seen or time.time() - state.st_mtime > SETTLED:
@@ -101,7 +101,7 @@ class Mailbox:
 
 
 class Replay:
-    """A finished mailbox that answers again, by role and number, whatever is asked."""
+    """Endpoint that replays a finished mailbox, by role and number, whatever the question."""
 
     name = "replay"
     vision = True
@@ -113,7 +113,7 @@ class Replay:
         self._folder = folder
 
     def complete(self, request: Request, stop: Callable[[], bool]) -> Reply:
-        """Return the reply that was given to the call of this role and number; see `Endpoint.complete`."""
+        """Return the stored reply to the call of this role and number; see `Endpoint.complete`."""
         if stop():
             raise StoppedError("the replay was stopped")
         path = next(iter(_reply_paths(self._folder, request)), None)
@@ -123,7 +123,7 @@ class Replay:
 
 
 def letter(request: Request) -> str:
-    """Text of a request for whoever answers it."""
+    """Text of a request as shown to the person or agent that answers it."""
     names = iter(_picture_names(request))
     head = [
         f"# {request.role} {request.number:02}",
@@ -152,7 +152,7 @@ def _picture_names(request: Request) -> list[str]:
 
 
 def _reply_paths(folder: Path, request: Request) -> list[Path]:
-    """Files that may be the reply; a link counts as there even if it leads nowhere, so that it is told of."""
+    """Candidate reply files; a dangling link counts as existing, so that it is reported."""
     paths = [folder / f"{request.stem}.reply.{ending}" for ending in ENDINGS]
     return [path for path in paths if path.exists() or path.is_symlink()]
 

@@ -1,4 +1,4 @@
-"""Reads the data in a model's reply. A reply is data whatever it says: nothing in it is run, opened or followed."""
+"""Parsing of the data in a model's reply. A reply is only data: nothing in it is run, opened or followed."""
 
 from typing import Any, NamedTuple
 
@@ -30,7 +30,7 @@ FILE = "reply"
 
 
 class Parsed(NamedTuple):
-    """What a reply says."""
+    """Parsed data of a reply."""
 
     data: Any
     """A mapping or a list of plain values."""
@@ -39,7 +39,7 @@ class Parsed(NamedTuple):
 
 
 class ReplyError(SpecError):
-    """A reply that holds no usable data. Its text is short and fit to be sent back to the model."""
+    """Error: a reply holds no usable data. Its message is short and can be sent back to the model."""
 
     def __init__(self, problems: list[Problem], source: Source | None = None) -> None:
         super().__init__(problems)
@@ -54,21 +54,21 @@ class ReplyError(SpecError):
 def read_reply(text: str, limit: int = LIMIT) -> Parsed:
     """Return the data of a reply.
 
-    It stands in a fenced block (the last complete one that is marked as YAML or JSON; else the last one without a
-    mark), or bare, with or without prose around it. JSON may have comments and commas at the end.
+    The data is in a fenced block (the last complete one marked as YAML or JSON, else the last unmarked one), or bare,
+    with or without prose around it. JSON may contain comments and trailing commas.
 
     Args:
-        text: What the model said.
-        limit: Longest reply that is read [characters].
+        text: The reply.
+        limit: Longest accepted reply [characters].
 
     Raises:
-        ReplyError: If it holds no data, if that is not complete or not valid, has a key twice, anchors, aliases or
-            tags, or is nested too deep or too large. Lines are counted in the whole reply.
+        ReplyError: If it holds no data, or data that is incomplete or invalid, has duplicate keys, anchors, aliases or
+            tags, or is too deep or too large. Line numbers refer to the whole reply.
     """
     if len(text) > limit:
         raise _error(f"the reply has {len(text):,} characters; {limit:,} are read", "too-large")
     block = _choose(text.replace("\ufeff", ""))
-    # Lines before the block are kept as blank ones, so that lines are those of the reply.
+    # Lines before the block become blank, so that line numbers are those of the reply.
     content = block.text + "\n"
     if looks_like_json(content):
         content = plain_json(content)

@@ -1,4 +1,4 @@
-"""Errors of providers in plain words, without keys, and whether to ask again."""
+"""Provider errors as messages for users, without API keys, and whether to retry."""
 
 import os
 import re
@@ -28,7 +28,7 @@ _ADVICE = {
 
 
 def without_keys(text: str) -> str:
-    """Replace whatever is, or looks like, a key."""
+    """Redact everything that is, or looks like, an API key."""
     for name, value in os.environ.items():
         if len(value) >= 8 and any(word in name.upper() for word in _SECRET):
             text = text.replace(value, "[key]")
@@ -36,11 +36,11 @@ def without_keys(text: str) -> str:
 
 
 def model_error(who: str, error: Exception) -> ModelError:
-    """Return what the user is told of an error of the client library.
+    """Convert an error of the client library.
 
     Args:
-        who: Whom was asked.
-        error: An exception with `status_code` and `message`, as those of OpenAI's client have.
+        who: Name of the endpoint.
+        error: An exception with `status_code` and `message`, like those of OpenAI's client.
     """
     status = status_of(error)
     said = str(getattr(error, "message", None) or error).split(", Received response -")[0]
@@ -54,15 +54,15 @@ def model_error(who: str, error: Exception) -> ModelError:
 
 
 def status_of(error: Exception) -> int | None:
-    """HTTP state of an error; None if there was no answer at all."""
+    """HTTP status of an error; None if there was no response."""
     if type(error).__name__ in ("Timeout", "APITimeoutError", "APIConnectionError"):
-        return None  # the library gives them a number of its own
+        return None  # the library makes up a status for these
     status = getattr(error, "status_code", None)
     return status if isinstance(status, int) else None
 
 
 def wait_asked(error: Exception) -> float | None:
-    """Seconds that a provider asks to wait, by `Retry-After` in either of its forms; None if it says nothing."""
+    """Waiting time [s] that a provider asks for with `Retry-After`, in either form; None without one."""
     headers: Any = getattr(getattr(error, "response", None), "headers", None)
     if not headers or "retry-after" not in headers:
         headers = getattr(error, "litellm_response_headers", None)

@@ -1,8 +1,8 @@
-"""Estimates of how many tokens a text or a picture takes, where the provider does not say.
+"""Token estimates for texts and images, where the provider does not report them.
 
-Text: tokens of the encoding cl100k where it is at hand without a network, else a quarter of the characters.
-Pictures: one token for 750 pixels, 1,600 at most. Each message takes four more.
-Prompt caches: providers keep what a conversation begins with, if that has 1,024 tokens or more, in steps of 128.
+Text: tokens of the encoding cl100k if it is available offline, else a quarter of the characters.
+Images: one token per 750 pixels, at most 1,600. Each message adds four.
+Prompt caches: providers cache the prefix of a conversation from 1,024 tokens on, in steps of 128.
 """
 
 import importlib.util
@@ -29,7 +29,7 @@ _lock = Lock()
 
 
 def text_tokens(text: str) -> int:
-    """Tokens of a text."""
+    """Number of tokens of a text."""
     with _lock:
         encoding = _encoding()
     if encoding is None:
@@ -39,11 +39,11 @@ def text_tokens(text: str) -> int:
 
 
 def image_tokens(image: Image) -> int:
-    """Tokens of a picture, by its size alone."""
+    """Number of tokens of an image, from its size alone."""
     from PIL import Image as Picture
 
     try:
-        with Picture.open(BytesIO(image.data)) as picture:  # reads no further than the head
+        with Picture.open(BytesIO(image.data)) as picture:  # reads the header only
             width, height = picture.size
     except (OSError, ValueError, SyntaxError, Picture.DecompressionBombError):
         return LARGEST
@@ -51,23 +51,23 @@ def image_tokens(image: Image) -> int:
 
 
 def request_tokens(request: Request) -> int:
-    """Tokens of all messages of a request, with their pictures."""
+    """Number of tokens of all messages of a request, including images."""
     return sum(
         MESSAGE + text_tokens(message.text) + sum(map(image_tokens, message.images)) for message in request.messages
     )
 
 
 class Beginnings:
-    """What was sent to each model so far: the beginning that a letter shares with an earlier one is in its cache.
+    """Requests sent to each model so far, to estimate cached prefixes.
 
-    Pictures end a beginning, so that the count is rather too low.
+    An image ends a prefix, so the estimate is rather too low.
     """
 
     def __init__(self) -> None:
         self._sent: dict[str, list[str]] = {}
 
     def again(self, model: str, request: Request) -> int:
-        """Return how many tokens at the beginning of a request were sent to this model before; remember the request."""
+        """Return the tokens of a request's prefix that this model has seen before; remember the request."""
         text = ""
         for message in request.messages:
             text += f"{message.role}\n{message.text}\n"
@@ -81,7 +81,7 @@ class Beginnings:
 
 
 def alike(one: str, other: str) -> int:
-    """Characters with which both texts begin: found by halving, so that texts are compared in blocks."""
+    """Length of the common prefix of two texts [characters], by bisection, which compares whole blocks."""
     low, high = 0, min(len(one), len(other))
     while low < high:
         middle = (low + high + 1) // 2
@@ -94,11 +94,11 @@ def alike(one: str, other: str) -> int:
 
 @lru_cache(maxsize=1)
 def _encoding() -> Any:
-    """The encoding, or None if its table is not on this machine: tiktoken would then download it."""
+    """The encoding; None if its table is not on this machine, because tiktoken would download it."""
     if importlib.util.find_spec("tiktoken") is None:
         return None
     folders = [os.environ.get("TIKTOKEN_CACHE_DIR", "")]
-    found = importlib.util.find_spec("litellm")  # brings the table along; it is not imported for that
+    found = importlib.util.find_spec("litellm")  # ships the table; no import needed
     if found is not None and found.origin is not None:
         folders.append(str(Path(found.origin).parent / "litellm_core_utils" / "tokenizers"))
     folder = next((f for f in folders if f and (Path(f) / _CL100K).is_file()), None)
