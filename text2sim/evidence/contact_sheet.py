@@ -1,4 +1,4 @@
-"""The contact sheet: pictures sampled from the film, side by side, each with its time."""
+"""Contact sheet: frames sampled from the film, side by side, each with its time."""
 
 import re
 from pathlib import Path
@@ -22,7 +22,7 @@ _FRAME = re.compile(r"(?P<camera>\w+)_(?P<number>\d{1,5})\.png\Z")
 
 
 def write_contact_sheet(run_dir: Path) -> Path | None:
-    """Write `contact_sheet.png` from `frames/`; return it, or None if there are no pictures."""
+    """Write `contact_sheet.png` from `frames/`; return its path, or None if there are no frames."""
     from PIL import Image, UnidentifiedImageError
 
     target = run_dir / "contact_sheet.png"
@@ -34,7 +34,7 @@ def write_contact_sheet(run_dir: Path) -> Path | None:
             with Image.open(path) as picture:
                 small = picture.convert("RGB")
         except (OSError, UnidentifiedImageError, Image.DecompressionBombError):
-            continue  # cut off in the middle: the others still tell the story
+            continue  # truncated file: show the others
         small.thumbnail((THUMBNAIL, 2 * THUMBNAIL))
         known = samples.get(camera, [])
         time = f"{known[number][0]:.2f} s" if number < len(known) else f"no. {number}"
@@ -49,12 +49,12 @@ def write_contact_sheet(run_dir: Path) -> Path | None:
 def contact_sheet(
     thumbnails: "list[tuple[str, str, Image]]", *, width: int = THUMBNAIL, columns: int = COLUMNS
 ) -> "Image":
-    """Return pictures side by side, the rows of each camera together.
+    """Return pictures side by side, grouped by camera.
 
     Args:
-        thumbnails: Camera, time in words, and picture, none wider than `width`.
-        width: Of a picture [pixels].
-        columns: In a row at most.
+        thumbnails: Camera, label of the time, and picture, none wider than `width`.
+        width: Width of a picture [pixels].
+        columns: Largest number of pictures in a row.
     """
     from PIL import Image, ImageDraw, ImageFont
 

@@ -1,6 +1,6 @@
-"""Contacts: which bodies touched when, and what momentum went through it.
+"""Contacts: which bodies touched when, and the momentum that they exchanged.
 
-A recorded force is the mean over the substeps of a step, so force times dt is the momentum that went through.
+A recorded force is the mean over the substeps of a step, so force times dt is the momentum exchanged.
 """
 
 from dataclasses import dataclass, fields
@@ -69,7 +69,7 @@ Rows = TypeVar("Rows", Touches, Episodes)
 
 
 def choose(rows: Rows, chosen: Array) -> Rows:
-    """Return the chosen rows: a mask, or numbers of rows in a new order."""
+    """Return the rows selected by a mask or by indices."""
     return type(rows)(*(getattr(rows, column.name)[chosen] for column in fields(rows)))
 
 
@@ -85,7 +85,7 @@ class ContactLog:
 
     @classmethod
     def of(cls, cast: RecordedNames) -> "ContactLog":
-        """The contacts of a recording."""
+        """Return the contacts of a recording."""
         states, case = cast.states, cast.case
         model = contact_model(case.bodies.values(), case.scene)
         why_not = f"contact model {model} does not tell the contacts of rigid bodies" if model in SILENT else ""
@@ -95,12 +95,12 @@ class ContactLog:
 
     @property
     def recorded(self) -> bool:
-        """Whether there would be contacts if anything touched."""
+        """Whether contacts were recorded at all, even if nothing touched."""
         return not self.why_not
 
     @cached_property
     def step(self) -> Array:
-        """Number of steps done when the pair touched, 1 after the first, (n,)."""
+        """Number of completed steps when the pair touched, 1 after the first, shape (n,)."""
         return self.states.contact("step").astype(np.int64)
 
     @cached_property
@@ -110,7 +110,7 @@ class ContactLog:
 
     @cached_property
     def force(self) -> Array:
-        """On the first link of each row [N], (n, 3); recorded is that on the second."""
+        """Force on the first link of each row [N], shape (n, 3); the recording holds that on the second."""
         return -self.states.contact("force").astype(float)
 
     @cached_property
@@ -125,18 +125,18 @@ class ContactLog:
 
     @cached_property
     def pos(self) -> Array:
-        """Where each row touched [m], world, (n, 3)."""
+        """Contact point of each row [m], world, shape (n, 3)."""
         return self.states.contact("pos").astype(float)
 
     @cached_property
     def frame(self) -> Array:
-        """The frame to which each row belongs, (n,): the first after its step; F where there is none."""
+        """Index of the first frame after the step of each row, shape (n,); F where there is none."""
         return np.searchsorted(self.states.steps, self.step, side="left")
 
     def between(self, first: Array, second: Array) -> Touches:
-        """Return the touches of things, given the number of the thing that each link belongs to (or -1).
+        """Return the touches between groups of links, given the group number of each link (-1 for none).
 
-        A thing does not touch itself. A pair that both sides name is listed once, lower number first.
+        Contacts within a group are ignored. A pair named by both sides is listed once, lower number first.
         """
         a, b = self.links[:, 0], self.links[:, 1]
         forward = (first[a] >= 0) & (second[b] >= 0)
@@ -161,7 +161,7 @@ class ContactLog:
     def _merge(self, rows: Array, pair: Array, sign: Array) -> Touches:
         normal = self.normal[rows]
         step = self.step[rows]
-        # Within a pair and step the strongest comes first: its position stands for all.
+        # Within a pair and step the strongest contact comes first: its position represents all.
         order = np.lexsort((-normal, step, pair[:, 1], pair[:, 0]))
         rows, pair, step, normal, sign = rows[order], pair[order], step[order], normal[order], sign[order]
         begins = np.flatnonzero(_changes(pair[:, 0], pair[:, 1], step))
@@ -177,7 +177,7 @@ class ContactLog:
         )
 
     def count_episodes(self, touches: Touches) -> int:
-        """Return how many episodes there are, without making them."""
+        """Return the number of episodes without constructing them."""
         return len(_begins(touches))
 
     def episodes(self, touches: Touches) -> Episodes:
@@ -211,7 +211,7 @@ def _begins(touches: Touches) -> Array:
 
 
 def _changes(*columns: Array) -> Array:
-    """Return where a row differs from the one before it, in any column; the first row does."""
+    """Return a mask of the rows that differ from the previous one in any column; true for the first."""
     new = np.ones(len(columns[0]), dtype=bool)
     if len(new):
         new[1:] = np.logical_or.reduce([column[1:] != column[:-1] for column in columns])

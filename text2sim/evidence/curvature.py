@@ -49,7 +49,7 @@ def curvatures(body: Deformable) -> tuple[Array, Array]:
 
 
 def _hinges(faces: Array) -> tuple[Array, Array]:
-    """Return the edges that two triangles share (e, 2), as the first goes along them, and both triangles (e, 2)."""
+    """Return the edges shared by two triangles (e, 2), directed as in the first, and both triangles (e, 2)."""
     sides = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     owner = np.repeat(np.arange(len(faces)), 3)
     order = np.lexsort(np.sort(sides, axis=1).T[::-1])
@@ -59,7 +59,7 @@ def _hinges(faces: Array) -> tuple[Array, Array]:
 
 
 def _border(faces: Array) -> Array:
-    """Return the points on edges of one triangle alone."""
+    """Return the indices of the points on boundary edges."""
     sides = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     ends, times = np.unique(sides, axis=0, return_counts=True)
     return np.unique(ends[times == 1])

@@ -1,4 +1,4 @@
-"""Deformation of bodies: volume, stretch, strain, tetrahedra turned inside out."""
+"""Deformation of bodies: volume, stretch, strain, inverted tetrahedra."""
 
 from collections.abc import Callable
 from typing import Any
@@ -15,7 +15,7 @@ FLATNESS = 1e-2
 
 
 class DeformationError(ValueError):
-    """Something that a body has not: an inside, edges."""
+    """Error: a body lacks what a quantity needs, such as an interior or edges."""
 
 
 def stretches(body: Deformable) -> Array:
@@ -41,7 +41,7 @@ def stretches(body: Deformable) -> Array:
 
 
 def triangles(body: Deformable) -> tuple[Array, Array]:
-    """Return triangles that span a body (f, 3), and the points (F, n, 3) that they index.
+    """Return the triangles of a body (f, 3), and the points (F, n, 3) that they index.
 
     Raises:
         DeformationError: if it has none.
@@ -73,14 +73,14 @@ def volumes(body: Deformable) -> Array:
 
     parts = []
     for span in spans(seen, len(faces)):
-        x = seen[span] - seen[span].mean(axis=1, keepdims=True)  # digits are for differences
+        x = seen[span] - seen[span].mean(axis=1, keepdims=True)  # centred, to keep precision
         corners = np.ascontiguousarray(x.transpose(2, 1, 0))
         parts.append(_triple(*(corners[:, faces[:, k]] for k in range(3))).sum(axis=0, dtype=float) / 6)
     return np.abs(np.concatenate(parts))
 
 
 def inverted(body: Deformable) -> Array | None:
-    """Return the part of the volume at the start whose tetrahedra are turned inside out, shape (F,).
+    """Return the fraction of the initial volume whose tetrahedra are inverted, shape (F,).
 
     None if the body has no tetrahedra.
     """
@@ -96,12 +96,12 @@ def inverted(body: Deformable) -> Array | None:
 def strains(body: Deformable) -> Array:
     """Return the equivalent strain of every tetrahedron or particle, shape (F, n).
 
-    E = (F^T F - 1) / 2 (Green-Lagrange), E' its deviator, and e = sqrt(2/3 E':E') (von Mises): the strain itself
-    where a bar is pulled a little and keeps its volume. F takes the edges of a tetrahedron from the start to what
-    they are; around a particle it is the least-squares fit of that to its nearest neighbours at the start.
+    E = (F^T F - 1) / 2 (Green-Lagrange), E' its deviator, and e = sqrt(2/3 E':E') (von Mises): equal to the axial
+    strain of a bar in small isochoric tension. F maps the initial edges of a tetrahedron to the current ones; for a
+    particle it is the least-squares fit over its nearest initial neighbours.
 
     Raises:
-        DeformationError: if the body is no volume.
+        DeformationError: if the body has no volume elements.
     """
     if body.tets is None and body.kind == "cloth":
         raise DeformationError(f"{body.body} is cloth, which has no inside: `stretch` is measured of it")
@@ -112,15 +112,15 @@ def strains(body: Deformable) -> Array:
     found = np.empty((len(points), gradient.shape[0] // 3), np.float32)
     for span in spans(points, gradient.shape[0] // 3):
         x = points[span].astype(np.float32)
-        x = (x - x[:, :1]).transpose(1, 2, 0)  # digits are for differences
-        # (3n, p) times (p, 3F): all derivatives of all frames in one product.
+        x = (x - x[:, :1]).transpose(1, 2, 0)  # centred, to keep precision
+        # (3n, p) times (p, 3F): the derivatives of all frames in one product.
         f = gradient @ x.reshape(len(x), -1)
         found[span] = _equivalent(f.reshape(-1, 3, 3, x.shape[2])).T
     return found
 
 
 def tet_gradient(rest: Array, tets: Array) -> Any:
-    """Return the sparse matrix (3t, p) that makes dx/dX of points x: row 3 t + j is the derivative along X_j."""
+    """Return the sparse matrix (3t, p) that maps points x to dx/dX: row 3 t + j is the derivative along X_j."""
     from scipy.sparse import csr_matrix
 
     edge = np.stack([rest[tets[:, k]] - rest[tets[:, 0]] for k in (1, 2, 3)], axis=1)
@@ -131,10 +131,10 @@ def tet_gradient(rest: Array, tets: Array) -> Any:
 
 
 def particle_gradient(rest: Array) -> Any:
-    """Return the sparse matrix (3n, p) that fits dx/dX around points to their neighbours, weighted by nearness.
+    """Return the sparse matrix (3n, p) that fits dx/dX around points to their neighbours, weighted by proximity.
 
-    Of x_i - x = F (X_i - X) the least squares are F = (sum w dx dX^T) (sum w dX dX^T)^-1. Points whose neighbours all
-    lie in a plane are left out.
+    The least-squares solution of x_i - x = F (X_i - X) is F = (sum w dx dX^T) (sum w dX dX^T)^-1. Points whose
+    neighbours are all coplanar are left out.
     """
     from scipy.sparse import csr_matrix, vstack
     from scipy.spatial import KDTree
@@ -181,9 +181,9 @@ def _equivalent(f: Array) -> Array:
 
 
 def closed(points: Array, faces: Array) -> bool:
-    """Whether triangles enclose a volume: every side belongs to two, once in each direction.
+    """Whether triangles enclose a volume: every edge belongs to two, once in each direction.
 
-    Points that lie in the same place count as one: where a texture is cut, a surface has them twice.
+    Coincident points count as one: a surface has duplicates along texture seams.
     """
     size = max(float(np.ptp(points, axis=0).max()), 1e-9)
     _, same = np.unique(np.round(points / size * 1e6).astype(np.int64), axis=0, return_inverse=True)
@@ -198,14 +198,14 @@ def closed(points: Array, faces: Array) -> bool:
 
 
 def sum_over_tets(body: Deformable, of: Callable[[Array, Array], Array]) -> Array:
-    """What a function makes of the signed volumes [m3] of the tetrahedra, (t, F), and those at the start, (t,)."""
+    """Apply a function to the signed volumes [m3] of the tetrahedra, (t, F), and the initial ones, (t,)."""
     points, tets = body.points, body.tets
     assert tets is not None
     start = _tet_volumes(body.rest.T[..., None], tets)[:, 0]
     parts = []
     for span in spans(points, len(tets)):
         x = points[span].astype(np.float32)
-        x = np.ascontiguousarray((x - x[:, :1]).transpose(2, 1, 0))  # digits are for differences
+        x = np.ascontiguousarray((x - x[:, :1]).transpose(2, 1, 0))  # centred, to keep precision
         parts.append(of(_tet_volumes(x, tets), start))
     return np.concatenate(parts) if parts else np.zeros(0)
 

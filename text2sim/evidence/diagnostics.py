@@ -1,4 +1,4 @@
-"""Diagnostics of a recording: energy, overlap, speed, limits, and values that are no numbers."""
+"""Diagnostics of a recording: energy, penetration, speed, joint limits, and non-finite values."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ FIELDS = (Wind, Drag, Attraction, Vortex, Turbulence)
 
 
 def extremes(time: Array, values: Array) -> dict[str, Any]:
-    """Return first, last, smallest and largest value of a series, with times [s]; None if there is none."""
+    """Return the first, last, smallest and largest value of a series, with times [s]; None if it is empty."""
     finite = np.flatnonzero(np.isfinite(values))
     if not len(finite):
         return dict.fromkeys(("first", "last", "min", "min_at", "max", "max_at"))
@@ -35,10 +35,10 @@ def extremes(time: Array, values: Array) -> dict[str, Any]:
 def energy_account(recording: RecordedCase) -> dict[str, Any]:
     """Return the mechanical energy of all loose bodies over the run, and the work of the motors [J].
 
-    Work is the integral of force times velocity, of motors over hinges and sliders of loose bodies, and of forces and
-    torques, by trapezoids between frames, as exact as these are close. `change` is what the energy gained beyond that:
-    friction, damping and impacts make it negative; if it is positive, it came from what is `not_counted`, or
-    the solver made it up. Of bodies that deform, the kinetic energy of their points and that of their weight count.
+    Work is the integral of force times velocity over the motors of hinges and sliders of loose bodies, and over forces
+    and torques, by the trapezoidal rule between frames. `change` is the energy gained beyond that: friction, damping
+    and impacts make it negative; if positive, it came from what is `not_counted`, or is an artefact of the solver. For
+    deformable bodies, the kinetic and gravitational energy of their points count.
     """
     states, cast = recording.states, recording.cast
     kinetic, potential = recording.energies(cast.loose)
@@ -69,10 +69,10 @@ def energy_account(recording: RecordedCase) -> dict[str, Any]:
 
 
 def energy_from_nowhere(recording: RecordedCase) -> list[str]:
-    """Return what is wrong about the energy of a passive scene, if it grows: a sentence, or none.
+    """Return a message if the energy of a passive scene grows, else an empty list.
 
-    Passive is what has nothing but free and fixed bodies, which at most start with a speed. Its energy can only fall;
-    the solver may make some up. Compared is with the larger of the kinetic energy and the change of the potential one.
+    A passive scene has only free and fixed bodies, possibly with an initial velocity, so its energy can only fall. The
+    gain is compared with the larger of the kinetic energy and the change of the potential energy.
     """
     case, states = recording.case, recording.states
     bodies, controls = case.bodies.values(), case.actions.controls.values()
@@ -101,7 +101,7 @@ def energy_series(recording: RecordedCase) -> dict[str, Array]:
 
 
 def largest_penetration(recording: RecordedCase) -> dict[str, Any] | None:
-    """Return the deepest overlap of the run [m], between which links, and when; None without contacts."""
+    """Return the deepest penetration of the run [m], its links and its time; None without contacts."""
     log = recording.contacts
     rows = np.flatnonzero(np.isfinite(log.depth))
     if not len(rows):
@@ -117,7 +117,7 @@ def largest_penetration(recording: RecordedCase) -> dict[str, Any] | None:
 
 
 def first_non_finite(recording: RecordedCase) -> dict[str, Any] | None:
-    """Return the first frame at which a recorded state is no finite number, and the bodies it struck."""
+    """Return the first frame with a non-finite recorded state, and the bodies affected; None if all are finite."""
     states = recording.states
     bad = np.zeros((states.frames, len(states.links)), dtype=bool)
     for rows in (states.pos, states.quat, states.vel, states.ang):
@@ -134,7 +134,7 @@ def first_non_finite(recording: RecordedCase) -> dict[str, Any] | None:
 
 
 def speed_extremes(recording: RecordedCase) -> dict[str, Any]:
-    """Return the largest speed [m/s] and angular speed [rad/s] of each body, with when and of which copy."""
+    """Return the largest speed [m/s] and angular speed [rad/s] of each body, with time and copy."""
     found: dict[str, Any] = {}
     for name, target in recording.cast.copies.items():
         if recording.cast.is_static(name) or not recording.states.frames:
@@ -151,7 +151,7 @@ def speed_extremes(recording: RecordedCase) -> dict[str, Any]:
 
 
 def limit_overshoots(recording: RecordedCase) -> list[dict[str, Any]]:
-    """Return how far joints went beyond their limits [rad or m], the farthest first."""
+    """Return how far joints exceeded their limits [rad or m], largest first."""
     states, found = recording.states, []
     for joint in states.joints:
         if joint.kind not in ("hinge", "slider") or not states.frames:

@@ -1,6 +1,6 @@
-"""Events: moments at which something happened, found in a recording.
+"""Detection of events in a recording.
 
-Contacts have the resolution of a time step; what is read from frames is interpolated between them.
+Contact events have the resolution of a time step; the others are interpolated between frames.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -36,21 +36,21 @@ class EventLog:
     """Why an event could not be looked for, by name."""
 
     def first(self, name: str) -> float | None:
-        """First time [s] of an event, None if it never happened."""
+        """First time [s] of an event; None if it never happened."""
         times = self.occurrences.get(name)
         return times[0]["time"] if times else None
 
     def sorted(self) -> list[Occurrence]:
-        """Everything by time, then name."""
+        """All occurrences by time, then name."""
         return sorted((o for rows in self.occurrences.values() for o in rows), key=_order)
 
 
 class EventError(ValueError):
-    """An event that cannot be looked for in this recording."""
+    """Error: an event cannot be detected in this recording."""
 
 
 def find_events(recording: RecordedCase, series: Mapping[str, Series]) -> EventLog:
-    """Find every declared event; one that comes `after` another is looked for once that is known."""
+    """Find every declared event; one that comes `after` another is evaluated once that is known."""
     log = EventLog()
     events = recording.case.actions.events
     waiting = dict(events)
@@ -67,7 +67,7 @@ def find_events(recording: RecordedCase, series: Mapping[str, Series]) -> EventL
             log.occurrences[name] = []
             if event.after is not None and event.after not in events:
                 log.problems[name] = f"there is no event `{event.after}` to come after"
-            elif since is not None:  # what comes after something that never happened never happens either
+            elif since is not None:  # the event that it comes after never happened
                 _search(recording, series, name, event, since, log)
     log.occurrences = {name: log.occurrences[name] for name in events}
     return log
@@ -98,7 +98,7 @@ def _search(
         log.problems[name] = str(error)
         return
     if event.after is not None:
-        # Quiet may last on from before; all else has to happen anew.
+        # Rest may have begun before `since`; every other event has to occur after it.
         rows = [row for row in rows if row["time"] > since or (event.kind == "rest" and row["time"] == since)]
     log.occurrences[name] = sorted(({"name": name, "kind": event.kind, **row} for row in rows), key=_order)
 
@@ -111,7 +111,7 @@ def _order(row: Occurrence) -> tuple[Any, ...]:
 
 
 def episode_rows(episodes: Episodes, first: Sequence[Target], second: Sequence[Target]) -> list[Occurrence]:
-    """Return touches as occurrences. `impulse` is what the first of `between` was given by the second."""
+    """Return touches as occurrences. `impulse` is what the first of `between` received from the second [N s]."""
     plain = {column.name: getattr(episodes, column.name).tolist() for column in fields(episodes)}
     return [
         {
@@ -142,7 +142,7 @@ def _episodes(recording: RecordedCase, between: tuple[str, str]) -> tuple[Episod
 
 
 def _soft_rows(recording: RecordedCase, between: tuple[str, str]) -> list[Occurrence] | None:
-    """Return the touches of selectors one of which means bodies that deform; None if neither does."""
+    """Return the touches of two selectors if one selects deformable bodies; None if neither does."""
     first, second = (recording.cast.select(selector) for selector in between)
     if all(target.soft is None for target in (*first, *second)):
         return None
@@ -152,8 +152,8 @@ def _soft_rows(recording: RecordedCase, between: tuple[str, str]) -> list[Occurr
 def _contact(recording: RecordedCase, series: Any, event: events.ContactEvent, since: float) -> list[Occurrence]:
     """Touches begin.
 
-    A touch counts if it gives `min_impulse` within its first 50 ms: by resting on something for long enough,
-    a feather gives any impulse.
+    A touch counts if it transfers `min_impulse` within its first 50 ms; a feather at rest would reach any impulse in
+    time.
     """
     rows = _soft_rows(recording, event.between)
     if rows is not None:
@@ -165,7 +165,7 @@ def _contact(recording: RecordedCase, series: Any, event: events.ContactEvent, s
 
 
 def _separation(recording: RecordedCase, series: Any, event: events.SeparationEvent, since: float) -> list[Occurrence]:
-    """Touches end, and there is none for a while; near the end of the run that stays open."""
+    """Touches end and do not resume for a while; undecided near the end of the run."""
     rows = _soft_rows(recording, event.between)
     if rows is not None:
         return _lasting(rows, recording.states.end, event.for_)
@@ -192,7 +192,7 @@ def _lasting(rows: list[Occurrence], end: float, span: float) -> list[Occurrence
 
 
 def crossings(time: Array, height: Array) -> list[float]:
-    """Return the times [s] at which numbers rise from below zero, on straight lines between frames."""
+    """Return the times [s] at which values rise through zero, linearly interpolated between frames."""
     with np.errstate(invalid="ignore"):
         at = np.flatnonzero((height[:-1] < 0) & (height[1:] >= 0)) + 1
     part = -height[at - 1] / (height[at] - height[at - 1])
@@ -202,7 +202,7 @@ def crossings(time: Array, height: Array) -> list[float]:
 def _threshold(
     recording: RecordedCase, series: Mapping[str, Series], event: events.ThresholdEvent, since: float
 ) -> list[Occurrence]:
-    """A measure passes a value; what is beyond it from the start has not passed it."""
+    """A measure crosses a value; starting beyond it is no crossing."""
     measured = series.get(event.measure)
     if measured is None or measured.problem:
         raise EventError(measured.problem if measured else f"there is no measure `{event.measure}`")
@@ -212,15 +212,15 @@ def _threshold(
 
 
 def _rest(recording: RecordedCase, series: Any, event: events.RestEvent, since: float) -> list[Occurrence]:
-    """All are slow for a while; the time is the beginning of the quiet. Turning is not looked at.
+    """All bodies are slow for a while; the time is when that begins. Rotation is ignored.
 
-    Of a body that deforms, the root mean square of the speeds of its points has to be small: sqrt(2 E / m).
+    For a deformable body, the root mean square speed of its points counts: sqrt(2 E / m).
     """
     time = recording.states.time
     speeds = [_speed(recording, target) for target in recording.cast.select(event.of)]
     if not len(time):
         return []
-    height = event.speed - np.fmax.reduce(speeds, axis=0)  # nan of what has left the scene
+    height = event.speed - np.fmax.reduce(speeds, axis=0)  # nan for what has left the scene
     quiet = height >= 0
     edges = np.flatnonzero(np.diff(np.concatenate([[False], quiet, [False]]).astype(int)))
     rows = []
@@ -242,13 +242,13 @@ def _speed(recording: RecordedCase, target: Target) -> Array:
 
 
 def _region(recording: RecordedCase, series: Any, event: events.RegionEvent, since: float) -> list[Occurrence]:
-    """An origin enters or leaves a region."""
+    """A body's origin enters or leaves a region."""
     sign = 1.0 if event.kind == "enters" else -1.0
     return _passages(recording, event.of, lambda points: sign * recording.depth_in(event.region, points))
 
 
 def _left_domain(recording: RecordedCase, series: Any, event: events.LeftDomainEvent, since: float) -> list[Occurrence]:
-    """An origin leaves the scene's domain; what starts outside has left it at the start."""
+    """A body's origin leaves the scene's domain; a body that starts outside has left it at the start."""
     domain = recording.case.scene.domain
     if domain is None:
         raise EventError("the scene has no domain that could be left")
@@ -277,7 +277,7 @@ def _passages(
 
 
 def _joint_limit(recording: RecordedCase, series: Any, event: events.JointLimitEvent, since: float) -> list[Occurrence]:
-    """A joint comes to within 0.2 % of its range of an end; again, once it has been 2 % away.
+    """A joint comes within 0.2 % of its range of a limit; again only after it was 2 % away.
 
     What rests on an end from the start has not come there.
     """

@@ -1,4 +1,4 @@
-"""Expectations: what must come true, and whether it did."""
+"""Expectations: evaluation of each against measures and events."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Ending:
-    """How a run ended, as far as expectations care."""
+    """End of a run, as far as expectations depend on it."""
 
     end: float
     """Last recorded time [s]."""
@@ -31,7 +31,7 @@ class Ending:
 
     @property
     def early(self) -> bool:
-        """There are times about which nothing is known."""
+        """Whether the run ended before its duration."""
         return not self.finished
 
     def reached(self, time: float) -> bool:
@@ -41,7 +41,7 @@ class Ending:
 
 @dataclass(frozen=True)
 class Finding:
-    """What came of an expectation."""
+    """Result of an expectation."""
 
     name: str
     ok: bool | None
@@ -105,7 +105,7 @@ class _Judge:
         return Finding(name, ok, value, unit, wanted, why, at)
 
     def _decided(self, expect: Expect, series: Series) -> float | None:
-        """Time [s] of the value that decides; None where all of them do."""
+        """Time [s] of the decisive value; None if the expectation is about all values."""
         if expect.at is not None:
             return moment(expect.at, self.time)
         if expect.stat in ("mean", "std"):
@@ -233,7 +233,7 @@ class _Judge:
 
 
 def moment(at: float | str | None, time: Array) -> float:
-    """Return the time [s] that `at` means: itself, or the `start` or `end` of the recording."""
+    """Return the time [s] of `at`: a number, or the `start` or `end` of the recording."""
     if isinstance(at, str):
         return float(time[0] if at == "start" else time[-1])
     return at or 0.0
@@ -249,7 +249,7 @@ def _stat(stat: str, time: Array, values: Array) -> float:
 
 
 def _margin(expect: Expect, values: Array) -> Array:
-    """How far values are on the right side of all bounds; negative where they are not."""
+    """Margin of values to the nearest bound; negative where one is violated."""
     margin = np.full(np.shape(values), np.inf)
     if expect.above is not None:
         margin = np.minimum(margin, values - expect.above)
@@ -295,7 +295,7 @@ def _span(window: tuple[float, float | str]) -> str:
 
 
 def wanted_of_event(expect: Expect) -> str:
-    """Return what is wanted of an event, in words."""
+    """Describe what is expected of an event."""
     span = _span(expect.within) if expect.within else ""
     if expect.never:
         return f"`{expect.event}` never happens {span}".rstrip()
@@ -311,7 +311,7 @@ def wanted_of_event(expect: Expect) -> str:
 
 
 def wanted_of_measure(expect: Expect, unit: str) -> str:
-    """Return what is wanted of a measure, in words."""
+    """Describe what is expected of a measure."""
     bounds = [
         f"{word} {_number(v, unit)}" for word, v in (("above", expect.above), ("below", expect.below)) if v is not None
     ]

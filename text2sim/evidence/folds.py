@@ -1,4 +1,4 @@
-"""Cloth on cloth: how much of it is hidden behind itself, and where it comes too near to itself."""
+"""Folds and self-penetration of cloth."""
 
 import numpy as np
 
@@ -31,19 +31,19 @@ def folded_area(body: Deformable, axis: int) -> Array:
         return np.zeros(0)
     first = points[0].astype(float)[faces]
     area = np.linalg.norm(np.cross(first[:, 1] - first[:, 0], first[:, 2] - first[:, 0]), axis=1)
-    cell = float(np.sqrt(area.mean()))  # the short sides of half a square
+    cell = float(np.sqrt(area.mean()))  # leg of a right triangle of mean area
     plane = [k for k in range(3) if k != axis]
     found = [_hidden(points[span][..., plane].astype(float) / cell, faces) for span in spans(points, 2 * len(faces))]
     return np.concatenate(found) * cell**2
 
 
 def _hidden(points: Array, faces: Array) -> Array:
-    """Cells that are hidden behind others in each frame, (F,), of points (F, n, 2) in units of cells."""
+    """Number of hidden cells in each frame, shape (F,), for points (F, n, 2) in units of cells."""
     frames = len(points)
     low = np.floor(points.min(axis=1))
     size = np.ceil(points.max(axis=1)) - low + 1
     sound = np.isfinite(size).all(axis=1) & (size.prod(axis=1) < CELLS)
-    # The grid stands askew to points that lie on a grid themselves: none of its middles is on an edge of two triangles.
+    # The grid is rotated against points that form a grid themselves, so that no cell centre lies on a shared edge.
     points = np.where(sound[:, None, None], points - low[:, None], 0.0) + np.array([0.5 + 0.0137, 0.5 + 0.0071])
     corners = [[points[:, faces[:, k], axis].astype(np.float32).ravel() for k in range(3)] for axis in range(2)]
     begin = [np.ceil(np.minimum(np.minimum(a, b), c)).astype(np.int32) for a, b, c in corners]
@@ -69,25 +69,25 @@ def _hidden(points: Array, faces: Array) -> Array:
 
 
 def _covers(corners: list[list[Array]]) -> Array:
-    """Whether triangles cover a point each; corners are relative to it, by axis and number, (n,)."""
+    """Whether each triangle covers its point, shape (n,); corners are relative to it, by axis and number."""
     (ax, bx, cx), (ay, by, cy) = corners
     ab, bc, ca = ax * by - ay * bx, bx * cy - by * cx, cx * ay - cy * ax
     return ((ab > 0) & (bc > 0) & (ca > 0)) | ((ab < 0) & (bc < 0) & (ca < 0))
 
 
 def self_penetration(body: Deformable, thickness: float) -> Array:
-    """Return how far [m] points of a cloth that are no neighbours come nearer than its thickness, shape (F,).
+    """Return the depth [m] by which non-adjacent points of a cloth come closer than its thickness, shape (F,).
 
-    The deepest overlap of two balls of that diameter about points that started farther apart than two spacings; 0
-    where there is none. Between the points of ipc cloth, which is much thinner than they are apart, it sees nothing.
-    Of long runs of large cloths every k-th frame is looked at, and the last; between them the value changes evenly.
+    The deepest overlap of two balls of that diameter about points that started more than two spacings apart, else 0.
+    Ipc cloth is much thinner than its point spacing, so overlap between its points goes unseen. In long runs of large
+    cloths every k-th frame and the last are evaluated, and the others interpolated.
 
     Args:
         body: The cloth.
-        thickness: [m]; of pbd cloth the spacing of its particles.
+        thickness: Thickness of the cloth [m]; for pbd the spacing of its particles.
 
     Raises:
-        DeformationError: if the body is no cloth.
+        DeformationError: if the body is not a cloth.
     """
     from scipy.spatial import KDTree
 
@@ -110,7 +110,7 @@ def self_penetration(body: Deformable, thickness: float) -> Array:
 
 
 def sampled(frames: int, points: int) -> Array:
-    """Return which frames to look at: all, or evenly fewer where there are many points, always with the last."""
+    """Return the indices of the frames to evaluate: all, or evenly fewer for many points, always including the last."""
     step = max(1, int(np.ceil(frames * points / IN_TREES)))
     chosen = np.arange(0, frames, step)
     return np.append(chosen, frames - 1) if frames and chosen[-1] != frames - 1 else chosen

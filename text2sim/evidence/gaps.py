@@ -1,7 +1,7 @@
-"""Gaps between bodies that deform and others, and how deep they go into them.
+"""Gaps between deformable bodies and others, and penetration depths.
 
-Looked at are the points of a body: particles, or vertices and the middles of its triangles and edges. Exact distances
-are worked out for few of them only: boxes around handfuls of neighbouring points rule out the rest.
+A body is sampled at its particles, or at vertices and the midpoints of triangles and edges. Exact distances are
+computed for few points only: bounding boxes of groups of neighbours rule out the rest.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ SLACK = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
-    """The points of a body over time, in handfuls of neighbours."""
+    """Points of a body over time, in groups of neighbours."""
 
     points: Array
     """(F, n, 3) [m], world; those of a handful follow each other."""
@@ -37,7 +37,7 @@ class Cloud:
 
     @classmethod
     def of(cls, body: Deformable) -> "Cloud":
-        """The points of a body; between the corners of a mesh there are more on its sides and triangles."""
+        """Sample a body; a mesh also gets points on its edges and triangles."""
         points = body.points
         if body.solver in ("fem", "ipc") and body.faces is not None:
             faces, corners = body.faces, body.seen
@@ -57,7 +57,7 @@ class Cloud:
         return self.points.shape[1]
 
     def members(self, frames: Array, groups: Array) -> tuple[Array, Array]:
-        """Return (frame, point) of all points of handfuls, given as frame and number."""
+        """Return (frame, point) for all points of groups, given by frame and group number."""
         ends = np.append(self.starts[1:], self.size)
         count = (ends - self.starts)[groups]
         first = np.repeat(self.starts[groups] - (np.cumsum(count) - count), count)
@@ -65,7 +65,7 @@ class Cloud:
 
 
 def _handfuls(points: Array) -> tuple[Array, Array]:
-    """Order points (n, 3) so that neighbours follow each other; return the order, and where handfuls begin."""
+    """Sort points (n, 3) so that neighbours are adjacent; return the order, and where groups begin."""
     points = np.where(np.isfinite(points).all(axis=1, keepdims=True), points, 0.0)
     stack, handfuls = [np.arange(len(points))], []
     while stack:
@@ -73,7 +73,7 @@ def _handfuls(points: Array) -> tuple[Array, Array]:
         if len(rows) <= HANDFUL:
             handfuls.append(rows)
             continue
-        # Cut in two across the longest side.
+        # Bisect across the longest side.
         own = points[rows]
         order = np.argsort(own[:, np.ptp(own, axis=0).argmax()], kind="stable")
         half = len(rows) // 2
@@ -95,11 +95,11 @@ class Nearest:
 
     @classmethod
     def within(cls, frames: int, limit: float | Array) -> "Nearest":
-        """Nothing yet, and what is farther than the limit [m] does not matter."""
+        """Return an empty result; distances beyond the limit [m] are ignored."""
         return cls(np.full(frames, limit, float), np.full((frames, 3), np.nan), np.full(frames, -1))
 
     def take(self, frames: Array, values: Array, points: Array, of: int) -> None:
-        """Take in distances (n,) of points (n, 3) in frames (n,), sorted by frame."""
+        """Add distances (n,) of points (n, 3) in frames (n,), sorted by frame."""
         if not len(frames):
             return
         values = np.where(np.isnan(values), np.inf, values)
@@ -116,13 +116,13 @@ class Nearest:
 def nearest_solid(
     cloud: Cloud, states: RunStates, solids: Sequence[tuple[int, Solid]], limit: float | Array = np.inf
 ) -> Nearest:
-    """Return how near a cloud comes to the nearest of solids in each frame.
+    """Return the distance of a cloud to the nearest solid in each frame.
 
     Args:
         cloud: The points.
         states: The recording.
         solids: Solids with their links.
-        limit: Distance [m] from which on it does not matter how far they are.
+        limit: Distance [m] beyond which the exact value does not matter.
     """
     found = Nearest.within(len(cloud.points), limit)
     for number, (link, solid) in enumerate(solids):
@@ -139,7 +139,7 @@ def nearest_solid(
 
 
 def _bound(cloud: Cloud, solid: Solid, pos: Array, turn: Array) -> Array:
-    """Lower bound of the signed distance [m] between each handful and a solid, (F, G)."""
+    """Lower bound of the signed distance [m] between each group of points and a solid, (F, G)."""
     if solid.kind == "plane":
         normal = turn[:, :, 2].astype(np.float32)[:, None]
         middle, half = (cloud.low + cloud.high) / 2, (cloud.high - cloud.low) / 2
@@ -149,7 +149,7 @@ def _bound(cloud: Cloud, solid: Solid, pos: Array, turn: Array) -> Array:
     middle = pos + turn @ ((low + high) / 2)
     half = np.abs(turn) @ ((high - low) / 2)
     low, high = (middle - half)[:, None].astype(np.float32), (middle + half)[:, None].astype(np.float32)
-    # Apart along any axis by this much, or, where boxes overlap, at most as deep as the solid's box goes.
+    # Separation along an axis or, where boxes overlap, at most the depth of the solid's box.
     apart = np.maximum(low - cloud.high, cloud.low - high).max(axis=2)
     deep = -half.min(axis=1)[:, None]
     return np.where(apart > 0, apart, np.maximum(apart, deep)) - SLACK
@@ -158,7 +158,7 @@ def _bound(cloud: Cloud, solid: Solid, pos: Array, turn: Array) -> Array:
 def _measure(
     cloud: Cloud, solid: Solid, pos: Array, turn: Array, frames: Array, groups: Array, found: Nearest, number: int
 ) -> None:
-    """Work out the distances of handfuls that may be nearer than what was found so far."""
+    """Compute the distances of the groups that may be nearer than the nearest so far."""
     block = max(1, 200_000 // HANDFUL)
     for begin in range(0, len(frames), block):
         at, points = cloud.members(frames[begin : begin + block], groups[begin : begin + block])
@@ -168,7 +168,7 @@ def _measure(
         found.take(at[exact], value[exact], x[exact], number)
         open_ = np.flatnonzero(~exact & (value < found.value[at]))
         if len(open_):
-            # The one that seems nearest in each frame first: then few are left.
+            # The seemingly nearest group of each frame first: it rules out most others.
             order = open_[np.lexsort((value[open_], at[open_]))]
             first = order[np.diff(at[order], prepend=-1) > 0]
             found.take(at[first], solid.distance(own[first]), x[first], number)
@@ -178,7 +178,7 @@ def _measure(
 
 
 def nearest_cloud(cloud: Cloud, other: Cloud, limit: float | Array = np.inf) -> Nearest:
-    """Return how near the points of two bodies come to each other in each frame; never negative."""
+    """Return the distance between the points of two bodies in each frame; never negative."""
     from scipy.spatial import KDTree
 
     found = Nearest.within(len(cloud.points), limit)

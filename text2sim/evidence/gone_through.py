@@ -1,7 +1,7 @@
-"""Rigid bodies that got into others by more than contacts give way, or through them between two frames.
+"""Detection of rigid bodies that are inside others, or tunnelled through them between two frames.
 
-Where the middle of a convex piece is inside another piece, or below a ground, no contact will bring it back to the side
-that it came from. What is hollow and drawn as one surface is not looked at, for it has no inside that could be told.
+If the centre of a convex piece is inside another piece or below a ground, no contact brings it back to the side that
+it came from. Hollow bodies with a single surface are skipped, because their inside is undefined.
 """
 
 from collections.abc import Iterator, Sequence
@@ -41,7 +41,7 @@ class _Piece:
 
 
 def gone_through(recording: RecordedCase) -> list[str]:
-    """Return which bodies are wholly inside or beyond others, a sentence for each pair of bodies."""
+    """Return a message for each pair of bodies one of which is wholly inside or beyond the other."""
     if not recording.states.frames:
         return []
     pieces = [*_pieces(recording)]
@@ -70,7 +70,7 @@ def _said(recording: RecordedCase, frame: int, what: str, mover: str, other: str
 
 
 def _pieces(recording: RecordedCase) -> Iterator[_Piece]:
-    """Everything that is rigid and in one piece, or made of convex ones."""
+    """Yield the rigid pieces: convex bodies, or the convex pieces that a body is made of."""
     for name, target in recording.cast.copies.items():
         model = recording.case.bodies.get(base_name(name))
         if target.soft is not None or not (model is None or isinstance(model, Rigid | Driven)):
@@ -86,12 +86,12 @@ def _pieces(recording: RecordedCase) -> Iterator[_Piece]:
             middle = pos + turn @ ((low + high) / 2)
             reach = np.abs(turn) @ ((high - low) / 2)
             with np.errstate(invalid="ignore"):
-                box = np.fmin.reduce(middle - reach), np.fmax.reduce(middle + reach)  # nan where it has left the scene
+                box = np.fmin.reduce(middle - reach), np.fmax.reduce(middle + reach)  # nan after leaving the scene
             yield _Piece(target, solid, pos, turn, middle, box)
 
 
 def _near(movers: Sequence[_Piece], pieces: Sequence[_Piece]) -> Iterator[tuple[_Piece, _Piece]]:
-    """Pieces of different bodies, of which the middle of the first comes into the box around the second's way."""
+    """Yield pairs of pieces of different bodies where the first's centre enters the swept box of the second."""
     if not movers:
         return
     low = np.array([piece.box[0] for piece in pieces])
@@ -106,13 +106,13 @@ def _near(movers: Sequence[_Piece], pieces: Sequence[_Piece]) -> Iterator[tuple[
 
 
 def _held_together(recording: RecordedCase) -> set[frozenset[str]]:
-    """Bodies that the case welds to each other, which do not touch."""
+    """Pairs of bodies that the case welds together, which do not collide."""
     holds = [control for control in recording.case.actions.controls.values() if isinstance(control, Attach)]
     return {frozenset(base_name(name.partition(".")[0]) for name in (hold.body, hold.to)) for hold in holds}
 
 
 def _below(recording: RecordedCase, mover: _Piece, ground: _Piece) -> tuple[int, str] | None:
-    """When the middle of a piece is below a ground that it came from above, or was below from the start."""
+    """First frame at which a piece's centre is below a ground, but did not come in from the side; how it got there."""
     own = _seen_from(ground, mover.middle)
     low, high = mover.solid.bounds
     # Half its extent along the ground's normal.
@@ -132,7 +132,7 @@ def _below(recording: RecordedCase, mover: _Piece, ground: _Piece) -> tuple[int,
 
 
 def _inside(mover: _Piece, other: _Piece) -> tuple[int, str] | None:
-    """When the middle of a piece is inside another, or was since the frame before."""
+    """First frame at which a piece's centre is inside another, or was since the previous frame; how it got there."""
     own = _seen_from(other, mover.middle)
     low, high = other.solid.bounds
     with np.errstate(invalid="ignore"):
@@ -145,7 +145,7 @@ def _inside(mover: _Piece, other: _Piece) -> tuple[int, str] | None:
 
 
 def _passes(own: Array, other: _Piece, low: Array, high: Array) -> int | None:
-    """The first frame before which a point came in by one side of a box and left it by the opposite one."""
+    """First frame before which a point entered a box by one side and left it by the opposite one."""
     a, b = own[:-1], own[1:]
     with np.errstate(all="ignore"):
         to_low, to_high = (low - a) / (b - a), (high - a) / (b - a)

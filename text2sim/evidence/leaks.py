@@ -1,4 +1,4 @@
-"""Leaks: the part of grains, liquids and snow that got through walls and floors."""
+"""Leaks: the fraction of grains, liquids and snow that penetrated walls and floors."""
 
 import numpy as np
 
@@ -21,10 +21,10 @@ BETWEEN = 4
 
 
 def leaks(recording: RecordedCase, body: Deformable) -> tuple[Array, list[str]]:
-    """Return the part (F,) of a body's mass that got into or through what holds it by then, and where most of it did.
+    """Return the fraction (F,) of a body's mass that has leaked into or through containers, and where most of it did.
 
-    What holds it are grounds, statics, driven bodies and those with a mount; a point counts from when it is deeper in
-    one of them than sound runs press it. All points of a body weigh the same.
+    Containers are grounds, statics, driven and mounted bodies. A point counts from the moment at which it is deeper in
+    one of them than contact explains. All points of a body have the same mass.
     """
     frames, count = len(body.points), body.points.shape[1]
     first, through = np.full(count, frames), np.full(count, -1)
@@ -49,7 +49,7 @@ def leaks(recording: RecordedCase, body: Deformable) -> tuple[Array, list[str]]:
 
 
 def _walls(recording: RecordedCase) -> list[tuple[int, Solid]]:
-    """Solids that hold a body, with their links."""
+    """Solids that can contain a body, with their links."""
     cast, found = recording.cast, []
     for name, target in cast.copies.items():
         model = recording.case.bodies.get(base_name(name))
@@ -61,20 +61,20 @@ def _walls(recording: RecordedCase) -> list[tuple[int, Solid]]:
 
 
 def half_size(recording: RecordedCase, link: int) -> float:
-    """Half the side [m] of a ground: what falls beside it does not go through it."""
+    """Half the side [m] of a ground: what falls beside it has not leaked."""
     shape = recording.case.scene.statics[base_name(recording.states.links[link].body)].shape
     return shape.size / 2 if isinstance(shape, Plane) else np.inf
 
 
 def depth_on_the_way(solid: Solid, spacing: float) -> float:
-    """Return the depth [m] in a solid from which on a point is on its way through, for points so far [m] apart."""
-    # The middle of the box of a mesh that is not convex may lie outside, which says nothing of how thick it is.
+    """Return the depth [m] in a solid beyond which a point is passing through, for a point spacing [m]."""
+    # The box centre of a non-convex mesh may lie outside of it, and then says nothing about its thickness.
     least = spacing if solid.kind == "surface" else 0.0
     return min(DEEP * spacing, max(MIDDLE * _half_thickness(solid), least))
 
 
 def _half_thickness(solid: Solid) -> float:
-    """How deep [m] one can be in a solid."""
+    """Largest possible depth [m] in a solid."""
     if solid.kind == "plane":
         return np.inf
     low, high = solid.bounds
@@ -82,12 +82,12 @@ def _half_thickness(solid: Solid) -> float:
 
 
 def _below(own: Array, deep: float, size: float) -> Array:
-    """Points that are under a ground, by their number."""
+    """Indices of the points below a ground."""
     return np.flatnonzero((own[:, 2] < -deep) & (np.abs(own[:, :2]) < size).all(axis=1))
 
 
 def _inside(solid: Solid, own: Array, before: Array | None, deep: float) -> Array:
-    """Points that are deep in a solid now, or were since the frame before, by their number."""
+    """Indices of the points that are deep in a solid now, or were since the previous frame."""
     before = own if before is None else before
     low, high = solid.bounds
     with np.errstate(invalid="ignore"):

@@ -1,10 +1,10 @@
-"""Measures: numbers over time, computed from recorded frames. Each formula stands with its function.
+"""Measures: numbers over time, computed from recorded frames. Each function states its formula.
 
-A body is meant as a whole: where it has several links, its origin, orientation and turning are those of its
-root link, and its velocity is that of the common centre of mass.
+A body counts as a whole: if it has several links, its origin, orientation and rotation are those of its root link,
+and its velocity is that of the common centre of mass.
 
-Contacts are recorded at every time step, measures are given at frames: to a frame belong the steps since the
-frame before it. The first frame, before which there was no step, shows the contacts of the first step.
+Contacts are recorded at every time step, measures at frames: a frame covers the steps since the previous one. The
+first frame shows the contacts of the first step.
 """
 
 from collections.abc import Callable, Sequence
@@ -86,7 +86,7 @@ def evaluate(recording: RecordedCase) -> dict[str, Series]:
 
 
 def _changed(time: Array, values: Array, since: str | float | None) -> Array:
-    """x(t) - x(t0), between frames on a straight line."""
+    """x(t) - x(t0), linearly interpolated between frames."""
     if since is None or not len(time):
         return values
     if isinstance(since, str):
@@ -124,10 +124,9 @@ def _value(recording: RecordedCase, measure: measures.Measure) -> tuple[Array, s
 
 
 def _reduce(measure: Any, values: list[Array], what: str = "bodies", there: Array | None = None) -> Array:
-    """Make one series of several copies, of those that are `there`, shape (n, F), if some have left the scene.
+    """Reduce the series of several copies to one; `there`, shape (n, F), masks copies that have left the scene.
 
-    `max`, `min`, `mean` and `sum` are what they are called, `std` is sqrt(mean of (x - mean)^2), `range` is max - min,
-    `count` is the number of those whose value is above and below the bounds.
+    `std` is sqrt(mean of (x - mean)^2), `range` is max - min, and `count` is the number of copies within the bounds.
     """
     stack = np.stack(values)
     if measure.stat is None:
@@ -174,7 +173,7 @@ def _needs_frame(target: Target, kind: str) -> None:
 
 
 def _position(recording: RecordedCase, measure: measures.Position, target: Target) -> Array:
-    """A coordinate of the origin; of a body that deforms, of its centre of mass or the middle of a region."""
+    """A coordinate of the origin; for a deformable body, of its centre of mass or the centre of a region."""
     return _path(recording, measure, target)[:, _COLUMN[measure.axis]]
 
 
@@ -195,7 +194,7 @@ def _angular_speed(recording: RecordedCase, measure: Any, target: Target) -> Arr
 
 
 def _angular_velocity(recording: RecordedCase, measure: Any, target: Target) -> Array:
-    """W . a, with a an axis of the world, or one that turns with the body."""
+    """Component w . a, with a an axis of the world or one that rotates with the body."""
     _needs_frame(target, measure.kind)
     turning = recording.states.ang[:, target.root].astype(float)
     if measure.frame == "body":
@@ -204,7 +203,7 @@ def _angular_velocity(recording: RecordedCase, measure: Any, target: Target) -> 
 
 
 def _turns(recording: RecordedCase, measure: measures.Turns, target: Target) -> Array:
-    """Integral of w . a dt over 2 pi, by trapezoids between frames: w of the engine, so that no turn is missed."""
+    """Integral of w . a dt over 2 pi, by the trapezoidal rule; w is the engine's, so no turn is missed."""
     rate = _angular_velocity(recording, measure, target)
     steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(recording.states.time)
     return np.concatenate([[0.0], np.cumsum(steps)])[: len(rate)] / (2.0 * np.pi)
@@ -218,7 +217,7 @@ def _displacement(recording: RecordedCase, measure: measures.Displacement, targe
 
 
 def _tilt(recording: RecordedCase, measure: measures.Tilt, target: Target) -> Array:
-    """Angle between R(t) a and R(0) a, from both its sine and cosine: exact for small angles too."""
+    """Angle between R(t) a and R(0) a, from its sine and cosine, which is exact for small angles, too."""
     _needs_frame(target, "tilt")
     quat = recording.states.quat[:, target.root].astype(float)
     now = rotate(quat, np.array(AXES[measure.axis]))
@@ -264,9 +263,9 @@ _PER_TARGET: dict[str, Callable[[RecordedCase, Any, Target], Array]] = {
 def _extent(recording: RecordedCase, measure: measures.Extent) -> Array:
     """Highest or lowest coordinate of the corners of all shapes, or the difference.
 
-    Shapes are the recorded meshes: exact for flat-sided ones; round ones reach as far as the engine's mesh. Bodies
-    that deform reach as far as the vertices of their surface, or, without one, as their particles; a region of them as
-    far as its points.
+    Shapes are the recorded meshes: exact for polyhedra; round ones extend as far as the engine's mesh. Deformable
+    bodies extend as far as the vertices of their surface, or, without one, their particles; a region as far as its
+    points.
     """
     targets = recording.cast.select(measure.of)
     low, high = _reached(recording, targets, measure.axis)
@@ -283,7 +282,7 @@ def _extent(recording: RecordedCase, measure: measures.Extent) -> Array:
 
 
 def _reached(recording: RecordedCase, targets: Sequence[Target], axis: str) -> tuple[Array, Array]:
-    """Return lowest and highest coordinate (F,) of the links of targets, as long as they are in the scene."""
+    """Return the lowest and highest coordinate (F,) of the links of targets while they are in the scene."""
     leaving = [target for target in targets if target.copy in recording.states.removed]
     staying = [target for target in targets if target not in leaving]
     low, high = reach(recording.states, recording.geometry, links_of(staying).tolist(), axis)
@@ -322,12 +321,12 @@ def _contact_rows(recording: RecordedCase, of: str, by: str | None) -> tuple[Arr
     first, second = log.links[:, 0], log.links[:, 1]
     forward, backward = ours[first] & theirs[second], ours[second] & theirs[first]
     rows = np.flatnonzero((forward | backward) & (log.frame < recording.states.frames))
-    # A force between two bodies of `of` acts on it with both signs, which is to say not at all.
+    # Forces between two bodies of `of` cancel.
     return rows, forward[rows].astype(float) - backward[rows]
 
 
 def _contact_force(recording: RecordedCase, measure: measures.ContactForce) -> Array:
-    """|sum of F dt| / T over the steps of a frame: the size of the mean force, as a scale shows it."""
+    """|sum of F dt| / T over the steps of a frame: the magnitude of the mean force, as a scale shows it."""
     rows, sign = _contact_rows(recording, measure.of, measure.by)
     states, log = recording.states, recording.contacts
     total = np.zeros((states.frames, 3))
@@ -340,21 +339,21 @@ def _contact_force(recording: RecordedCase, measure: measures.ContactForce) -> A
 
 
 def _contact_count(recording: RecordedCase, measure: measures.ContactCount) -> Array:
-    """Number of different pairs of bodies that touch in any step that belongs to a frame."""
+    """Number of distinct pairs of bodies that touch in any step of a frame."""
     rows, _ = _contact_rows(recording, measure.of, measure.by)
     frame, owner = _frames_with_first(recording, rows)
     pairs = np.sort(recording.cast.copy_of_link[recording.contacts.links[owner]], axis=1)
     apart = pairs[:, 0] != pairs[:, 1]
     n = len(recording.cast.copies)
-    # One number for each pair in each frame, because sorting rows is slow.
+    # One integer per pair and frame, because sorting rows is slow.
     found = np.unique(((frame * n + pairs[:, 0]) * n + pairs[:, 1])[apart]) // (n * n)
     return np.bincount(found, minlength=recording.states.frames)
 
 
 def _penetration(recording: RecordedCase, measure: measures.Penetration) -> Array:
-    """Deepest overlap in any step that belongs to a frame; 0 without contact.
+    """Deepest penetration in any step of a frame; 0 without contact.
 
-    With bodies that deform it is how deep their points are in the solids of rigid ones, in the frames themselves.
+    For deformable bodies, the depth of their points in rigid solids, at the frames only.
     """
     targets = recording.cast.select(measure.of)
     others = None if measure.by is None else recording.cast.select(measure.by)
@@ -368,21 +367,21 @@ def _penetration(recording: RecordedCase, measure: measures.Penetration) -> Arra
 
 
 def _frames_with_first(recording: RecordedCase, rows: Array) -> tuple[Array, Array]:
-    """Return (frame, row) of contacts, with those of the first step once more for the first frame."""
+    """Return (frame, row) of contacts; those of the first step are repeated for the first frame."""
     log, states = recording.contacts, recording.states
     begin = rows[log.step[rows] == states.steps[0] + 1] if states.frames else rows[:0]
     return np.concatenate([np.zeros(len(begin), dtype=np.int64), log.frame[rows]]), np.concatenate([begin, rows])
 
 
 def _targets(recording: RecordedCase, of: str | None) -> Sequence[Target]:
-    """What a selector means, or all bodies: without statics, and without those of prescribed motion."""
+    """The selected bodies, or all of them except statics and driven ones."""
     return recording.cast.loose if of is None else recording.cast.select(of)
 
 
 def _energy(recording: RecordedCase, measure: measures.Energy) -> Array:
     """Kinetic (1/2 m v.v + 1/2 w.I w), potential (-m g.x, zero at the origin), or their sum.
 
-    Of bodies that deform: 1/2 m v.v over their points, and -m g.x. What deformation stores is not in it.
+    For deformable bodies: 1/2 m v.v over their points, and -m g.x. Elastic energy is not included.
     """
     kinetic, potential = recording.energies(_targets(recording, measure.of))
     return {"kinetic": kinetic, "potential": potential, "total": kinetic + potential}[measure.part]
@@ -407,7 +406,7 @@ def _angular_momentum(recording: RecordedCase, measure: measures.AngularMomentum
 
 
 def _count_in(recording: RecordedCase, measure: measures.CountIn) -> Array:
-    """Number of copies whose origin (of bodies that deform: centre of mass) lies in the region or on its surface."""
+    """Number of copies whose origin (deformable bodies: centre of mass) lies in the region or on its surface."""
     inside = [recording.depth_in(measure.region, recording.origin(t)) >= 0 for t in recording.cast.select(measure.of)]
     return np.sum(inside, axis=0)
 
