@@ -1,6 +1,7 @@
 """Cards from a finished loop."""
 
 import json
+import resource
 from pathlib import Path
 
 import pytest
@@ -67,3 +68,36 @@ def test_a_loop_without_a_mended_failure_teaches_nothing(tmp_path: Path, case: P
     record.write_text(record.read_text().replace('"ok": true', '"ok": false'))
     with pytest.raises(RunError, match="nothing to learn"):
         distill(desk(tmp_path, Scripted({})), case, tmp_path / "cards")
+
+
+def test_what_a_full_disk_left_of_a_card_is_completed_and_nothing_is_asked_again(tmp_path: Path, case: Path) -> None:
+    model, card = (
+        Scripted({"distiller": [fenced(CARD.format(failing=1, repaired=2))]}),
+        tmp_path / "cards/falls-from-too-high",
+    )
+    distill(desk(tmp_path, model), case, tmp_path / "cards")
+    whole = {path.name: path.read_bytes() for path in card.iterdir()}
+    for path in card.iterdir():
+        path.unlink()
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (len(whole["card.yaml"]) - 1, hard))
+    try:
+        with pytest.raises(OSError, match="File too large") as met:
+            distill(desk(tmp_path, model), case, tmp_path / "cards")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert met.value.filename == str(card / "card.yaml")
+    assert {path.name for path in card.iterdir()} == {"failing.yaml", "repaired.yaml"}
+    distill(desk(tmp_path, model), case, tmp_path / "cards")
+    assert {path.name: path.read_bytes() for path in card.iterdir()} == whole
+    assert len(model.asked) == 1
+    (card / "failing.yaml").write_text("another")
+    with pytest.raises(RunError, match="is there already"):
+        distill(desk(tmp_path, model), case, tmp_path / "cards")
+
+
+def test_two_cards_of_one_name_go_back(tmp_path: Path, case: Path) -> None:
+    right = CARD.format(failing=1, repaired=2)
+    model = Scripted({"distiller": [fenced(right + right.partition("cards:\n")[2]), fenced(right)]})
+    assert distill(desk(tmp_path, model), case, tmp_path / "cards") == ["falls-from-too-high"]
+    assert "an `id` of its own" in model.questions("distiller")[1]

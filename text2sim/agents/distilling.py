@@ -54,11 +54,19 @@ class Draft:
     repaired: str
 
     def write(self, folder: Path) -> None:
-        """Write the card's three files."""
+        """Write the card's three files, `card.yaml` last: what has none is no card yet."""
         folder.mkdir(parents=True, exist_ok=True)
-        card = yaml_text(self.data) + "\n"
-        for name, text in ((CARD_FILE, card), (FAILING, self.failing), (REPAIRED, self.repaired)):
+        for name, text in self._files().items():
             write_atomically(folder / name, text)
+
+    def fits(self, folder: Path) -> bool:
+        """Whether no file of another card is there: what a full disk left of this one is written again."""
+        files = self._files()
+        there = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
+        return there <= files.keys() and all((folder / name).read_bytes() == files[name].encode() for name in there)
+
+    def _files(self) -> dict[str, str]:
+        return {FAILING: self.failing, REPAIRED: self.repaired, CARD_FILE: yaml_text(self.data) + "\n"}
 
 
 @dataclass(frozen=True)
@@ -120,16 +128,19 @@ def distill(desk: Conversation, case: Path, out: Path) -> list[str]:
                 drafts.append(drafted(proposal, attempts))
             except Wrong as error:
                 wrong += error.reasons
+        if len({draft.data["id"] for draft in drafts}) < len(drafts):
+            wrong.append("/cards: each needs an `id` of its own")
         if wrong:
             raise Wrong(wrong)
 
     desk.ask("distiller", system_prompt(ROLES["distiller"], form=form()), told(attempts), typed(Proposals, check))
-    for draft in drafts:
-        folder = out / str(draft.data["id"])
-        if folder.exists():
+    folders = {out / str(draft.data["id"]): draft for draft in drafts}
+    for folder, draft in folders.items():
+        if not draft.fits(folder):
             raise RunError(f"{folder} is there already")
+    for folder, draft in folders.items():
         draft.write(folder)
-    return [str(draft.data["id"]) for draft in drafts]
+    return [folder.name for folder in folders]
 
 
 def drafted(proposal: Proposal, attempts: Mapping[int, Tried]) -> Draft:
