@@ -1,7 +1,6 @@
-"""Evidence: what a recorded run shows, and whether it is what was expected.
+"""Evidence of a recorded run: measures, events, diagnostics, and the verdict on expectations.
 
-A pure function of the recorded states and the case: judging again needs no simulation, and gives the same
-bytes.
+A pure function of the recorded states and the case: judging again needs no simulation and yields identical bytes.
 """
 
 import json
@@ -48,7 +47,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
         case: The case, whose measures, events and expectations may have changed since the run.
 
     Returns:
-        What stands in `evidence.json`.
+        Content of `evidence.json`.
 
     Raises:
         RunError: if nothing readable was recorded.
@@ -57,7 +56,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
     states = recording.states
     state, message, where = _outcome(run_dir)
     lacking = states.lacks(state)
-    # Of what a damaged recording no longer shows nothing can be said.
+    # Nothing can be said about what a damaged recording does not show.
     ending = Ending(
         states.end, case.scene.duration, state == "finished" and not lacking, state in STOPPED or bool(lacking)
     )
@@ -118,7 +117,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
 
 
 def to_plain(value: Any) -> Any:
-    """Return data as strict JSON knows it: numbers with nine digits, None for what is no finite number."""
+    """Return data for strict JSON: numbers with nine digits, None for non-finite ones."""
     if isinstance(value, Mapping):
         return {str(key): to_plain(row) for key, row in value.items()}
     if isinstance(value, np.ndarray):
@@ -140,7 +139,7 @@ def dump_line(row: Mapping[str, Any]) -> str:
 
 
 def _outcome(run_dir: Path) -> tuple[str, str, Any]:
-    """Return (state, message, where) of a run: from its record, or from what the program itself said."""
+    """Return (state, message, where) of a run, from its record or from the program's own status."""
     status = read_status(run_dir / "status.json")
     where = status.get("where") or None
     record = RunRecord.read(run_dir)
@@ -184,7 +183,7 @@ def _times(events: EventLog, name: str) -> dict[str, Any]:
 
 
 def _touches(recording: RecordedCase) -> tuple[list[Occurrence], dict[str, Any]]:
-    """Return the touches between different bodies as occurrences without a name, and how many there were."""
+    """Return the touches between different bodies as occurrences without a name, and their statistics."""
     cast, log = recording.cast, recording.contacts
     targets = list(cast.copies.values())
     bodies = list(dict.fromkeys(base_name(t.copy) for t in targets))
@@ -212,7 +211,7 @@ def _touches(recording: RecordedCase) -> tuple[list[Occurrence], dict[str, Any]]
 
 
 def _named_with_itself(case: Case) -> set[str]:
-    """Bodies whose copies the case itself watches touching each other."""
+    """Bodies for which the case declares events of contact between their own copies."""
     pairs = [e.between for e in case.actions.events.values() if isinstance(e, ContactEvent | SeparationEvent)]
     for measure in case.actions.measures.values():
         if isinstance(measure, ContactForce | ContactCount | Penetration) and measure.by is not None:

@@ -18,7 +18,7 @@ OFF_PATH, OFF_TURN = 2e-3, 0.02
 
 
 def off_path(recording: RecordedCase) -> list[dict[str, Any]]:
-    """Return for each driven body the largest deviation of its copies [m; rad of one that spins], and when it was."""
+    """Return the largest deviation of each driven body's copies [m; rad if it spins], and its time."""
     found: dict[str, dict[str, Any]] = {}
     states = recording.states
     for copy in recording.cast.driven if states.frames else ():
@@ -38,7 +38,7 @@ def off_path(recording: RecordedCase) -> list[dict[str, Any]]:
 
 
 def held_up(rows: list[dict[str, Any]]) -> list[str]:
-    """Return what is wrong about deviations, a sentence for each body that is far off its path."""
+    """Return a message for each body that is far off its path."""
     said = []
     for row in rows:
         if row["value"] > (OFF_PATH if row["unit"] == "m" else OFF_TURN):
@@ -51,14 +51,14 @@ def held_up(rows: list[dict[str, Any]]) -> list[str]:
 
 
 def _distance(recording: RecordedCase, target: Target, body: Driven) -> Array:
-    """Distance [m] from where the motion says, (F,)."""
+    """Distance [m] from the prescribed position, shape (F,)."""
     path = np.array([displacement(body.motion, float(t)) for t in recording.states.time])
     way = recording.states.pos[:, target.root].astype(float)
     return np.linalg.norm(way - way[0] - (path - path[0]), axis=1)
 
 
 def _angle(recording: RecordedCase, target: Target, motion: Spin) -> Array:
-    """Angle [rad], (F,), from where the sum of speed times step says, which is what the program prescribes."""
+    """Angle [rad] from the prescribed one, shape (F,): the program prescribes the sum of speed times step."""
     states = recording.states
     speeds = [value_at(motion.speed, k * states.dt) for k in range(int(states.steps[-1]))]
     angle = np.concatenate([[0.0], np.cumsum(speeds) * states.dt])[states.steps]
@@ -67,5 +67,5 @@ def _angle(recording: RecordedCase, target: Target, motion: Spin) -> Array:
     quat = states.quat[:, target.root].astype(float)
     turn = np.concatenate([np.cos(half), np.sin(half) * axis], axis=1)
     axes = [rotate(quat, e) - rotate(turn, rotate(quat[:1], e)) for e in np.eye(3)]
-    # Two frames that are turned by an angle to each other: their axes are 8 sin^2(angle / 2) apart, squares added up.
+    # The squared distances of the axes of two frames at an angle to each other sum to 8 sin^2(angle / 2).
     return 2 * np.arcsin(np.minimum(np.sqrt(sum((gap * gap).sum(axis=1) for gap in axes) / 8), 1.0))

@@ -1,4 +1,4 @@
-"""Pages that need no other file: how they are rendered, and how they write numbers and words."""
+"""Rendering of self-contained HTML pages, and their formats of numbers and prose."""
 
 import base64
 from collections.abc import Mapping
@@ -12,17 +12,17 @@ EMBEDDED = 30_000_000
 
 
 def render_page(package: str, template: str, contents: Mapping[str, Any]) -> str:
-    """Render a template that lies in a package of ours.
+    """Render a template from a package of text2sim.
 
     Args:
         package: Folder of `text2sim`.
         template: File in it; it may include `page.css`.
-        contents: What the template names.
+        contents: Variables of the template.
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     here = Path(__file__).parent
-    # Strings of a case are not ours: everything is escaped.
+    # Strings of a case are untrusted: everything is escaped.
     environment = Environment(
         loader=FileSystemLoader([here.parent / package, here]),
         autoescape=True,
@@ -36,7 +36,7 @@ def render_page(package: str, template: str, contents: Mapping[str, Any]) -> str
 
 
 def data_uri(path: Path | None, kind: str) -> str | None:
-    """Return a file as a URI that a page can hold; `kind` is its media type."""
+    """Return a file as a data URI; `kind` is its media type."""
     if path is None or not path.is_file():
         return None
     return f"data:{kind};base64,{base64.b64encode(path.read_bytes()).decode()}"
@@ -52,7 +52,7 @@ def _number(value: Any, unit: str = "") -> str:
 
 
 def sentence(text: str) -> str:
-    """Return text with a capital at its start and a full stop at its end."""
+    """Return text with an initial capital and a final full stop."""
     return text[:1].upper() + text[1:].rstrip(".") + "."
 
 
@@ -61,7 +61,7 @@ def _percent(share: Any) -> str:
 
 
 def _prose(text: Any) -> Any:
-    """Return text as HTML, with what stands in backticks set as code."""
+    """Return text as HTML, with text in backticks set as code."""
     from markupsafe import Markup, escape
 
     parts = str(text).split("`")
@@ -76,7 +76,7 @@ def _seconds(value: Any) -> str:
 
 
 def read_films(run_dir: Path, room: int | None = None) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
-    """Return films as (name, data URI), and those that find no room [bytes] in a page as (name, file)."""
+    """Return films as (name, data URI), and those that exceed `room` [bytes] as (name, file)."""
     room = EMBEDDED if room is None else room
     paths = [run_dir / "video.mp4", *sorted(run_dir.glob("video_*.mp4"))]
     found, linked = [], []

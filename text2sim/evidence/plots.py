@@ -1,7 +1,7 @@
-"""Plots of what was measured: one for each measure, and one of the energy.
+"""Plots: one for each measure, and one of the energy.
 
-Colours are those of Okabe and Ito, which people who confuse red and green can tell apart; every kind of line
-has a dash pattern of its own besides.
+Colours are those of Okabe and Ito, which are safe for red-green colour blindness; every kind of line also has its own
+dash pattern.
 """
 
 import warnings
@@ -30,7 +30,7 @@ TICKS = 300
 
 @dataclass(frozen=True)
 class Bound:
-    """What an expectation allows a measure to be, over a span of time [s]."""
+    """Bounds that an expectation puts on a measure, over a span of time [s]."""
 
     name: str
     start: float
@@ -46,7 +46,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Line:
-    """A series to be drawn."""
+    """A series to draw."""
 
     label: str
     values: Array
@@ -70,12 +70,12 @@ def plot_series(
         path: The file, overwritten.
         time: Times [s], shape (F,).
         lines: Series of shape (F,) in one unit.
-        title: Said above.
-        unit: Of the vertical axis.
-        bounds: Expectations to be drawn: what they forbid is shaded.
-        events: Occurrences with `name` and `time`, to be ticked.
+        title: Title of the plot.
+        unit: Unit of the vertical axis.
+        bounds: Bounds to draw: forbidden values are shaded.
+        events: Occurrences with `name` and `time`, drawn as ticks.
     """
-    # The classes, never pyplot: nothing global, no display, any thread.
+    # Not pyplot: no global state, no display, any thread.
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -99,10 +99,10 @@ def plot_series(
     axes.yaxis.set_label_coords(-0.125, 0.5)
     if several or bounds:
         for text in axes.legend(fontsize=7, loc="best", framealpha=0.85).get_texts():
-            text.set_parse_math(False)  # names of folders are no formulas
+            text.set_parse_math(False)  # names may contain `$`
     path.parent.mkdir(exist_ok=True)
     with naming(path), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph")  # a letter that the font lacks is drawn as a box
+        warnings.filterwarnings("ignore", "Glyph")  # a missing glyph is drawn as a box
         figure.savefig(path, metadata={"Software": None})
 
 
@@ -114,7 +114,7 @@ def _data_range(lines: Sequence[Line]) -> tuple[float, float]:
 def _frame(axes: "Axes", low: float, high: float, shown: Sequence[list[float]], time: Array) -> None:
     edges = [low, high, *(edge for row in shown for edge in row)]
     span = max(edges) - min(edges)
-    # A constant gets a frame of its own size, or rounding noise would look like a signal.
+    # A constant gets a range of its own magnitude, or rounding noise would look like a signal.
     margin = 0.08 * span if span > 1e-9 * max(abs(low), abs(high), 1e-12) else 0.5 * max(abs(high), 1e-3)
     axes.set_ylim(min(edges) - margin, max(edges) + margin)
     if len(time) > 1:
@@ -126,7 +126,7 @@ def _frame(axes: "Axes", low: float, high: float, shown: Sequence[list[float]], 
 
 
 def _draw_bound(axes: "Axes", bound: Bound, low: float, high: float, time: Array) -> list[float]:
-    """Draw what an expectation forbids; return the bounds that have to be in the frame."""
+    """Shade what an expectation forbids; return the bounds that must be in view."""
     color = {True: GREEN, False: VERMILION, None: GREY}[bound.ok]
     sign = {True: "✓", False: "✗", None: "?"}[bound.ok]
     width = float(time[-1] - time[0]) if len(time) else 1.0

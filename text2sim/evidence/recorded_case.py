@@ -1,4 +1,4 @@
-"""A recording together with the case it is a recording of."""
+"""Recording of a run together with its case."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -25,7 +25,7 @@ CLOUDS = 400_000_000
 
 @dataclass(frozen=True)
 class RecordedCase:
-    """All that measures and events are computed from."""
+    """A recording and its case: the input of measures and events."""
 
     states: RunStates
     cast: RecordedNames
@@ -45,12 +45,12 @@ class RecordedCase:
 
     @cached_property
     def masses(self) -> Array:
-        """[kg], shape (L,)."""
+        """Masses of the links [kg], shape (L,)."""
         return np.array([link.mass for link in self.states.links])
 
     @cached_property
     def inertias(self) -> Array:
-        """About the centre of mass [kg m2], in the link's frame, shape (L, 3, 3)."""
+        """Inertia tensors about the centre of mass [kg m2], in the link's frame, shape (L, 3, 3)."""
         return np.array([link.inertia for link in self.states.links]).reshape(-1, 3, 3)
 
     def centers(self, links: Array) -> Array:
@@ -88,18 +88,18 @@ class RecordedCase:
         return -self.masses[links] * (self.centers(links) @ np.array(self.states.gravity))
 
     def deformable(self, target: Target) -> Deformable | None:
-        """The body that a target means, if it deforms."""
+        """The body of a target if it is deformable, else None."""
         return None if target.soft is None else self.states.deformables[target.soft]
 
     def thickness(self, body: Deformable) -> float:
-        """How near [m] parts of a cloth may come to each other."""
+        """Distance [m] below which parts of a cloth overlap."""
         model = self.case.bodies.get(base_name(body.body))
         if body.solver == "pbd" or not isinstance(model, Cloth):
             return body.spacing
         return model.material.thickness
 
     def cloud(self, body: Deformable) -> Cloud:
-        """The points of a body, for distances; those of the last few bodies are kept."""
+        """The sample points of a body, for distances; the last few are cached."""
         if body.index not in self._clouds:
             self._clouds[body.index] = Cloud.of(body)
             while len(self._clouds) > 2 and sum(cloud.points.nbytes for cloud in self._clouds.values()) > CLOUDS:
@@ -109,8 +109,8 @@ class RecordedCase:
     def energies(self, targets: Sequence[Target]) -> tuple[Array, Array]:
         """Kinetic and potential energy [J] of targets together, both (F,), each body counted once.
 
-        Of a body that deforms, the kinetic energy is that of its points, as its solver has it, and the potential
-        energy that of its weight: what deformation stores is not in it.
+        For a deformable body, the kinetic energy is that of its points, and the potential energy that of its weight;
+        elastic energy is not included.
         """
         links = links_of(targets)
         there = self.there(links)
@@ -126,7 +126,7 @@ class RecordedCase:
     def angular_momentum(self, targets: Sequence[Target], about: tuple[float, float, float] | None) -> Array:
         """Sum of m (x - c) x (v - u) + R I R^T w [kg m2/s] over the links of targets, world, shape (F, 3).
 
-        c is the common centre of mass and u its velocity; about a point [m] that is given, c is that, and u is zero.
+        c is the common centre of mass and u its velocity, or c is the given point [m] and u is zero.
         """
         links = links_of(targets)
         there = self.there(links)
@@ -143,7 +143,7 @@ class RecordedCase:
         return (masses[..., None] * np.cross(x, v) + there[..., None] * rotate(quat, own)).sum(axis=1)
 
     def velocity(self, target: Target) -> Array:
-        """Velocity of a target's centre of mass [m/s], world, shape (F, 3); nan once it has left the scene."""
+        """Velocity of a target's centre of mass [m/s], world, shape (F, 3); nan after it has left the scene."""
         if target.soft is not None:
             return self.states.soft_velocity[:, target.soft].astype(float)
         links = np.array(target.links)
@@ -154,21 +154,21 @@ class RecordedCase:
         return self._unless_gone(target, mean)
 
     def origin(self, target: Target) -> Array:
-        """Origin of a target's frame [m], world, shape (F, 3); of a body that deforms, its centre of mass.
+        """Origin of a target's frame [m], world, shape (F, 3); for a deformable body, its centre of mass.
 
-        Nan once it has left the scene.
+        Nan after it has left the scene.
         """
         if target.soft is not None:
             return self.states.deformables[target.soft].center
         return self._unless_gone(target, self.states.pos[:, target.root].astype(float))
 
     def depth_in(self, region: Region, points: Array, frames: slice | int = slice(None)) -> Array:
-        """How deep points lie inside a region [m], see `depth_inside`; a region that a body carries moves.
+        """Depth of points inside a region [m], see `depth_inside`; a region attached to a body moves with it.
 
         Args:
             region: The region.
-            points: One for each frame, shape (F, 3), or all at one frame, shape (n, 3).
-            frames: Which frame, if it is one.
+            points: One for each frame, shape (F, 3), or many at one frame, shape (n, 3).
+            frames: The frame, if there is only one.
         """
         if (carrier := region.moves_with) is not None:
             (target,) = self.cast.select(carrier)
@@ -178,10 +178,10 @@ class RecordedCase:
 
 
 def links_of(targets: Sequence[Target]) -> Array:
-    """Links of targets, each once, growing."""
+    """Indices of the links of targets, unique and sorted."""
     return np.array(sorted({link for target in targets for link in target.links}), dtype=np.int64)
 
 
 def soft_of(targets: Sequence[Target]) -> list[int]:
-    """Numbers of the bodies that deform among targets, each once, growing."""
+    """Indices of the deformable bodies among targets, unique and sorted."""
     return sorted({target.soft for target in targets if target.soft is not None})

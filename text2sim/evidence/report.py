@@ -1,4 +1,4 @@
-"""The report: one page with everything that a run showed, which needs no other file."""
+"""Report of a run: one self-contained HTML page."""
 
 from pathlib import Path
 from typing import Any
@@ -45,9 +45,9 @@ LOG = 6_000
 
 
 def write_report(run_dir: Path, case: Case) -> Path:
-    """Write `plots/`, `contact_sheet.png` and `report.html` of a run that was judged.
+    """Write `plots/`, `contact_sheet.png` and `report.html` of a run with evidence.
 
-    What is missing is left out of the page: a film, frames, measures, even the evidence itself.
+    The page omits what is missing: the film, frames, measures, even the evidence itself.
     """
     page = render_page("evidence", "report.html.j2", _contents(run_dir, case))
     path = run_dir / "report.html"
@@ -63,7 +63,7 @@ def _contents(run_dir: Path, case: Case) -> dict[str, Any]:
     touches = [row for row in events if not row["name"]]
     touches.sort(key=lambda row: -sum(x * x for x in row.get("impulse") or [0.0] if x is not None))
     films, linked = read_films(run_dir)
-    # What was missed comes first.
+    # Failed expectations come first.
     found = [row for name in case.actions.expect if (row := evidence.get("expect", {}).get(name))]
     found.sort(key=lambda row: {False: 0, None: 1, True: 2}[row["ok"]])
     return {
@@ -117,7 +117,7 @@ def _plots(run_dir: Path, case: Case, evidence: dict[str, Any], events: list[dic
         found.append(name)
     energy = _energy_lines(run_dir, case)
     if energy is not None:
-        # No measure can have this name: a dot is in none.
+        # The names of measures have no dots.
         plot_series(
             folder / "all.energy.png",
             *energy,
@@ -147,16 +147,16 @@ def _energy_lines(run_dir: Path, case: Case) -> tuple[Array, list[Line]] | None:
 
 
 def bound_of(name: str, expect: Expect, measure: str, evidence: dict[str, Any], time: Array) -> Bound | None:
-    """Return what an expectation allows a measure to be; None if it is about another, or no bound on its values.
+    """Return the bound that an expectation puts on the values of a measure; None if it puts none.
 
     Args:
-        name: Of the expectation.
+        name: Name of the expectation.
         expect: The expectation.
         measure: Name of the measure.
-        evidence: What was found.
+        evidence: Content of `evidence.json`.
         time: Times of the measure [s].
     """
-    # The mean or the range of a measure is no bound on its values.
+    # A bound on the mean or range of a measure does not bound its values.
     if expect.measure != measure or expect.stat in ("mean", "std", "range") or not len(time):
         return None
     if expect.at is not None:
@@ -172,7 +172,7 @@ def bound_of(name: str, expect: Expect, measure: str, evidence: dict[str, Any], 
 
 
 def describe(model: Any) -> str:
-    """Return a measure as its case says it, on one line."""
+    """Return the definition of a measure on one line."""
     data = model.model_dump(mode="json", by_alias=True, exclude_defaults=True)
     kind = data.pop("kind").replace("_", " ")
     return " ".join([kind, ", ".join(f"{key} {_flat(value)}" for key, value in data.items())])

@@ -1,7 +1,7 @@
-"""The shapes with which the links of a recording touch, as solids.
+"""Collision shapes of the links of a recording, as solids.
 
-`geometry/solids.json` holds what the engine collides: for each link a list of {kind, pos, quat, size | mesh}. Of
-recordings without it, what is drawn is taken for what touches.
+`geometry/solids.json` holds the engine's collision shapes: for each link a list of {kind, pos, quat, size | mesh}.
+For recordings without it, the visual shapes are used.
 """
 
 import json
@@ -39,7 +39,7 @@ class RigidShapes:
         self._mesh = cache(self._read_mesh)
 
     def of_links(self, links: Iterable[int]) -> list[tuple[int, Solid]]:
-        """Return every solid of links, with its link."""
+        """Return the solids of links, each with its link."""
         return [(int(link), solid) for link in links for solid in self.of(int(link))]
 
     def _solids(self, link: int) -> list[Solid]:
@@ -67,7 +67,7 @@ class RigidShapes:
         return None if solid is None else replace(solid, pos=pos, turn=turn)
 
     def _read_mesh(self, name: str) -> Solid | None:
-        if not MESH_FILE.match(name):  # a name becomes a path
+        if not MESH_FILE.match(name):  # the name becomes a path
             return None
         try:
             arrays = read_arrays(self._folder / name, ("vertices", "faces"))
@@ -87,9 +87,9 @@ def _index(path: Path) -> dict[str, list[Any]] | None:
 
 
 def world_frames(states: RunStates, link: int, solid: Solid, step: int = 1) -> tuple[Array, Array]:
-    """Return positions (F, 3) [m] and rotation matrices (F, 3, 3) of a solid's frame in the world, at every step-th.
+    """Return positions [m] (F, 3) and rotation matrices (F, 3, 3) of a solid's frame in the world, every `step` frames.
 
-    Positions are nan once its body has left the scene.
+    Positions are nan after its body has left the scene.
     """
     quat = states.quat[::step, link].astype(float)
     turn = rotate(quat[:, None], np.eye(3)[None]).swapaxes(1, 2)

@@ -12,12 +12,12 @@ from text2sim.spec_schema.names.selectors import WORLD, named_by, parse_selector
 
 
 class SelectionError(LookupError):
-    """A selector that names nothing that was recorded."""
+    """Error: a selector matches nothing that was recorded."""
 
 
 @dataclass(frozen=True)
 class Target:
-    """What one name stands for: a copy of a body, or one link of it."""
+    """Referent of a name: a copy of a body, or one of its links."""
 
     label: str
     """`ball`, `brick[3]`, `arm.hand`."""
@@ -35,7 +35,7 @@ class Target:
 
 @dataclass(frozen=True)
 class RecordedNames:
-    """Everything that was recorded, by the names of the case."""
+    """Recorded objects by their names in the case."""
 
     states: RunStates
     case: Case
@@ -56,7 +56,7 @@ class RecordedNames:
 
     @cached_property
     def copy_of_link(self) -> Array:
-        """Number of the copy that each link belongs to, shape (L,)."""
+        """Index of the copy that each link belongs to, shape (L,)."""
         number = {name: i for i, name in enumerate(self.copies)}
         return np.array([number[link.body] for link in self.states.links], dtype=np.int64)
 
@@ -67,21 +67,21 @@ class RecordedNames:
 
     @cached_property
     def loose(self) -> list[Target]:
-        """Every copy of a body that is neither driven nor a static."""
+        """Copies of bodies that are neither driven nor static."""
         return [target for name, target in self.copies.items() if self._kind(name) == "body"]
 
     def label_of_link(self, link: int) -> str:
-        """Return how the language names a link: by its copy, and by its own name if the copy has several."""
+        """Return a link's name in the language: its copy's, with its own if the copy has several links."""
         record = self.states.links[link]
         several = sum(self.states.links[i].name != WORLD for i in self.copies[record.body].links) > 1
         return f"{record.body}.{record.name}" if several else record.body
 
     def is_static(self, copy: str) -> bool:
-        """Whether a copy is one that never moves."""
+        """Whether a copy is static."""
         return self._kind(copy) == "static"
 
     def touches_soft(self, copy: str) -> bool:
-        """Whether bodies that deform feel a rigid copy."""
+        """Whether a rigid copy is coupled to deformable bodies."""
         body = self.case.bodies.get(base_name(copy)) or self.case.scene.statics.get(base_name(copy))
         return getattr(getattr(body, "material", None), "touch_soft", True)
 
@@ -92,10 +92,10 @@ class RecordedNames:
         return "driven" if body.kind == "driven" else "body"
 
     def select(self, selector: str) -> list[Target]:
-        """Return what a selector means.
+        """Return the targets that a selector matches.
 
         Raises:
-            SelectionError: if that was not recorded.
+            SelectionError: if nothing of that name was recorded.
         """
         chosen, part = self._select_copies(selector)
         if part is None:
@@ -112,10 +112,10 @@ class RecordedNames:
         return found
 
     def select_joints(self, selector: str) -> list[tuple[str, JointRecord]]:
-        """Return the joints that a selector means, with labels; a mounted body stands for its one joint.
+        """Return the joints that a selector matches, with labels; a mounted body stands for its single joint.
 
         Raises:
-            SelectionError: if that was not recorded.
+            SelectionError: if there are none.
         """
         chosen, part = self._select_copies(selector)
         found = []
@@ -133,7 +133,7 @@ class RecordedNames:
         return found
 
     def select_bends(self, selector: str) -> list[JointRecord]:
-        """Return the hinges and balls of what a selector means; of links, those by which they hang on others.
+        """Return the hinge and ball joints that a selector matches; for links, those to their parents.
 
         Raises:
             SelectionError: if there are none.
@@ -158,9 +158,9 @@ class RecordedNames:
         return chosen, wanted.part
 
     def groups(self, targets: Iterable[Target]) -> Array:
-        """Return for each link the number of the target that it belongs to, or -1, shape (L,).
+        """Return the index of the target that each link belongs to, or -1, shape (L,).
 
-        Bodies that deform have no links, and so no place in it.
+        Deformable bodies have no links and do not appear.
         """
         group = np.full(len(self.states.links), -1, dtype=np.int64)
         for number, target in enumerate(targets):
@@ -169,5 +169,5 @@ class RecordedNames:
 
 
 def base_name(copy: str) -> str:
-    """Return the name of the body of which something is a copy: `brick[3]` is one of `brick`."""
+    """Return the body's name from that of a copy: `brick` for `brick[3]`."""
     return copy.partition("[")[0]

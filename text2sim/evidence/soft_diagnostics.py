@@ -1,4 +1,4 @@
-"""Diagnostics of bodies that deform: volume, stretch, overlap, speed, and what got stuck."""
+"""Diagnostics of deformable bodies: volume, stretch, penetration, speed, and points stuck at the solver's bounds."""
 
 from collections.abc import Callable
 from typing import Any
@@ -24,9 +24,9 @@ half a cell away from them, so that its particles turn back by that much before 
 
 
 def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
-    """Return for each body that deforms the worst of its copies: {quantity: {value, at, copy, unit, ...}}.
+    """Return the worst value among the copies of each deformable body: {quantity: {value, at, copy, unit, ...}}.
 
-    `volume` is relative to the start, the value that is farthest from 1. Quantities that a body has not are left out.
+    `volume` is relative to the start: the value farthest from 1. Quantities that a body lacks are omitted.
     """
     found: dict[str, dict[str, Any]] = {}
     states = recording.states
@@ -59,7 +59,7 @@ def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
 
 
 def penetration(recording: RecordedCase, body: Deformable) -> tuple[Array, list[str]]:
-    """Return how deep points of a body are in rigid ones that it touches [m], (F,), and in which, by frame."""
+    """Return the depth [m] of a body's points in the rigid bodies that it touches, shape (F,), and which, by frame."""
     cast = recording.cast
     rigid = [t for t in cast.copies.values() if t.soft is None and cast.touches_soft(t.copy)]
     solids = recording.shapes.of_links(links_of(rigid))
@@ -68,7 +68,7 @@ def penetration(recording: RecordedCase, body: Deformable) -> tuple[Array, list[
 
 
 def first_torn(torn: Array, times: Array) -> dict[str, float]:
-    """Return when a body first lost a hundredth of itself: {since}, or nothing."""
+    """Return the time at which a body first lost 1 % of itself: {since}; empty if it did not."""
     off = np.flatnonzero(torn > tearing.LEAST)
     return {"since": float(times[off[0]])} if len(off) else {}
 
@@ -77,7 +77,7 @@ def _worst(
     rows: dict[str, Any], name: str, values: Array, bad: Callable[[Array], Array], said: dict[str, Any],
     time: Array, where: list[str] | None = None,
 ) -> None:  # fmt: skip
-    """Take in the worst of values (F,), unless another copy is worse."""
+    """Record the worst of values (F,), unless another copy's is worse."""
     with np.errstate(all="ignore"):
         badness = np.where(np.isfinite(values), bad(values), -np.inf)
     at = int(np.argmax(badness))
@@ -105,14 +105,14 @@ def _stretch(recording: RecordedCase, body: Deformable) -> Array:
 
 
 def _strain(recording: RecordedCase, body: Deformable) -> Array | None:
-    """99 of 100 stay below: single particles may have flown away."""
+    """The 99th percentile of strain, because single particles may have escaped; None for what flows."""
     if body.kind != "soft":
         return None  # grains and liquids flow
     return np.percentile(deformation.strains(body), 99, axis=1)
 
 
 def _against(recording: RecordedCase, body: Deformable) -> Array | None:
-    """Part of the points that lie against the sides of their solver's space, or beyond."""
+    """Fraction of the points at or beyond the bounds of their solver."""
     if body.domain is None:
         return None
     near = body.spacing if body.solver == "mpm" else STUCK
@@ -142,7 +142,7 @@ _QUANTITIES: tuple[
 
 
 def first_non_finite(recording: RecordedCase) -> tuple[int, list[str]] | None:
-    """Return the first frame in which a point is no finite number, and the bodies that it struck."""
+    """Return the first frame with a non-finite point, and the bodies affected; None if all are finite."""
     struck: dict[str, int] = {}
     for body in recording.states.deformables:
         bad = np.flatnonzero(~np.isfinite(body.points).all(axis=(1, 2)))

@@ -1,7 +1,7 @@
-"""Touches of bodies that deform. The engine does not tell them: they are read from how near the recorded points come.
+"""Touches of deformable bodies. The engine does not report them: they are derived from distances of recorded points.
 
-Two bodies touch while they are no farther apart than their solvers keep things apart. They have come apart once the gap
-is half as wide again, so that what rests does not flicker. Times are interpolated between frames.
+Two bodies touch while their gap is at most the distance that their solvers keep. They separate once it is half as
+large again; the hysteresis keeps bodies at rest from flickering. Times are interpolated between frames.
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ APART = 1.5
 
 
 def tolerance(body: Deformable) -> float:
-    """Return the gap [m] up to which a body touches a rigid one; between two that deform, both add up."""
+    """Return the gap [m] up to which a body touches a rigid one; for two deformable bodies, both add up."""
     if body.solver == "pbd":
         return PBD * body.spacing
     if body.solver == "mpm":
@@ -35,10 +35,10 @@ def tolerance(body: Deformable) -> float:
 
 
 def soft_episodes(recording: RecordedCase, first: Sequence[Target], second: Sequence[Target]) -> list[dict[str, Any]]:
-    """Return the touches of pairs of targets, one of which deforms, as occurrences without name and kind.
+    """Return the touches of pairs of targets, at least one deformable, as occurrences without name and kind.
 
-    `gap` is the smallest in the touch [m], `penetration` how deep a point was in a solid, `pos` where it began. A pair
-    that both sides name is listed once.
+    `gap` is the smallest of the touch [m], `penetration` the largest depth of a point in a solid [m], `pos` where it
+    began [m]. A pair named by both sides is listed once.
     """
     rows, done = [], set()
     for one in first:
@@ -88,7 +88,7 @@ def spans(value: Array, near: float, apart: float) -> list[tuple[int, int]]:
 
 
 def passage(time: Array, value: Array, frame: int, level: float) -> float:
-    """Return when a value passes a level between a frame and the next [s], on a straight line."""
+    """Return the time [s] at which a value crosses a level between a frame and the next, linearly interpolated."""
     a, b = float(value[frame]), float(value[frame + 1])
     part = (level - a) / (b - a) if np.isfinite(a) and np.isfinite(b) and a != b else 1.0
     return float(time[frame] + min(max(part, 0.0), 1.0) * (time[frame + 1] - time[frame]))

@@ -1,4 +1,4 @@
-"""Measures of bodies that deform. Each formula stands with its function."""
+"""Measures of deformable bodies. Each function states its formula."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -35,15 +35,15 @@ _FLAT = 1e-6
 
 
 class SoftMeasureError(ValueError):
-    """A measure that has no value of what was recorded."""
+    """Error: a measure is undefined for what was recorded."""
 
 
 def deformables(recording: RecordedCase, selector: str) -> list[Deformable]:
-    """Return the bodies that a selector means, all of which deform.
+    """Return the deformable bodies that a selector matches.
 
     Raises:
         SelectionError: if nothing of that name was recorded.
-        SoftMeasureError: if one of them does not deform.
+        SoftMeasureError: if one of them is not deformable.
     """
     found = []
     for target in recording.cast.select(selector):
@@ -57,11 +57,11 @@ def deformables(recording: RecordedCase, selector: str) -> list[Deformable]:
 def region_path(recording: RecordedCase, target: Target, region: BodyRegion) -> Array:
     """Return the mean position [m] of the points of a region, world, shape (F, 3).
 
-    The points are those that lie in it at the start, in the body's own frame; to a side belong all in
-    a layer under the outermost one, as for what is attached.
+    The points are those inside the region at the start, in the body's own frame; a side contains a layer
+    below the outermost point, as for attachments.
 
     Raises:
-        SoftMeasureError: if the body does not deform, or none of its points lies there.
+        SoftMeasureError: if the body is not deformable, or has no points in the region.
     """
     body = recording.deformable(target)
     if body is None:
@@ -71,7 +71,7 @@ def region_path(recording: RecordedCase, target: Target, region: BodyRegion) -> 
 
 
 def region_rows(body: Deformable, region: BodyRegion) -> Array:
-    """Return which points of a body lie in a region at the start, as `region_path` says."""
+    """Return the indices of a body's points in a region at the start; see `region_path`."""
     points = body.own
     if region.nearest is not None:
         return np.array([np.linalg.norm(points - region.nearest, axis=1).argmin()])
@@ -96,7 +96,7 @@ def region_rows(body: Deformable, region: BodyRegion) -> Array:
 
 
 def _volume(recording: RecordedCase, measure: measures.Volume) -> Array:
-    """Sum of the volumes inside the surfaces, by the divergence theorem; or over that at the start."""
+    """Sum of the volumes inside the surfaces, by the divergence theorem; optionally relative to the start."""
     total = np.sum([deformation.volumes(body) for body in deformables(recording, measure.of)], axis=0)
     return total / total[:1] if measure.relative else total
 
@@ -112,7 +112,7 @@ def _strain(recording: RecordedCase, measure: measures.Strain) -> Array:
 
 
 def spread(values: Sequence[Array], stat: str) -> Array:
-    """Make one number of many (F, n) in each frame, (F,)."""
+    """Reduce values (F, n) to one per frame, shape (F,)."""
     if stat in ("max", "min"):
         each = [getattr(rows, stat)(axis=1) for rows in values]
         return getattr(np.stack(each), stat)(axis=0).astype(float)
@@ -132,13 +132,13 @@ def _wrinkling(recording: RecordedCase, measure: measures.Wrinkling) -> Array:
 
 
 def _folded_area(recording: RecordedCase, measure: measures.FoldedArea) -> Array:
-    """Sum over cloths of the area of all layers, seen along the axis, less that of the shadow."""
+    """Sum over cloths of the area of all layers seen along the axis, minus that of the silhouette."""
     bodies = deformables(recording, measure.of)
     return np.sum([folds.folded_area(body, "xyz".index(measure.axis)) for body in bodies], axis=0)
 
 
 def _self_penetration(recording: RecordedCase, measure: measures.SelfPenetration) -> Array:
-    """Largest over cloths of their thickness less the distance of the nearest two points that are no neighbours."""
+    """Largest over cloths of the thickness minus the distance of the nearest non-adjacent points."""
     bodies = deformables(recording, measure.of)
     return np.max([folds.self_penetration(body, recording.thickness(body)) for body in bodies], axis=0)
 
@@ -172,12 +172,12 @@ def _gap(recording: RecordedCase, measure: measures.Gap) -> Array:
 
 
 def depth(recording: RecordedCase, targets: Sequence[Target], others: Sequence[Target] | None) -> Array:
-    """Return how deep points of bodies that deform are in rigid solids [m], (F,); 0 where none is in any.
+    """Return the largest depth [m] of points of deformable bodies in rigid solids, shape (F,); 0 if none is inside.
 
     Args:
         recording: The recording.
-        targets: Bodies that deform, or rigid ones.
-        others: The others, or None for all that they can touch.
+        targets: Deformable or rigid bodies.
+        others: The bodies on the other side; None for all that they can touch.
     """
     everything = list(recording.cast.copies.values())
     deepest = np.zeros(recording.states.frames)
@@ -194,13 +194,13 @@ def depth(recording: RecordedCase, targets: Sequence[Target], others: Sequence[T
 
 
 def gap(recording: RecordedCase, body: Deformable, others: Sequence[Target], limit: float = np.inf) -> Nearest:
-    """Return how near a body comes to the nearest of others [m], in each frame; deeper is more negative.
+    """Return the signed distance [m] of a body to the nearest of others in each frame; negative inside.
 
     Args:
         recording: The recording.
         body: The body.
         others: Bodies, links or statics.
-        limit: Distance [m] from which on it does not matter how far they are.
+        limit: Distance [m] beyond which the exact value does not matter.
     """
     cloud = recording.cloud(body)
     found = nearest_solid(cloud, recording.states, recording.shapes.of_links(links_of(others)), limit)
@@ -223,7 +223,7 @@ def _largest_piece(recording: RecordedCase, measure: measures.LargestPiece) -> A
 
 
 def _leaked(recording: RecordedCase, measure: measures.Leaked) -> Array:
-    """Sum over bodies of m_b s_b over the sum of m_b, with the share s_b of a body that leaked."""
+    """Sum over bodies of m_b s_b over the sum of m_b, with s_b the leaked fraction of a body."""
     bodies = deformables(recording, measure.of)
     masses = [float(body.masses.sum()) for body in bodies]
     return np.average([leaks(recording, body)[0] for body in bodies], axis=0, weights=masses)

@@ -1,4 +1,4 @@
-"""Rigid shapes as solids: how far points are from them, and how deep in them."""
+"""Rigid shapes as solids, with signed distances of points."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -35,7 +35,7 @@ class Solid:
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
-        """Lowest and highest corner in its own frame [m]; without end for a plane."""
+        """Lowest and highest corner in its own frame [m]; infinite for a plane."""
         if self.vertices is not None:
             return self.vertices.min(axis=0), self.vertices.max(axis=0)
         if self.kind == "plane":
@@ -51,7 +51,7 @@ class Solid:
         return -half, half
 
     def least(self, points: Array) -> tuple[Array, Array]:
-        """Return a lower bound of the signed distance [m] of points (n, 3), and where it is the distance itself, (n,).
+        """Return a lower bound of the signed distance [m] of points (n, 3), and a mask of where it is exact, (n,).
 
         Points are in the solid's own frame. Negative inside.
         """
@@ -66,7 +66,7 @@ class Solid:
     def distance(self, points: Array) -> Array:
         """Return the signed distance [m] of points (n, 3) from the surface, (n,); negative inside.
 
-        Of a mesh that is not convex it is that of the nearest of many points on its surface.
+        For a non-convex mesh it is that of the nearest of many points sampled on its surface.
         """
         if self.kind == "surface":
             tree, normals = self._samples
@@ -103,7 +103,7 @@ class Solid:
         count = np.maximum(1, np.ceil(SAMPLES * area / max(area.sum(), 1e-30)).astype(int))
         owner = np.repeat(np.arange(len(a)), count)
         number = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
-        # Evenly over the triangle: additive recurrence of the plastic number, folded into it.
+        # Low-discrepancy points in the triangle: additive recurrence of the plastic number, folded.
         u, v = (0.5 + number * 0.7548776662) % 1, (0.5 + number * 0.5698402910) % 1
         u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
         points = a[owner] + u[:, None] * (b - a)[owner] + v[:, None] * (c - a)[owner]
@@ -111,7 +111,7 @@ class Solid:
 
 
 def solid_of_mesh(vertices: Array, faces: Array) -> Solid | None:
-    """Return a mesh as a solid, in the frame of its link; None if it has no volume."""
+    """Return a mesh as a solid in the frame of its link; None if it has no volume."""
     from scipy.spatial import ConvexHull, QhullError  # slow to import, and rarely needed
 
     sound = len(vertices) and np.isfinite(vertices).all() and (not faces.size or 0 <= faces.min() <= faces.max())
@@ -127,7 +127,7 @@ def solid_of_mesh(vertices: Array, faces: Array) -> Solid | None:
 
 
 def is_convex(vertices: Array, faces: Array) -> bool:
-    """Whether no corner stands out of the plane of any face."""
+    """Whether no vertex lies outside the plane of any face."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     size = np.linalg.norm(normal, axis=1, keepdims=True)
@@ -167,7 +167,7 @@ _EXACT = {
 
 
 def _to_triangles(points: Array, triangles: Array) -> Array:
-    """Distance [m] of points (n, 3) to the nearest of triangles (m, 3, 3), (n,)."""
+    """Distance [m] of points (n, 3) to the nearest of triangles (m, 3, 3), shape (n,)."""
     found = np.empty(len(points))
     block = max(1, PAIRS // max(1, len(triangles)))
     for first in range(0, len(points), block):

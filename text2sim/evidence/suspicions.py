@@ -1,7 +1,7 @@
-"""Suspicions about a recording, in sentences: signs that something went wrong.
+"""Suspicions about a recording: messages about signs of a wrong simulation.
 
-Three of the engine's solvers never look at their own numbers, and walls around them stop what comes there without a
-word: a run can finish, and be no physics.
+Three of the engine's solvers never check their own state, and silently clamp what reaches their bounds: a run can
+finish with unphysical results.
 """
 
 from collections.abc import Callable
@@ -32,11 +32,11 @@ PULLED = 1.5
 
 
 def suspicions(recording: RecordedCase, found: dict[str, dict[str, Any]]) -> list[str]:
-    """Return what looks wrong, a sentence for each, the worst copy of a body only.
+    """Return one message for each sign, for the worst copy of a body only.
 
     Args:
-        recording: The run.
-        found: What `soft_diagnostics` says of it.
+        recording: The recording.
+        found: Result of `soft_diagnostics`.
     """
     spacing = {base_name(body.body): body.spacing for body in recording.states.deformables}
     rows = []
@@ -51,7 +51,7 @@ def suspicions(recording: RecordedCase, found: dict[str, dict[str, Any]]) -> lis
 
 
 def _beyond_the_grid(recording: RecordedCase) -> list[str]:
-    """Rigid bodies that leave the space in which they feel the bodies of a solver, after having been in it."""
+    """Report rigid bodies that leave the bounds in which a solver couples to them, after having been inside."""
     rows, states = [], recording.states
     domain = next((body.domain for body in states.deformables if body.solver == "mpm" and body.domain), None)
     if domain is None or not states.frames:

@@ -1,7 +1,7 @@
-"""Pieces of a body of particles, by its tears.
+"""Tearing: the pieces into which a body of particles falls.
 
-The grid of mpm ties particles together that are less than about two of its cells apart, and nothing else does: what is
-farther from all others is off, whatever it is made of. Pieces are what such ties connect.
+In mpm only particles less than about two grid cells apart interact: what is farther from all others has separated,
+whatever its material. Pieces are the connected components of that relation.
 """
 
 from functools import lru_cache
@@ -21,11 +21,11 @@ LEAST = 0.01
 
 @lru_cache(maxsize=8)
 def pieces(body: Deformable) -> tuple[Array, Array]:
-    """Return how many pieces of a hundredth of a body or more there are, and the largest one's part of it, both (F,).
+    """Return the number of pieces of at least 1 % of a body, and the fraction of the largest one, both of shape (F,).
 
-    All particles of a body weigh the same.
+    All particles of a body have the same mass.
     """
-    if body.solver != "mpm":  # elements hang together
+    if body.solver != "mpm":  # elements stay connected
         return np.ones(len(body.points)), np.ones(len(body.points))
     counts, largest = [], []
     for points in body.points:
@@ -36,7 +36,7 @@ def pieces(body: Deformable) -> tuple[Array, Array]:
 
 
 def _sizes(points: Array, spacing: float) -> Array:
-    """Points in each piece."""
+    """Number of points in each piece."""
     points = points[np.isfinite(points).all(axis=1)]
     if not len(points):
         return np.ones(1)
@@ -48,7 +48,7 @@ def _sizes(points: Array, spacing: float) -> Array:
 
 
 def _labels(points: Array, reach: float) -> Array:
-    """The piece of each point."""
+    """Index of the piece of each point."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import KDTree

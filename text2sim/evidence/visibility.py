@@ -1,4 +1,4 @@
-"""Visibility: which bodies each camera saw, how large, and how well."""
+"""Visibility and legibility of bodies in the film of each camera."""
 
 import json
 from collections.abc import Sequence
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 def read_samples(run_dir: Path) -> dict[str, list[tuple[float, dict[str, float]]]]:
-    """Return for each camera its sampled pictures in order: time [s], and share of the picture by copy.
+    """Return the sampled frames of each camera in order: time [s], and fraction of the picture by copy.
 
-    Empty where there is no film.
+    Empty without a film.
     """
     try:
         data = json.loads((run_dir / "visibility.json").read_text("utf-8"))
@@ -30,11 +30,11 @@ def read_samples(run_dir: Path) -> dict[str, list[tuple[float, dict[str, float]]
 
 
 def summarise_visibility(run_dir: Path, bodies: Sequence[str]) -> dict[str, Any] | None:
-    """Return for each camera what it saw of each body (all copies together); None without a film.
+    """Return for each camera the visibility of each body (all copies together); None without a film.
 
     Args:
         run_dir: The run folder.
-        bodies: Names of the bodies that a camera might see.
+        bodies: Names of the bodies.
     """
     samples = read_samples(run_dir)
     if not samples:
@@ -62,15 +62,15 @@ def _camera(rows: list[tuple[float, dict[str, float]]], bodies: Sequence[str]) -
 
 
 def summarise_legibility(run_dir: Path, case: Case, events: EventLog) -> dict[str, Any] | None:
-    """Return how well bodies are seen in the film that `program/render.py` describes, whether or not it was made.
+    """Return the legibility of bodies in the film that `program/render.py` describes, whether or not it was rendered.
 
     Args:
         run_dir: The run folder.
-        case: The case, for what its events are about.
-        events: What happened.
+        case: The case, which says which bodies its events concern.
+        events: The events that occurred.
 
     Returns:
-        As `legibility.summary` makes it; None where nothing was recorded that could be filmed.
+        The result of `legibility.summary`; None if nothing recorded can be filmed.
     """
     from text2sim.legibility.film import Watcher
     from text2sim.legibility.summary import summarise
@@ -82,11 +82,11 @@ def summarise_legibility(run_dir: Path, case: Case, events: EventLog) -> dict[st
             return None
         return summarise(Watcher(recording, _previewed(run_dir)), _moments(case, events))
     except (Text2SimError, OSError, ValueError, KeyError, IndexError, TypeError):
-        return None  # made by hand, or by a version that recorded less
+        return None  # a recording made by hand, or by an older version
 
 
 def _moments(case: Case, events: EventLog) -> list[Any]:
-    """The first time of each event, in the order of the case, and the bodies that it is about."""
+    """The first time of each event, in the order of the case, and the bodies that it concerns."""
     from text2sim.legibility.summary import Moment
 
     found = []
@@ -102,7 +102,7 @@ def _moments(case: Case, events: EventLog) -> list[Any]:
 
 
 def _previewed(run_dir: Path) -> "Painted | None":
-    """The pictures that the preview has kept; None if there is no preview."""
+    """The frames that the preview has stored; None without a preview."""
     kept = {
         (camera, round(t, 6)): run_dir / "frames" / f"{camera}_{k}.png"
         for camera, rows in read_samples(run_dir).items()

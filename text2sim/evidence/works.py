@@ -11,7 +11,7 @@ from text2sim.spec_schema.models.controls import Force, Torque
 
 
 def work_of_motors(recording: RecordedCase) -> tuple[Array, dict[str, float]]:
-    """Return the power [W] of all motors of loose bodies, (F,), and the work [J] of each joint's, by label."""
+    """Return the power [W] of all motors of loose bodies, shape (F,), and the work [J] of each by joint label."""
     states = recording.states
     loose = {target.copy for target in recording.cast.loose}
     power, works = np.zeros(states.frames), {}
@@ -26,10 +26,10 @@ def work_of_motors(recording: RecordedCase) -> tuple[Array, dict[str, float]]:
 
 
 def work_of_pushes(recording: RecordedCase) -> dict[str, float]:
-    """Return the work [J] of each force and torque on loose bodies, by control; none where it cannot be told.
+    """Return the work [J] of each force and torque on loose bodies, by control; unknown ones are omitted.
 
-    By trapezoids between frames. A force on a region of a body that deforms, or with drag, cannot be told, as only
-    the mean velocity of the whole body is recorded.
+    Integrated by the trapezoidal rule between frames. The work of a force on a region of a deformable body, or with
+    drag, is unknown, because only the mean velocity of the whole body is recorded.
     """
     found = {}
     for name, control in recording.case.actions.controls.items():
@@ -69,7 +69,7 @@ def _on(recording: RecordedCase, control: Force | Torque, target: Target) -> flo
             along = rotate(quat, vector)
         if isinstance(control, Force):
             rates, turning = states.vel[:, target.root].astype(float), rates
-            if control.point is not None:  # it goes along with the body, about the centre of mass
+            if control.point is not None:  # the point moves with the body, about the centre of mass
                 arm = np.array(control.point, dtype=float) - np.array(states.links[target.root].com)
                 rates = rates + np.cross(turning, rotate(quat, arm))
     power = np.interp(time, states.time, (along * rates).sum(axis=1))
