@@ -1,1 +1,1 @@
-"""Path-traced films of recorded runs: everything comes from the run's folder, nothing from the engine."""
+"""Path-traced films of recorded runs, from the run folder alone, without the engine."""

@@ -1,7 +1,7 @@
-"""Backdrops: a floor and a wall, a seamless studio wall, or ground without an end.
+"""Backdrops: a floor and a wall, a seamless studio wall, or endless ground.
 
-As in a studio the wall stands only where a camera looks. The open sides let light out and in, which makes a picture
-cheaper: in a closed room no path of light ends before its longest length.
+As in a studio, the wall stands only where a camera looks. The open sides let light out, which makes frames cheaper: in
+a closed room every light path reaches its maximum length.
 """
 
 from collections.abc import Iterable, Sequence
@@ -58,11 +58,11 @@ FALLOFF = 0.3
 
 
 def edge_rays(view: Any, aspect: float) -> Array:
-    """Return directions into a picture: its middle, then its left and right edges from below upwards, shape (n, 3).
+    """Return ray directions: the image centre, then the left and right edges from bottom to top, shape (n, 3).
 
     Args:
         view: Of the film's camera.
-        aspect: Width of the picture by its height.
+        aspect: Width of the picture divided by its height.
     """
     right, up, ahead = (np.array(axis) for axis in basis(view.pos, view.look_at, view.up))
     tall = np.tan(np.radians(view.fov) / 2)
@@ -73,17 +73,17 @@ def edge_rays(view: Any, aspect: float) -> Array:
 def wall_mesh(
     backdrop: dict[str, Any], eyes: Iterable[Array], things: Array, stage: float, rays: Sequence[Array] = ()
 ) -> tuple[Mesh, Array]:
-    """Return a wall behind the scene and how bright it is at each vertex, 0 to 1.
+    """Return a wall behind the scene and its brightness at each vertex, 0 to 1.
 
-    It is straight, or round if cameras look in too many directions for one straight wall, or along it. No camera sees
-    where it ends.
+    The wall is straight, or round if cameras look along it or in too many directions for a straight one. No camera sees
+    its ends.
 
     Args:
         backdrop: As the film section has it resolved, with a level.
-        eyes: Where cameras stand, now and then [m].
-        things: Places of all that is seen, over all of the time [m], shape (n, 3).
-        stage: Radius of what the film is about [m].
-        rays: Of each camera, see `edge_rays`.
+        eyes: Sampled positions of the cameras [m].
+        things: Positions of everything visible, over the whole film [m], shape (n, 3).
+        stage: Radius of the stage [m].
+        rays: `edge_rays` of each camera.
     """
     eyes = list(eyes)
     ways = np.subtract(backdrop["center"][:2], np.array([np.asarray(eye, float)[:2] for eye in eyes]).reshape(-1, 2))
@@ -93,7 +93,7 @@ def wall_mesh(
     extent, away = None, 0.0
     if len(ways) and (ways @ ahead).min() >= np.cos(SPREAD):
         depths = (things[:, :2] - backdrop["center"][:2]) @ ahead
-        # What strays farthest passes through it: it stands where the many end.
+        # Outliers may pass through the wall: it is placed behind most things.
         reach = float(np.percentile(depths, MOST)) if len(depths) else 0.0
         away = float(np.clip(reach + BEYOND * stage, SHALLOW * stage, DEEP * stage))
         extent = _extent(backdrop, eyes, rays, ahead, away)
@@ -125,7 +125,7 @@ def wall_mesh(
 
 
 def _usual(ways: Sequence[Array]) -> Array:
-    """Return the way (2,) that most cameras look: across it a wall meets the floor in a level line for them."""
+    """Return the horizontal direction (2,) of most cameras: they see the foot of a wall across it as level."""
     flat = np.array([way for way in ways if np.hypot(*way) > 1e-6]).reshape(-1, 2)
     if not len(flat):
         return np.zeros(2)
@@ -137,7 +137,7 @@ def _usual(ways: Sequence[Array]) -> Array:
 def _extent(
     backdrop: dict[str, Any], eyes: Sequence[Array], rays: Sequence[Array], ahead: Array, away: float
 ) -> tuple[float, float] | None:
-    """Return width and height [m] of a straight wall whose ends no camera sees; None if it would be too large."""
+    """Return the width and height [m] of a straight wall whose ends no camera sees; None if it would be too large."""
     width, height = WIDE * away, TALL * away
     across, onto = np.array([ahead[1], -ahead[0], 0.0]), np.append(ahead, 0.0)
     for eye, ways in zip(eyes, rays, strict=False):
@@ -157,13 +157,13 @@ def _extent(
 def backdrop_mesh(
     backdrop: dict[str, Any], eyes: Iterable[Array], rays: Sequence[Array] = (), reach: float = 0.0
 ) -> Mesh | None:
-    """Return the mesh of a backdrop, without the wall of `wall`; None if there is none.
+    """Return the mesh of a backdrop without its wall (see `wall_mesh`); None if there is none.
 
     Args:
         backdrop: As the film section has it resolved.
-        eyes: Where cameras stand, now and then [m].
-        rays: Of each camera, see `edge_rays`.
-        reach: How far [m] from its middle it goes at least.
+        eyes: Sampled positions of the cameras [m].
+        rays: `edge_rays` of each camera.
+        reach: Smallest radius [m].
     """
     kind, eyes = backdrop["kind"], list(eyes)
     if kind == "none" or backdrop["level"] is None:
@@ -182,23 +182,23 @@ def backdrop_mesh(
 
 
 def clearness(backdrop: dict[str, Any], depth: Array, alpha: Array) -> Array:
-    """Return how much of what is seen comes through the haze, 0 to 1: ground fades before it ends in a hard line.
+    """Return the transmittance of the haze, 0 to 1: the ground fades out before its hard edge.
 
     Args:
         backdrop: As the film section has it resolved.
         depth: Distance from the camera [m], 0 where there is nothing, shape (h, w).
-        alpha: 1 where there is something, shape (h, w).
+        alpha: Coverage of each pixel, 0 to 1, shape (h, w).
     """
     far = HAZY.get(backdrop["kind"], 0.0) * float(backdrop["radius"])
     if not far:
         return np.ones_like(depth)
-    # At the edge of the ground a pixel sees it in some samples only: it is as far away as what is beside it.
+    # Only some samples of a pixel at the ground's edge hit it: take the depth of its neighbours.
     away = np.where(alpha < WHOLE, maximum_filter(depth, size=3), depth)
     return np.exp(-((away / far) ** 4))
 
 
 def sky(backdrop: dict[str, Any], background: Array, view: Any, size: tuple[int, int]) -> Array:
-    """Return what is seen where nothing is, in sRGB: one colour, shape (3,), or a sky, shape (h, 1 or w, 3).
+    """Return the background in sRGB: one colour, shape (3,), or a sky, shape (h, 1 or w, 3).
 
     Args:
         backdrop: As the film section has it resolved; `sky` is the colour overhead.
@@ -230,12 +230,12 @@ def _round_wall(backdrop: dict[str, Any], eyes: Sequence[Array], radius: float, 
 
 def _turned(profile: Array, slopes: Array) -> Mesh:
     made = revolved(profile, slopes, sides=SIDES)
-    # The room is inside, so its faces look the other way round.
+    # The room is seen from inside, so its faces are flipped.
     return Mesh(made.vertices, made.faces[:, ::-1], made.normals)
 
 
 def _farthest(backdrop: dict[str, Any], eyes: Sequence[Array]) -> float:
-    """Return the distance [m] of the farthest camera that has a wall behind it, since another looks there."""
+    """Return the distance [m] of the farthest camera that has a wall behind it because another camera looks there."""
     away = np.array([np.asarray(eye, float)[:2] for eye in eyes]).reshape(-1, 2) - backdrop["center"][:2]
     angle = np.arctan2(away[:, 1], away[:, 0])
     behind = _between(angle[:, None], angle[None] + np.pi) < BEHIND
@@ -248,13 +248,13 @@ def _between(a: Array, b: Array) -> Array:
 
 
 def _open(wall: Mesh, backdrop: dict[str, Any], eyes: Sequence[Array], radius: float, rays: Sequence[Array]) -> Mesh:
-    """Return the part of a wall that cameras see behind the scene."""
+    """Return the part of a round wall that cameras see behind the scene."""
     middle = wall.vertices[wall.faces].mean(axis=1)
     angle = np.arctan2(middle[:, 1], middle[:, 0])
     kept = np.zeros(len(angle), bool)
     for eye, ways in zip_longest(eyes, rays):
         x, y = np.subtract(backdrop["center"][:2], np.asarray(eye)[:2])
-        if np.hypot(x, y) < 1e-6:  # straight from above
+        if np.hypot(x, y) < 1e-6:  # looks straight down
             kept[:] = True
             continue
         kept |= _between(angle, np.arctan2(y, x)) < BEHIND
@@ -266,7 +266,7 @@ def _open(wall: Mesh, backdrop: dict[str, Any], eyes: Sequence[Array], radius: f
 
 
 def _met_at(place: Array, ways: Array, radius: float) -> Array:
-    """Return where rays from a place (2,) that go these ways (n, 2) meet a round wall: angles at its middle [rad]."""
+    """Return the angles [rad] about the centre where rays from a point (2,) in directions (n, 2) hit a round wall."""
     ways = ways / np.maximum(np.hypot(*ways.T), 1e-9)[:, None]
     along = ways @ place
     far = np.sqrt(np.maximum(along**2 - place @ place + radius**2, 0.0)) - along

@@ -1,4 +1,4 @@
-"""A film of two runs side by side, picture by picture at the same second of film."""
+"""Film of two runs side by side, synchronised by film time."""
 
 from itertools import zip_longest
 from pathlib import Path
@@ -13,16 +13,16 @@ GAP = 4
 
 
 def beside(films: tuple[Filming, Filming], reels: tuple[Reel, Reel], captions: tuple[str, str], name: str) -> Path:
-    """Make a film of two that are rendered already; the shorter one waits at its last picture.
+    """Combine two rendered films; the shorter one holds its last frame.
 
     Args:
-        films: Left and right, in the same size and with as many pictures a second.
+        films: Left and right, with the same size and frame rate.
         reels: One of each.
-        captions: What stands under each.
-        name: Of the file in the left one's folder, without its ending.
+        captions: Caption of each.
+        name: Stem of the file in the left one's folder.
 
     Raises:
-        RunError: if pictures are missing.
+        RunError: if frames are missing.
     """
     one, two = (film.pictures(reel, film.rendered(reel)) for film, reel in zip(films, reels, strict=True))
     left = films[0]
@@ -40,7 +40,7 @@ def beside(films: tuple[Filming, Filming], reels: tuple[Reel, Reel], captions: t
 
 
 def captioned(image: np.ndarray, text: str) -> np.ndarray:
-    """Return a picture (h, w, 3) with a name in the middle of its lower edge."""
+    """Return a picture (h, w, 3) with a caption centred at its lower edge."""
     from PIL import Image, ImageDraw, ImageFont
 
     height, width = image.shape[:2]

@@ -1,4 +1,4 @@
-"""Films that come to an end: as large and smooth as there is time for, of what is there when they are stopped."""
+"""Time budget of films: the resolution and frame rate that fit, and partial films when rendering is stopped."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ FEWEST = 6
 
 @dataclass(frozen=True)
 class Fitted:
-    """A film that fits."""
+    """A film that fits the budget."""
 
     filming: Filming
     reels: list[Reel]
@@ -31,20 +31,20 @@ class Fitted:
 
 
 def fitted(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: float) -> Fitted:
-    """Return the largest and smoothest film that is traced in so many minutes.
+    """Return the largest and smoothest film that can be traced in a given time.
 
-    Two pictures are traced for that: the first of a scene compiles kernels, the second is measured.
+    Two frames are traced for that: the first compiles kernels, the second is measured.
 
     Args:
-        filming: The film as it is wanted.
-        reels: Its reels, in any size.
-        minutes: That there are.
+        filming: The requested film.
+        reels: Returns the reels of a film of any size.
+        minutes: Time budget [min].
     """
     first = reels(filming)[0]
     parts: list[dict[str, float]] = []
     for frame in (first.frames[0], first.frames[len(first.frames) // 2]):
         filming.render(Reel(first.name, [frame]), lambda progress: parts.append(progress.seconds))
-        if not parts[-1]:  # it was there
+        if not parts[-1]:  # already rendered
             parts.append(filming.trace(frame).seconds)
     fixed = parts[-1].pop("update")
     return cut_down(filming, reels, minutes, fixed, sum(parts[-1].values()))
@@ -53,14 +53,14 @@ def fitted(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: fl
 def cut_down(
     filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: float, fixed: float, each: float
 ) -> Fitted:
-    """Return the largest and smoothest film that takes so many minutes; if none does, the quickest.
+    """Return the largest and smoothest film that fits a time budget; if none does, the quickest.
 
     Args:
-        filming: The film as it is wanted.
-        reels: Its reels, in any size.
-        minutes: That there are.
-        fixed: What a picture takes [s], however small it is,
-        each: and what it takes besides in the size that is wanted.
+        filming: The requested film.
+        reels: Returns the reels of a film of any size.
+        minutes: Time budget [min].
+        fixed: Time per frame that does not depend on its size [s].
+        each: Further time per frame at the requested size [s].
     """
     found: list[Fitted] = []
     for scale, every in STEPS:
@@ -79,12 +79,12 @@ def cut_down(
 
 
 def encode_films(filming: Filming, reels: list[Reel], part: Callable[[Reel], str]) -> dict[Path, int]:
-    """Make films of the pictures that are there; return how many of each are not.
+    """Encode films from the frames that exist; return the number of missing frames of each.
 
     Args:
-        filming: Of them.
-        reels: They; of those of which hardly a picture is there, none is made.
-        part: What the name of a film's file ends in.
+        filming: The renderer of the films.
+        reels: The films; those with hardly any frames are skipped.
+        part: Returns the suffix of a film's file name.
     """
     made = {}
     for reel in reels:

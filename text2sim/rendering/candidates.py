@@ -1,4 +1,4 @@
-"""Cameras that might film a run well, and how well each would."""
+"""Candidate cameras for a run, and their scores."""
 
 import math
 from collections.abc import Sequence
@@ -45,7 +45,7 @@ FRAMED_AT = 40
 
 @dataclass(frozen=True)
 class Candidate:
-    """A still camera with a frame."""
+    """A static camera and what it frames."""
 
     frame: tuple[str, ...]
     """Bodies and statics that it shows."""
@@ -58,13 +58,13 @@ class Candidate:
 
 
 class Scorer:
-    """Judges cameras of a recorded run.
+    """Scores cameras for a recorded run.
 
     Args:
-        recording: Of the run.
-        subjects: Bodies that the script is about; all if it says none.
-        times: Moments at which is looked [s].
-        within: Space in which bodies are followed [m]: its lowest and highest corner; None for everywhere.
+        recording: The recording of the run.
+        subjects: Bodies that the script is about; empty for all.
+        times: Sampled times [s].
+        within: Lowest and highest corner [m] of the box in which bodies are followed; None for no limit.
     """
 
     def __init__(self, recording: FilmRecord, subjects: Sequence[str], times: Sequence[float], within: Any = None):
@@ -81,7 +81,7 @@ class Scorer:
         self._ways = self._motion()
 
     def camera(self, candidate: Candidate) -> dict[str, Any]:
-        """Return the camera of a candidate as numbers, see `templates/cameras.py`."""
+        """Return the resolved camera of a candidate; see `templates/cameras.py`."""
         fov = 2 * math.degrees(math.atan(12.0 / candidate.lens))
         frame = {
             "bodies": list(candidate.frame),
@@ -93,19 +93,19 @@ class Scorer:
         return framed(camera, self._shown(candidate.frame), self._aspect)
 
     def score(self, candidate: Candidate) -> float:
-        """Return how well a camera shows the run, about 0 to 1."""
+        """Return the score of a candidate, about 0 to 1."""
         camera = self.camera(candidate)
         pos, look_at = (np.asarray(point, float) for point in place(camera, 0.0, 0.0, None))
         view = View(pos, look_at, np.asarray(camera["up"], float), camera["fov"], 1.0, 0.0)
         return self.judge([view] * len(self._things), look_at - pos) - candidate.habit
 
     def judge(self, views: Sequence[View], ahead: Array) -> float:
-        """Return how well a camera shows the run that stands there at each of the moments."""
+        """Return the score of a camera with the given view at each sampled time."""
         scores = [self._moment(things, view) for things, view in zip(self._things, views, strict=True)]
         return (1 - WORST) * float(np.mean(scores)) + WORST * min(scores) + LATERAL * self._across(ahead)
 
     def _moment(self, things: Things, view: View) -> float:
-        """How well things are seen at a moment, by their weights."""
+        """Weighted visibility of all things at one moment."""
         sight = look(things, raster_view(view, self._size))
         colors = np.concatenate([self.recorded.colors, [self.recording.film["background"]]])
         picture = colors[sight.front].reshape(sight.view.height, sight.view.width, 3)
@@ -119,25 +119,25 @@ class Scorer:
         return total / max(float(self.weights.sum()), 1e-9)
 
     def _motion(self) -> Array:
-        """Ways [m] of the middles of all things from moment to moment, by their weights, shape (n, 3)."""
+        """Weighted displacements [m] of the centres of all things between sampled times, shape (n, 3)."""
         count = len(self.recorded.names)
         middles = []
         for things in self._things:
             corners, owner = things.triangles[:, 0], things.owner
             sums = np.stack([np.bincount(owner, corners[:, i], count) for i in range(3)], axis=1)
             number = np.bincount(owner, minlength=count)
-            middles.append(sums / np.where(number > 0, number, np.nan)[:, None])  # nan where it is not there
+            middles.append(sums / np.where(number > 0, number, np.nan)[:, None])  # nan where it is absent
         return (np.nan_to_num(np.diff(np.array(middles), axis=0)) * self.weights[:, None]).reshape(-1, 3)
 
     def _across(self, ahead: Array) -> float:
-        """Part of all motion that goes across the picture, 0 to 1."""
+        """Fraction of all motion that is parallel to the image plane, 0 to 1."""
         ahead = ahead / np.linalg.norm(ahead)
         across = self._ways - np.outer(self._ways @ ahead, ahead)
         whole = np.linalg.norm(self._ways, axis=1).sum()
         return float(np.linalg.norm(across, axis=1).sum() / whole) if whole > 1e-9 else 1.0
 
     def strays(self, bodies: tuple[str, ...]) -> bool:
-        """Whether some of these leave the space in which they are followed."""
+        """Whether some of these bodies leave the box in which they are followed."""
         if self.within is None:
             return False
         low, high = self.within
@@ -145,7 +145,7 @@ class Scorer:
         return bool(((points < low) | (points > high)).any())
 
     def _shown(self, bodies: tuple[str, ...]) -> Array:
-        """Points that a camera has to show, shape (n, 3)."""
+        """Points that a camera must show [m], shape (n, 3)."""
         points = self._outermost(bodies)
         if self.within is None:
             return points
@@ -154,12 +154,12 @@ class Scorer:
         return near if len(near) else points
 
     def _outermost(self, bodies: tuple[str, ...]) -> Array:
-        """Outermost points of bodies over the film, shape (n, 3)."""
+        """Extreme points of bodies over the film [m], shape (n, 3)."""
         return np.concatenate([self._points[name] for name in bodies])
 
     @cached_property
     def _points(self) -> dict[str, Array]:
-        """Outermost points of each thing over the film, all read in one go: chunks of soft bodies are large."""
+        """Extreme points of each thing over the film, read in one pass: chunks of soft bodies are large."""
         states, film = self.recording.states, self.recording.film
         found: dict[str, list[Array]] = {name: [] for name in self.recorded.names}
         for t in np.linspace(film["start"], min(film["end"], self.recording.last), FRAMED_AT):
@@ -170,7 +170,7 @@ class Scorer:
 
 
 def directions() -> list[tuple[tuple[float, float, float], float]]:
-    """Return ways to cameras, and what each loses for being unusual."""
+    """Return the directions of candidate cameras, each with a penalty for unusual ones."""
     found = []
     for height, loss in HEIGHTS.items():
         for k, azimuth in enumerate(AZIMUTHS):
@@ -181,12 +181,12 @@ def directions() -> list[tuple[tuple[float, float, float], float]]:
 
 
 def best(jury: Scorer, frames: Sequence[tuple[str, ...]], keep: int = 4) -> list[tuple[float, Candidate]]:
-    """Return the best cameras with their scores, the best first: ways and frames first, then lenses for the best.
+    """Return the best cameras with their scores, best first: a search over directions and frames, then over lenses.
 
     Args:
-        jury: Judges them.
-        frames: What a camera may frame, the most usual first.
-        keep: How many ways are tried with other lenses.
+        jury: The scorer.
+        frames: Sets of bodies that a camera may frame, the most usual first.
+        keep: Number of candidates that are tried with other lenses.
     """
     first = [
         Candidate(frame, way, LENSES[0], habit + HABIT * n)

@@ -1,4 +1,4 @@
-"""Patterns and writing on meshes: where they lie, and the picture that lies over the colour."""
+"""Patterns and writing on meshes: texture coordinates, and the layer over the base colour."""
 
 import random
 from dataclasses import dataclass, replace
@@ -34,7 +34,7 @@ GROWN = (
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """What lies over the colour of a surface; equal ones are one."""
+    """A layer over the base colour of a surface; compares by value."""
 
     picture: Array
     """sRGB with alpha, 0 to 1, shape (h, w, 4)."""
@@ -54,13 +54,13 @@ def dressed(
     """Lay a pattern on a mesh.
 
     Args:
-        mesh: In the body's frame; a cloth that is laid flat has texture coordinates in metres.
+        mesh: Mesh in the body's frame; a flat cloth has texture coordinates in metres.
         dress: The pattern.
         own: Colour of the body, sRGB.
-        turn: From the mesh's frame to the link's, shape (3, 3).
+        turn: Rotation from the mesh's frame to the link's, shape (3, 3).
 
     Returns:
-        The mesh with texture coordinates in metres, the layer, and the vertex behind each vertex of it.
+        The mesh with texture coordinates in metres, the layer, and the original vertex of each of its vertices.
     """
     upright = dress.kind not in ("planks", "stripes")
     if mesh.uvs is None:
@@ -87,9 +87,9 @@ def dressed(
 
 
 def _upright(mesh: Mesh, turn: Array) -> tuple[Array, Array]:
-    """Return vertices and normals about their middle, z up as in the link, or along the axis of what is round.
+    """Return vertices and normals about the centre, with z up as in the link, or along the axis of a round part.
 
-    The engine turns meshes of parts to their axes of inertia. A part that is askew in its link stays in its own frame.
+    The engine rotates meshes of parts to their principal axes. A part that is oblique in its link keeps its own frame.
     """
     square = np.round(turn)
     square = square if np.abs(square - turn).max() < 1e-3 else np.eye(3)
@@ -115,12 +115,12 @@ def _painted(dress: Dress, sheets: tuple, own: tuple[float, ...]) -> Layer:
 
 
 def shifted(mesh: Mesh, body: str, size: float | None) -> Mesh:
-    """Return a mesh on which a texture begins elsewhere than on other bodies.
+    """Return a mesh whose texture is offset by an amount that depends on the body.
 
     Args:
-        mesh: With texture coordinates [m].
+        mesh: Mesh with texture coordinates [m].
         body: Name of the body.
-        size: Whole numbers of this length [m] only; any length if None.
+        size: Offsets are multiples of this length [m]; any length if None.
     """
     chance = random.Random(body)
     away = np.array([chance.uniform(0, 8), chance.uniform(0, 8)])
@@ -129,7 +129,7 @@ def shifted(mesh: Mesh, body: str, size: float | None) -> Mesh:
 
 
 def toned(color: tuple[float, float, float], body: str, finish: str) -> tuple[float, float, float]:
-    """Return the colour of a copy, which is a little lighter or darker than that of others."""
+    """Return the colour of a copy, slightly lighter or darker than that of the others."""
     most = WEAR if finish in GROWN else EVEN_WEAR
     factor = 1 + most * random.Random(f"tone {body}").uniform(-1, 1)
     red, green, blue = (min(factor * x, 1.0) for x in color)

@@ -1,6 +1,6 @@
-"""A film of a recorded run, picture by picture, and what is left of it to do after an interruption.
+"""Rendering of films of a recorded run, frame by frame; resumable after an interruption.
 
-RUN/render/frames/<digest>.png      finished pictures, without what is written into them
+RUN/render/frames/<digest>.png      finished frames, without the overlay
 RUN/render/<quality>.mp4            the film; <quality>_<camera>.mp4 those of other cameras
 """
 
@@ -36,7 +36,7 @@ ENCODER = {"draft": (18, "medium"), "final": (16, "slow")}
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a film has come."""
+    """Progress of a film."""
 
     film: str
     done: int
@@ -47,7 +47,7 @@ class Progress:
 
 @dataclass(frozen=True)
 class Reel:
-    """One film and its pictures."""
+    """One film and its frames."""
 
     name: str
     """Of the file, without its ending."""
@@ -55,7 +55,7 @@ class Reel:
 
 
 def coarse_to_fine(count: int) -> list[int]:
-    """Return 0 to count - 1: the ends, the middle, the quarters, and so on."""
+    """Return 0 to count - 1 in coarse-to-fine order: the ends, the middle, the quarters, and so on."""
     steps = [1 << k for k in reversed(range(count.bit_length()))]
     return list(dict.fromkeys([0, max(count - 1, 0), *(k for step in steps for k in range(0, count, step))]))[:count]
 
@@ -64,7 +64,7 @@ class Filming:
     """Renders films of a run.
 
     Args:
-        recording: Of the run.
+        recording: The recording of the run.
         quality: One of `QUALITIES`.
         size: Width and height [pixels]; the film section's if left out.
         samples: Per pixel, instead of the quality's.
@@ -91,11 +91,11 @@ class Filming:
 
     @cached_property
     def stage(self) -> Stage:
-        """What is filmed; made when it is first asked for, which takes seconds."""
+        """The stage; built on first use, which takes seconds."""
         return Stage(self.recording)
 
     def resized(self, size: tuple[int, int], fps: float) -> "Filming":
-        """Return the same in another size, with so many pictures a second."""
+        """Return a copy with another size [pixels] and frame rate [1/s]."""
         other = copy(self)
         other.size, other.fps, other._digests = size, fps, Digests(self.recording, self._how, size)
         return other
@@ -106,12 +106,12 @@ class Filming:
         """Return the films of the run.
 
         Args:
-            camera: Only what this camera sees, all through.
-            span: Only these pictures, from and to (not included).
-            during: Only what happens from one simulated time [s] to another.
+            camera: Film with this camera only.
+            span: First frame, and the one after the last.
+            during: First and last simulated time [s].
 
         Raises:
-            RunError: if there is no such camera, or no such picture.
+            RunError: if there is no such camera or frame.
         """
         film: dict[str, Any] = self.recording.film | {"fps": self.fps}
         found = reels(film)
@@ -140,7 +140,7 @@ class Filming:
         return made
 
     def trace(self, frame: Frame) -> Traced:
-        """Trace one picture."""
+        """Trace one frame."""
         start = perf_counter()
         stage, moments, view = self.stage, [], None
         for t, part in frame.moments(self._how.blur):
@@ -154,7 +154,7 @@ class Filming:
         return made
 
     def develop(self, traced: Traced) -> Any:
-        """Return a traced picture as it is shown, uint8."""
+        """Return a traced frame as displayed, uint8."""
         film = self.recording.film
         shown = tone.developed(traced.radiance, film["gain"], film.get("tone", "agx"))
         alpha = traced.alpha * clearness(film["backdrop"], traced.depth, traced.alpha)
@@ -162,7 +162,7 @@ class Filming:
         return tone.bytes_of(tone.over(shown, alpha, behind))
 
     def finished(self, frame: Frame, format: Format = "png") -> Path:
-        """Return where a picture lies, or would lie."""
+        """Return the path of a frame, whether it exists or not."""
         return self.folder / "frames" / f"{self._digests(frame)}.{format}"
 
     def render(
@@ -174,16 +174,16 @@ class Filming:
         format: Format = "png",
         until: float = inf,
     ) -> list[Path]:
-        """Trace the pictures that are not there yet; return where all of them lie.
+        """Trace the missing frames; return the paths of all.
 
-        Those far apart come first: whenever it is stopped, what is there is spread over the film.
+        The order is coarse to fine, so that the frames of a stopped film are spread over it.
 
         Args:
             reel: The film.
-            tell: Told after each picture.
-            shard: Only every n-th picture, from the i-th on.
-            format: png is what is shown, exr is radiance.
-            until: Time by `monotonic` [s] after which no picture is begun.
+            tell: Called after each frame.
+            shard: (i, n): only every n-th frame, from the i-th on.
+            format: png for the displayed frame, exr for radiance.
+            until: Time of `monotonic` [s] after which no frame is begun.
         """
         sweep(self.folder / "frames")
         mine = reel.frames[shard[0] :: shard[1]]
@@ -201,7 +201,7 @@ class Filming:
         return paths
 
     def rendered(self, reel: Reel) -> list[Path]:
-        """Return where the pictures of a film lie.
+        """Return the paths of a film's frames.
 
         Raises:
             RunError: if some are not rendered.
@@ -214,10 +214,10 @@ class Filming:
         return paths
 
     def held(self, reel: Reel) -> Reel:
-        """Return a film of what is traced already: each picture stands until the next that is there.
+        """Return a film of the traced frames: each is held until the next one.
 
         Raises:
-            RunError: if nothing is.
+            RunError: if there are none.
         """
         there = [frame for frame in reel.frames if self.finished(frame).is_file()]
         if not there:
@@ -227,11 +227,11 @@ class Filming:
         return Reel(reel.name, [there[k] for k in last])
 
     def encode(self, reel: Reel, part: str = "") -> Path:
-        """Make the film file of pictures that are all there.
+        """Encode a film whose frames are all rendered.
 
         Args:
             reel: The film.
-            part: What the name of the file ends in if it is not the whole film.
+            part: Suffix of the file name if it is not the whole film.
 
         Raises:
             RunError: if some are not.

@@ -1,7 +1,7 @@
 """Surfaces: Disney's principled material for each finish of the language, with small textures of our own.
 
-Colours come from the meshes, face by face, so all that has one finish is one mesh of one material. Where a surface
-is not even, a texture blends from the colour to a darker or lighter shade of it.
+Colours are attributes of mesh faces, so that all parts with one finish share one mesh and material. On uneven surfaces
+a texture blends from the colour to a darker or lighter shade.
 """
 
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ TINT = 0.62
 
 @dataclass(frozen=True)
 class Finish:
-    """A kind of surface."""
+    """Parameters of a finish."""
 
     roughness: float
     specular: float = 0.5
@@ -88,12 +88,12 @@ DEEP = 0.65
 
 
 def worn(finish: str, color: tuple[float, float, float]) -> str:
-    """Return the finish that is drawn for one of the language: dark glass has its own."""
+    """Return the finish to draw for one of the language: dark glass has its own."""
     return "tinted_glass" if finish == "glass" and max(color) < DEEP else finish
 
 
 def finish_of(name: str) -> Finish:
-    """Return a finish by its name; a plain one if this version does not know it."""
+    """Return a finish by name; a plain one if it is unknown."""
     return FINISHES.get(name, FINISHES[PLAIN])
 
 
@@ -105,14 +105,14 @@ def material(
     picture: Array | None = None,
     layer: "Layer | None" = None,
 ) -> Any:
-    """Return a material of Mitsuba, the same one for equal wishes: the renderer traces each for itself.
+    """Return a Mitsuba material; cached by its arguments, because the renderer treats each object separately.
 
     Args:
-        name: Of the finish.
-        opacity: 1 is solid.
-        two_sided: Whether its back is seen as well.
-        picture: What it wears instead of its colour: sRGB with or without alpha, 0 to 1, upper row first.
-        layer: What lies over its colour.
+        name: Name of the finish.
+        opacity: 0 to 1; 1 is opaque.
+        two_sided: Whether its back is visible.
+        picture: Texture instead of its colour: sRGB with or without alpha, 0 to 1, top row first.
+        layer: Layer over its colour.
     """
     if picture is None and layer is None:
         return _plain(name, opacity, two_sided)
@@ -136,7 +136,7 @@ def _made(name: str, opacity: float, two_sided: bool, picture: Array | None, lay
         return mi.load_dict({"type": "mask", "opacity": TINT if finish.kind == "tinted" else MILKY, "bsdf": milky})
     made: dict[str, Any]
     if finish.kind == "gel":
-        # What refracts lets one see into it; what scatters, its colour where it is thick.
+        # A refracting material is transparent; a scattering one shows its colour where it is thick.
         clear = _principled(finish, attribute(COLOR)) | {"spec_trans": 0.9, "eta": 1.35, "roughness": 0.12}
         made = {
             "type": "blendbsdf",
@@ -171,8 +171,8 @@ def _made(name: str, opacity: float, two_sided: bool, picture: Array | None, lay
 
 
 def _under(layer: "Layer", made: dict[str, Any], finish: Finish) -> dict[str, Any]:
-    """Return a material with a layer over it."""
-    # A relief within a relief is wrong: the outer one hands its frame in local coordinates to the inner one.
+    """Return a material with a layer on top."""
+    # Nested bump maps are wrong: the outer one passes its frame to the inner one in local coordinates.
     if layer.relief is not None and made["type"] == "bumpmap":
         made = made["bsdf"]
     over = _bitmap(layer.picture[..., :3], raw=False, tile=layer.period)
@@ -201,7 +201,7 @@ def _principled(finish: Finish, color: dict[str, Any]) -> dict[str, Any]:
 
 
 def attribute(name: str) -> dict[str, Any]:
-    """Return the texture that an attribute of a mesh is."""
+    """Return the texture that reads an attribute of a mesh."""
     return {"type": "mesh_attribute", "name": name}
 
 
@@ -220,7 +220,7 @@ def _bitmap(values: Array, *, raw: bool, tile: float | tuple[float, float] = 1.0
 
 
 def _pattern(name: str) -> Array:
-    """Return a texture that joins itself at its edges, 0 to 1, shape (TEXELS, TEXELS)."""
+    """Return a tileable texture, 0 to 1, shape (TEXELS, TEXELS)."""
     chance = np.random.default_rng(sum(name.encode()))
     if name == "grain":  # along v
         bent = _noise(chance, 2.5, (3.0, 0.6))
@@ -255,7 +255,7 @@ def _pattern(name: str) -> Array:
 
 
 def _pores(chance: np.random.Generator, many: int, *, hollow: bool) -> Array:
-    """Return how far it is to the border of a cell, or to its middle, of cells about random points."""
+    """Return the distance to the border, or to the centre, of Voronoi cells of random points."""
     from scipy.spatial import KDTree
 
     spots = (np.stack(np.meshgrid(*[np.arange(int(many**0.5))] * 2), -1).reshape(-1, 2) + 0.5) / int(many**0.5)

@@ -1,6 +1,6 @@
-"""Floors of places: slabs with joints, boards, tiles, asphalt, grass, as computed textures.
+"""Floors of places as procedural textures: slabs with joints, boards, tiles, asphalt, grass.
 
-A texture repeats itself without a seam, and its mean is the colour of the floor.
+Textures are tileable, and their mean is the colour of the floor.
 """
 
 from functools import cache
@@ -19,7 +19,7 @@ TEXELS = 1024
 
 
 class Surface(NamedTuple):
-    """A pattern of a floor."""
+    """Parameters of a floor pattern."""
 
     tiles: int
     """How many of them the texture covers, along each side."""
@@ -42,12 +42,12 @@ PLAIN = "polished"
 
 
 def floor_material(pattern: str, color: tuple[float, float, float], tile: float) -> Any:
-    """Return the material of a floor, whose texture coordinates are metres.
+    """Return the material of a floor whose texture coordinates are in metres.
 
     Args:
-        pattern: One of `SURFACES`; a plain one if this version does not know it.
+        pattern: One of `SURFACES`; an unknown one is drawn plain.
         color: sRGB.
-        tile: Distance of joints [m].
+        tile: Spacing of joints [m].
     """
     mi, surface = mitsuba(), SURFACES.get(pattern, SURFACES[PLAIN])
     values = np.clip(texture(pattern) * linear(np.asarray(color, float)), 0.0, 0.95)
@@ -90,7 +90,7 @@ def texture(pattern: str) -> Array:
         ends = ((across + shift[row]) % TEXELS) % (TEXELS // 2)
         edge = np.minimum(np.minimum(along % size, size - 1 - along % size), np.minimum(ends, TEXELS // 2 - 1 - ends))
         made *= 1 - 0.55 * np.exp(-((edge / 1.2) ** 2))
-        tint = np.array([0.92, 1.0, 1.12])  # what is darker is warmer
+        tint = np.array([0.92, 1.0, 1.12])  # darker areas are warmer
     elif pattern == "grass":
         blades = gaussian_filter(chance.standard_normal((TEXELS, TEXELS)), 1.3, mode="wrap")
         made = 1 + surface.contrast * (0.2 * _clouds(chance, 1.5) + 0.95 * blades / blades.std())

@@ -1,4 +1,4 @@
-"""Finished pictures on disk, each named by all that it depends on: what has not changed is not traced again."""
+"""Cache of finished frames on disk, named by digests of their inputs, so that unchanged ones are not traced again."""
 
 import hashlib
 import json
@@ -23,11 +23,11 @@ SHOWN = ("lights", "background", "backdrop", "gain", "tone")
 
 
 class Digests:
-    """Names of pictures.
+    """Digests of frames.
 
     Args:
-        recording: Of the run.
-        quality: Of the pictures.
+        recording: The recording of the run.
+        quality: Quality of the frames.
         size: Width and height [pixels].
     """
 
@@ -50,7 +50,7 @@ class Digests:
         )
 
     def __call__(self, frame: Frame) -> str:
-        """Return the digest of a picture."""
+        """Return the digest of a frame."""
         states, digest = self._recording.states, self._common.copy()
         for t, part in frame.moments(self._quality.blur):
             view = self._cameras.view(frame.camera, t, part)
@@ -63,21 +63,21 @@ class Digests:
 
 
 def sweep(folder: Path) -> None:
-    """Remove what processes that were killed have left half written."""
+    """Remove incomplete files of killed processes."""
     for part in folder.glob(".*-*"):
         try:
             if time() - part.stat().st_mtime > ABANDONED:
                 part.unlink()
         except OSError:
-            continue  # somebody else was quicker
+            continue  # removed by another process
 
 
 def save(path: Path, write: Any) -> None:
-    """Put a file in place in one motion, so that a kill leaves none that is not whole.
+    """Write a file atomically.
 
     Args:
         path: The file.
-        write: Function that writes it to the path it is given.
+        write: Writes the content to a given path.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as part:

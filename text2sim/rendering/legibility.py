@@ -1,8 +1,8 @@
-"""Legibility of each body in films that are rendered.
+"""Legibility of each body in rendered films.
 
     RUN/render/legibility.json     film -> sampled pictures -> bodies
 
-What is seen is measured as everywhere (`text2sim/legibility`); colours are those of the finished pictures.
+Visibility is measured by `text2sim/legibility`; colours are those of the finished frames.
 """
 
 import json
@@ -15,7 +15,7 @@ from text2sim.templates.cadence import Frame
 
 
 def write_legibility(filming: Filming, reels: list[Reel]) -> dict[str, list[Row]]:
-    """Measure films and write what was found beside them; return it."""
+    """Measure films, write the result beside them, and return it."""
 
     def finished(frame: Frame, size: tuple[int, int]) -> Any:
         path = filming.finished(frame)
