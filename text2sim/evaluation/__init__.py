@@ -1,1 +1,1 @@
-"""How good cases are: suites of prompts, methods that answer them, judges, scores and a report."""
+"""Evaluation of methods: suites of prompts, methods that answer them, judges, scores and a report."""

@@ -1,8 +1,8 @@
-"""A coding agent that writes Genesis programs by hand: the baseline that text2sim is compared with.
+"""Baseline: a coding agent that writes Genesis programs by hand.
 
-This is the one place where code that a model has written is run. It runs in a child process within limits of time,
-memory and log, with an environment that holds no keys (`runtime/child.py`); that is no sandbox: it may read and write
-whatever the user may. So nothing here is done unless somebody has asked for it (`evaluate run --allow-code`).
+This is the only place that runs code written by a model. It runs in a child process with limits of time, memory and log
+size, and without API keys in its environment (`runtime/child.py`). That is not a sandbox: the code can read and write
+whatever the user can. So it runs only if the user allows it (`evaluate run --allow-code`).
 """
 
 import sys
@@ -47,7 +47,7 @@ CARDS = 6
 
 @dataclass(frozen=True)
 class Trial:
-    """A program that ran."""
+    """A finished run of a program."""
 
     folder: Path
     code: int
@@ -57,12 +57,12 @@ class Trial:
 
     @property
     def film(self) -> Path | None:
-        """Its film, if it made one."""
+        """Path of its film; None without one."""
         path = self.folder / FILM
         return path if path.is_file() else None
 
     def is_filmed(self) -> bool:
-        """Whether its film decodes: that of a program which was stopped while it wrote one does not."""
+        """Whether its film can be decoded, which fails if the program was stopped while writing it."""
         with suppress(RunError):
             return self.film is not None and length_of(self.film) > 0
         return False
@@ -72,11 +72,11 @@ class BareAgent:
     """The agent at work on one prompt.
 
     Args:
-        place: The prompt's folder; calls lie in `calls/`, programs and what they wrote in `attempts/NN/`.
-        model: Who it is.
-        allowance: What it may take: the same as text2sim.
-        cards: Whether it is dealt Debug Cards.
-        minutes_before: What it used before an interruption.
+        place: The prompt's folder, with calls in `calls/`, programs and their output in `attempts/NN/`.
+        model: The model.
+        allowance: Its budget, the same as that of text2sim.
+        cards: Whether it gets Debug Cards.
+        minutes_before: Time used before an interruption [min].
     """
 
     def __init__(
@@ -92,11 +92,11 @@ class BareAgent:
         self._budget = budget
 
     def answer(self, name: str, prompt: str) -> CaseResult:
-        """Work until the agent is done, or its allowance is spent; the last program with a film counts.
+        """Run the agent until it is done or its budget is used up; the last program with a film counts.
 
         Raises:
-            KeyboardInterrupt: If it was stopped; it goes on from there when it is started again.
-            ModelError: If the model cannot be reached; likewise.
+            KeyboardInterrupt: If the user stopped it; the next start resumes it.
+            ModelError: If the model cannot be reached; the next start resumes it.
         """
         why, accepted = "its attempts are spent", False
         messages = [
@@ -120,7 +120,7 @@ class BareAgent:
         return self._result(name, why, accepted)
 
     def _act(self, reply: str, stop: Stop) -> tuple[str, tuple[Image, ...], bool]:
-        """Do what a reply asks for; return what is told of it, with pictures, and whether that was the end."""
+        """Carry out the actions of a reply; return the response, its images, and whether the agent is done."""
         blocks = [one for one in fenced_blocks(without_thoughts(reply)) if one.mark in ("python", "py")]
         if blocks and blocks[-1].closed:
             trial = self._run(blocks[-1].text, stop)
@@ -138,7 +138,7 @@ class BareAgent:
         return "Answer with one ```python block, or with ```yaml and `read: […]` or `done: true`.", (), False
 
     def _run(self, program: str, stop: Stop) -> Trial:
-        """Run a program; one that was run already, before an interruption, is not run again."""
+        """Run a program, unless it was run before an interruption."""
         folder = (self._place / "attempts" / f"{len(self._trials) + 1:02}").resolve()
         ended = read_json(folder / ENDED)
         digest_ = sha256(program.encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""Files of the evaluation, read into a type; what is wrong with one is said with line, column and the nearest word."""
+"""Reading of evaluation files into models; errors give line, column and the nearest valid word."""
 
 import json
 from pathlib import Path
@@ -16,21 +16,21 @@ M = TypeVar("M", bound=BaseModel)
 
 
 def read_model(path: Path, model: type[M], what: str) -> tuple[M, Document]:
-    """Return what a YAML or JSON file says, and where.
+    """Parse a YAML or JSON file into a model; return it with its source document.
 
     Args:
         path: The file.
-        model: What it has to be.
-        what: What that is called in messages, such as `a suite`.
+        model: The type of its content.
+        what: Its name in messages, such as `a suite`.
 
     Raises:
-        SpecError: With everything that is wrong with it.
+        SpecError: With all problems of the file.
     """
     return parsed(read_source(path), model, what)
 
 
 def parsed(source: Source, model: type[M], what: str) -> tuple[M, Document]:
-    """Return what a text says, and where; see `read_model`."""
+    """Parse a text into a model; see `read_model`."""
     document = parse_document(check_source(source))
     data: Any = document.data
     if not isinstance(data, dict):
@@ -43,6 +43,6 @@ def parsed(source: Source, model: type[M], what: str) -> tuple[M, Document]:
 
 
 def write_json(path: Path, data: Any) -> None:
-    """Write a file that is old or new, never half."""
+    """Write a JSON file atomically."""
     path.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(path, json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n")

@@ -1,4 +1,4 @@
-"""Requirements that a model drafts from a prompt alone, and the digest that freezes them."""
+"""Drafting of requirements by a model, from the prompt alone, and freezing them with a digest."""
 
 from pathlib import Path
 from typing import Any
@@ -17,17 +17,17 @@ from text2sim.spec_schema.whole_files import write_atomically
 
 
 class Draft(Model):
-    """What a model finds in a prompt."""
+    """Requirements that a model drafted from a prompt."""
 
     requirements: Requirements
     prohibitions: dict[Name, Prohibition] = {}
 
 
 def draft(desk: Conversation, prompt: Prompt) -> Prompt:
-    """Return a prompt with requirements; one that has them stays as it is.
+    """Return a prompt with requirements; existing ones are kept.
 
     Raises:
-        RoleFailed: If no answer could be used.
+        RoleFailed: If no answer is usable.
     """
     if prompt.requirements is not None:
         return prompt
@@ -37,12 +37,12 @@ def draft(desk: Conversation, prompt: Prompt) -> Prompt:
 
 
 def write_frozen(suite: Suite, path: Path) -> None:
-    """Write a suite with the digest of what methods are judged by."""
+    """Write a suite with the digest of its prompts and requirements."""
     write_atomically(path, suite_text(suite.model_copy(update={"frozen": suite.digest()})))
 
 
 def suite_text(suite: Suite) -> str:
-    """Return a suite as YAML, a prompt after the other."""
+    """Return a suite as YAML, prompt by prompt."""
     head: dict[str, Any] = {"text2sim_suite": 1, "name": suite.name}
     if suite.frozen is not None:
         head["frozen"] = suite.frozen
@@ -61,7 +61,7 @@ def suite_text(suite: Suite) -> str:
 
 
 def _listed(rows: dict[str, Any], indent: int) -> str:
-    """A line for each."""
+    """One line of YAML per entry."""
     return "\n".join(yaml_text({name: row}, indent) for name, row in rows.items())
 
 
@@ -70,12 +70,12 @@ def draft_missing(suite: Suite, document: Document, model: str, folder: Path) ->
 
     Args:
         suite: The suite.
-        document: Where it stands.
-        model: Who drafts; needed only if something is missing.
-        folder: Where the calls are kept.
+        document: Its source document.
+        model: The drafting model; needed only if requirements are missing.
+        folder: Folder for the log of calls.
 
     Raises:
-        SpecError: If something is missing and nobody was named to draft it.
+        SpecError: If requirements are missing and no model is given.
     """
     if not model:
         complete(suite, document)

@@ -1,4 +1,4 @@
-"""What a judge is shown of a result: program, records, facts that the program computed, and pictures of the film."""
+"""Exhibits for judges: program, records and computed facts of a result, and frames of its film."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -32,14 +32,14 @@ FACTS = 12
 
 
 class Bound(Answer):
-    """Which requirements the program can tell of a run, by their names."""
+    """Facts that can be computed from a run, by requirement."""
 
     facts: Annotated[dict[str, list[Claim]], Field(max_length=FACTS)] = {}
 
 
 @dataclass
 class Exhibit:
-    """What is known of a result."""
+    """Material about a result."""
 
     program: str = ""
     records: str = ""
@@ -54,7 +54,7 @@ class Exhibit:
     loaded: LoadedCase | None = None
 
     def hide(self, folder: Path) -> None:
-        """Take a folder's path out of everything: it holds the name of the method."""
+        """Remove a folder's path from all texts, because it contains the name of the method."""
         for place in map(str, (folder.resolve(), folder)):
             self.program, self.records = (text.replace(place, ".") for text in (self.program, self.records))
             self.missing, self.facts = (
@@ -63,7 +63,7 @@ class Exhibit:
 
 
 def exhibit_of(made: Made) -> Exhibit:
-    """Gather what there is; what cannot be read is said in `missing`."""
+    """Collect the material of a result; `missing` lists what cannot be read."""
     shown = Exhibit(missing=[problem.message for problem in made.problems])
     film, program, run, log = (made.path(name) for name in ("film", "program", "run", "log"))
     if film is None:
@@ -83,9 +83,10 @@ def exhibit_of(made: Made) -> Exhibit:
 
 
 def bind_facts(desk: Callable[[], Conversation], prompt: Prompt, shown: Exhibit, made: Made) -> None:
-    """Have requirements bound to what the program can tell of a run, and compute that.
+    """Have a model bind requirements to computable facts, and compute these.
 
-    It is asked once for a result; all judges read the same facts. Without a case, or an answer, there are none.
+    The model is asked once for each result; all judges read the same facts. Without a case, or an answer, there are
+    none.
     """
     run = made.path("run")
     if shown.loaded is None or run is None or prompt.requirements is None:
@@ -109,7 +110,7 @@ def bind_facts(desk: Callable[[], Conversation], prompt: Prompt, shown: Exhibit,
 
 
 def _read_run(shown: Exhibit, run: Path, program: Path | None) -> None:
-    """Read a run folder as far as it can be read: it may be anybody's."""
+    """Read as much of a run folder as possible: it may be another tool's."""
     from text2sim.evidence.recorded_case import RecordedCase
 
     try:
@@ -118,7 +119,7 @@ def _read_run(shown: Exhibit, run: Path, program: Path | None) -> None:
             raise RunError("its run folder has no run.json")
         shown.records = quoted(evidence_text(run, read_evidence(run), record, ()))
         expanded = load_case(run / "expanded.yaml")
-        # Beside the case lie its assets, which facts about looks need.
+        # Facts about looks need the assets in the case folder.
         shown.loaded = load_case(program) if program is not None and program.suffix == ".yaml" else expanded
         shown.motion = motion_of(RecordedCase.load(run, expanded.case))
         shown.facts += shown.motion.rows()

@@ -1,4 +1,4 @@
-"""Pictures of a film for a judge: evenly spread and at changes of scene, at the film's own resolution."""
+"""Frames of a film for judges: evenly spaced and at scene changes, at full resolution."""
 
 import io
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ SMALL = (64, 36)
 
 @dataclass(frozen=True)
 class FilmFrames:
-    """What a judge is shown of a film."""
+    """Frames of a film that are shown to a judge."""
 
     images: tuple[Image, ...]
     """`frame_01.png` and so on."""
@@ -38,15 +38,15 @@ class FilmFrames:
     """Width and height [pixels]."""
 
     def listed(self) -> str:
-        """A line that says which frame is when."""
+        """One line with the time of each frame."""
         return ", ".join(f"frame {k}: {t:.2f} s" for k, t in enumerate(self.times, 1))
 
 
 def film_frames(film: Path) -> FilmFrames:
-    """Return pictures of a film.
+    """Return frames of a film for a judge.
 
     Raises:
-        RunError: If it cannot be decoded, with the reason.
+        RunError: If it cannot be decoded; the message says why.
     """
     times, greys, size = _looked_through(film)
     chosen = sorted({*spread(len(times), EVENLY), *_changes(greys)})
@@ -59,7 +59,7 @@ def film_frames(film: Path) -> FilmFrames:
 
 
 def length_of(film: Path) -> float:
-    """Return how long a film is [s].
+    """Return the length of a film [s].
 
     Raises:
         RunError: If it cannot be decoded.
@@ -68,7 +68,7 @@ def length_of(film: Path) -> float:
 
 
 def pictures_at(film: Path, times: list[float]) -> list[Any]:
-    """Return the pictures of a film that show times [s] best; the last one for those beyond its end.
+    """Return the frames of a film nearest to given times [s]; the last one for times beyond its end.
 
     Raises:
         RunError: If it cannot be decoded.
@@ -80,7 +80,7 @@ def pictures_at(film: Path, times: list[float]) -> list[Any]:
 
 
 def _looked_through(film: Path) -> tuple[list[float], Any, tuple[int, int]]:
-    """Times [s] of all pictures, all of them small and grey (n, 36, 64), and the size of the first."""
+    """Times [s] of all frames, thumbnails of them in grey (n, 36, 64), and the size of the first."""
     import av
     import av.error
 
@@ -105,12 +105,12 @@ def _looked_through(film: Path) -> tuple[list[float], Any, tuple[int, int]]:
 
 
 def _length(times: list[float]) -> float:
-    """The last picture stands as long as the others do on average."""
+    """Length of a film [s]; the last frame lasts as long as the others on average."""
     return times[-1] + (times[-1] - times[0]) / max(1, len(times) - 1)
 
 
 def _changes(greys: Any) -> list[int]:
-    """First pictures behind changes of scene, the strongest."""
+    """Indices of the first frames after the strongest scene changes."""
     if len(greys) < 3:
         return []
     steps = np.abs(np.diff(greys, axis=0)).mean(axis=(1, 2))
@@ -130,7 +130,7 @@ def _pictures(film: Path, chosen: list[int]) -> Any:
 
 
 def _image(name: str, picture: Any) -> Image:
-    """A picture as PNG; as JPEG if that is too large to be sent."""
+    """A frame as PNG, or as JPEG if the PNG is too large to send."""
     for ending, kind, quality in (("png", "png", {}), ("jpg", "jpeg", {"quality": 92})):
         stream = io.BytesIO()
         picture.save(stream, kind, **quality)

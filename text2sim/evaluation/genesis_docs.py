@@ -1,6 +1,6 @@
 """Documentation of the installed Genesis for a coding agent: signatures, and docstrings on demand.
 
-Read from the sources of the package, without importing it: nothing that is old or guessed gets in.
+Read from the package's sources without importing it, so that it is neither outdated nor guessed.
 """
 
 import ast
@@ -64,7 +64,7 @@ class Entry(NamedTuple):
 
 @cache
 def documentation() -> dict[str, Entry]:
-    """Return all that is documented, by name, in the order of the digest.
+    """Return all documented classes and methods, by name, in the order of the digest.
 
     Raises:
         MachineError: If Genesis is not installed.
@@ -80,7 +80,7 @@ def documentation() -> dict[str, Entry]:
             if node.name[0] != "_" and node.name not in SKIPPED:
                 name = f"{prefix}.{node.name}"
                 if prefix == "gs.options" and node.name.endswith("Light"):
-                    name = f"gs.options.vis.{node.name}"  # which the package does not lift
+                    name = f"gs.options.vis.{node.name}"  # not re-exported by the package
                 made = next((one for one in node.body if _is(one, "__init__")), None)
                 found[name] = _options(name, node) if made is None else _method(name, made)  # type: ignore[arg-type]
     for owner, places in OBJECTS.items():
@@ -98,7 +98,7 @@ def digest() -> str:
 
 
 def explained(names: list[str]) -> str:
-    """Return docstrings of classes and methods; of unknown names the nearest that there is."""
+    """Return the docstrings of classes and methods; for an unknown name, the nearest known one."""
     rows, known = [], documentation()
     for name in names:
         match = next((one for one in known if one == name or one.endswith(f".{name}")), None)
@@ -119,7 +119,7 @@ def _classes(root: Path, places: tuple[str, ...]) -> Iterator[ast.ClassDef]:
 
 
 def _options(name: str, node: ast.ClassDef) -> Entry:
-    """Fields of a class of options, with their defaults; those of its bases stand there."""
+    """Fields of an options class with their defaults, without those of its bases."""
     fields = [
         f"{one.target.id}={_short(one.value) if one.value is not None else 'REQUIRED'}"
         for one in node.body
@@ -148,7 +148,7 @@ def _method(name: str, node: ast.FunctionDef) -> Entry:
 
 
 def _shown(node: ast.FunctionDef) -> bool:
-    """Whether a method is one that people call: no kernel, no property setter, and documented."""
+    """Whether a method is public API: documented, and neither a kernel nor a property setter."""
     marks = [ast.unparse(mark) for mark in node.decorator_list]
     return not any("qd." in mark or "setter" in mark or "property" in mark for mark in marks) and bool(
         ast.get_docstring(node) or node.name == "__init__"

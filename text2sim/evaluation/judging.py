@@ -1,7 +1,7 @@
-"""Judgements of method folders: independent repeats by judges who see neither names nor each other's scores.
+"""Judging of method folders: independent repeats by judges who see neither names nor each other's scores.
 
 JUDGED/judging.json                                     what was judged, by whom
-JUDGED/<prompt>/<method>/frames/                        the pictures that judges saw
+JUDGED/<prompt>/<method>/frames/                        the frames that judges saw
 JUDGED/<prompt>/<method>/<kind>-<judge>-<repeat>/       judgement.json, and calls/ with every request and reply
 """
 
@@ -57,13 +57,13 @@ class Turn:
 
     @property
     def code(self) -> str:
-        """A name for it that does not tell the method."""
+        """Its anonymous name, which does not reveal the method."""
         hidden = sha256(self.method.encode()).hexdigest()[:6]
         return f"{self.prompt}-{hidden}-{self.kind}-{self.judge}-{self.repeat}"
 
     @property
     def place(self) -> Path:
-        """Where it is kept."""
+        """Its folder."""
         return Path(self.prompt) / self.method / f"{self.kind}-{self.judge}-{self.repeat}"
 
 
@@ -89,7 +89,7 @@ class Judgement:
 
 @dataclass
 class Judging:
-    """How method folders are judged."""
+    """Judging of method folders by several judges."""
 
     suite: Suite
     methods: Sequence[MethodFolder]
@@ -109,16 +109,16 @@ class Judging:
         self.account = Account()
 
     def run(self, prompts: Mapping[str, Prompt], tell: Tell, jobs: int = 1) -> list[Judgement]:
-        """Judge; what is at hand already is not asked for again.
+        """Judge all results; finished judgements are not repeated.
 
         Args:
-            prompts: Which.
-            tell: Told of every judgement in a line.
-            jobs: Results that are judged at the same time.
+            prompts: The prompts, by id.
+            tell: Called with one line for each judgement.
+            jobs: Number of results judged concurrently.
 
         Raises:
-            StoppedError: If somebody stopped it.
-            BudgetSpent: If nothing more may be spent.
+            StoppedError: If the user stopped it.
+            BudgetSpent: If the budget is used up.
         """
         for model in self.models:
             if not judge_endpoint(model, "").vision:
@@ -227,16 +227,16 @@ def turns(prompt: str, method: str, judges: int, repeats: int) -> list[Turn]:
 
 
 def judge_endpoint(model: str, code: str) -> Endpoint:
-    """Return who answers; a mailbox has a folder of its own for each judgement, so that nobody sees another's."""
+    """Return a judge's endpoint; a mailbox gets a separate folder for each judgement, so that they are independent."""
     folder = model.startswith(("mailbox:", "replay:"))
     return endpoint_of(f"{model.rstrip('/')}/{code}" if folder else model)
 
 
 def read_judgements(out: Path) -> tuple[dict[str, Any], list[Judgement]]:
-    """Return what was judged, and all judgements that belong to it; those that are still due are not judged.
+    """Return the record of what was judged, and its judgements; pending ones are marked as not judged.
 
     Raises:
-        RunError: If nothing was judged there.
+        RunError: If the folder has no judgements.
     """
     record = read_json(out / JUDGING)
     if not isinstance(record, dict):

@@ -1,4 +1,4 @@
-"""Motion that no force explains: positions that were set, found in the recorded states of a run."""
+"""Detection of keyframed motion: recorded positions that no force explains."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -32,7 +32,7 @@ JUMP = 0.05
 
 @dataclass(frozen=True)
 class Motion:
-    """Where the motion of a run comes from."""
+    """Origin of the motion of a run."""
 
     keyframed: dict[str, str]
     """Copies that are moved by no force, and what shows it."""
@@ -49,7 +49,7 @@ class Motion:
         return self.part > 0.5
 
     def rows(self) -> list[str]:
-        """Sentences for a judge."""
+        """Summary for a judge, one sentence per row."""
         rows = [f"`{copy}` is moved by no force: {why}" for copy, why in list(self.keyframed.items())[:12]]
         rows += [
             f"`{name}` moves by decree (`driven`), {100 * part:.0f} % of all ways in the scene"
@@ -63,12 +63,12 @@ class Motion:
 def motion_of(recording: RecordedCase) -> Motion:
     """Compare recorded positions with recorded velocities, and these with gravity and contacts.
 
-    Of each link and each body that deforms, the way of the centre from frame to frame has to lie between what the
-    velocities at both ends say: |d - h (v0 + v1) / 2| <= h |v1 - v0| / 2, with 5 % (50 % for bodies that
-    deform) and 0.2 mm of slack. Of each free
-    rigid body, the change of momentum has to be what gravity and contacts give, m (v1 - v0) = m g h + sum(F dt), with
-    half of gravity and a fifth of the contact forces of slack; that is not asked where controls act on it, where
-    something deforms (such contacts are not recorded), or where the contact model keeps its forces to itself.
+    For each link and deformable body, the displacement d of the centre between frames must agree with the velocities at
+    both ends: |d - h (v0 + v1) / 2| <= h |v1 - v0| / 2, with a tolerance of 5 % (50 % for deformable bodies) and
+    0.2 mm. For each free rigid body, the change of momentum must be that of gravity and contacts,
+    m (v1 - v0) = m g h + sum(F dt), with a tolerance of half of gravity and a fifth of the contact forces. Skipped if
+    controls act on the body, if something deforms (its contacts are not recorded), or if the contact model does not
+    report forces.
     """
     keyframed: dict[str, str] = {}
     ways: dict[str, float] = {}
@@ -95,7 +95,7 @@ def motion_of(recording: RecordedCase) -> Motion:
 
 
 def _impulses(recording: RecordedCase) -> tuple[Array, Array]:
-    """What contacts give to each link from frame to frame [N s], (F, L, 3), and sums of their sizes, (F, L)."""
+    """Contact impulses on each link per frame [N s], (F, L, 3), and the sums of their magnitudes, (F, L)."""
     states, log = recording.states, recording.contacts
     shape = states.frames + 1, len(states.links)
     impulse, size = np.zeros((*shape, 3)), np.zeros(shape)
@@ -109,7 +109,7 @@ def _impulses(recording: RecordedCase) -> tuple[Array, Array]:
 def _unexplained(
     recording: RecordedCase, target: Target, given: tuple[Array, Array]
 ) -> tuple[Array, Array, tuple[float, float]]:
-    """Ways [m] from frame to frame, where they are not explained, (F-1,), and the largest jump [m] and its time [s]."""
+    """Displacements [m] per frame, mask of the unexplained ones, (F-1,), and the largest jump [m] with its time [s]."""
     states = recording.states
     step = np.diff(states.time)[:, None]
     if target.soft is not None:
@@ -130,7 +130,7 @@ def _unexplained(
     present = (there[:-1] & there[1:])[:, None]
     odd = (gap > bound) & present
     beyond = np.where(odd, gap - bound, 0.0).max(axis=1)
-    # What is fast has large errors; a jump is one of something that its velocity leaves where it is.
+    # Fast bodies have large errors; a jump is the displacement of a body whose velocity does not move it.
     fast = step[:, 0] * np.linalg.norm(velocities, axis=-1).max(axis=1)[:-1]
     beyond = np.where(beyond > 2 * fast, beyond, 0.0)
     at = int(beyond.argmax())
@@ -144,7 +144,7 @@ def _unexplained(
 def _without_cause(
     recording: RecordedCase, target: Target, given: tuple[Array, Array], before: Array, after: Array
 ) -> Array:
-    """Where momentum changes by more than gravity and contacts give, (F-1,)."""
+    """Mask of the frames in which momentum changes by more than gravity and contacts explain, shape (F-1,)."""
     states = recording.states
     mass, gravity = states.links[target.root].mass, np.array(states.gravity)
     span = np.diff(states.time)
@@ -155,7 +155,7 @@ def _without_cause(
 
 
 def _is_free(recording: RecordedCase, target: Target) -> bool:
-    """Whether all forces on a body are recorded: a rigid one in the air, among rigid ones, that no control acts on."""
+    """Whether all forces on a body are recorded: free and rigid, among rigid bodies, without controls."""
     states, case = recording.states, recording.case
     if target.soft is not None or len(target.links) != 1 or states.links[target.root].mass <= 0:
         return False
@@ -165,7 +165,7 @@ def _is_free(recording: RecordedCase, target: Target) -> bool:
 
 
 def _acted_on(case: "Case", body: str) -> bool:
-    """Whether a control may act on a body: one that names it, or one that names nobody, such as wind."""
+    """Whether a control may act on a body: one that names it, or one without a target, such as wind."""
     for control in case.actions.controls.values():
         if control.kind == "initial_velocity":
             continue

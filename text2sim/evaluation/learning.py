@@ -1,4 +1,4 @@
-"""Cards that are learned from a suite: what failed is looked back at, and a card is kept only if that gets better.
+"""Learning of cards from a suite: failures are reviewed, and a card is kept only if it improves the score.
 
 WORK/rounds/<round>/<prompt>/    how prompts were answered: `before`, then once for each card that is tried
 WORK/judged/<round>/             what judges said of that
@@ -42,7 +42,7 @@ from text2sim.spec_schema.errors import SpecError
 
 
 class Lesson(Proposal):
-    """What the evaluator answers: a failure, and a card about it."""
+    """Answer of the evaluator: a failure, and a card about it."""
 
     failure: str
     evidence: str
@@ -51,13 +51,13 @@ class Lesson(Proposal):
 
 
 class Lessons(Answer):
-    """The lesson of a prompt, if there is one."""
+    """The lesson from a prompt, if there is one."""
 
     lesson: Lesson | None
 
 
 class Merged(Answer):
-    """One card in the place of two."""
+    """One card that replaces two."""
 
     keep: str
     card: dict[str, Any]
@@ -65,24 +65,24 @@ class Merged(Answer):
 
 @dataclass(frozen=True)
 class Round:
-    """Prompts that were answered and judged once."""
+    """One round in which prompts were answered and judged."""
 
     made: MethodFolder
     rows: Sequence[Judgement]
 
     def scores(self) -> dict[str, float]:
-        """The mean of physical and visual score of each prompt; without those that could not be judged."""
+        """The mean of the physical and visual score of each prompt that could be judged."""
         parts = [case_scores(self.rows, kind) for kind in KINDS]
         return {key[1]: float(np.mean([part[key] for part in parts])) for key in parts[0] if key in parts[1]}
 
     def noise(self, repeats: int) -> float:
-        """The standard error of a score, from how much repeats of judgements differ."""
+        """The standard error of a score, from the scatter of repeated judgements."""
         return max((spread_within(self.rows, kind, self.made.name) or 0.0) for kind in KINDS) / sqrt(repeats)
 
 
 @dataclass
 class Learning:
-    """How cards are learned."""
+    """Learning of cards from one suite."""
 
     suite: Suite
     prompts: Mapping[str, Prompt]
@@ -104,7 +104,7 @@ class Learning:
     stop: Callable[[], bool] = never
 
     def run(self) -> None:
-        """Answer all prompts, and try a lesson of each; what is at hand already is not done again."""
+        """Answer all prompts and try a lesson from each; finished steps are not repeated."""
         self.cards.mkdir(parents=True, exist_ok=True)
         before = self._round("before", self.prompts, self.cards)
         for name in self.prompts:
@@ -139,7 +139,7 @@ class Learning:
         return load_library([self.cards])
 
     def _lesson(self, name: str, before: Round) -> tuple[Lesson, Draft] | None:
-        """Have somebody look back at how a prompt was answered, until the card holds."""
+        """Have a model review the answer to a prompt, until its card is valid."""
         score, made = before.scores().get(name), before.made.made.get(name)
         attempts = attempts_of(made.folder / "case") if made is not None else {}
         if made is None or score is None or not attempts:
@@ -183,7 +183,7 @@ class Learning:
         return answer.lesson, drafts[0]
 
     def _fits(self, edits: str, draft: Draft, library: Library, everything: Mapping[str, Entry]) -> None:
-        """Refuse a card that says what another says, and one that edits what it may not."""
+        """Reject a card that duplicates another one or makes a forbidden edit."""
         card = Card.model_validate(draft.data)
         if edits and edits not in library.entries:
             raise Wrong(
@@ -209,7 +209,7 @@ class Learning:
             raise Wrong([f"the card does not hold: {verdict.message}"])
 
     def _try(self, name: str, lesson: Lesson, draft: Draft, before: Round) -> None:
-        """Answer the prompts that a card is about again, with it; keep it if they get better."""
+        """Answer the prompts of a card again with it, and keep it if their scores improve."""
         id = str(draft.data["id"])
         old = read_ledger(self.cards).cards.get(id) if lesson.edits else None
         affected = {name, *(debt.prompt for debt in old.owes)} if old else {name}
@@ -239,13 +239,13 @@ class Learning:
         if kept:
             account = account.model_copy(update={"state": "kept"})
             draft.write(self.cards / id)
-        if kept or old is None:  # an edit that is not better leaves the card as it was
+        if kept or old is None:  # an edit without improvement is discarded
             enter(self.cards, id, account, {name: self.prompts[name]})
         why = f"{account.gain:+.1f} points (noise {noise:.1f})" if any(one.dealt for one in tried) else "never dealt"
         self.tell(f"{name}: {id}: {account.state}: {why}")
 
     def consolidate(self) -> None:
-        """Have one card written in the place of two that say the same."""
+        """Have cards with the same content merged."""
         for first, second in combinations(self._library().entries, 2):
             there, known = self._library().entries, read_ledger(self.cards).cards
             if (
@@ -294,7 +294,7 @@ class Learning:
 
 
 def _findings(rows: Sequence[Judgement], name: str) -> list[str]:
-    """What judges had to say against an answer."""
+    """Faults that judges found in an answer."""
     found = []
     for row in rows:
         reply = row.reply or {}
