@@ -24,7 +24,7 @@ asset = typer.Typer(
 
 
 class Axis(StrEnum):
-    """What may point up in a file."""
+    """Up axis of a file."""
 
     x = "x"
     y = "y"
@@ -32,7 +32,7 @@ class Axis(StrEnum):
 
 
 class Middle(StrEnum):
-    """Where the origin of a mesh may lie."""
+    """Position of the origin of a mesh."""
 
     base = "base"
     mass = "mass"
@@ -59,7 +59,7 @@ MODELS = (".xml", ".mjcf", ".urdf")
 
 @contextmanager
 def _pointing_to_root(root: Path | None) -> Iterator[None]:
-    """Say of a file whose own files were not found where they may be."""
+    """Add a hint about `--root` to errors about missing referenced files."""
     from text2sim.spec_schema.errors import AssetError
 
     try:
@@ -79,7 +79,7 @@ def check(
     engine: Annotated[bool, typer.Option("--engine", help="Let the engine take a mesh for five steps, too.")] = False,
     as_json: _AsJson = False,
 ) -> None:
-    """Say what a mesh or a mechanism is like, and what stands in its way. Nothing is changed."""
+    """Report the properties and problems of a mesh or mechanism. Nothing is changed."""
     from text2sim.cli.output import say, say_json
 
     document: dict[str, Any]
@@ -129,7 +129,7 @@ def add(
     root: _Root = None,
     as_json: _AsJson = False,
 ) -> None:
-    """Mend a mesh, or take a mechanism or a picture, and put it into a case's folder and manifest."""
+    """Add a mesh, mechanism or picture to a case's folder and manifest; meshes are repaired."""
     from text2sim.asset_intake.register import add
 
     wish = _wish(size, up, origin, triangles, close, wrap)
@@ -154,9 +154,9 @@ def generate(
     timeout: Annotated[float, typer.Option("--timeout", min=1.0, help="Seconds that it may take.")] = 900.0,
     as_json: _AsJson = False,
 ) -> None:
-    """Have Meshy make a mesh from words, mend it, and put it into a case. Needs MESHY_API_KEY.
+    """Generate a mesh from text with Meshy, repair it, and add it to a case. Needs MESHY_API_KEY.
 
-    A call that was interrupted is repeated as it was: it goes on with the same task, and nothing is paid for twice.
+    Repeat an interrupted call with the same arguments: it resumes the same task, and nothing is paid for twice.
     """
     from text2sim.asset_intake.register import check_name, generate
     from text2sim.assets.meshy import BASE, Meshy, Order3D
@@ -175,7 +175,7 @@ def generate(
 
 @asset.command("probe")
 def probe(file: _File, root: _Root = None, as_json: _AsJson = False) -> None:
-    """Move each joint of a mechanism a little in the engine, and say which of them answer."""
+    """Drive each joint of a mechanism a little in the engine, and report which of them respond."""
     from dataclasses import asdict
 
     from text2sim.asset_intake.probe import probe
@@ -210,7 +210,7 @@ def probe(file: _File, root: _Root = None, as_json: _AsJson = False) -> None:
 
 @asset.command("list")
 def list_assets(case: _Case, as_json: _AsJson = False) -> None:
-    """Say what assets a case has, and whether their files are still what was registered."""
+    """List a case's assets, and check that their files match the manifest."""
     from text2sim.assets.manifest import problems_of, read_manifest, verify_manifest
     from text2sim.assets.safe_write import case_folder
     from text2sim.cli.output import say, say_json, say_problems

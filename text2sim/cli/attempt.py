@@ -1,4 +1,4 @@
-"""Runs one case for a command, and turns what its author can put right into problems."""
+"""Run of one case for a command; errors that the author can fix become problems."""
 
 from dataclasses import replace
 from typing import Any
@@ -11,15 +11,15 @@ from text2sim.spec_schema.errors import Text2SimError
 
 
 def attempt(row: Examined, *, quiet: bool = False, **options: Any) -> RunResult | None:
-    """Run a case that was read.
+    """Run a loaded case.
 
     Args:
-        row: The case; its problems are brought up to date.
+        row: The case; its problems are updated.
         quiet: Show no progress.
-        options: As `run_case` takes them.
+        options: Keyword arguments of `run_case`.
 
     Returns:
-        What came of it; None if it could not be run, with the reasons in `row.problems`.
+        The result; None if the case cannot be run, with the reasons in `row.problems`.
     """
     assert row.loaded is not None
     try:

@@ -25,10 +25,10 @@ def export_cases(
     store: StoreUrl = "",
     as_json: AsJson = False,
 ) -> None:
-    """Write cases for other simulators: shapes, masses, joints, start, controls, and references of observables.
+    """Export cases for other simulators: shapes, masses, joints, initial states, controls, and reference observables.
 
-    Each case runs three times: at its own time step, and at a half and a quarter of it. What `benchmark.yaml` beside
-    the case says of observables, tolerances and equations is kept to.
+    Each case runs three times: at its own time step, and at a half and a quarter of it. `benchmark.yaml` beside the
+    case defines observables, tolerances and equations.
     """
     from text2sim.cli.cases import say_examined
     from text2sim.cli.many import told, where_of
@@ -49,7 +49,7 @@ def export_cases(
     for number, row in enumerate(rows):
         try:
             if row.loaded is not None and row.plan is not None:
-                read_statement(row.loaded)  # what is wrong there is said before anything runs
+                read_statement(row.loaded)  # reports its errors before anything runs
                 tasks[number] = tasks_of(row.loaded, row.plan, runs, known)
         except Text2SimError as error:
             row.blame(error)

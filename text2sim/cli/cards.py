@@ -1,4 +1,4 @@
-"""The commands `text2sim cards`: lessons from failures, and the runs that show them."""
+"""The commands `text2sim cards`: lessons from failures, with runs that demonstrate them."""
 
 import sys
 from pathlib import Path
@@ -25,7 +25,7 @@ MAX_JOBS = 16
 
 @cards.command("list")
 def list_cards(as_json: AsJson = False) -> None:
-    """List the cards, one line for each: id, lesson, who needs it, how the failure shows."""
+    """List the cards, one line for each: id, lesson, role, signature of the failure."""
     from text2sim.cli.output import say, say_json
 
     library = _library()
@@ -42,7 +42,7 @@ def show_card(
     name: Annotated[str, typer.Argument(metavar="ID", help="The card.")],
     as_json: AsJson = False,
 ) -> None:
-    """Say all that a card says, and where its two cases lie."""
+    """Print a card and the paths of its two cases."""
     from text2sim.card_library.model import count_tokens
     from text2sim.cli.output import say, say_json
     from text2sim.service.wording import shown
@@ -102,7 +102,7 @@ def verify(
     force: Annotated[bool, typer.Option("--force", help="Simulate again even if nothing changed.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Run the failing and the repaired case of cards, and compare what comes of them with what the cards say."""
+    """Run the failing and the repaired case of cards, and compare the outcomes with those stated in the cards."""
     from text2sim.card_library.verify import verify_cards
     from text2sim.cli.output import say, say_json
 
@@ -116,7 +116,7 @@ def verify(
         if not as_json:
             _say_verdict(verdict, wide)
     complete = len(rows) == len(entries)
-    # A card that cannot be read has no id to be asked for by name: it counts when all are verified.
+    # An unreadable card has no id to be selected by: it counts when all are verified.
     problems = [] if names else _problems(library)
     agreed = sum(verdict.ok for verdict in rows)
     if as_json:

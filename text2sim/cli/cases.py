@@ -1,4 +1,4 @@
-"""Output of commands about the cases that they are given."""
+"""Output of commands about cases."""
 
 import sys
 
@@ -8,7 +8,7 @@ from text2sim.service.wording import shown
 
 
 def say_examined(case: Examined) -> None:
-    """Print what is wrong with a case."""
+    """Print the problems of a case."""
     if case.failure:
         say(f"{shown(case.path)}: {case.failure}", to=sys.stderr)
     say_problems(case.problems, case.sources)

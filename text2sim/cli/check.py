@@ -30,7 +30,7 @@ def check(
     ] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
-    """Find everything that is wrong with cases, without running them."""
+    """Find the problems of cases without running them."""
     from text2sim.cli.output import say_json
     from text2sim.service.examined import Examined, examine, find_cases
     from text2sim.spec_schema.reuse.overlay import Overlay
@@ -57,7 +57,7 @@ def check(
 
 
 def _say(row: "Examined", base: "Examined | None", *, settings: bool) -> None:
-    """Say what is wrong with a case, but for what was said of the one that it is a variant of."""
+    """Print the problems of a case, except those that its base case has, too."""
     from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say
     from text2sim.service.wording import seconds

@@ -22,7 +22,7 @@ def compare_runs(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document and write no page.")] = False,
 ) -> None:
-    """Put runs side by side: what differed in their cases, and what that did to measures, events and films."""
+    """Compare runs side by side: differences of the cases, and their effects on measures, events and films."""
     from text2sim.cli.output import say, say_json
     from text2sim.comparison.compare import compare
     from text2sim.comparison.runs import read_runs

@@ -18,7 +18,7 @@ def compile_cases(
     sets: Sets = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
-    """Write the Genesis program of a case, to read it or to run it by hand."""
+    """Write the Genesis program of a case, to read or to run by hand."""
     from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say, say_json
     from text2sim.compiler.build import compile_case

@@ -40,7 +40,7 @@ def build_dataset(
 ) -> None:
     """Draw, check, simulate, film, annotate and write a dataset.
 
-    What lies in the runs folder already is not simulated again.
+    Runs that exist in the runs folder are not simulated again.
     """
     _require()
     import resource
@@ -85,7 +85,7 @@ def build_dataset(
 
 @dataset.command("check")
 def check(folder: Folder, as_json: AsJson = False) -> None:
-    """Prove that a dataset holds together and that nothing of a source lies in two splits."""
+    """Check that a dataset is consistent and that no source is in two splits."""
     _require()
     from text2sim.cli.output import say, say_json
     from text2sim.dataset.check import check_dataset
@@ -101,7 +101,7 @@ def check(folder: Folder, as_json: AsJson = False) -> None:
 
 @dataset.command("questions")
 def questions(folder: Folder, as_json: AsJson = False) -> None:
-    """Count the questions, and say how often somebody who sees no film answers them right."""
+    """Count the questions, and report the accuracy of answers without seeing the film."""
     _require()
     from collections import Counter
 
@@ -127,7 +127,7 @@ def review(
     decisions: Annotated[Path, typer.Option("--decisions", help="What was decided before.")] = Path("review.yaml"),
     everything: Annotated[bool, typer.Option("--all", help="Show all items, not only the doubtful ones.")] = False,
 ) -> None:
-    """Write a page with the doubtful items, on which they are kept or dropped."""
+    """Write a page on which doubtful items are reviewed: kept or dropped."""
     _require()
     from text2sim.cli.output import say
     from text2sim.dataset.review import read_decisions, write_review
@@ -140,7 +140,7 @@ def review(
 
 
 def _require() -> None:
-    """Refuse to begin without the extra.
+    """Check that the extra is installed.
 
     Raises:
         MachineError: if it is not installed.

@@ -29,7 +29,7 @@ def diff(
     stat: Annotated[bool, typer.Option("--stat", help="Only say how much differs.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the RFC 6902 patch that makes B of A.")] = False,
 ) -> None:
-    """Say how two versions of a case differ in meaning: order, comments and format are none.
+    """Show how two versions of a case differ in meaning; order, comments and format do not count.
 
     Exit codes: 0 they mean the same, 1 they differ, 2 one cannot be read.
     """
@@ -55,7 +55,7 @@ def diff(
 
 
 def report_lines(found: "Comparison") -> list[str]:
-    """What differs, section by section, and what follows from it."""
+    """Lines that describe the differences by section, and their consequences."""
     from text2sim.spec_schema.changes.diff_words import change_line, effect_line, sections
 
     lines = []
@@ -69,7 +69,7 @@ def report_lines(found: "Comparison") -> list[str]:
 
 
 def stat_lines(found: "Comparison") -> list[str]:
-    """How much differs."""
+    """Lines that count the differences."""
     from text2sim.spec_schema.changes.diff_words import sections
 
     lines = []

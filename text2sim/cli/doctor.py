@@ -8,7 +8,7 @@ from text2sim.service import exits
 
 
 def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False) -> None:
-    """Say what this machine has and what it lacks, and how to mend that. Takes about ten seconds."""
+    """Report what this machine has, what it lacks, and how to fix that. Takes about ten seconds."""
     from dataclasses import asdict
 
     from text2sim.cli.output import say, say_json

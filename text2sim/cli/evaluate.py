@@ -35,7 +35,7 @@ def check_suite(
         typer.Option("--apart-from", metavar="SUITE", help="A suite that may share no source with it."),
     ] = None,
 ) -> None:
-    """Check a suite: its form, its digest, and that it shares no source and no prompt with others."""
+    """Check a suite: its form, its digest, and that it shares no source or prompt with others."""
     from text2sim.cli.output import say
     from text2sim.evaluation.suite import complete, read_suite, shared_sources
     from text2sim.spec_schema.errors import SpecError
@@ -98,9 +98,9 @@ def run_methods(
     ] = False,
     resume: Resume = False,
 ) -> None:
-    """Have methods answer the prompts of a suite; the allowance is for each prompt.
+    """Run methods on the prompts of a suite; the budget is for each prompt.
 
-    What is answered stays as it is with `--resume`. Exit code 1: a method left nothing for some prompt.
+    With `--resume`, existing answers are kept. Exit code 1: a method left nothing for some prompt.
     """
     from text2sim.card_library.library import VARIABLE
     from text2sim.cli.output import say
@@ -148,9 +148,9 @@ def judge_methods(
     minutes: Minutes = None,
     resume: Resume = False,
 ) -> None:
-    """Have method folders judged, each result several times, by judges who see no names and no scores of others.
+    """Judge method folders, each result several times, by judges who see neither names nor each other's scores.
 
-    Exit code 1: something could not be judged; the rest is there, and so is the report.
+    Exit code 1: something could not be judged; the other results and the report are complete.
     """
     from text2sim.agents.models.calls import Budget
     from text2sim.agents.models.exchange import StoppedError
@@ -186,7 +186,7 @@ def report(
     suite: SuiteFile,
     out: Annotated[Path, typer.Argument(metavar="JUDGED", help="The folder of `evaluate judge --out`.")],
 ) -> None:
-    """Write the tables and the page of what was judged: report.html, and CSV (Parquet where pyarrow is installed)."""
+    """Write tables and page of an evaluation: report.html, and CSV (also Parquet if pyarrow is installed)."""
     _report(suite, out)
 
 

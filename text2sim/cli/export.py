@@ -17,7 +17,7 @@ def export(
     every: Annotated[int, typer.Option("--every", min=1, help="Only every so many recorded frames, and the last.")] = 1,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
-    """Write a recorded run for other programs: to render it there, or to look at it from all sides."""
+    """Export a recorded run for other programs, for rendering or interactive viewing."""
     from text2sim.cli.output import say, say_json
     from text2sim.exchange.gltf import write_gltf
     from text2sim.exchange.usd import write_usd

@@ -1,4 +1,4 @@
-"""Messages for commands that cannot go on."""
+"""Error messages and exit codes of failed commands."""
 
 import shlex
 import sys
@@ -12,16 +12,16 @@ from text2sim.spec_schema.errors import SpecError, Text2SimError
 
 
 def fail_unheard(error: OSError) -> int:
-    """Return the exit code where standard output takes nothing any more; say so on the other, if that works."""
+    """Return the exit code for a closed or full standard output, and report it on standard error if possible."""
     with suppress(OSError):
         say(f"text2sim: standard output: {error.strerror}", to=sys.stderr)
     return exits.MACHINE
 
 
 def fail(error: Exception, *, as_json: bool) -> int:
-    """Say what went wrong, and return the exit code.
+    """Report an error, and return the exit code.
 
-    What a user can put right is said in a line or two; everything else is our bug, and goes to a file.
+    An error that the user can fix takes a line or two; any other one is a bug, and its traceback goes to a file.
     """
     if isinstance(error, SpecError):
         if as_json:

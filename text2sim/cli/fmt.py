@@ -15,7 +15,7 @@ def fmt(
     diff: Annotated[bool, typer.Option("--diff", help="Write nothing; print what would change.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
-    """Bring cases into their one canonical form: order, indentation, quotes. Comments stay."""
+    """Format cases in the canonical form: order, indentation, quotes. Comments stay."""
     from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say, say_json
     from text2sim.revision.files import rewrite

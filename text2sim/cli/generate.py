@@ -1,4 +1,4 @@
-"""The commands `text2sim generate`, `repair` and `edit`: agents that write and mend cases."""
+"""The commands `text2sim generate`, `repair` and `edit`: agents that write and repair cases."""
 
 import sys
 from pathlib import Path
@@ -65,10 +65,9 @@ def generate(
     resume: Resume = False,
     as_json: AsJson = False,
 ) -> None:
-    """Make a case from a request in words: plan it, write it, run it, judge it, until it shows what was asked for.
+    """Generate a case from a request in words: plan, write, run and judge it until it shows what was asked for.
 
-    Always leaves the best version behind, with its evidence and with what is unresolved. Exit code 1: it was not
-    accepted.
+    The best version is always kept, with its evidence and what is unresolved. Exit code 1: it was not accepted.
     """
     from text2sim.agents.session import free_folder
 
@@ -101,7 +100,7 @@ def repair(
     resume: Resume = False,
     as_json: AsJson = False,
 ) -> None:
-    """Have agents mend a case: it is run first, and everything that it expects stays."""
+    """Have agents repair a case: it is run first, and all its expectations stay."""
     options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards, style)
     _work(
         _amendment("repair", case, "" if resume else words_of(wrong, file), model, options, resume, images),
@@ -129,7 +128,7 @@ def edit(
     resume: Resume = False,
     as_json: AsJson = False,
 ) -> None:
-    """Have agents change a case as somebody wishes."""
+    """Have agents change a case on request."""
     options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards, style)
     _work(
         _amendment("edit", case, "" if resume else words_of(wish, file), model, options, resume, images),
@@ -187,7 +186,7 @@ def _session(
     models = _models(model)
     if resume:
         session = Session.resume(case)
-        # A key may have run out, or a budget been too small: what is said now counts.
+        # A key may have expired, or a budget been too small: the new options take precedence.
         session.wish.models |= models
         session.wish.attempts = max(session.wish.attempts, options["attempts"])
         for name in ("tokens", "cost", "minutes"):
@@ -197,7 +196,7 @@ def _session(
     from text2sim.agents.session import endpoint_of
 
     for name in _needed(models).values():
-        endpoint_of(name, case)  # a slip in a name should leave nothing behind
+        endpoint_of(name, case)  # a typo in a name should leave no files behind
     return Session.begin(case, Wish(kind, text, models, **options), images or [], assets, licence)
 
 
@@ -250,7 +249,7 @@ def _work(session: "Session", as_json: bool, film: Quality, film_minutes: float 
 
 
 def outcome_document(session: "Session", outcome: "Outcome") -> dict[str, Any]:
-    """What `--json` says."""
+    """Document that `--json` prints."""
     best = outcome.best
     return {
         "ok": outcome.state == "accepted",

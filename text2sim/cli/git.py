@@ -22,7 +22,7 @@ _File = Annotated[Path, typer.Argument()]
 
 @git.command("install")
 def install(everywhere: _Global = False) -> None:
-    """Set the repository up: `git diff` speaks of meaning, and changes of different values merge without conflict."""
+    """Set up a repository: `git diff` shows changes of meaning, and edits of different values merge cleanly."""
     from text2sim.cli.output import say
     from text2sim.revision.installation import LINES, install, settings
     from text2sim.service.wording import shown
@@ -46,7 +46,7 @@ def uninstall(everywhere: _Global = False) -> None:
 
 @git.command("diff", hidden=True)
 def diff(name: _Name, files: Annotated[list[str] | None, typer.Argument()] = None) -> None:
-    """What git calls as `diff.text2sim.command`: PATH OLD HEX MODE NEW HEX MODE."""
+    """Command that git calls as `diff.text2sim.command`: PATH OLD HEX MODE NEW HEX MODE."""
     from text2sim.cli.diff import say_line
     from text2sim.cli.failure import fail
     from text2sim.revision.driver import text_difference
@@ -54,7 +54,7 @@ def diff(name: _Name, files: Annotated[list[str] | None, typer.Argument()] = Non
     try:
         lines = _difference(name, files or [])
     except Exception as error:
-        # git would stop here, with all other files unseen.
+        # git would stop here and skip all other files.
         fail(error, as_json=False)
         lines = text_difference(Path(files[0]), Path(files[3]), name) if files else []
     for line in lines:
@@ -63,7 +63,7 @@ def diff(name: _Name, files: Annotated[list[str] | None, typer.Argument()] = Non
 
 @git.command("textconv", hidden=True)
 def textconv(file: _File) -> None:
-    """What git calls as `diff.text2sim.textconv`."""
+    """Command that git calls as `diff.text2sim.textconv`."""
     from text2sim.cli.failure import fail
     from text2sim.revision.driver import flat_text
     from text2sim.spec_schema.errors import SpecError
@@ -82,7 +82,7 @@ def textconv(file: _File) -> None:
 
 @git.command("merge", hidden=True)
 def merge(base: _File, ours: _File, theirs: _File, name: _Name, marker: Annotated[int, typer.Argument()] = 7) -> None:
-    """What git calls as `merge.text2sim.driver`: %O %A %B %P %L. The result goes to the second file."""
+    """Command that git calls as `merge.text2sim.driver`: %O %A %B %P %L. The result goes to the second file."""
     from text2sim.cli.output import say
     from text2sim.revision.installation import CONFLICT
     from text2sim.revision.merging import merge_files

@@ -1,4 +1,4 @@
-"""The path-traced film in which the work of agents ends: as large and smooth as there is time for."""
+"""Path-traced film at the end of a loop of agents: as large and smooth as time allows."""
 
 import sys
 from math import inf
@@ -31,16 +31,16 @@ MINUTES = 8.0
 
 
 def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool) -> tuple[Path | None, str]:
-    """Make the film of a run: of all its pictures, of those that are traced when it is stopped, or else its preview.
+    """Make the film of a run: from all frames, from those traced when it is stopped, or else from the preview.
 
     Args:
-        run: Its folder.
-        quality: Of the film.
-        minutes: That it may take; if None, 8 for a draft, and as long as it takes otherwise.
-        quiet: Say nothing.
+        run: The run folder.
+        quality: Quality of the film.
+        minutes: Time budget [min]; if None, 8 for a draft, and unlimited otherwise.
+        quiet: Print nothing.
 
     Returns:
-        The film, None if there is none at all, and what there is to say of it.
+        The film, None without one, and a note about it.
     """
     from text2sim.cli.output import say
     from text2sim.cli.render import Teller, trace_films
@@ -80,7 +80,7 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
         why = f"the path-traced one was stopped; `{again}` goes on with it"
     except OSError as error:
         why = f"{error.strerror or error}{f': {error.filename}' if error.filename else ''}"
-    except Exception as error:  # the work is done and is told of, whatever becomes of its film
+    except Exception as error:  # a failed film must not hide the result of the loop
         why = told(error)
     preview = run / "video.mp4"
     return (preview, f"the preview: {why}") if preview.is_file() else (None, why)
@@ -98,7 +98,7 @@ def _said_before(fit: "Fitted", quality: str, minutes: float) -> str:
 
 
 def _options(fit: "Fitted") -> str:
-    """What `text2sim render` is told to make the same film."""
+    """Options of `text2sim render` that make the same film."""
     film, (width, height) = fit.filming.recording.film, fit.filming.size
     size = f" --resolution {width}x{height}" if (width, height) != tuple(film["resolution"]) else ""
     return size + (f" --fps {fit.filming.fps:g}" if fit.filming.fps != film["fps"] else "")

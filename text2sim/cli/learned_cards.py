@@ -1,4 +1,4 @@
-"""The commands `text2sim cards distill` and `cards ledger`: cards that are learned, and what they owe and did."""
+"""The commands `text2sim cards distill` and `cards ledger`: learned cards, their sources and their effects."""
 
 import sys
 from pathlib import Path
@@ -42,11 +42,11 @@ def distill_cards(
     film_minutes: Annotated[float, typer.Option("--film-minutes", min=0.1, help="For one path-traced film.")] = 10.0,
     as_json: AsJson = False,
 ) -> None:
-    """Learn cards from a finished loop, which `verify` then runs, or from a suite, where they are run and tried.
+    """Learn cards from a finished loop, to be run by `verify`, or from a suite, where they are run and tried.
 
-    With --suite all prompts are answered and judged; of each the judge looks back at what failed and writes a card.
-    Both its cases are run, the prompt is answered again with it, and it is kept only if that gets better. The ledger
-    beside the cards keeps what each owes to which source. Called again, it goes on where it was.
+    With --suite all prompts are answered and judged; for each the judge reviews the failures and writes a card. Both
+    its cases are run, the prompt is answered again with it, and it is kept only if the score improves. The ledger
+    beside the cards records the source of each. An interrupted command resumes when called again.
     """
     from text2sim.spec_schema.errors import RunError
 
@@ -126,7 +126,7 @@ def show_ledger(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Say of every learned card what it owes to which source, what it changed, and whether anybody was given it."""
+    """Show for each learned card its sources, its effect on scores, and whether it was ever retrieved."""
     from text2sim.card_library.library import BUILT_IN, load_library
     from text2sim.cli.output import say, say_json
     from text2sim.evaluation.ledger import read_ledger, retrieved

@@ -1,4 +1,4 @@
-"""Progress of a run: a live line on a terminal, a few plain lines elsewhere. Always on the error stream."""
+"""Progress of a run on the error stream: a live line on a terminal, a few plain lines elsewhere."""
 
 import sys
 from collections.abc import Iterator
@@ -29,7 +29,7 @@ WORDS = {
 
 @contextmanager
 def watch(name: str, *, quiet: bool = False) -> Iterator["OnProgress"]:
-    """Give a listener that shows the progress of the run called `name`."""
+    """Yield a listener that shows the progress of the run called `name`."""
     if quiet:
         yield lambda progress: None
     elif sys.stderr.isatty():
@@ -40,7 +40,7 @@ def watch(name: str, *, quiet: bool = False) -> Iterator["OnProgress"]:
 
 
 class _Plain:
-    """One line for each phase, and now and then one on the way through a long one."""
+    """One line for each phase, and occasional ones within a long phase."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -72,7 +72,7 @@ def _live(name: str) -> Iterator["OnProgress"]:
         TextColumn("{task.fields[numbers]}", markup=False),
         TimeElapsedColumn(),
     )
-    # Captured output would tear the line to pieces, and everything else here prints after it.
+    # Captured output would break up the line, and everything else prints after it.
     live = Progress(
         *columns, console=Console(stderr=True), transient=True, redirect_stdout=False, redirect_stderr=False
     )

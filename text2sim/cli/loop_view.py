@@ -1,4 +1,4 @@
-"""View of agents at work: a line for each thing, and on a terminal one more that says what is awaited."""
+"""View of a loop of agents: one line for each event, and on a terminal a status line."""
 
 import sys
 from collections.abc import Iterator
@@ -27,7 +27,7 @@ LONG = 160
 
 @contextmanager
 def looking_on(name: str, *, quiet: bool = False) -> Iterator["Listener"]:
-    """Give a listener that shows what happens in the loop of a case."""
+    """Yield a listener that shows the events of a loop."""
     if quiet:
         yield lambda event, what: None
     elif sys.stderr.isatty():
@@ -38,7 +38,7 @@ def looking_on(name: str, *, quiet: bool = False) -> Iterator["Listener"]:
 
 
 class _Plain:
-    """One line for each thing that happened."""
+    """Printer of one line for each event."""
 
     def __init__(self) -> None:
         self.waiting: dict[str, None] = {}
@@ -68,7 +68,7 @@ class _Plain:
 
     @property
     def status(self) -> str:
-        """What is awaited."""
+        """Text of the status line: what the loop is waiting for."""
         asked = ", ".join(TITLES.get(role, role) for role in self.waiting)
         return f"waiting for the {asked}" if asked else self.doing or "working"
 
@@ -137,7 +137,7 @@ def _lines(event: str, what: dict[str, Any]) -> list[str]:
 
 
 def say_outcome(session: "Session", outcome: "Outcome") -> None:
-    """Print how it ended, what it cost, and where things are."""
+    """Print the outcome of a loop, its cost, and the paths of its files."""
     say("")
     say(f"{outcome.state.replace('_', ' ')}: {outcome.why}")
     for row in outcome.unresolved:

@@ -1,4 +1,4 @@
-"""The command line. Every command stands in a module of its own and imports what it needs when it runs."""
+"""Command line. Every command has its own module and imports what it needs when it runs."""
 
 import gc
 import os
@@ -97,9 +97,9 @@ def _root(
 
 def run() -> None:
     """Run the command line and exit with one of `exits`."""
-    # Nearly all that a short command makes lives to its end: looking for garbage in it takes a tenth of its time.
+    # Nearly all objects of a short command live to its end: collecting garbage takes a tenth of its time.
     gc.set_threshold(100_000, 20, 50)
-    # Whoever started us may have closed both.
+    # The parent process may have closed both.
     sys.stdout, sys.stderr = (stream or open(os.devnull, "w") for stream in (sys.stdout, sys.stderr))  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         # A terminal that cannot show a character must not stop a run.
@@ -109,12 +109,12 @@ def run() -> None:
     except KeyboardInterrupt:
         sys.exit(exits.INTERRUPTED)
     except SystemExit:
-        # Where a reader has enough, the library exits with 1, which would be a verdict.
+        # On a closed pipe the library exits with 1, which would be a verdict.
         if type(sys.stdout).__name__ == "PacifyFlushWrapper":
             sys.exit(exits.OK)
         raise
     except BrokenPipeError:
-        # Whoever read our output has enough; Python must not complain about that at its own end.
+        # The reader has closed the pipe; Python must not complain about that at exit.
         sys.stdout = open("/dev/null" if sys.platform != "win32" else "NUL", "w")  # noqa: SIM115
         sys.exit(exits.OK)
     except Exception as error:

@@ -1,4 +1,4 @@
-"""Cases that are run several at once: on this machine, or on a Ray cluster."""
+"""Parallel runs of cases, on this machine or on a Ray cluster."""
 
 import os
 import sys
@@ -35,7 +35,7 @@ EVERY = 15.0
 
 
 def where_of(workers: int, ray: str, store: str, runs: Path) -> "Where | None":
-    """Where tasks run as the options say; None if one after the other, in this process."""
+    """Where tasks run according to the options; None for sequentially in this process."""
     from text2sim.cluster.run import Where
 
     if store and not ray:
@@ -46,7 +46,7 @@ def where_of(workers: int, ray: str, store: str, runs: Path) -> "Where | None":
 def attempts(
     rows: "Sequence[Examined]", where: "Where | None", *, quiet: bool, runs: Path, **options: Any
 ) -> "Iterator[tuple[Examined, RunResult | None]]":
-    """Run cases that were read, and yield each, in their order, with what came of it, as `attempt` does."""
+    """Run loaded cases, and yield each, in order, with its result; see `attempt`."""
     from text2sim.cli.attempt import attempt
 
     if where is None:
@@ -93,14 +93,14 @@ def attempts(
 
 
 def trace(chosen: "Chosen", where: "Where", arguments: dict[str, Any], pictures: int, *, quiet: bool) -> None:
-    """Trace the pictures of a run in several processes; what is there already is left as it is.
+    """Trace the frames of a run in several processes; existing ones are kept.
 
     Args:
         chosen: The run.
         where: Where processes run.
-        arguments: As `work.render` takes them, besides its part.
-        pictures: How many there are.
-        quiet: Say nothing.
+        arguments: Arguments of `work.render`, without its part.
+        pictures: Number of frames.
+        quiet: Print nothing.
 
     Raises:
         RunError: if a part could not be traced.
@@ -110,7 +110,7 @@ def trace(chosen: "Chosen", where: "Where", arguments: dict[str, Any], pictures:
     from text2sim.spec_schema.errors import RunError
 
     folder, free = chosen.recording.folder, slots(where)
-    # A tracer uses all cores that it is given; those of this machine are shared out.
+    # A tracer uses all cores that it may use: divide those of this machine.
     cores = RENDER_CORES if where.ray else max(1, (os.cpu_count() or 1) // free)
     parts = max(1, min(free // cores if where.ray else free, pictures))
     inputs = {"run": folder} | ({"case": chosen.case.parent} if chosen.case else {})
@@ -129,7 +129,7 @@ def trace(chosen: "Chosen", where: "Where", arguments: dict[str, Any], pictures:
 
 
 def told(tasks: "Sequence[Task]", where: "Where", *, quiet: bool) -> "Iterator[Done]":
-    """Carry tasks out; say before what they will take, and on the way how far they are."""
+    """Run tasks; print an estimate before, and progress on the way."""
     from text2sim.cli.output import say
     from text2sim.cluster.estimate import in_words
     from text2sim.cluster.run import run_tasks, slots

@@ -11,14 +11,14 @@ import typer
 def mcp(
     root: Annotated[Path, typer.Option("--root", help="The folder that the tools may read and write.")] = Path(),
 ) -> None:
-    """Serve the tools to a coding agent, by the Model Context Protocol over the standard streams."""
+    """Serve the tools to a coding agent by the Model Context Protocol over standard input and output."""
     from text2sim.cli.output import say
     from text2sim.service.wording import shown
     from text2sim.spec_schema.errors import MachineError, RunError
 
     if not root.is_dir():
         raise RunError(f"{shown(root)}: there is no such folder")
-    # Pictures are drawn in threads of their own; those of the matrix library would only be in their way.
+    # Pictures are drawn in separate threads; those of the matrix library would compete with them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         from text2sim.mcp_server.server import serve

@@ -13,7 +13,7 @@ def migrate(
     check: Annotated[bool, typer.Option("--check", help="Write nothing; exit 1 if a file would change.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
-    """Write cases of older versions of the language in the latest one. Comments stay."""
+    """Convert cases of older versions of the language to the latest one. Comments stay."""
     from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say, say_json
     from text2sim.revision.files import rewrite

@@ -1,4 +1,4 @@
-"""Output of the command line: plain text that cannot rewrite a terminal, or one JSON document."""
+"""Output of the command line: plain text without terminal control codes, or one JSON document."""
 
 import json
 import sys
@@ -10,7 +10,7 @@ from text2sim.spec_schema.plain import escaped, plain
 
 
 def say(text: str = "", *, to: TextIO | None = None) -> None:
-    """Print a line, without whatever could move the cursor or change colours."""
+    """Print a line without control codes."""
     print(plain(text), file=to or sys.stdout)
 
 
@@ -26,5 +26,5 @@ def say_json(document: object) -> None:
 
 
 def expectation_rows(expectations: dict[str, dict[str, Any]]) -> list[tuple[bool | None, str, str]]:
-    """Return (came true, name, what was wanted and found) of each expectation; None where it stayed open."""
+    """Return (result, name, expected and found values) of each expectation; the result is None if undecided."""
     return [(row["ok"], name, f"{row['wanted']}: {row['why']}") for name, row in expectations.items()]

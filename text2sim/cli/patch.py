@@ -33,9 +33,9 @@ def patch(
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Write nothing; print what would change.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
-    """Apply a patch to a case: all of it, with the author's comments and order kept, or nothing.
+    """Apply a patch to a case, completely or not at all; the author's comments and order stay.
 
-    The result has to be a valid case, in which the lint finds no new error.
+    The result must be a valid case without new lint errors.
     """
     from text2sim.cli.output import say_json, say_problems
     from text2sim.revision.files import rewrite

@@ -15,7 +15,7 @@ def prefabs(
     case: Annotated[Path | None, typer.Option("--case", help="Count those of this case, too.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
-    """List the prefabs that a case can use, or say how to use one."""
+    """List the prefabs that a case can use, or explain one."""
     from text2sim.cli.output import say, say_json
     from text2sim.service import exits
 
@@ -47,7 +47,7 @@ def _library(case: Path | None) -> "Library":
 
 
 def _list(library: "Library", as_json: bool) -> int:
-    """Print one line for each, and return the exit code: what is broken is said, too."""
+    """Print one line for each prefab, including broken ones, and return the exit code."""
     from text2sim.cli.output import say, say_json
     from text2sim.service import exits
 
@@ -63,7 +63,7 @@ def _list(library: "Library", as_json: bool) -> int:
 
 
 def _find(library: "Library", name: str) -> "Definition | None":
-    """Return a prefab, or None after having said why there is none."""
+    """Return a prefab, or None after printing why there is none."""
     from text2sim.cli.output import say
     from text2sim.spec_schema.reuse.library import Missing
 
@@ -78,7 +78,7 @@ def _find(library: "Library", name: str) -> "Definition | None":
 
 
 def _described(found: "Definition") -> list[str]:
-    """Lines that say all about a prefab."""
+    """Full description of a prefab, as lines."""
     import textwrap
 
     from text2sim.spec_schema.reuse.catalogue import param_rows, parts_of, usage
@@ -96,7 +96,7 @@ def _described(found: "Definition") -> list[str]:
 
 
 def _first_sentence(doc: str) -> str:
-    """Text up to its first full stop, on one line."""
+    """First sentence of a text, on one line."""
     text = " ".join(doc.split())
     return text.partition(". ")[0].removesuffix(".")
 

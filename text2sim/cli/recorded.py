@@ -1,4 +1,4 @@
-"""Lookup of the run that a command is about: a folder of one, or the run that a case has in `runs`."""
+"""Lookup of a command's run: a run folder, or the run of a case in `runs`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,14 +23,14 @@ class Chosen:
 
 
 def choose(path: Path, runs: Path) -> Chosen:
-    """Return the run that a path means; of a case, filmed as the case now says.
+    """Return the run of a path; for a case, with its current `render` section.
 
     Args:
         path: A run folder, a case folder, or a case file.
-        runs: Where runs of cases lie.
+        runs: Folder of the runs of cases.
 
     Raises:
-        SpecError: if the case is wrong.
+        SpecError: if the case is invalid.
         RunError: if there is no such run.
     """
     from text2sim.recording.film_record import read_recording

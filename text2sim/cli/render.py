@@ -65,12 +65,12 @@ def render(
     store: StoreUrl = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
-    """Make a path-traced film of a recorded run, without simulating again.
+    """Render a path-traced film of a recorded run, without simulating again.
 
-    Of a case, the run in `runs` is filmed as the case now says.
+    For a case, its run in `runs` is filmed with the current `render` section.
 
-    Pictures that are there already and would come out the same are kept, so a render that was stopped goes on, and a
-    change of the case costs only what it touches.
+    Finished frames that would not change are kept, so a stopped render resumes, and a change of the case costs only the
+    frames that it affects.
     """
     from text2sim.cli.output import say, say_json
     from text2sim.cli.recorded import choose
@@ -156,20 +156,20 @@ def trace_films(
     minutes: float = inf,
     part: "Callable[[Reel], str]" = lambda reel: "",
 ) -> dict[Path, int]:
-    """Trace films and encode them; of what is there if somebody stops that or the time is over.
+    """Trace and encode films; from the finished frames if stopped or out of time.
 
     Args:
-        fit: They.
-        tell: Told after each picture.
-        stop: Which counts signals.
-        minutes: Roughly, after which no further picture is begun.
-        part: What the name of a film's file ends in.
+        fit: The films.
+        tell: Called after each frame.
+        stop: Counter of stop signals.
+        minutes: Approximate time after which no further frame is begun [min].
+        part: Returns the suffix of a film's file name.
 
     Returns:
-        How many pictures each film lacks.
+        The number of missing frames of each film.
 
     Raises:
-        KeyboardInterrupt: if it was stopped when hardly a picture was there.
+        KeyboardInterrupt: if it was stopped with hardly any finished frames.
     """
     from text2sim.rendering.budget import OVERTIME, encode_films
 
@@ -187,7 +187,7 @@ def trace_films(
 
 
 class Teller:
-    """Says how far a render is and how long it will take, on one line of a terminal or now and then."""
+    """Reporter of a render's progress and remaining time: a live line on a terminal, else occasional lines."""
 
     def __init__(self, reels: "list[Reel]", *, quiet: bool) -> None:
         self._total, self._done, self._traced = sum(len(reel.frames) for reel in reels), 0, 0
@@ -195,7 +195,7 @@ class Teller:
         self._quiet, self._sums = quiet, {}
 
     def __call__(self, progress: "Progress") -> None:
-        """Take note of one more picture."""
+        """Count a finished frame and report."""
         self._done += 1
         if progress.seconds:
             self._traced += 1
@@ -217,7 +217,7 @@ class Teller:
         print(("\r\x1b[K" if live else "") + plain_line(text), end=ending, file=sys.stderr, flush=True)
 
     def mean(self) -> dict[str, float]:
-        """Return the time of a picture by part [s]."""
+        """Return the mean time of a frame by part [s]."""
         return {name: round(value / max(self._traced, 1), 3) for name, value in self._sums.items()}
 
 
@@ -231,7 +231,7 @@ def _both(
     join: bool,
     quiet: bool,
 ) -> Path:
-    """Render the main films of two runs, and make one of them."""
+    """Render the main films of two runs, and combine them into one."""
     from text2sim.comparison.runs import read_runs
     from text2sim.rendering.beside import beside
     from text2sim.spec_schema.errors import RunError
@@ -247,7 +247,7 @@ def _both(
         right.render(reels[1], teller)
     try:
         first, second = (run.label for run in read_runs([one.folder, other.folder]))
-    except RunError:  # one that was not judged is shown all the same
+    except RunError:  # a run without evidence is shown all the same
         first, second = one.folder.name, other.folder.name
     longer = max(reels, key=lambda reel: len(reel.frames))
     part = _part(left, longer, whole=span is None and times is None)
@@ -256,20 +256,20 @@ def _both(
 
 
 def _part(filming: "Filming", reel: "Reel", *, whole: bool) -> str:
-    """What the name of a film ends in if it is not the case's: it does not take the place of that."""
+    """Suffix of a film's file name if it is not the case's own film, which it must not overwrite."""
     rate = "" if filming.fps == filming.recording.film["fps"] else f"_{filming.fps:g}fps"
     return rate + ("" if whole else f"_{reel.frames[0].k}-{reel.frames[-1].k}")
 
 
 def _still(reel: "Reel", *, first: bool) -> "Reel":
-    """The first picture, or the one in the middle."""
+    """Reel of a single frame: the first, or the middle one."""
     from text2sim.rendering.film import Reel
 
     return Reel(reel.name, [reel.frames[0 if first else len(reel.frames) // 2]])
 
 
 def _numbered(filming: "Filming", reel: "Reel", paths: list[Path]) -> list[Path]:
-    """Copy finished pictures to where people look for them."""
+    """Copy finished frames to numbered files."""
     import shutil
 
     from text2sim.rendering.frames import save
