@@ -1,7 +1,7 @@
-"""Lights of the film section as emitters of the path tracer. Strengths are irradiances [W/m2] or intensities [W/sr].
+"""Emitters of the path tracer for the lights of a film. Strengths are irradiances [W/m2] or intensities [W/sr].
 
-Lamps are large enough to be met by chance: a sun is a disc far away, a lamp is a ball. So shadows are soft as in a
-photograph, and there is little noise.
+Lamps have an area: a sun is a distant disc, a lamp a sphere. So shadows are soft as in a photograph, and there is
+little noise.
 """
 
 from math import atan, pi, radians, sin, sqrt, tan
@@ -29,12 +29,12 @@ GROUND = 0.35
 
 
 def emitters(lights: dict[str, dict[str, Any]], center: Array, radius: float) -> dict[str, Any]:
-    """Return emitters by name, ready for a scene.
+    """Return the emitters of a scene, by name.
 
     Args:
-        lights: As the film section has them resolved.
-        center: Middle of the stage [m].
-        radius: Of the stage [m].
+        lights: Resolved lights of the film section.
+        center: Centre of the stage [m].
+        radius: Radius of the stage [m].
     """
     made: dict[str, Any] = {}
     domes = []
@@ -52,7 +52,7 @@ def emitters(lights: dict[str, dict[str, Any]], center: Array, radius: float) ->
         elif kind == "sky":
             low = abs(light["direction"][2]) / np.linalg.norm(light["direction"])
             warm = np.array([1.0, 0.86 + 0.1 * low, 0.66 + 0.28 * low])
-            # What falls on the ground is told; a low sun meets it at an angle.
+            # The irradiance is that of the ground, which a low sun meets at an angle.
             facing = CLEAR * light["strength"] / max(low, 0.15)
             made[f"light_{name}"] = _sun(light | {"angle": SUN_DISC}, color * warm * facing, center, radius)
             domes.append(_sky(light) * color * (1 - CLEAR) * light["strength"])
@@ -62,7 +62,7 @@ def emitters(lights: dict[str, dict[str, Any]], center: Array, radius: float) ->
 
 
 def dome(radiance: Array) -> Any:
-    """Return what shines from all around, of shape (ROWS, 2 ROWS, 3), from straight up to straight down."""
+    """Return an environment map from radiance of shape (ROWS, 2 ROWS, 3), from zenith to nadir."""
     mi = mitsuba()
     upright = mi.ScalarTransform4f().rotate([1, 0, 0], 90)
     bitmap = mi.Bitmap(np.ascontiguousarray(radiance, np.float32))
@@ -70,7 +70,7 @@ def dome(radiance: Array) -> Any:
 
 
 def box_irradiance(size: float, distance: float) -> float:
-    """Irradiance [W/m2] on the axis of a square of radiance 1 of this size, at a distance, facing it."""
+    """Irradiance [W/m2] at a distance [m] on the axis of a square of radiance 1 and this size [m], facing it."""
     a = size / 2 / distance
     root = sqrt(1 + a * a)
     return 4 * a / root * atan(a / root)
@@ -91,7 +91,7 @@ def _softbox(light: dict[str, Any], color: Array) -> Any:
 
 
 def _facing(shape: dict[str, Any], pos: Array, target: Array, scale: float, radiance: Array) -> Any:
-    """Return a flat emitter, whose shape is 2 wide and looks along +z, turned and scaled."""
+    """Return a flat emitter from a shape of width 2 that faces +z, rotated and scaled."""
     mi = mitsuba()
     right, up, ahead = basis(pos, target, (0.0, 0.0, 1.0))
     matrix = np.eye(4)
@@ -127,9 +127,9 @@ def _area(radiance: Array) -> dict[str, Any]:
 
 
 def gradient(above: Array, horizon: Array) -> Array:
-    """Return the radiance of a dome that goes from one colour above to another at the horizon.
+    """Return the radiance of a dome with a gradient from the colour above to that at the horizon.
 
-    Its shape is (ROWS, 2 ROWS, 3), from straight up to straight down.
+    Its shape is (ROWS, 2 ROWS, 3), from zenith to nadir.
     """
     height = np.cos((np.arange(ROWS) + 0.5) * pi / ROWS)[:, None]
     upper = horizon + (above - horizon) * np.clip(height, 0, 1) ** 0.6
@@ -138,7 +138,7 @@ def gradient(above: Array, horizon: Array) -> Array:
 
 
 def _sky(light: dict[str, Any]) -> Array:
-    """Return the radiance of a clear sky without its sun, which gives the ground an irradiance of 1."""
+    """Return the radiance of a clear sky without the sun, scaled to an irradiance of 1 on the ground."""
     mi = mitsuba()
     way = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
     sky = mi.load_dict({
@@ -150,7 +150,7 @@ def _sky(light: dict[str, Any]) -> Array:
     found = np.zeros((ROWS, 2 * ROWS, 3))
     for i, theta in enumerate(polar[: ROWS // 2]):
         for j, phi in enumerate(turn):
-            # Texels of an envmap that stands upright begin at -y and go towards -x.
+            # Texels of an upright envmap begin at -y and proceed towards -x.
             ray = (-np.sin(theta) * np.sin(phi), np.sin(theta) * np.cos(phi), np.cos(theta))
             point = mi.SurfaceInteraction3f()
             point.wi = [float(-x) for x in ray]

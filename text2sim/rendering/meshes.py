@@ -1,7 +1,7 @@
-"""Meshes as a film shows them: edges that catch the light, round things round, texture coordinates where none are.
+"""Meshes for rendering: bevelled edges, smooth round shapes, generated texture coordinates.
 
-What is simulated has edges without width, which no real thing has and which look drawn, not photographed. Here the
-edges of convex shapes get a small radius. Faces stay where they are, so whatever touched still touches.
+Simulated shapes have perfectly sharp edges, which look artificial. Here the edges of convex shapes get a small radius.
+Faces stay in place, so contacts stay visible.
 """
 
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ LARGEST = 4000
 
 @dataclass(frozen=True)
 class Mesh:
-    """Triangles for drawing, with their own normals."""
+    """Triangles for rendering, with vertex normals."""
 
     vertices: Array
     """[m], shape (n, 3)."""
@@ -49,7 +49,7 @@ class Mesh:
 
 
 def read_mesh(path: Path) -> Mesh:
-    """Read a recorded mesh and make it fit to be looked at."""
+    """Read a recorded mesh and prepare it for rendering."""
     with np.load(path) as arrays:
         vertices, faces = arrays["vertices"].astype(float), arrays["faces"].astype(np.int64)
         uvs = arrays["uvs"].astype(float) if "uvs" in arrays and len(arrays["uvs"]) == len(vertices) else None
@@ -57,7 +57,7 @@ def read_mesh(path: Path) -> Mesh:
 
 
 def presentable(vertices: Array, faces: Indices, uvs: Array | None = None) -> Mesh:
-    """Return a mesh with smooth normals, and with round edges where its shape is convex and wears no picture."""
+    """Return a mesh with smooth normals, and with bevelled edges if it is convex and has no texture."""
     if uvs is None and 4 < len(vertices) <= LARGEST:
         made = _ball(vertices, faces) or _cylinder(vertices) or _capsule(vertices) or _bevelled(vertices, faces)
         if made is not None:
@@ -68,14 +68,14 @@ def presentable(vertices: Array, faces: Indices, uvs: Array | None = None) -> Me
 
 
 def boxed_uvs(mesh: Mesh) -> Mesh:
-    """Return the mesh with texture coordinates in metres, seen along the axis that each face looks to most."""
+    """Return the mesh with box-mapped texture coordinates in metres: each face is projected along its dominant axis."""
     a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
     axis = np.abs(np.cross(b - a, c - a)).argmax(axis=1)
     corners = np.stack([mesh.faces.ravel(), np.repeat(axis, 3)], axis=1)
     drawn, faces = np.unique(corners, axis=0, return_inverse=True)
     vertices = mesh.vertices[drawn[:, 0]]
     across = np.array([(1, 2), (0, 2), (0, 1)])[drawn[:, 1]]
-    # The grain of wood, which is along v, runs along the longest side of a thing.
+    # The grain of wood is along v, and should run along the longest side.
     longest = int(np.ptp(mesh.vertices, axis=0).argmax())
     across = np.where((across[:, 0] == longest)[:, None], across[:, ::-1], across)
     uvs = np.take_along_axis(vertices, across, axis=1)
@@ -83,16 +83,16 @@ def boxed_uvs(mesh: Mesh) -> Mesh:
 
 
 def joined(meshes: list[Mesh]) -> Mesh:
-    """Return meshes without texture coordinates as one."""
+    """Merge meshes, without texture coordinates."""
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
     faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)])
     return Mesh(np.concatenate([m.vertices for m in meshes]), faces, np.concatenate([m.normals for m in meshes]))
 
 
 def _ball(vertices: Array, faces: Indices) -> Mesh | None:
-    """Return a sphere with four times the triangles, if it is one."""
+    """Return a sphere with four times the triangles; None if the mesh is not a sphere."""
     radius, extent = np.linalg.norm(vertices, axis=1), np.ptp(vertices, axis=0)
-    # The corners of a thin rod are equally far from its middle too, but it is not equally wide all round.
+    # The corners of a thin rod are also equidistant from its centre, but its extents differ.
     if len(vertices) < 100 or np.ptp(radius) > 1e-4 * radius.max() or np.ptp(extent) > 0.05 * extent.max():
         return None
     ends = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
@@ -108,7 +108,7 @@ def _ball(vertices: Array, faces: Indices) -> Mesh | None:
 
 
 def _cylinder(vertices: Array) -> Mesh | None:
-    """Return a cylinder about z with a round rim, if it is one."""
+    """Return a cylinder about z with a bevelled rim; None if the mesh is not a cylinder."""
     radius, tall = np.hypot(vertices[:, 0], vertices[:, 1]), np.abs(vertices[:, 2])
     r, h = radius.max(), tall.max()
     rim = radius > 1e-6 * r
@@ -118,10 +118,10 @@ def _cylinder(vertices: Array) -> Mesh | None:
         or np.abs(radius[rim] - r).max() > 1e-4 * r
         or len(np.unique(np.round(vertices[:, :2] / r, 4), axis=0)) < 12
     ):
-        return None  # a square prism is no cylinder either
+        return None  # a square prism is not a cylinder
     edge = min(BEVEL * min(2 * r, 2 * h), WIDEST)
     turn = np.linspace(0, np.pi / 2, STEPS + 1)
-    # From the middle of the bottom to the middle of the top; a rim belongs to both of what it joins.
+    # From the centre of the bottom to that of the top; rim points appear once for each of the surfaces that they join.
     low = np.stack([r - edge + edge * np.sin(turn), -h + edge - edge * np.cos(turn)], axis=1)
     profile = np.concatenate([[(0.0, -h)], low, low[::-1] * (1, -1), [(0.0, h)]])
     slope = np.stack([np.sin(turn), -np.cos(turn)], axis=1)
@@ -130,7 +130,7 @@ def _cylinder(vertices: Array) -> Mesh | None:
 
 
 def _capsule(vertices: Array) -> Mesh | None:
-    """Return a capsule about z without corners, if it is one."""
+    """Return a smooth capsule about z; None if the mesh is not a capsule."""
     tall = np.abs(vertices[:, 2])
     r = float(np.hypot(vertices[:, 0], vertices[:, 1]).max())
     half = float(tall.max()) - r
@@ -145,12 +145,12 @@ def _capsule(vertices: Array) -> Mesh | None:
 
 
 def revolved(profile: Array, slopes: Array, sides: int = SIDES) -> Mesh:
-    """Return the surface that a profile makes about the z axis.
+    """Return the surface of revolution of a profile about the z axis.
 
     Args:
-        profile: Radius and height [m] of its points, shape (n, 2), with the outside on the right of the way.
-        slopes: Normals there, outwards and up, shape (n, 2).
-        sides: How many there are.
+        profile: Radius and height [m] of its points, shape (n, 2), with the outside to the right of the path.
+        slopes: Normals at these points, radial and vertical component, shape (n, 2).
+        sides: Number of sides.
     """
     angle = np.linspace(0, 2 * np.pi, sides, endpoint=False)
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -171,9 +171,9 @@ def revolved(profile: Array, slopes: Array, sides: int = SIDES) -> Mesh:
 
 
 def _bevelled(vertices: Array, faces: Indices) -> Mesh | None:
-    """Return a convex shape with round edges; None if it is not convex or has no edges.
+    """Return a convex shape with bevelled edges; None if it is not convex or has no edges.
 
-    It is the shape that a small ball sweeps inside: the hull of balls about the corners of the shape made smaller.
+    It is the morphological opening by a small ball: the hull of balls about the corners of the shrunken shape.
     """
     planes = _planes(vertices, faces)
     if planes is None or not 4 <= len(planes) <= PLANES:
@@ -226,9 +226,9 @@ def _planes(vertices: Array, faces: Indices) -> Array | None:
 
 
 def _directions(normals: Array) -> Array:
-    """Return the ways in which a round corner looks, shape (n, 3): between the normals of the faces that meet there.
+    """Return the normals of a rounded corner, shape (n, 3), between those of the faces that meet there.
 
-    Faces that meet at a small angle are one bent face.
+    Faces that meet at a small angle count as one curved face.
     """
     groups: list[list[Array]] = []
     for normal in normals:
@@ -245,7 +245,7 @@ def _directions(normals: Array) -> Array:
         return means if len(means) else normals[:1]
     grid = []
     triples = [(0, 1, 1)] if len(means) == 2 else [(0, i, i + 1) for i in range(1, len(means) - 1)]
-    if len(means) > 3:  # around their middle, one after another
+    if len(means) > 3:  # in order around their mean
         means = _in_order(means)
     for i, j, k in triples:
         for u in range(STEPS + 1):

@@ -1,7 +1,7 @@
-"""Mitsuba, in the fastest variant that works on this machine.
+"""Renderer: Mitsuba in the fastest variant that works on this machine.
 
-An LLVM that does not suit aborts the process, so every variant is tried in a child first; the verdict is kept in the
-user's cache folder. A process has one variant.
+An incompatible LLVM aborts the process, so every variant is first tried in a child process; the result is stored in the
+user's cache folder. A process uses one variant.
 """
 
 import ctypes
@@ -45,7 +45,7 @@ sys.exit(0 if 0.1 < value < 10 else 1)
 
 @dataclass(frozen=True)
 class Variant:
-    """What pictures are traced with."""
+    """Mitsuba variant, and the library that it needs."""
 
     name: str
     """cuda, llvm or scalar."""
@@ -54,7 +54,7 @@ class Variant:
 
     @property
     def hint(self) -> str:
-        """How to get a faster one; empty if there is none."""
+        """Advice on how to get a faster variant; empty if there is none."""
         if self.name != "scalar":
             return ""
         return (
@@ -65,12 +65,12 @@ class Variant:
 
 
 def is_installed() -> bool:
-    """Whether the extra `render` is there."""
+    """Whether the extra `render` is installed."""
     return all(_version(name) for name in ("mitsuba", "mitsuba-oidn"))
 
 
 def find_variant() -> Variant:
-    """Return the fastest variant that works here; remembered between processes.
+    """Return the fastest variant that works here; cached between processes.
 
     Raises:
         MachineError: if the renderer is not installed, or no variant works.
@@ -91,13 +91,13 @@ def find_variant() -> Variant:
         remembered.parent.mkdir(parents=True, exist_ok=True)
         remembered.write_text(json.dumps({"key": key, "name": variant.name, "library": variant.library}), "utf-8")
     except OSError:
-        pass  # it is found out anew next time
+        pass  # the next process tries again
     return variant
 
 
 @cache
 def mitsuba() -> Any:
-    """Return the module `mitsuba` with its variant chosen; the only way in which it is imported."""
+    """Return the module `mitsuba` with its variant set; always import it through this function."""
     variant = find_variant()
     if variant.library:
         os.environ["DRJIT_LIBLLVM_PATH"] = variant.library
@@ -139,7 +139,7 @@ def _works(name: str, library: str) -> bool:
 
 
 def _llvm_libraries() -> list[str]:
-    """Return the libraries of LLVM to try: the user's choice, the Python package's, the system's from the newest on."""
+    """Return the LLVM libraries to try: the user's choice, the Python package's, the system's, newest first."""
     named = os.environ.get("DRJIT_LIBLLVM_PATH")
     found = {Path(path).resolve() for pattern in LLVM for path in Path("/").glob(pattern[1:])}
     suited = sorted((path for path in found if _llvm_version(path) >= OLDEST_LLVM), key=_llvm_version, reverse=True)
@@ -152,13 +152,13 @@ def _packaged_llvm() -> list[str]:
         files = importlib.metadata.files(PACKAGED_LLVM) or []
     except importlib.metadata.PackageNotFoundError:
         return []
-    # Without its version in the name it is a link to the same file.
+    # A name without version is a link to the same file.
     found = sorted(Path(str(file.locate())).resolve() for file in files if file.name.startswith("libLLVM.so."))
     return [str(path) for path in found if path.is_file()]
 
 
 def _runtime(library: str) -> list[str]:
-    """Return the libraries that must be loaded before a library of LLVM; a system's LLVM finds its own."""
+    """Return the libraries that must be loaded before an LLVM library; a system's LLVM finds its own."""
     return (
         [str(path) for name in RUNTIME for path in Path(library).parent.glob(f"*-linux-gnu/{name}") if path.is_file()]
         if library

@@ -1,4 +1,4 @@
-"""Rigid bodies: everything that has one material is one mesh, which is moved vertex by vertex."""
+"""Rigid bodies: all parts with one material form one mesh, whose vertices are transformed for each frame."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,7 +18,7 @@ Array = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class Wearing:
-    """What is the same for all that one mesh holds."""
+    """Properties shared by all parts of one batch."""
 
     finish: str
     opacity: float
@@ -29,15 +29,15 @@ class Wearing:
 
 
 class Batch:
-    """All parts of one material.
+    """All parts with one material.
 
     Args:
-        wearing: Its material.
-        parts: They.
-        meshes: Of the parts.
+        wearing: The material.
+        parts: The parts.
+        meshes: Meshes of the parts.
 
     Attributes:
-        is_clear: Whether it is seen through, see `trace`.
+        is_clear: Whether it is transparent; see `trace`.
     """
 
     def __init__(self, name: str, wearing: Wearing, parts: list[Part], meshes: list[Mesh]):
@@ -59,11 +59,11 @@ class Batch:
         self._made: Any = None
 
     def shape(self, pos: Array, quat: Array, bsdf: Any = None) -> Any:
-        """Return the mesh with the links at these positions (L, 3) [m] and orientations (L, 4).
+        """Return the mesh for given poses of the links.
 
         Args:
-            pos: Positions.
-            quat: Orientations.
+            pos: Positions [m], shape (L, 3).
+            quat: Unit quaternions (w, x, y, z), shape (L, 4).
             bsdf: Material instead of its own.
         """
         if self._made is None or self.moves or bsdf is not None:
@@ -81,11 +81,11 @@ class Batch:
 
 
 def batches(parts: list[Part], statics: frozenset[str]) -> list[Batch]:
-    """Return the meshes of all parts that are seen.
+    """Return the batches of all visible parts.
 
     Args:
-        parts: They.
-        statics: Bodies that never move.
+        parts: The parts.
+        statics: Names of the static bodies.
     """
     read: dict[Any, Mesh] = {}
     laid: dict[Any, tuple[Mesh, Layer]] = {}
@@ -114,7 +114,7 @@ def batches(parts: list[Part], statics: frozenset[str]) -> list[Batch]:
                 mesh = shifted(mesh, part.body, layer.unit)
         elif key[1] and look.picture is None:
             mesh = shifted(mesh, part.body, None)
-        # A picture without coordinates to lay it out by is not seen.
+        # A texture without texture coordinates is not visible.
         picture = look.picture if mesh.uvs is not None and layer is None else None
         opacity = 1.0 if finish_of(finish).kind != "solid" else look.opacity
         wearing = Wearing(finish, opacity, picture, part.body not in statics, mesh.uvs is not None, layer)
@@ -126,13 +126,13 @@ def batches(parts: list[Part], statics: frozenset[str]) -> list[Batch]:
 
 
 def _color(part: Part) -> tuple[float, float, float]:
-    """Return the colour of a part; copies of a body are told apart a little."""
+    """Return the colour of a part; copies of a body differ slightly."""
     look = part.look
     return look.color if look.alike or "[" not in part.body else toned(look.color, part.body, look.finish)
 
 
 def read_picture(path: Path) -> Array:
-    """Return a picture, 0 to 1, with alpha if it has that."""
+    """Return a picture, 0 to 1, with alpha if it has one."""
     from PIL import Image
 
     with Image.open(path) as picture:

@@ -1,7 +1,7 @@
-"""The scene of the path tracer at a moment of a recording.
+"""Scene of the path tracer at one time of a recording.
 
-It is put together anew for every moment, of meshes that are made once where nothing moves: a hundredth of the time that
-a picture takes, and no difference between what bends, what flows and what only moves.
+It is rebuilt for every time, with cached meshes for what does not move. That takes a hundredth of a frame's time, and
+treats deformable, liquid and rigid bodies alike.
 """
 
 from collections.abc import Callable
@@ -39,7 +39,7 @@ EYES = 60
 
 @dataclass(frozen=True)
 class Moment:
-    """The scene at a moment."""
+    """The scene at one time."""
 
     solid: Any
     """All but what is as clear as glass."""
@@ -53,7 +53,7 @@ class Stage:
     """Everything that a film shows.
 
     Args:
-        recording: Of the run.
+        recording: The recording of the run.
     """
 
     def __init__(self, recording: FilmRecord):
@@ -81,9 +81,9 @@ class Stage:
         self._soft = None if states is None else SoftBodies(recording.soft, states)
 
     def _floor_look(self) -> tuple[SurfaceLook, set[str]]:
-        """Return how the backdrop looks, and which planes of the scene it takes the place of.
+        """Return the look of the backdrop, and the planes of the scene that it replaces.
 
-        A plane of the scene ends somewhere, which shows. So the backdrop takes over its look as well.
+        A plane of the scene has visible edges. So the backdrop replaces it and takes over its look.
         """
         recording, level = self.recording, self.backdrop["level"]
         look = SurfaceLook(recording.film["background"], finish=BACKDROP_FINISH)
@@ -96,12 +96,12 @@ class Stage:
         dressed = [part for part in flat if part.body not in planes and part.look.visible and not _patterned(part.look)]
         if dressed:
             look = dressed[0].look
-            if needs_uvs(look.finish):  # the grain of wood does not go up a wall, nor for as far as the eye sees
+            if needs_uvs(look.finish):  # wood grain does not suit a wall or endless ground
                 look = replace(look, finish=BACKDROP_FINISH)
         return look, planes | {part.body for part in dressed}
 
     def _level(self) -> float | None:
-        """Return the height of the floor [m]: where there is none, it lies below all that is ever seen."""
+        """Return the height of the floor [m]; without one, the lowest point of everything visible."""
         level = self.recording.film["backdrop"]["level"]
         if level is not None:
             return level
@@ -109,11 +109,11 @@ class Stage:
         times = states.time[:: max(1, len(states.time) // EYES)]
         bodies = self.recording.bodies
         lowest = [states.bounds(bodies, float(t))[:, 2].min() for t in times] if bodies else []
-        # What falls out of the picture takes no floor along.
+        # What falls out of the picture does not lower the floor.
         return float(max(min(lowest), lowest[0] - np.ptp(states.bounds(bodies, 0.0)[:, 2]))) if lowest else None
 
     def _views(self) -> list[View]:
-        """Return how the cameras look over the films, and how each would if it filmed all of the time."""
+        """Return the views of the cameras over the films, and those of each camera over the whole time."""
         film, last = self.recording.film, self.recording.last
         cameras = Cameras(film, self.recording.states)
         pictures = [frame for reel in reels(film).values() for frame in frames(film, reel, last)]
@@ -126,7 +126,7 @@ class Stage:
         return [cameras.view(*moment) for moment in moments]
 
     def at(self, t: float, *, gloss: bool = True) -> Moment:
-        """Return the scene at simulated time `t` [s], if wanted with what clear things reflect."""
+        """Return the scene at simulated time `t` [s], with the reflections of clear things if `gloss`."""
         pos, quat = self.recording.states.poses(t)
         around = self.recording.states.around(t)
         shapes: dict[str, Any] = {batch.name: batch.shape(pos, quat) for batch in self._rigid if not batch.is_clear}
@@ -136,7 +136,7 @@ class Stage:
         clear = [batch for batch in self._rigid if batch.is_clear]
         if not clear or not gloss:
             return Moment(solid, self._is_solid)
-        # A black mirror and not black paint: from a mirror no ray is sent to the lamps.
+        # A black mirror instead of black paint: a mirror sends no rays to the lamps.
         black = mitsuba().load_dict({"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}})
         shapes = {batch.name: batch.shape(pos, quat) for batch in clear}
         shapes |= {batch.name: batch.shape(pos, quat, black) for batch in self._rigid if not batch.is_clear}
@@ -151,7 +151,7 @@ class Stage:
         return Moment(solid, self._is_solid, mitsuba().load_dict(self._fixed | shapes, optimize=False))
 
     def _make_backdrop(self) -> dict[str, tuple[Callable[[Any], Any], Any]]:
-        """Return what makes the floor and the wall of any material, and the material of each."""
+        """Return for the floor and the wall a factory that takes a material, and the default material."""
         views, backdrop, (wide, tall) = self._views(), self.backdrop, self.recording.film["resolution"]
         eyes, rays, reach = [view.pos for view in views], [edge_rays(view, wide / tall) for view in views], 0.0
         wall = None
@@ -172,7 +172,7 @@ class Stage:
         return made
 
     def _places(self) -> Any:
-        """Return outermost points of all that is seen, over all of the time [m], shape (n, 3)."""
+        """Return the extreme points of everything visible, over the whole time [m], shape (n, 3)."""
         states, planes = self.recording.states, self.backdrop["planes"]
         bodies = [body for body in self.recording.bodies if body not in planes]
         times = states.time[:: max(1, len(states.time) // EYES)]
@@ -191,7 +191,7 @@ def _patterned(look: SurfaceLook) -> bool:
 
 
 def _is_plane(part: Part, recording: FilmRecord, level: float) -> bool:
-    """Whether a part is a plane on which things stand, at this height [m]."""
+    """Whether a part is a floor plane at this height [m]."""
     pos, quat = recording.states.poses(0.0)
     with np.load(part.mesh) as mesh:
         corners = mesh["vertices"].astype(float)
@@ -202,7 +202,7 @@ def _is_plane(part: Part, recording: FilmRecord, level: float) -> bool:
 
 
 def sensor(view: View, size: tuple[int, int]) -> Any:
-    """Return a camera of Mitsuba that sees what the film's camera sees.
+    """Return a Mitsuba sensor for a camera of the film.
 
     Args:
         view: Of the film's camera.
@@ -233,14 +233,14 @@ def sensor(view: View, size: tuple[int, int]) -> Any:
 
 
 def _decade(length: float) -> float:
-    """Return the power of ten below: what is code of the kernels may not change with every step of a camera."""
+    """Return the power of ten below a length: values compiled into kernels must not change with every camera step."""
     return 10.0 ** floor(log10(max(length, 1e-6)))
 
 
 def _unfrozen(sensor: Any) -> Any:
-    """Return a sensor whose numbers are data of its kernels and not part of their code.
+    """Return a sensor whose numbers are data of its kernels instead of compiled constants.
 
-    Otherwise all kernels are compiled anew whenever a camera moves, which takes ten times as long as tracing.
+    Otherwise all kernels are recompiled whenever a camera moves, which takes ten times as long as tracing.
     """
     if mitsuba().variant().startswith("scalar"):
         return sensor

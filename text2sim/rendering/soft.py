@@ -1,4 +1,4 @@
-"""Bodies that deform: surfaces that bend, heaps of grains, liquids with a skin that is made anew for every picture."""
+"""Deformable bodies: bending surfaces, grains, and liquids with a surface that is rebuilt for every frame."""
 
 from typing import Any
 
@@ -38,14 +38,14 @@ class Surface:
     """A body with a mesh; cloth shows both its sides.
 
     Attributes:
-        name: Of its shape.
+        name: Name of its shape.
     """
 
     def __init__(self, name: str, part: SoftPart, at_rest: Array, arrays: dict[str, Array]):
         self.name, look = name, part.look
         shell = Shell(at_rest, arrays["faces"])
         self._shell = shell
-        # As in the preview, what would span a gap of a torn body is not there.
+        # As in the preview, triangles that would span a tear are dropped.
         tears = part.kind == "soft" and part.row["solver"] == "mpm"
         self._gap = LETS_GO * float(part.row["spacing"]) if tears else None
         uvs = arrays.get("uvs")
@@ -69,12 +69,12 @@ class Surface:
         )
 
     def _dressed(self, at_rest: Array, flat: Array | None, look: SurfaceLook) -> tuple[Array, Layer]:
-        """Return texture coordinates in metres for a pattern, and the pattern, which goes with the body as it bends.
+        """Return texture coordinates in metres for a pattern, and the layer, which deforms with the body.
 
         Args:
-            at_rest: Vertices [m].
-            flat: Where they lie in a cloth that is laid flat [m].
-            look: With the pattern.
+            at_rest: Vertices at rest [m].
+            flat: Their positions in the flat cloth [m].
+            look: The look, with the pattern.
         """
         assert look.dress is not None
         whole = Mesh(at_rest[self._own], self._faces, self._shell.normals(at_rest), flat)
@@ -89,11 +89,11 @@ class Surface:
             a, b, c = self._faces.T
             own, ends = at_rest[self._own], np.concatenate([np.stack([a, b]), np.stack([b, c])], axis=1)
             long = ((own[ends[0]] - own[ends[1]]) ** 2).sum(axis=1)
-            # Squared lengths of u and v that fit edges best: a sheet need not be as wide as it is tall.
+            # Least-squares fit of the squared lengths of u and v to the edges: a sheet need not be square.
             squares = np.linalg.lstsq((uvs[ends[0]] - uvs[ends[1]]) ** 2, long, rcond=None)[0]
             return uvs * np.sqrt(np.maximum(squares, 1e-12))
         whole = Mesh(at_rest[self._own], self._faces, np.zeros((len(self._own), 3)))
-        # Which vertex stands behind each corner is carried along in the place of normals.
+        # The normals' place carries the index of the original vertex of each corner.
         whole = Mesh(whole.vertices, whole.faces, np.repeat(np.arange(len(self._own), dtype=float)[:, None], 3, axis=1))
         laid = boxed_uvs(whole)
         self._corners = laid.normals[:, 0].astype(int)
@@ -102,7 +102,7 @@ class Surface:
         return laid.uvs
 
     def shapes(self, vertices: Array, bsdf: Any = None) -> dict[str, Any]:
-        """Return its mesh with its vertices at these places."""
+        """Return its mesh with these vertices [m]."""
         normals = self._shell.normals(vertices)[self._corners]
         faces = self._faces if self._gap is None else self._faces[self._shell.whole(vertices, self._gap)]
         made = mesh_shape(
@@ -113,7 +113,7 @@ class Surface:
 
 
 class Grains:
-    """Particles, each shown as a handful of grains; those that lie within a heap are left out, which nobody sees."""
+    """Particles, each drawn as several grains; invisible ones inside a heap are skipped."""
 
     def __init__(self, name: str, part: SoftPart):
         self.name, self._spacing = name, float(part.row["spacing"])
@@ -138,7 +138,7 @@ class Grains:
         ]  # fmt: skip
 
     def shapes(self, points: Array, bsdf: Any = None) -> dict[str, Any]:
-        """Return its grains with its particles at these places."""
+        """Return the grains for these particle positions [m]."""
         outside = ~enclosed(points, ENCLOSING * self._spacing)
         centers = points[outside][:, None] + self._offsets[outside]
         sizes, shade = self._sizes[outside], self._shade[outside]
@@ -170,7 +170,7 @@ class Liquid:
             self._bsdf = material("smooth")
 
     def shapes(self, points: Array, bsdf: Any = None) -> dict[str, Any]:
-        """Return its surface with its particles at these places."""
+        """Return the surface for these particle positions [m]."""
         vertices, faces = liquid_surface(points, self._spacing / 2)
         if not len(faces):
             return {}
@@ -180,10 +180,10 @@ class Liquid:
 
 
 class SoftBodies:
-    """All bodies that deform.
+    """All deformable bodies.
 
     Args:
-        parts: They.
+        parts: The bodies.
         states: Their recorded states.
     """
 
@@ -205,7 +205,7 @@ class SoftBodies:
         """Return all shapes between two recorded frames.
 
         Args:
-            around: Frames and how far from the one to the other.
+            around: The two frames, and the fraction between them.
             bsdf: Material instead of their own.
         """
         found: dict[str, Any] = {}

@@ -1,4 +1,4 @@
-"""A camera and light for a run, found by trying many and measuring how well bodies are seen."""
+"""Search for a camera and light for a run, by the measured legibility of bodies."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -37,7 +37,7 @@ DARK, BURNT = 0.05, 0.97
 
 @dataclass(frozen=True)
 class Proposal:
-    """What is proposed for the section `render`."""
+    """A proposed `render` section."""
 
     render: dict[str, Any]
     """Words of the language: `cameras`, and `lighting` where the case has no lights of its own."""
@@ -59,12 +59,12 @@ def suggest(recording: FilmRecord, loaded: LoadedCase, tell: Callable[[str], Non
     """Return a camera and light for a run.
 
     Args:
-        recording: Of the run.
+        recording: The recording of the run.
         loaded: Its case.
-        tell: Told what is done.
+        tell: Called with progress messages.
 
     Raises:
-        SpecError: if the case cannot be worked out.
+        SpecError: if the case cannot be resolved.
     """
     facts, film = Facts(resolve_case(loaded)), recording.film
     bare = _with_render(
@@ -81,7 +81,7 @@ def suggest(recording: FilmRecord, loaded: LoadedCase, tell: Callable[[str], Non
     views = [present.view(*_camera_at(film, recording, t)) for t in times]
     before = jury.judge(views, np.subtract(views[0].look_at, views[0].pos))
     render: dict[str, Any] = {"cameras": {"main": _words(camera, jury)}}
-    if film["overlay"].get("pace"):  # a camera of the author's would have no pace of its own
+    if film["overlay"].get("pace"):  # an author's camera would have no pace of its own
         render["shots"] = {
             f"part_{k}": {key: shot[key] for key in ("camera", "from", "to", "speed", "hold")} | {"camera": "main"}
             for k, shot in enumerate(film["shots"], 1)
@@ -112,14 +112,14 @@ def _moments(recording: FilmRecord) -> list[float]:
 
 
 def _camera_at(film: dict[str, Any], recording: FilmRecord, t: float) -> tuple[str, float, float]:
-    """Return the camera of the film as it is, its moment nearest to a time [s], and how far it has come."""
+    """Return the present camera of the film, its frame time nearest to a time [s], and the camera's progress."""
     pictures = frames(film, reels(film)[MAIN], recording.last)
     frame = min(pictures, key=lambda frame: abs(frame.t - t))
     return frame.camera, frame.t, frame.part
 
 
 def _frames(jury: Scorer, derived: Sequence[str]) -> list[tuple[str, ...]]:
-    """Return what a camera may frame: what one that nobody placed does, all that moves, what the script is about."""
+    """Return what a camera may frame: the subjects of the derived camera, all that moves, what the script is about."""
     names, statics = jury.recorded.names, jury.recorded.statics
     usual = tuple(name for name in derived if name in names)
     moving = tuple(name for name in names if name not in statics)
@@ -128,7 +128,7 @@ def _frames(jury: Scorer, derived: Sequence[str]) -> list[tuple[str, ...]]:
 
 
 def _words(candidate: Candidate, jury: Scorer) -> dict[str, Any]:
-    """Return a camera in the words of the language."""
+    """Return a camera in the language."""
     words: dict[str, Any] = {
         "kind": "still",
         "frame": list(candidate.frame),
@@ -142,7 +142,7 @@ def _words(candidate: Candidate, jury: Scorer) -> dict[str, Any]:
 
 
 def _written(loaded: LoadedCase) -> dict[str, Any]:
-    """The section `render` as it is written, variants and expressions resolved."""
+    """The written `render` section, with variants and expressions resolved."""
     return loaded.case.render.model_dump(mode="json", by_alias=True, exclude_unset=True)
 
 
@@ -153,13 +153,13 @@ def _with_render(loaded: LoadedCase, render: dict[str, Any]) -> LoadedCase:
 
 
 def _filmed(recording: FilmRecord, loaded: LoadedCase, render: dict[str, Any]) -> FilmRecord:
-    """The recording, filmed as is proposed."""
+    """The recording, filmed with a proposed `render` section."""
     kept = {key: value for key, value in _written(loaded).items() if key not in ("cameras", "shots")}
     return replace(recording, film=resolve_case(_with_render(loaded, kept | render)).plan.render)
 
 
 def _lit(recording: FilmRecord, loaded: LoadedCase, render: dict[str, Any], jury: Scorer) -> float:
-    """Return how well bodies stand out in a light: contrast in traced pictures, less what is too dark or too bright."""
+    """Return the score of a light: contrast of bodies in traced frames, with a penalty for under- and overexposure."""
     shown = _filmed(recording, loaded, render)
     filming, watcher = Filming(shown, "draft", size=TRIAL, samples=4), Watcher(shown)
     pictures = filming.reels()[0].frames
@@ -180,7 +180,7 @@ def _lit(recording: FilmRecord, loaded: LoadedCase, render: dict[str, Any], jury
 
 
 def _operations(loaded: LoadedCase, render: dict[str, Any]) -> list[Operation]:
-    """Return the patch of the case as it is written."""
+    """Return the patch of the case as written."""
     data = loaded.written.data
     if not isinstance(data.get("render"), dict):
         return [{"op": "add", "path": "/render", "value": render}]

@@ -1,8 +1,8 @@
-"""Supports below statics that hang in the air: thin posts, drawn and nothing else.
+"""Supports below statics that hang in the air: thin posts, which are only drawn.
 
-Statics that touch are one thing. It needs posts if its middle is not above what it has on the floor. Posts stand under
-the corners of its largest part, where nothing moves past in all of the recording; where half of them would be in the
-way, rods hold it from above.
+Touching statics form a group. It needs posts if its centre is not above its footprint on the floor. Posts stand under
+the corners of its largest part, where nothing passes during the recording; if half of them would be in the way, rods
+hold it from above.
 """
 
 from dataclasses import dataclass
