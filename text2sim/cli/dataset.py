@@ -107,8 +107,9 @@ def questions(folder: Folder, as_json: AsJson = False) -> None:
 
     from text2sim.cli.output import say, say_json
     from text2sim.dataset.balance import guess_by_words
-    from text2sim.dataset.tables import read_rows
+    from text2sim.dataset.tables import read_rows, want_dataset
 
+    want_dataset(folder)
     rows = [row for _, row in read_rows(folder, "questions")]
     kinds, (hits, chance) = Counter(row["kind"] for row in rows), guess_by_words(rows)
     if as_json:

@@ -17,8 +17,7 @@ from text2sim.dataset.curation import annotation_faults, fingerprint
 from text2sim.dataset.recipe import Limits
 from text2sim.dataset.shards import read_shard
 from text2sim.dataset.splits import LINKS, TOGETHER, leaks
-from text2sim.dataset.tables import SCHEMAS, read_rows, split_of
-from text2sim.spec_schema.errors import RunError
+from text2sim.dataset.tables import SCHEMAS, read_rows, split_of, want_dataset
 
 SPLIT_TABLES = ("items", "frames", "questions")
 
@@ -32,8 +31,7 @@ def check_dataset(folder: Path) -> list[str]:
     Raises:
         RunError: if the folder holds no dataset.
     """
-    if not [*(folder / "items").glob("*.parquet")]:
-        raise RunError(f"{folder}: holds no dataset, for there is no items/*.parquet in it")
+    want_dataset(folder)
     found = [*_schemas(folder)]
     if found:
         return found

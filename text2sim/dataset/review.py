@@ -10,9 +10,9 @@ from typing import Any, Literal
 from pydantic import ValidationError
 
 from text2sim.dataset.shards import read_shard
-from text2sim.dataset.tables import read_rows
+from text2sim.dataset.tables import read_rows, want_dataset
 from text2sim.recording.record import write_atomically
-from text2sim.spec_schema.errors import RunError, SpecError
+from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.models.base import Model
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import read_source
@@ -63,8 +63,7 @@ def write_review(folder: Path, path: Path, decisions: dict[str, Decision], *, ev
         RunError: if the folder holds no dataset.
     """
     rows = {row["key"]: row for _, row in read_rows(folder, "items") if everything or row["doubtful"]}
-    if not [*(folder / "items").glob("*.parquet")]:
-        raise RunError(f"{folder}: holds no dataset")
+    want_dataset(folder)
     blocks = []
     for shard in sorted((folder / "shards").glob("*.tar")):
         for key, files in read_shard(shard):

@@ -7,6 +7,8 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from text2sim.spec_schema.errors import RunError
+
 TEXT, REAL, WHOLE, TRUTH = pa.string(), pa.float64(), pa.int64(), pa.bool_()
 ROWS_IN_HAND = 128
 """Of a table, before they are written."""
@@ -153,6 +155,16 @@ def read_rows(folder: Path, table: str, columns: list[str] | None = None) -> Ite
             for batch in file.iter_batches(ROWS_IN_HAND, columns=columns):
                 for row in batch.to_pylist():
                     yield split_of(path), row
+
+
+def want_dataset(folder: Path) -> None:
+    """Refuse a folder that is none of a dataset.
+
+    Raises:
+        RunError: if it is none.
+    """
+    if not [*(folder / "items").glob("*.parquet")]:
+        raise RunError(f"{folder}: holds no dataset, for there is no items/*.parquet in it")
 
 
 def split_of(path: Path) -> str:
