@@ -1,7 +1,7 @@
-"""The ledger of learned cards: which source each owes its lesson to, and what it did when it was tried.
+"""Ledger of learned cards: the source of each card's lesson, and its effect when it was tried.
 
-It lies beside the cards, as CARDS/ledger.json. No suite is answered with cards that owe something to its sources, nor
-with cards of which nobody knows to whom they owe it.
+It is CARDS/ledger.json. No suite is answered with cards that were learned from its sources, nor with cards of unknown
+origin.
 """
 
 from collections import Counter
@@ -26,7 +26,7 @@ Sentence = Annotated[str, StringConstraints(min_length=3, max_length=2000)]
 
 
 class Debt(Model):
-    """What a card owes to a prompt, and by that to its source."""
+    """Debt of a card to a prompt, and so to its source."""
 
     prompt: Name
     failure: Sentence
@@ -44,7 +44,7 @@ class Tried(Model):
 
 
 class Account(Model):
-    """What is known of a card."""
+    """Record of a card."""
 
     state: Literal["kept", "rejected", "merged"]
     digest: str
@@ -54,12 +54,12 @@ class Account(Model):
 
     @property
     def gain(self) -> float:
-        """Mean change of the scores of the prompts that were answered again."""
+        """Mean change of the scores of the prompts that were answered again with the card."""
         return sum(one.after - one.before for one in self.tried) / max(1, len(self.tried))
 
 
 class Ledger(Model):
-    """All that was learned, also what was not kept."""
+    """Records of all learned cards, including rejected ones."""
 
     format: Literal[1] = 1
     prompts: dict[Name, Prompt] = {}
@@ -68,12 +68,12 @@ class Ledger(Model):
 
 
 def read_ledger(cards: Path) -> Ledger:
-    """Read the ledger of a folder of cards; an empty one where there is none."""
+    """Read the ledger of a folder of cards; empty if there is none."""
     return read_model(cards / LEDGER, Ledger, "a ledger")[0] if (cards / LEDGER).exists() else Ledger()
 
 
 def enter(cards: Path, card: str, account: Account, prompts: dict[str, Prompt]) -> None:
-    """Write down what is known of a card now; what it owed before, it still owes."""
+    """Update the record of a card; its earlier debts stay."""
     before = read_ledger(cards)
     if (known := before.cards.get(card)) is not None:
         owed = [*known.owes, *(debt for debt in account.owes if debt not in known.owes)]
@@ -90,15 +90,15 @@ def digest_of(entry: Entry) -> str:
 
 
 def check_split(suite: Suite, document: Document, cards: Path | None) -> None:
-    """Refuse to answer a suite with cards that were learned from its sources.
+    """Reject cards that were learned from the sources of a suite.
 
     Args:
         suite: The suite.
-        document: Where it stands.
-        cards: Folder of cards besides those that come with text2sim; None if there is none.
+        document: Its source document.
+        cards: Folder of cards besides those of text2sim; None without one.
 
     Raises:
-        SpecError: If a card owes something to a source of the suite, or the ledger does not know it as it is.
+        SpecError: If a card was learned from a source of the suite, or its files do not match the ledger.
     """
     if cards is None or cards.resolve() == BUILT_IN:
         return
@@ -115,7 +115,7 @@ def check_split(suite: Suite, document: Document, cards: Path | None) -> None:
 
 
 def learned_from(ledger: Ledger, cards: Path) -> Suite:
-    """The prompts to which cards owe something that may be dealt, as a suite.
+    """The prompts from which the active cards were learned, as a suite.
 
     Raises:
         SpecError: If a prompt is missing.
@@ -125,12 +125,12 @@ def learned_from(ledger: Ledger, cards: Path) -> Suite:
     if missing := [name for name in owed if name not in ledger.prompts]:
         what = f"the sources of {', '.join(missing)} are missing"
         raise SpecError([Problem("/prompts", what, file=str(cards / LEDGER), rule="unknown-source")])
-    # A suite without prompts is none; this one is compared with others and never answered.
+    # An empty suite is invalid; this one is compared with others and never answered.
     return Suite.model_construct(name="the ledger of cards", prompts={name: ledger.prompts[name] for name in owed})
 
 
 def retrieved(folders: Iterable[Path]) -> tuple[int, Counter[str]]:
-    """Return how many loops there are below some folders, and in how many of them each card was dealt."""
+    """Return the number of loops below some folders, and the number of them in which each card was dealt."""
     runs, dealt = 0, Counter[str]()
     for file in sorted({file for folder in folders for file in folder.rglob("generation/run.json")}):
         record = read_json(file)

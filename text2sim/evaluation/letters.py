@@ -1,4 +1,4 @@
-"""Prompt files of the evaluation, with their blanks filled in."""
+"""Prompt templates of the evaluation."""
 
 from pathlib import Path
 from typing import Any
@@ -7,5 +7,5 @@ from text2sim.agents.roles import prompts_in
 
 
 def letter(file: str, /, **values: Any) -> str:
-    """Return a prompt file with its blanks filled in."""
+    """Render a prompt template."""
     return prompts_in(Path(__file__).parent / "prompts").get_template(f"{file}.md.j2").render(**values).strip() + "\n"

@@ -1,12 +1,12 @@
-"""What a method left behind: one folder for each prompt of a suite, in a form that judges, tables and studies read.
+"""Method folders: a method's results, one folder for each prompt of a suite, as read by judges, tables and studies.
 
-METHOD/method.json                who it was, on which suite
-METHOD/<prompt id>/result.json    what came of the prompt (`CaseResult`); paths in it are relative to this folder
+METHOD/method.json                the method and the suite
+METHOD/<prompt id>/result.json    the result (`CaseResult`); paths in it are relative to this folder
 METHOD/<prompt id>/prompt.txt     the prompt that it answers
-METHOD/<prompt id>/…              film, case or program, run folder, calls: whatever the method left
+METHOD/<prompt id>/…              other files: film, case or program, run folder, calls
 
-A folder that somebody else filled may lack `result.json`: then film and program are looked for (`discovered`), and what
-they took is unknown.
+A folder from another tool may lack `result.json`: then film and program are searched for (`discovered`), and their cost
+is unknown.
 """
 
 import re
@@ -36,7 +36,7 @@ Number = Annotated[int, Field(ge=0)]
 
 
 class Resources(Model):
-    """What calls of models took."""
+    """Resources used by model calls."""
 
     calls: Number = 0
     tokens_in: Number = 0
@@ -55,7 +55,7 @@ class Resources(Model):
 
 
 class CaseResult(Model):
-    """What a method made of one prompt."""
+    """Result of a method for one prompt."""
 
     format: Literal[1] = 1
     prompt: Name
@@ -84,12 +84,12 @@ class CaseResult(Model):
 
     @property
     def total(self) -> Resources | None:
-        """What models took in all."""
+        """Resources used by all models."""
         return None if self.roles is None else sum(self.roles.values(), Resources())
 
 
 class MethodRecord(Model):
-    """Who filled a method folder."""
+    """Record of the method and suite of a folder."""
 
     format: Literal[1] = 1
     name: MethodName
@@ -103,7 +103,7 @@ class MethodRecord(Model):
 
 @dataclass(frozen=True)
 class Made:
-    """The result of a prompt, with the folder that it lies in."""
+    """The result for a prompt, with its folder."""
 
     folder: Path
     result: CaseResult
@@ -111,7 +111,7 @@ class Made:
     """What is wrong with the folder; it is judged as far as it goes."""
 
     def path(self, name: Literal["film", "program", "run", "log"]) -> Path | None:
-        """Return a part of the result; None if there is none, or if it is not in the folder."""
+        """Return the path of a part of the result; None if it is missing or outside of the folder."""
         said = getattr(self.result, name)
         found = self.folder / said if said else None
         if found is None or not found.resolve().is_relative_to(self.folder.resolve()):
@@ -126,7 +126,7 @@ class Made:
 
 @dataclass(frozen=True)
 class MethodFolder:
-    """A method with what it made of the prompts of a suite."""
+    """A method and its results for the prompts of a suite."""
 
     folder: Path
     record: MethodRecord
@@ -140,11 +140,11 @@ class MethodFolder:
 
 
 def read_method(folder: Path) -> MethodFolder:
-    """Read a method folder; what is wrong with single results is kept with them.
+    """Read a method folder; faults of single results are stored with them.
 
     Raises:
-        RunError: If there is no such folder, or nothing in it.
-        SpecError: If its `method.json` is none.
+        RunError: If there is no such folder, or it is empty.
+        SpecError: If its `method.json` is invalid.
     """
     if not folder.is_dir():
         raise RunError(f"{folder}: there is no such method folder")
@@ -159,7 +159,7 @@ def read_method(folder: Path) -> MethodFolder:
 
 
 def read_made(folder: Path) -> Made:
-    """Read what was made of a prompt; never fails, as nothing may be dropped in silence."""
+    """Read the result for a prompt; never raises, because no result may be dropped silently."""
     if not (folder / RESULT).is_file():
         problem = Problem("", f"there is no {RESULT}: what it took is not known", file=str(folder), rule="no-record")
         return Made(folder, discovered(folder), (problem,))
@@ -174,7 +174,7 @@ def read_made(folder: Path) -> Made:
 
 
 def discovered(folder: Path) -> CaseResult:
-    """Return what lies in a folder of which nobody has said what came of it."""
+    """Return the result found in a folder without `result.json`."""
     found: dict[str, str] = {}
     programs = sorted(path.name for path in folder.glob("*.py"))
     films = sorted(path.name for path in folder.glob("*.mp4"))
@@ -190,7 +190,7 @@ def discovered(folder: Path) -> CaseResult:
 
 
 def resources_of(spent: Mapping[str, Any]) -> Resources:
-    """Return what an account of agents says (`Spent`) in the form of a result."""
+    """Convert an account of the agents (`Spent`) to the resources of a result."""
     known = spent["cost"] > 0 or not spent["unpriced"]
     return Resources(
         calls=spent["calls"] + spent["cached"], tokens_in=spent["tokens_in"], tokens_out=spent["tokens_out"],
@@ -204,10 +204,10 @@ def prompt_id(folder: Path) -> str:
 
 
 def write_result(folder: Path, result: CaseResult) -> None:
-    """Write what came of a prompt."""
+    """Write the result for a prompt."""
     write_json(folder / RESULT, result.model_dump(mode="json"))
 
 
 def write_method(folder: Path, record: MethodRecord) -> None:
-    """Write who fills a method folder."""
+    """Write the record of a method folder."""
     write_json(folder / METHOD, record.model_dump(mode="json"))

@@ -45,7 +45,7 @@ Tell = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Method:
-    """Who answers prompts."""
+    """A method that answers prompts."""
 
     name: str
     kind: Literal["text2sim", "agent", "command"]
@@ -58,7 +58,7 @@ class Method:
 
 @dataclass(frozen=True)
 class Allowance:
-    """What a method may take for each prompt."""
+    """Budget of a method for each prompt."""
 
     attempts: int = 30
     tokens: int | None = None
@@ -71,10 +71,10 @@ class Allowance:
 
 
 def method_of(word: str) -> Method:
-    """Return the method that a word of a command line means.
+    """Parse a method from the command line.
 
     Raises:
-        RunError: If it means none.
+        RunError: If it is unknown.
     """
     name, equals, command = word.partition("=")
     if equals:
@@ -96,16 +96,16 @@ def run_method(
     suite: Suite, prompts: Mapping[str, Prompt], method: Method, models: Sequence[str], allowance: Allowance,
     out: Path, tell: Tell,
 ) -> Path:  # fmt: skip
-    """Have a method answer prompts; those that it has answered already are left alone.
+    """Have a method answer prompts; existing answers are kept.
 
     Args:
         suite: The suite.
-        prompts: Which of its prompts.
-        method: Who.
+        prompts: The prompts to answer, by id.
+        method: The method.
         models: `[ROLE=]MODEL`, for text2sim and the agent; a mailbox gets a folder for each prompt.
-        allowance: For each prompt.
-        out: Where the method folder is put.
-        tell: Told of every prompt in a line.
+        allowance: Budget for each prompt.
+        out: Parent of the method folder.
+        tell: Called with one line for each prompt.
 
     Returns:
         The method folder.
@@ -133,7 +133,7 @@ def run_method(
             result = answer(place, name, prompt, method, [_own(model, method, name) for model in models], allowance)
         finally:
             wall = before + monotonic() - start
-            write_json(place / CLOCK, {"wall_s": wall})  # a kill must not give back the time that was used
+            write_json(place / CLOCK, {"wall_s": wall})  # a kill must not refund the time used
         if result.wall_s is None:
             result = result.model_copy(update={"wall_s": wall})
         write_result(place, result)
@@ -147,7 +147,7 @@ def _clock(place: Path) -> float:
 
 
 def _own(model: str, method: Method, prompt: str) -> str:
-    """A mailbox of its own for each method and prompt."""
+    """Name of a model; a mailbox gets a separate folder for each method and prompt."""
     role, equals, name = model.partition("=")
     prefix, name = (f"{role}=", name) if equals and role.isidentifier() else ("", model)
     return f"{prefix}{name.rstrip('/')}/{method.name}/{prompt}" if name.startswith(("mailbox:", "replay:")) else model
@@ -156,7 +156,7 @@ def _own(model: str, method: Method, prompt: str) -> str:
 def _text2sim(
     place: Path, name: str, prompt: Prompt, method: Method, models: Sequence[str], allowance: Allowance
 ) -> CaseResult:
-    """`text2sim generate`, then its film, as processes of their own."""
+    """Run `text2sim generate` and then its film, each as a separate process."""
     case = place / "case"
     words = ["generate", "--out", str(case), "--json", "--film", "none"]
     words += ["--resume"] if (case / "generation" / "request.json").is_file() else ["--file", str(place / PROMPT_FILE)]
@@ -171,7 +171,7 @@ def _text2sim(
         why = f"text2sim generate: {said.get('error') or said.get('problems') or f'exit code {code}'}"[:4000]
         if code == BUG:
             return CaseResult(prompt=name, status="failed", why=why)
-        raise RunError(f"{name}: {why}")  # no fault of the prompt: the next would fare no better
+        raise RunError(f"{name}: {why}")  # not specific to this prompt: the next one would fail, too
     run = Path(said["run"]) if said.get("run") else None
     film, seconds = _film(run, allowance, place)
     records = [RunRecord.read(path.parent) for path in case.glob("runs/*/run.json")]
@@ -190,7 +190,7 @@ def _text2sim(
 
 
 def _film(run: Path | None, allowance: Allowance, place: Path) -> tuple[Path | None, float]:
-    """The film of a run, path traced if that is wanted and can be done, else the preview; and the time it took [s]."""
+    """The film of a run, path traced if requested and possible, else the preview; and its rendering time [s]."""
     if run is None:
         return None, 0.0
     start = monotonic()
@@ -216,7 +216,7 @@ def _agent(
 def _command(
     place: Path, name: str, prompt: Prompt, method: Method, models: Sequence[str], allowance: Allowance
 ) -> CaseResult:
-    """A command line of the user's, with the user's environment; its output goes to `log.txt`."""
+    """Run a command line of the user's in the user's environment; its output goes to `log.txt`."""
     folder = place.resolve()
     blanks = {"{prompt}": prompt.prompt, "{prompt_file}": str(folder / PROMPT_FILE), "{folder}": str(folder)}
     words = [_filled(word, blanks) for word in method.command]
@@ -230,7 +230,7 @@ def _command(
         why = f"it took longer than {allowance.minutes:g} minutes"
     except OSError as error:
         why = f"it cannot be run: {error.strerror or error}"
-    if (place / RESULT).is_file():  # it has an account of its own
+    if (place / RESULT).is_file():  # the command wrote its own result
         made = read_made(place)
         told = "; ".join(problem.message for problem in made.problems)
         result = made.result.model_copy(update={"prompt": name, "why": made.result.why or told or why})
@@ -247,14 +247,14 @@ def _command(
 
 
 def _filled(word: str, blanks: Mapping[str, str]) -> str:
-    """Fill in blanks once: what a prompt says is no blank."""
+    """Fill in placeholders once: those within a prompt are text."""
     return re.sub("|".join(map(re.escape, blanks)), lambda found: blanks[found[0]], word)
 
 
 def _ours(
     words: Sequence[str], log: Path, variables: Mapping[str, str] = MappingProxyType({})
 ) -> tuple[int, dict[str, Any]]:
-    """Exit code of a command of ours, and the document that it prints; what it says otherwise goes to a log."""
+    """Exit code of a text2sim command and the JSON document that it prints; other output goes to a log."""
     with log.open("ab") as sink:
         command = [sys.executable, "-m", "text2sim", *words]
         done = subprocess.run(

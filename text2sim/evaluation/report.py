@@ -1,4 +1,4 @@
-"""The page of an evaluation: tables as in the paper, bars by case, films side by side, requirements with evidence."""
+"""Page of an evaluation: tables as in the paper, bars by case, films side by side, requirements with evidence."""
 
 import base64
 import hashlib
@@ -32,7 +32,7 @@ THUMBNAIL = 300
 
 
 def write_report(tables: Tables, out: Path) -> Path:
-    """Write the page; films are linked, all else is in it."""
+    """Write the page; films are linked, everything else is embedded."""
     script = resources.files("text2sim.evaluation").joinpath("report.js").read_text("utf-8")
     families: dict[str, list[str]] = {}
     for name, prompt in _judged(tables):
@@ -50,7 +50,7 @@ def write_report(tables: Tables, out: Path) -> Path:
 
 
 def _judged(tables: Tables) -> list[tuple[str, Prompt]]:
-    """Prompts of which there is a judgement, by family."""
+    """Prompts with a judgement, by family."""
     names = {row.turn.prompt for row in tables.judgements}
     found = [(name, prompt) for name, prompt in tables.suite.prompts.items() if name in names]
     families = list(dict.fromkeys(prompt.family for prompt in tables.suite.prompts.values()))
@@ -58,7 +58,7 @@ def _judged(tables: Tables) -> list[tuple[str, Prompt]]:
 
 
 def _bars(tables: Tables, kind: Kind, names: Sequence[str]) -> str:
-    """A bar for each case and method, with the range of its judgements, as PNG in a URI."""
+    """Bar chart of cases and methods, with the range of judgements, as a data URI of a PNG."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -99,7 +99,7 @@ def _handles(methods: Sequence[str]) -> tuple[list[Any], Sequence[str]]:
 
 
 def _case(tables: Tables, out: Path, name: str, prompt: Prompt) -> dict[str, Any]:
-    """All that is shown of a prompt."""
+    """Variables of the section of one prompt."""
     rows = [row for row in tables.judgements if row.turn.prompt == name]
     films = {method: _film(tables, method, name) for method in tables.methods}
     times, strips = _strips(films)
@@ -129,7 +129,7 @@ def _film(tables: Tables, method: str, prompt: str) -> Path | None:
 
 
 def _strips(films: dict[str, Path | None]) -> tuple[list[float], dict[str, list[str]]]:
-    """Shared times [s of the film], and small pictures of each film then."""
+    """Shared film times [s], and thumbnails of each film at these."""
     lengths = {}
     for method, film in films.items():
         try:
@@ -157,7 +157,7 @@ def _uri(data: bytes, kind: str) -> str:
 
 
 def _notes(rows: Sequence[Judgement]) -> list[str]:
-    """What is to be known of a result: facts, what is missing, judgements that there are not."""
+    """Notes on a result: facts, missing files, missing judgements."""
     found: list[str] = []
     for row in rows:
         shown = row.shown or {}

@@ -1,4 +1,4 @@
-"""Scores of a judgement: sums over what a judge said, which anybody can repeat from the kept replies."""
+"""Scores of a judgement: weighted sums of a judge's marks, reproducible from the stored replies."""
 
 import re
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ Hundred = Annotated[float, Field(ge=0, le=100)]
 
 
 class Marked(Answer):
-    """How far a requirement is met."""
+    """Mark of a requirement."""
 
     mark: Annotated[float, Field(ge=0, le=1)]
     evidence: Evidence = ""
@@ -40,7 +40,7 @@ class Violation(Answer):
 
 
 class PhysicalReply(Answer):
-    """What a judge says of prompt, program, records and frames."""
+    """Reply of a judge who sees prompt, program, records and frames."""
 
     requirements: dict[str, Marked]
     """By `category.name`."""
@@ -53,7 +53,7 @@ class PhysicalReply(Answer):
 
 
 class VisualReply(Answer):
-    """What a judge says of prompt and film alone."""
+    """Reply of a judge who sees prompt and film alone."""
 
     content: Hundred
     """C: what was asked for is there, and happens, in its order, up to its end."""
@@ -93,10 +93,10 @@ def physical_score(
     prohibitions, clamped to 0 to 100, and no more than the lowest cap that applies: 20, 40, 60.
 
     Args:
-        prompt: With requirements.
-        reply: What the judge said.
-        usable: Whether there is a film that decodes; False caps whatever the judge says.
-        keyframed: Whether most of the recorded motion is keyframed; True caps whatever the judge says.
+        prompt: The prompt, with requirements.
+        reply: The judge's reply.
+        usable: Whether the film can be decoded; False caps the score.
+        keyframed: Whether most of the recorded motion is keyframed; True caps the score.
     """
     assert prompt.requirements is not None
     parts: dict[str, float] = {}
@@ -136,12 +136,12 @@ def visual_score(reply: VisualReply) -> float:
 
 
 def physical_faults(prompt: Prompt, reply: PhysicalReply, frames: int) -> list[str]:
-    """Say what is wrong with a physical judgement: names, marks, and marks without evidence.
+    """Describe the faults of a physical judgement: names, marks, and marks without evidence.
 
     Args:
         prompt: With requirements.
         reply: What the judge said.
-        frames: How many pictures it was shown.
+        frames: Number of frames that the judge was shown.
     """
     assert prompt.requirements is not None
     rows = _names("requirements", prompt.requirements.rows(), reply.requirements)
@@ -169,7 +169,7 @@ def _names(part: str, wanted: Mapping[str, Any], given: Mapping[str, Any]) -> li
 
 
 def _unseen(where: str, evidence: str, frames: int) -> list[str]:
-    """Frames that are cited, and were not shown."""
+    """Faults: cited frames that were not shown."""
     cited = {int(number) for number in re.findall(r"\bframes? (\d{1,4})\b", evidence)}
     return [
         f"{where}/evidence: there is no frame {n}; {frames} were shown" for n in sorted(cited) if not 1 <= n <= frames

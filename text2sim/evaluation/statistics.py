@@ -1,4 +1,4 @@
-"""What judgements say in all: means, scatter, differences between methods, agreement of judges."""
+"""Statistics of judgements: means, scatter, differences between methods, agreement of judges."""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -33,7 +33,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Agreement:
-    """How far two judgements of the same results agree."""
+    """Agreement of two judgements of the same results."""
 
     pairs: int
     marks: float | None
@@ -47,12 +47,12 @@ class Agreement:
 
 
 def case_scores(rows: Iterable[Judgement], kind: Kind, judge: int | None = None) -> dict[Key, float]:
-    """Return the score of each case: the mean of its judgements; those that were not judged are left out.
+    """Return the score of each case: the mean of its judgements; cases without one are omitted.
 
     Args:
-        rows: Judgements.
-        kind: Which score.
-        judge: By which judge; the mean over all judges if None.
+        rows: The judgements.
+        kind: The kind of score.
+        judge: Number of the judge; None for the mean over all.
     """
     found: dict[Key, list[float]] = defaultdict(list)
     for row in _counted(rows, kind):
@@ -64,7 +64,7 @@ def case_scores(rows: Iterable[Judgement], kind: Kind, judge: int | None = None)
 def spread_within(rows: Iterable[Judgement], kind: Kind, method: str) -> float | None:
     r"""Return the RMS standard deviation within cases: \sqrt{mean_i s_i^2}, s_i^2 the variance (n - 1) of repeats.
 
-    A case is one prompt by one judge; cases with a single repeat say nothing. None if there are no others.
+    A case is one prompt by one judge; those with a single repeat do not count. None if there are no others.
     """
     found: dict[tuple[str, int], list[float]] = defaultdict(list)
     for row in _counted(rows, kind):
@@ -92,14 +92,14 @@ def estimate(values: Sequence[float]) -> Estimate | None:
 
 
 def paired(scores: Mapping[Key, float], method: str, other: str) -> Estimate | None:
-    """Return the mean difference, method less other, over the prompts that both were judged on."""
+    """Return the mean difference, `method` minus `other`, over the prompts on which both were judged."""
     mine = {prompt: score for (name, prompt), score in scores.items() if name == method}
     theirs = {prompt: score for (name, prompt), score in scores.items() if name == other}
     return estimate([mine[prompt] - theirs[prompt] for prompt in mine if prompt in theirs])
 
 
 def repeats_agree(rows: Iterable[Judgement], kind: Kind) -> Agreement | None:
-    """Return how far repeats of the same judge agree, over all pairs of repeats of a case."""
+    """Return the agreement of repeats of the same judge, over all pairs of repeats of a case."""
     groups: dict[Any, list[Judgement]] = defaultdict(list)
     for row in _asked(rows, kind):
         groups[row.turn.method, row.turn.prompt, row.turn.judge].append(row)
@@ -108,7 +108,7 @@ def repeats_agree(rows: Iterable[Judgement], kind: Kind) -> Agreement | None:
 
 
 def judges_agree(rows: Iterable[Judgement], kind: Kind, one: int, other: int) -> Agreement | None:
-    """Return how far two judges agree, repeat by repeat."""
+    """Return the agreement of two judges, repeat by repeat."""
     found = {(row.turn.method, row.turn.prompt, row.turn.repeat, row.turn.judge): row for row in _asked(rows, kind)}
     pairs = [
         (row, found[*key[:3], other]) for key, row in found.items() if key[3] == one and (*key[:3], other) in found

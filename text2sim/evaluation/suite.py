@@ -1,4 +1,4 @@
-"""Suites: prompts, each with its source and with what it asks for, one thing at a time."""
+"""Suites: prompts, each with its source and its requirements."""
 
 import json
 import re
@@ -39,7 +39,7 @@ class Source(Model):
 
 
 class Requirement(Model):
-    """One thing that a prompt asks for, which can be seen or measured by itself."""
+    """A single requirement of a prompt, which can be seen or measured by itself."""
 
     what: Line
     importance: Importance
@@ -53,7 +53,7 @@ class Prohibition(Model):
 
 
 class Requirements(Model):
-    """What a prompt asks for, by category, and what it excludes."""
+    """Requirements of a prompt by category, and its prohibitions."""
 
     scene: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MOST)]
     """What is there: surroundings, supports, their arrangement."""
@@ -104,10 +104,10 @@ class Suite(Model):
 
 
 def read_suite(path: Path) -> tuple[Suite, Document]:
-    """Read a suite; a name without a folder and an ending is one of those that come with text2sim.
+    """Read a suite; a plain name without folder and extension is one of those included in text2sim.
 
     Raises:
-        SpecError: With everything that is wrong with it, also if it has changed since it was frozen.
+        SpecError: With all its problems, including a change since it was frozen.
     """
     if not path.suffix and len(path.parts) == 1 and (BUILT_IN / f"{path}.yaml").is_file():
         path = BUILT_IN / f"{path}.yaml"
@@ -119,7 +119,7 @@ def read_suite(path: Path) -> tuple[Suite, Document]:
 
 
 def complete(suite: Suite, document: Document) -> None:
-    """Refuse a suite that nobody can be judged by.
+    """Check that every prompt of a suite has requirements.
 
     Raises:
         SpecError: With the prompts that have no requirements.
@@ -131,15 +131,14 @@ def complete(suite: Suite, document: Document) -> None:
 
 
 def shared_sources(one: Suite, other: Suite, document: Document) -> list[Problem]:
-    """Say which prompts of one suite stand in the other, too, by their source or by their words.
+    """Report the prompts of a suite that another one also contains, by source or by wording.
 
-    Titles are compared without case, accents and punctuation, and so are words: a source does not become another by
-    the way in which it is cited.
+    Titles and prompts are compared without case, accents and punctuation, so that citations of one source match.
 
     Args:
-        one: The suite that is examined.
-        other: The suite that it has to keep apart from.
-        document: Where the first stands.
+        one: The suite to check.
+        other: The suite from which it must be disjoint.
+        document: Source document of the first.
     """
     found = []
     for (name, mine), (its, theirs) in product(one.prompts.items(), other.prompts.items()):
@@ -156,10 +155,10 @@ def shared_sources(one: Suite, other: Suite, document: Document) -> list[Problem
 
 
 def selected(suite: Suite, only: Iterable[str]) -> Mapping[str, Prompt]:
-    """Return prompts by name; all, if none is named.
+    """Return the prompts with these names; all, if none is named.
 
     Raises:
-        SpecError: If there is none of a name.
+        SpecError: If a name is unknown.
     """
     from text2sim.spec_schema.errors import nearest
 
@@ -175,7 +174,7 @@ def selected(suite: Suite, only: Iterable[str]) -> Mapping[str, Prompt]:
 
 
 def _same(one: str, other: str, from_: float) -> bool:
-    """Whether two texts are alike; the quick bounds of difflib first, as there are many pairs."""
+    """Whether two texts are similar; the quick bounds of difflib come first, because there are many pairs."""
     if one == other or (min(len(one), len(other)) > 12 and (one in other or other in one)):
         return True
     matcher = SequenceMatcher(None, one, other, autojunk=False)

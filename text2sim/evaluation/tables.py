@@ -45,7 +45,7 @@ RESOURCES = ("tokens_in", "tokens_out", "tokens_cached", "cost", "wall_s", "with
 
 @dataclass(frozen=True)
 class Tables:
-    """All that can be said of an evaluation."""
+    """All tables of an evaluation."""
 
     suite: Suite
     record: Row
@@ -58,10 +58,10 @@ class Tables:
 
 
 def tables_of(suite: Suite, out: Path) -> Tables:
-    """Work out all tables of what was judged.
+    """Compute all tables of an evaluation.
 
     Raises:
-        RunError: If nothing was judged there, or by another version of the suite.
+        RunError: If there are no judgements, or they belong to another version of the suite.
     """
     record, rows = read_judgements(out)
     if record["digest"] != suite.digest():
@@ -141,7 +141,7 @@ def _agreement(rows: Sequence[Judgement], models: int) -> list[Row]:
 
 
 def _mean_resources(name: str, method: MethodFolder | None, suite: Suite) -> Row:
-    """Means over the cases of which each amount is known."""
+    """Mean of each resource over the cases in which it is known."""
     cases = [row for row in _case_resources(name, method, suite) if row["role"] == "all"]
     row: Row = {"method": name, "cases": len(cases)}
     for part in RESOURCES:
@@ -151,7 +151,7 @@ def _mean_resources(name: str, method: MethodFolder | None, suite: Suite) -> Row
 
 
 def _case_resources(name: str, method: MethodFolder | None, suite: Suite) -> list[Row]:
-    """A row for each case, and one for each role in it."""
+    """One row for each case, and one for each role in it."""
     found = []
     for prompt, made in (method.made if method is not None else {}).items():
         if prompt not in suite.prompts:
@@ -213,7 +213,7 @@ def _mean(values: Mapping[Any, float]) -> float | None:
 
 
 def write_tables(tables: Tables, out: Path) -> list[Path]:
-    """Write each table as CSV, and as Parquet where pyarrow is installed; return the files."""
+    """Write each table as CSV, and as Parquet if pyarrow is installed; return the files."""
     written = []
     folder = out / "tables"
     folder.mkdir(parents=True, exist_ok=True)
