@@ -1,4 +1,4 @@
-"""Pages that a role asks for by name in one conversation: each once, as many as there is room for."""
+"""Page requests of a role in one conversation: each page is served once, within a size limit."""
 
 from collections.abc import Callable, Sequence
 
@@ -6,10 +6,10 @@ from text2sim.agents import language
 
 
 class PageRequests:
-    """Serves pages.
+    """Server of reference pages by name.
 
     Args:
-        other: Returns what there is besides the language under some names, and which those are.
+        other: Returns pages from outside the language for some names, and the names served.
     """
 
     def __init__(self, other: Callable[[Sequence[str]], dict[str, str]] = lambda names: {}) -> None:
@@ -17,7 +17,7 @@ class PageRequests:
         self._served: set[str] = set()
 
     def __call__(self, names: Sequence[str]) -> str:
-        """Return pages about kinds, prefabs, and whatever else goes by these names."""
+        """Return pages about the kinds, prefabs and other things of these names."""
         others = {name: text for name, text in self._other(names).items() if name not in self._served}
         text, served = language.explained([name for name in names if name not in others], self._served)
         self._served |= {*others, *served}

@@ -1,4 +1,4 @@
-"""The pictures of a run on one sheet, numbered, for the Critic: path-traced as the film will be, or of its preview."""
+"""Sheet of numbered frames of a run for the Critic, path-traced or from the preview."""
 
 import json
 from collections.abc import Iterator
@@ -40,7 +40,7 @@ Row = tuple[str, str, Any, Any]
 
 
 def frame_sheet(run: Path) -> tuple[Any, int, str]:
-    """Return the pictures of a run as one, each with its number and time, how many they are, and what to know of them.
+    """Return a sheet of a run's frames with numbers and times, the number of frames, and a note.
 
     Shown are the ends of the main film, when expectations were decided and events came with what is just before and
     after, extremes of measures, the deepest overlap, and evenly what is left; what it is about is shown from near
@@ -69,7 +69,7 @@ def frame_sheet(run: Path) -> tuple[Any, int, str]:
 
 
 def _read(path: Path) -> Any:
-    """Return the picture of a file, None if it is none."""
+    """Read a picture; None if the file is not one."""
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -80,7 +80,7 @@ def _read(path: Path) -> Any:
 
 
 def _filmed(run: Path) -> Iterator[Row]:
-    """Pictures of the main film."""
+    """Yield the frames of the main film."""
     import av.error
 
     from text2sim.templates.cadence import MAIN, frames, read_film, reels
@@ -100,11 +100,11 @@ def _filmed(run: Path) -> Iterator[Row]:
                     whole = picture.to_image()
                     yield shown[k].frame.camera, _said(shown[k]), whole, _close(eye, shown[k], whole)
     except (OSError, ValueError, TypeError, KeyError, AttributeError, av.error.FFmpegError):
-        return  # a run without a film, or of another version: what the preview has left will do
+        return  # a run without a film, or of another version: use the preview
 
 
 def _wanted(run: Path, evidence: dict[str, Any]) -> list[Moment]:
-    """What is worth looking at, in a run whose case can be read or not."""
+    """Moments worth showing; the case need not be readable."""
     from text2sim.spec_schema.text.document import parse_document
     from text2sim.spec_schema.text.source import read_source
 
@@ -121,7 +121,7 @@ def _said(one: Shown) -> str:
 
 
 def _eye(run: Path) -> "tuple[Recorded, Any] | None":
-    """What finds bodies in pictures; None where that cannot be done."""
+    """Recording and views for locating bodies in frames; None if that is impossible."""
     from text2sim.spec_schema.errors import Text2SimError
 
     try:
@@ -136,7 +136,7 @@ def _eye(run: Path) -> "tuple[Recorded, Any] | None":
 
 
 def _close(eye: "tuple[Recorded, Any] | None", one: Shown, picture: Any) -> Any:
-    """Return a close view of what a moment is about; None if it is large, out of sight, or nobody knows."""
+    """Return a close-up of a moment's bodies; None if they are large, out of sight, or unknown."""
     import numpy as np
 
     if eye is None or not one.bodies:
@@ -163,7 +163,7 @@ def _close(eye: "tuple[Recorded, Any] | None", one: Shown, picture: Any) -> Any:
 
 
 def _kept(run: Path) -> Iterator[Row]:
-    """Pictures that the preview has left."""
+    """Yield the frames stored by the preview."""
     from text2sim.evidence.visibility import read_samples
 
     samples = read_samples(run)
@@ -176,7 +176,7 @@ def _kept(run: Path) -> Iterator[Row]:
 
 
 def _traced(run: Path, seconds: float) -> Iterator[Row]:
-    """Pictures of the main film from the path tracer; nothing where that cannot be done, or not in so many seconds."""
+    """Yield path-traced frames of the main film; none if that is impossible or takes longer than `seconds`."""
     from text2sim.spec_schema.errors import Text2SimError
 
     until = monotonic() + seconds
@@ -205,7 +205,7 @@ def _traced(run: Path, seconds: float) -> Iterator[Row]:
 
 
 def _left_out(run: Path) -> str:
-    """Say which looks the pictures of a preview do not show."""
+    """Describe the looks that a preview does not show."""
     try:
         looks = json.loads((run / "program" / "looks.json").read_text("utf-8"))
         worn = {name: _unshown(look) for name, look in looks.items()}
@@ -220,13 +220,13 @@ def _left_out(run: Path) -> str:
 
 
 def _unshown(look: dict[str, Any]) -> str:
-    """What of a look only the path tracer shows."""
+    """The parts of a look that only the path tracer shows."""
     words = [f"the {key}" for key in ("pattern", "label") if look.get(key)]
     return " and ".join([*([look["finish"]] if look.get("finish") not in PLAIN else []), *words])
 
 
 def _told(run: Path) -> list[Moment]:
-    """Moments of a run that was judged; none of another."""
+    """Moments of a run with evidence; empty without it."""
     try:
         return _wanted(run, json.loads((run / "evidence.json").read_text("utf-8")))
     except (OSError, ValueError, TypeError, KeyError, AttributeError):

@@ -1,4 +1,4 @@
-"""The Planner: it alone reads the card library, defines success, and decides what is done next."""
+"""Planning: the Planner reads the card library and defines success."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -28,7 +28,7 @@ BLIND = "You cannot see these pictures: go by the words, and say under `assumpti
 
 @dataclass(frozen=True)
 class Request:
-    """What somebody wants."""
+    """A user's request."""
 
     text: str
     images: tuple[Image, ...] = ()
@@ -42,7 +42,7 @@ class Request:
 
 @dataclass(frozen=True)
 class Tried:
-    """What was tried by another plan."""
+    """Result of an earlier plan."""
 
     why: str
     """Why the approach is wrong."""
@@ -59,14 +59,14 @@ PLANNING = 6
 def make_plan(
     desk: Conversation, request: Request, deck: "DealtCards", path: Path, tried: Tried | None = None
 ) -> CasePlan:
-    """Have a request planned; the Planner may read some pages first.
+    """Ask the Planner for a plan; it may read some pages first.
 
     Args:
         desk: The conversation with the models.
         request: The request.
         deck: The cards.
         path: Future path of the case file.
-        tried: What came of another plan, if it is planned anew.
+        tried: Result of the earlier plan, if this is a new one.
     """
     question = render(
         "plan_ask",
@@ -146,7 +146,7 @@ def _check_plan(
 
 
 def card_faults(cards: Mapping[str, Sequence[str]], deck: "DealtCards") -> list[str]:
-    """Say which cards nobody would get: of a role or an id that there is not."""
+    """Describe the unknown roles and card ids of a plan."""
     wrong = [f"/cards/{role}: there is no Writer `{role}`" for role in cards if role not in SECTIONS]
     for role, ids in cards.items():
         if len(ids) > ATTACHED:
@@ -156,7 +156,7 @@ def card_faults(cards: Mapping[str, Sequence[str]], deck: "DealtCards") -> list[
 
 
 def plan_text(plan: CasePlan) -> str:
-    """Return a plan as YAML, without what only the Planner needs."""
+    """Return a plan as YAML, without the parts that only the Planner needs."""
     data = plan.model_dump(mode="json", exclude={"cards", "briefs", "possible", "why", "assets"}, exclude_defaults=True)
     for part in FROZEN_PARTS:
         if "checks" in data and not data["checks"].get(part):

@@ -1,4 +1,4 @@
-"""The plan tried out before anybody writes: a case of stand-ins, which the checker reads as it will read the real one.
+"""Rehearsal of a plan: a case of stand-in bodies is checked before the Writers start.
 
 Where bodies stand and how large they are is not known yet, so that a finding of the lint counts only if three quite
 different arrangements have it, one of them with everything in one place: then it follows from what measures and events
@@ -41,7 +41,7 @@ _PLACES = (("/actions/", "/checks/"), ("/scene/duration", "/duration"), ("/param
 
 
 def plan_faults(plan: CasePlan, path: Path) -> list[str]:
-    """Say what is wrong with a plan, as far as that can be known before anything is written.
+    """Return the faults of a plan that can be found before anything is written.
 
     Args:
         plan: The plan.
@@ -49,7 +49,7 @@ def plan_faults(plan: CasePlan, path: Path) -> list[str]:
     """
     wrong = [*_kind_faults(plan), *_word_faults(plan)]
     if wrong:
-        return wrong  # what a body is has to be known before anything can be said of its measures
+        return wrong  # measures can only be checked once the kinds of bodies are known
     try:
         loaded = load_text(_text(plan, plan.checks, 0), path)
         from text2sim.spec_schema.names.references import check_references
@@ -65,7 +65,7 @@ def plan_faults(plan: CasePlan, path: Path) -> list[str]:
 
 
 def _rows(problems: Iterable[Problem]) -> Iterator[str]:
-    """Problems in the words of the plan; those of the stand-ins are ours."""
+    """Yield problems in terms of the plan, without those of the stand-ins."""
     for problem in problems:
         for ours, plans in _PLACES:
             if problem.severity == "error" and problem.rule not in OTHERS and problem.path.startswith(ours):
@@ -99,7 +99,7 @@ def _unknown(where: str, word: str, known: Iterable[str], what: str) -> str:
 
 
 def _word_faults(plan: CasePlan) -> Iterator[str]:
-    """What is wrong with `${…}` in words: Writers take it over as it stands."""
+    """Faults of `${…}` in texts, which Writers copy."""
     words = [(f"/shared/{k}", line) for k, line in enumerate(plan.shared)]
     words += [(f"/bodies/{name}/what", body.what) for name, body in plan.bodies.items()]
     words += [(f"/briefs/{section}", line) for section, line in plan.briefs.items()]
@@ -124,7 +124,7 @@ def _word_faults(plan: CasePlan) -> Iterator[str]:
 
 
 def _text(plan: CasePlan, checks: Fragments, variant: int, *, loose: bool = False) -> str:
-    """The plan as a case. `loose`: nothing is held, so that nothing follows from how far a joint lets a body get."""
+    """The plan as a case. With `loose`, no body has a joint, so that joint limits imply nothing."""
     statics, bodies = {"ground": {"shape": {"kind": "plane"}}}, {}
     for k, (name, body) in enumerate(plan.bodies.items()):
         parts = _parts_named(checks, name)
@@ -190,7 +190,7 @@ _LEAST: dict[str, Data] = {
 
 @cache
 def _prefabs() -> dict[str, Data]:
-    """What a use of each prefab has to say."""
+    """Required arguments of each prefab."""
     from text2sim.spec_schema.reuse.catalogue import examples
     from text2sim.spec_schema.text.document import parse_document
     from text2sim.spec_schema.text.source import Source
@@ -204,7 +204,7 @@ def _prefabs() -> dict[str, Data]:
 
 
 def _parts_named(checks: Fragments, body: str) -> list[str]:
-    """Links and joints of a body that the checks name: they are for its Writer to make."""
+    """Links and joints of a body that the checks name, and that its Writer will define."""
     words = [word for part in (checks.measures, checks.events) for word in _strings(part)]
     found = [match for word in words if (match := _PART.fullmatch(word)) is not None and match[1] == body]
     parts = dict.fromkeys(match[2] for match in found if "*" not in match[2])
@@ -226,7 +226,7 @@ def _strings(value: Any) -> Iterator[str]:
 
 
 def _by_definition(plan: CasePlan, path: Path) -> list[str]:
-    """Expectations that cannot hold or cannot fail, wherever the bodies will stand."""
+    """Expectations that cannot hold or cannot fail, wherever the bodies are placed."""
     if sum(body.count for body in plan.bodies.values()) > MAX_BODIES:
         return []
     checks = _without_joints(plan.checks)
@@ -236,7 +236,7 @@ def _by_definition(plan: CasePlan, path: Path) -> list[str]:
 
 
 def _found(text: str, path: Path) -> list[Problem]:
-    """Findings of the lint as if all were errors."""
+    """Findings of the lint, all treated as errors."""
     from text2sim.compiler.build import resolve_case
     from text2sim.lint.facts import Facts
     from text2sim.lint.rules import RULES
@@ -245,12 +245,12 @@ def _found(text: str, path: Path) -> list[Problem]:
         facts = Facts(resolve_case(load_text(text, path)))
         found = [problem for rule in RULES if rule.id in BY_DEFINITION for problem in rule.run(facts)]
     except Text2SimError:
-        return []  # a stand-in that cannot stand there: then nothing is known
+        return []  # an invalid stand-in tells nothing
     return [Problem(p.path, p.message, rule=p.rule) for p in found]
 
 
 def _without_joints(checks: Fragments) -> Fragments:
-    """Without what is about joints: nothing is held in these arrangements."""
+    """The checks without those about joints, which these arrangements lack."""
     measures = {name: row for name, row in checks.measures.items() if row.get("kind") not in JOINTS}
     events = {
         name: row
@@ -270,7 +270,7 @@ def _without_joints(checks: Fragments) -> Fragments:
 
 
 def _at_rest(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]]:
-    """Expectations that hold if nothing happens at all, whatever the bodies are, by name.
+    """Yield expectations that hold if nothing happens, whatever the bodies are: name and reason.
 
     That a measure is small again holds as well while nothing ever moves: it may be asked for where another expectation
     wants the same measure to be something else before.
@@ -308,7 +308,7 @@ _REST = {"velocity": 0.0, "speed": 0.0, "angular_speed": 0.0, "displacement": 0.
 
 
 def rest_value(measure: Any) -> float | None:
-    """Return what a measure is while nothing has happened, wherever its body is; None if that depends."""
+    """Return the value of a measure while nothing happens; None if it depends on the case."""
     if measure.change_from is not None:
         return 0.0
     if measure.kind == "volume":

@@ -1,6 +1,6 @@
-"""Requirements of a request, one at a time: taken apart before anything is built, marked by the Critic at the end.
+"""Requirements of a request: listed before anything is built, and marked one by one by the Critic.
 
-A list that nobody can make leaves the judgement to expectations and verdict alone; it stops no loop.
+If no list can be made, expectations and verdict alone decide; the loop goes on.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,7 +20,7 @@ SHORT_WISH = 12
 
 
 class Requirement(Answer):
-    """One thing that a request asks for."""
+    """A single requirement of a request."""
 
     what: Line
     """As the request says it."""
@@ -29,13 +29,13 @@ class Requirement(Answer):
 
 
 class Apart(Answer):
-    """A request, taken apart."""
+    """The requirements of a request, as answered by a model."""
 
     requirements: Annotated[dict[Name, Requirement], Field(max_length=MOST)]
 
 
 class Missing(Answer):
-    """What a list of requirements leaves out."""
+    """Requirements that a list omits."""
 
     missing: Annotated[dict[Name, Requirement], Field(max_length=MOST)] = {}
 
@@ -44,10 +44,10 @@ Requirements = Mapping[str, Requirement]
 
 
 def take_apart(desk: Conversation, text: str, images: tuple[Image, ...] = ()) -> dict[str, Requirement]:
-    """Have a request taken apart, and have somebody look for what was left out.
+    """Have a model list the requirements of a request, and another check for omissions.
 
     Returns:
-        Requirements by name; none if nobody could do it.
+        Requirements by name; empty if no answer was usable.
     """
     reader = ROLES["reader"]
 
@@ -63,25 +63,25 @@ def take_apart(desk: Conversation, text: str, images: tuple[Image, ...] = ()) ->
     except StoppedError:
         raise
     except (RoleFailed, ModelError):
-        return {}  # if nobody can be reached, the next question says so
+        return {}  # an unreachable model is reported by the next question
     for name, requirement in list(more.items())[: MOST - len(found)]:
         found[name if name not in found else f"{name}_too"] = requirement
     return found
 
 
 def of_wish(text: str, apart: Callable[[], dict[str, Requirement]]) -> dict[str, Requirement]:
-    """Return the requirements of a wish about a case: a short one is its own."""
+    """Return the requirements of a change request; a short one is its own requirement."""
     if len(text.split()) <= SHORT_WISH:
         return {"wish": Requirement(what=text, importance=5)}
     return apart()
 
 
 def rows(requirements: Requirements) -> str:
-    """A line for each requirement."""
+    """One line for each requirement."""
     return "\n".join(f"- `{name}` ({one.importance}): {one.what}" for name, one in requirements.items())
 
 
 def score(requirements: Requirements, marks: Mapping[str, Any]) -> float:
-    """Return 0 to 100: the marks (0, 1/2, 1), weighed by importance."""
+    """Return the score, 0 to 100: the mean of the marks (0, 1/2, 1), weighted by importance."""
     whole = sum(one.importance for one in requirements.values())
     return round(100 * sum(one.importance * marks.get(name, 0.0) for name, one in requirements.items()) / whole, 1)

@@ -1,4 +1,4 @@
-"""Changes of how a case is shown, without its physics: nothing else of it can be reached from here."""
+"""Restyling: patches that change how a case is shown and cannot change its physics."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,20 +15,20 @@ LOOK = "look"
 
 
 class TouchesPhysics(RunError):
-    """A change that is more than one of how things are shown."""
+    """Error: a patch changes more than how a case is shown."""
 
 
 def restyled(text: str, operations: Sequence[Operation], path: Path) -> str:
     """Apply a patch that changes how a case is shown.
 
     Args:
-        text: Of the case.
+        text: Text of the case.
         operations: The patch.
         path: Path of the case file.
 
     Raises:
         TouchesPhysics: If it changes anything but `render` and looks, or if the simulation would be another one.
-        PatchError: If it cannot be applied.
+        PatchError: If the patch cannot be applied.
         SpecError: If the result is no case that could be run.
     """
     for number, operation in enumerate(operations):

@@ -1,4 +1,4 @@
-"""Effects of a decision on the text of a case: an author's comments and order stay."""
+"""Revision of the text of a case; the author's comments and order stay."""
 
 import json
 import re
@@ -32,13 +32,13 @@ def data_of(text: str) -> Data:
 
 
 def mapping(data: Mapping[str, Any], key: str) -> Data:
-    """Return what stands under a key, if it is a mapping: a case may be wrong anywhere."""
+    """Return the mapping under a key, or an empty one if it is invalid."""
     value = data.get(key)
     return dict(value) if isinstance(value, dict) else {}
 
 
 def with_sections(text: str, sections: Mapping[str, Data]) -> str:
-    """Put other sections in the place of those that stand in a case."""
+    """Replace sections of a case."""
     before = data_of(text)
     after = before | {name: dict(data) for name, data in sections.items()}
     return edited(text, operations(before, after))
@@ -47,12 +47,12 @@ def with_sections(text: str, sections: Mapping[str, Data]) -> str:
 def with_patches(
     text: str, patches: Sequence[Mapping[str, Any]], path: Path, contract: Contract | None
 ) -> tuple[str, list[str]]:
-    """Apply patches one after the other; one that does not go with those before it is left out.
+    """Apply patches in order; one that conflicts with earlier ones is skipped.
 
-    So is one with which the case would ask for something else than the request does.
+    So is one that would break the contract.
 
     Returns:
-        The text, and why patches were left out.
+        The text, and the reasons for skipped patches.
     """
     left_out = []
     for patch in patches:
@@ -68,13 +68,13 @@ def with_patches(
 
 
 def with_renamed(text: str, renames: Mapping[str, str]) -> str:
-    """Give parameters other names, wherever an expression has them."""
+    """Rename parameters, also in expressions."""
     moves: list[Operation] = [
         {"op": "move", "from": pointer(("params", old)), "path": pointer(("params", new))}
         for old, new in renames.items()
     ]
     before = data_of(text := edited(text, moves))
-    case = {key: value for key, value in before.items() if key != "prefabs"}  # they know nothing of the case
+    case = {key: value for key, value in before.items() if key != "prefabs"}  # prefabs do not see the case's parameters
     return edited(text, operations(before, before | _params_renamed(words_renamed(case, renames), renames)))
 
 
@@ -93,7 +93,7 @@ def _params_renamed(data: Any, renames: Mapping[str, str]) -> Any:
 
 
 def words_renamed(data: Any, renames: Mapping[str, str]) -> Any:
-    """Return data of a plan in whose `${…}` parameters have other names."""
+    """Return data of a plan with parameters renamed in `${…}`."""
     if isinstance(data, str):
         return _EXPRESSION.sub(lambda found: _WORD.sub(lambda word: renames.get(word[0], word[0]), found[0]), data)
     if isinstance(data, dict):
@@ -102,7 +102,7 @@ def words_renamed(data: Any, renames: Mapping[str, str]) -> Any:
 
 
 def with_operations(text: str, changes: Sequence[Operation]) -> str:
-    """Apply a patch on what no Writer owns.
+    """Apply a patch to the parts that no Writer owns.
 
     Raises:
         PatchError: If it cannot be applied.
@@ -112,17 +112,17 @@ def with_operations(text: str, changes: Sequence[Operation]) -> str:
 
 
 def with_params(text: str, params: Mapping[str, Any]) -> str:
-    """Give parameters other values."""
+    """Set values of parameters."""
     return _laid_over(text, "params", params)
 
 
 def with_waivers(text: str, waive: Mapping[str, str]) -> str:
-    """Say of findings of the lint that they are meant."""
+    """Add waivers of lint findings."""
     return _laid_over(text, "waive", waive)
 
 
 def with_checks(text: str, checks: Fragments, drop: Sequence[str] = ()) -> str:
-    """Put measures, events and expectations into a case, in the place of those of the same name."""
+    """Put measures, events and expectations into a case; they replace those of the same name."""
     before = data_of(text)
     actions = mapping(before, "actions")
     for part in FROZEN_PARTS:
@@ -136,12 +136,12 @@ def with_checks(text: str, checks: Fragments, drop: Sequence[str] = ()) -> str:
 
 
 def edited(text: str, changes: Sequence[Operation]) -> str:
-    """Apply operations that are known to fit."""
+    """Apply operations that are known to be valid."""
     return edit_source(Source(text, "case.yaml"), changes) if changes else text
 
 
 def change_lines(before: str, after: str) -> list[str]:
-    """Say what differs between two texts of a case."""
+    """Describe the differences between two texts of a case."""
     return [change_line(change) for change in difference(data_of(before), data_of(after))]
 
 

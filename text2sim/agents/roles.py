@@ -1,4 +1,4 @@
-"""The roles, a row for each: what it is called, what its prompt is made of, and what it owns."""
+"""Table of roles: name, prompt and owned sections of each."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -12,7 +12,7 @@ PROMPTS = Path(__file__).parent / "prompts"
 
 @dataclass(frozen=True)
 class Role:
-    """Somebody who is asked."""
+    """A role that a model plays."""
 
     name: str
     """Under which its calls are counted, and its model chosen."""
@@ -48,7 +48,7 @@ def prompts_in(folder: Path) -> Any:
     """Return the Jinja environment of a folder of prompt files."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    # What is printed goes to a model as text, not into a page: there is nothing to escape.
+    # The output is text for a model, not HTML: nothing is escaped.
     loader = FileSystemLoader(folder)
     made = Environment(loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, autoescape=False)
     made.filters["quoted"] = quoted
@@ -61,23 +61,23 @@ def quoted(text: str) -> str:
 
 
 def render(prompt: str, **values: Any) -> str:
-    """Return a prompt file with its blanks filled in."""
+    """Render a prompt template."""
     return prompts_in(PROMPTS).get_template(f"{prompt}.md.j2").render(**values).strip() + "\n"
 
 
 def system_prompt(role: Role, prompt: str = "", **values: Any) -> str:
-    """Return what a role is told about itself and its work: the same in every call, so that providers can cache it.
+    """Return the system prompt of a role: the same in every call, so that providers can cache it.
 
     Args:
-        role: Who.
-        prompt: Its prompt file, if not the role's own.
-        values: Blanks of that file.
+        role: The role.
+        prompt: Prompt file, if not the role's own.
+        values: Variables of that file.
     """
     duty = render(prompt or role.duty, **values)
     return render("system", title=role.title, duty=duty)
 
 
 def writer_prompt(role: Role, rules: str, *, change: bool = False) -> str:
-    """Return the same for the Writer of a section, who writes it, or changes it."""
+    """Return the system prompt of a section's Writer, for writing it, or for changing it."""
     duty = render("write", section=role.owns, duty=render(role.duty), example=role.example, rules=rules, change=change)
     return render("system", title=role.title, duty=duty)

@@ -1,4 +1,4 @@
-"""Summary of a run in few words and one picture: the evidence that the Critic judges and the Planner reads."""
+"""Summary of a run as text: the evidence that the Critic judges and the Planner reads."""
 
 import csv
 import json
@@ -33,14 +33,14 @@ def evidence_text(
     given: Iterable[str],
     pictured: str = "",
 ) -> str:
-    """Say what a run shows.
+    """Summarise a run.
 
     Args:
         folder: The run folder.
-        evidence: What stands in `evidence.json`; None if nothing was recorded.
-        record: What stands in `run.json`.
-        given: Expectations that come from the request.
-        pictured: What to know of the pictures that go with it.
+        evidence: Content of `evidence.json`; None if nothing was recorded.
+        record: Content of `run.json`.
+        given: Names of the expectations that come from the request.
+        pictured: Note about the accompanying frames.
     """
     parts = [_outcome(record)]
     if evidence is not None:
@@ -61,7 +61,7 @@ def evidence_text(
 def history_row(
     number: int, cause: str, outcome: str, expect: Mapping[str, Any], critique: Mapping[str, Any] | None
 ) -> str:
-    """Return one line about an attempt, for those that come after it."""
+    """Return one line about an attempt for the history."""
     missed = [name for name, row in expect.items() if row.get("ok") is not True]
     row = f"{number}. {cause}: {outcome}"
     if expect:
@@ -85,7 +85,7 @@ def _without_series(part: str) -> str:
 
 
 def judgement(number: int, cause: str, critique: Mapping[str, Any] | None, fates: Sequence[str]) -> str:
-    """Say what the Critic thought of an attempt, and what became of each of its patches."""
+    """Describe the Critic's judgement of an attempt, and the fate of each of its patches."""
     if critique is None:
         return f"Attempt {number} ({cause}) could not be judged."
     rows = [f"Attempt {number} ({cause}): {critique['verdict']}, {critique['score']:g} of 100. {critique['summary']}"]
@@ -103,7 +103,7 @@ def judgement(number: int, cause: str, critique: Mapping[str, Any] | None, fates
 
 
 def attempts_table(attempts: Sequence[tuple[int, Mapping[str, Any]]]) -> str:
-    """Return expectations against attempts: what was found in each."""
+    """Return a table of the results of expectations by attempt."""
     if len(attempts) < 2:
         return ""
     names = dict.fromkeys(name for _, expect in attempts for name in expect)
@@ -116,7 +116,7 @@ def attempts_table(attempts: Sequence[tuple[int, Mapping[str, Any]]]) -> str:
 
 
 def citable(evidence: Mapping[str, Any] | None, frames: int, bodies: Iterable[str]) -> frozenset[str]:
-    """Return what a judgement of a run can rest on, as it is cited."""
+    """Return the citable items of a run's evidence."""
     cites = {"run"} | {f"frame:{k}" for k in range(1, frames + 1)} | {f"body:{name}" for name in bodies}
     if evidence is not None:
         for part, word in (("expect", "expect"), ("measures", "measure"), ("events", "event")):
@@ -279,7 +279,7 @@ def _log_tail(folder: Path) -> str:
         text = (folder / "log.txt").read_text("utf-8", "replace")
     except OSError:
         return ""
-    # The reader is told nothing of this machine: paths end with their last two parts.
+    # Paths are cut to their last two parts, to reveal nothing of this machine.
     rows = [
         " ".join(".../" + "/".join(w.split("/")[-2:]) if w.startswith("/") else w for w in row.split(" "))
         for row in text[-LOG:].splitlines()

@@ -1,4 +1,4 @@
-"""The Writers: each returns its own section, or a patch on it, and sees nothing of what the others draft."""
+"""Writers of sections: each returns its own section or a patch on it, without seeing the others' drafts."""
 
 import copy
 import json
@@ -27,7 +27,7 @@ GISTS = {"render": 200, "actions": 200}
 def write_section(
     desk: Conversation, section: str, plan: CasePlan, request: str, supplied: str, cards: str, path: Path
 ) -> dict[str, Any]:
-    """Have a section written for the first time.
+    """Have a Writer write its section for the first time.
 
     Args:
         desk: The conversation with the models.
@@ -72,23 +72,23 @@ def change_section(
     keep: Sequence[str] = (),
     derived: str = "",
 ) -> dict[str, Any] | Refer:
-    """Have a section changed.
+    """Have a Writer change its section.
 
     Args:
         desk: The conversation with the models.
         section: Which.
         plan: The plan.
         case: The case as it is.
-        instruction: What has to come out.
-        problems: What the check of the whole case says about this section.
+        instruction: The required change.
+        problems: Problems of this section from the check of the whole case.
         cards: Debug Cards for its Writer.
         path: Path of the case file.
         request: The request.
-        keep: What holds already, and must not be touched.
+        keep: What holds already and must stay.
         derived: Settings that the case leaves open.
 
     Returns:
-        The new section, or the Writer's word that somebody else has to mend it.
+        The new section, or a referral to another role.
     """
     current = mapping(case, section)
     wrong = "\n".join(f"- {problem}" for problem in problems)

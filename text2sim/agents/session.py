@@ -1,4 +1,4 @@
-"""A loop on disk: what was asked, with which models, and how far it came, so that it goes on after any interruption.
+"""Session: a loop on disk, with request, models and progress, so that it can be resumed after any interruption.
 
 CASE/case.yaml                     the best version
 CASE/generation/request.json       what was asked for
@@ -46,7 +46,7 @@ IMAGES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"}
 
 @dataclass
 class Wish:
-    """What is asked for, and what it may cost."""
+    """Request, models and budget of a session."""
 
     kind: Kind
     text: str
@@ -73,7 +73,7 @@ class Session:
 
     Args:
         case: The folder.
-        wish: What is asked for.
+        wish: Request, models and budget.
     """
 
     def __init__(self, case: Path, wish: Wish) -> None:
@@ -86,7 +86,7 @@ class Session:
 
         Args:
             case: The folder.
-            wish: What is asked for.
+            wish: Request, models and budget.
             images: Pictures that belong to it.
             assets: Meshes and mechanisms.
             licence: On what terms these may be used.
@@ -116,10 +116,10 @@ class Session:
 
     @classmethod
     def resume(cls, case: Path) -> "Session":
-        """Go on with what was begun.
+        """Resume an interrupted session.
 
         Raises:
-            RunError: If there is nothing to go on with.
+            RunError: If there is nothing to resume.
         """
         file = case / "generation" / "request.json"
         try:
@@ -128,10 +128,10 @@ class Session:
             raise RunError(f"{file}: nothing to go on with ({error})") from None
 
     def run(self, listener: Listener, stop: Callable[[], bool] = lambda: False) -> Outcome:
-        """Work until the end.
+        """Run the loop to its end.
 
         Args:
-            listener: Told of everything that happens.
+            listener: Called with every event.
             stop: Polled; returns whether to give up.
 
         Raises:
@@ -143,7 +143,7 @@ class Session:
 
         def told(event: str, what: dict[str, Any]) -> None:
             if event in ("planned", "ran", "judged", "decided"):
-                self._write(loop, deck, None, budget)  # a kill must not give back the minutes that were used
+                self._write(loop, deck, None, budget)  # a kill must not refund the minutes used
             listener(event, what)
 
         journal = Journal(self.folder / "journal.jsonl", told)
@@ -205,15 +205,15 @@ class Session:
 
 
 def endpoint_of(spec: str, case: Path) -> Endpoint:
-    """Return who answers; `{case}` in the name of a mailbox stands for the case's folder."""
+    """Return an endpoint; `{case}` in the name of a mailbox stands for the case folder."""
     return _endpoint_of(spec.replace("{case}", str(case)))
 
 
 def check_models(models: dict[str, str]) -> None:
-    """Refuse roles that nobody has.
+    """Check the names of roles.
 
     Raises:
-        RunError: With the roles there are.
+        RunError: If a role is unknown; the message lists the roles.
     """
     if unknown := sorted(set(models) - set(ROLES) - {""}):
         raise RunError(f"there is no role {', '.join(unknown)}; there are {', '.join(ROLES)}")

@@ -1,4 +1,4 @@
-"""The Writers at work, each asked for its own section; what one refers to another is asked of that one."""
+"""Team of Writers, each asked for its own section; referrals are passed on."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -25,7 +25,7 @@ REFERRED = "Mend what you are told, and change nothing else; refer it on if it i
 
 @dataclass
 class Workshop:
-    """Where sections are written and changed."""
+    """Coordinator of the Writers."""
 
     desk: Conversation
     deck: DealtCards
@@ -56,7 +56,7 @@ class Workshop:
         return sections
 
     def supplied(self, assets: Sequence[Asset]) -> Supplies:
-        """Have models made."""
+        """Have assets made."""
         if not assets:
             return Supplies()
         self.emit("stage", name="assets")
