@@ -12,10 +12,10 @@ def replay(
     run: Annotated[Path, typer.Argument(help="Folder of a run.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
-    """Make the page in which a run is looked at in 3D.
+    """Write the page that shows a run in 3D.
 
-    `text2sim run` makes it, too; this is for runs of older versions, and for those with so many states that it
-    left it out.
+    `text2sim run` writes it, too; this is for runs of older versions, and for those with so many states that it was
+    skipped.
     """
     from text2sim.cli.output import say, say_json
     from text2sim.recording.inventory import fault

@@ -1,4 +1,4 @@
-"""The words of a request: on the command line, from a file, or from standard input."""
+"""Text of a request: from the command line, a file, or standard input."""
 
 import sys
 from pathlib import Path
@@ -19,14 +19,14 @@ File = Annotated[
 
 
 def words_of(words: str, file: Path | None) -> str:
-    """Return what somebody asks for. Words are words, even if a file is called so: only `--file` and `-` read.
+    """Return the text of a request. Words are never taken for a file name: only `--file` and `-` read.
 
     Args:
-        words: What stands on the command line; `-` for standard input.
-        file: A text file in its place.
+        words: The argument; `-` for standard input.
+        file: A text file instead.
 
     Raises:
-        RunError: if there are both, or what is to be read is no text, or is too long.
+        RunError: if both are given, or the input is not text or too long.
     """
     if file is not None and words:
         raise RunError(f"there are words and --file {file}: give one of them")
@@ -45,7 +45,7 @@ def words_of(words: str, file: Path | None) -> str:
 def _is_file(words: str) -> bool:
     try:
         return Path(words).is_file()
-    except (OSError, ValueError):  # words are no path, or too long for one
+    except (OSError, ValueError):  # not a valid path, or too long for one
         return False
 
 

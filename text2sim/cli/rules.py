@@ -22,7 +22,7 @@ def say_rules(as_json: bool) -> int:
 
 
 def say_rule(name: str, as_json: bool) -> int:
-    """Print all that there is to say about a rule, and return the exit code."""
+    """Print the full description of a rule, and return the exit code."""
     rule = find_rule(name)
     if rule is None:
         hint = nearest(name, [rule.id for rule in RULES])

@@ -42,8 +42,8 @@ def run_cases(
 ) -> None:
     """Simulate cases, judge what happened, and film it.
 
-    What is already done is not done again: a changed render section only films again; changed measures,
-    events and expectations are only judged again.
+    Finished work is not repeated: a changed render section only films again; changed measures, events and
+    expectations are only judged again.
 
     Ctrl-C stops gently and keeps what was recorded; a second one kills.
     """
@@ -52,7 +52,7 @@ def run_cases(
     from text2sim.cli.verdict import exit_of, say_result
     from text2sim.service.examined import examine, find_cases
 
-    # All are read before the first runs: a slip in the last should not show after an hour.
+    # All are read before the first runs: an error in the last should not show up after an hour.
     paths, overlay = find_cases(cases), overlay_of(variants, sets)
     options: dict[str, Any] = {
         "where": where_of(workers, ray, store, runs),

@@ -33,7 +33,7 @@ def show(
     from text2sim.service.examined import Examined, case_file
     from text2sim.spec_schema.errors import Text2SimError, nearest
 
-    # Pictures are drawn in threads of their own; those of the matrix library would only be in their way.
+    # Pictures are drawn in separate threads; those of the matrix library would compete with them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     overlay = overlay_of(variants, sets)
     row = Examined(case_file(case))
@@ -62,7 +62,7 @@ def show(
 
 
 def _resolve(row: "Examined", case: Path, overlay: "Overlay") -> "Resolution | None":
-    """Work a case out; what is wrong with it ends up in `row`. The lint has no say: a picture may be what it takes."""
+    """Resolve a case; its problems are added to `row`. The lint is skipped: a picture may help to fix its findings."""
     from text2sim.compiler.build import resolve_case
     from text2sim.spec_schema.errors import Text2SimError
     from text2sim.spec_schema.load import load_case
@@ -86,7 +86,7 @@ def _draw(resolution: "Resolution", target: Path, overlay: "Overlay") -> None:
 
 
 def _said(overlay: "Overlay") -> str:
-    """What is laid over the case, in words."""
+    """Description of the overlay."""
     names = [f"variant {' + '.join(overlay.variants)}"] if overlay.variants else []
     return ", ".join([*names, *overlay.sets])
 

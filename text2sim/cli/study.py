@@ -1,4 +1,4 @@
-"""The commands `text2sim study`: films of methods compared by people who do not know which is whose."""
+"""The commands `text2sim study`: blind comparisons of methods' films by people."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -27,7 +27,7 @@ def build_study(
         Path | None, typer.Option("--consent", help="A text that people agree to, instead of ours.")
     ] = None,
 ) -> None:
-    """Make assignments of comparisons, and copies of the films under names that say nothing."""
+    """Make assignments of comparisons, and copies of the films under anonymous names."""
     from text2sim.cli.output import say
     from text2sim.evaluation.method_folder import read_method
     from text2sim.evaluation.suite import read_suite
@@ -51,9 +51,9 @@ def serve_study(
     port: Annotated[int, typer.Option("--port", min=0, max=65535, help="0 takes one that is free.")] = 8765,
     host: Annotated[str, typer.Option("--host", help="Address of this machine at which to listen.")] = "127.0.0.1",
 ) -> None:
-    """Show the comparisons in a browser, and keep what people answer.
+    """Serve the comparisons in a browser, and record the answers.
 
-    Ctrl-C ends it; begun again, it has the same address, and people go on where they were.
+    Ctrl-C ends it; a restart has the same address, and people continue where they were.
     """
     import sys
 
@@ -81,7 +81,7 @@ def serve_study(
 
 @study.command("analyse")
 def analyse_study(folder: Folder, as_json: AsJson = False) -> None:
-    """Say how much better each method is than the anchor, which has 50, with 95 % intervals over tasks."""
+    """Report the score of each method relative to the anchor, which has 50, with 95 % intervals over tasks."""
     from rich import box
     from rich.console import Console
     from rich.table import Table

@@ -1,4 +1,4 @@
-"""Command `text2sim render --suggest`."""
+"""The command `text2sim render --suggest`."""
 
 import sys
 from typing import TYPE_CHECKING, Any
@@ -9,11 +9,11 @@ if TYPE_CHECKING:
 
 
 def propose(chosen: "Chosen", *, write: bool, as_json: bool) -> None:
-    """Print a camera and light for a run; if wanted, put them into its case.
+    """Print a camera and light for a run, and with `write` put them into its case.
 
     Raises:
-        RunError: if they are to be written and no case was named.
-        SpecError: if the case would be wrong with them.
+        RunError: if they are to be written and no case is given.
+        SpecError: if the case would be invalid with them.
     """
     from text2sim.cli.output import say, say_json
     from text2sim.rendering.suggest import suggest
@@ -62,7 +62,7 @@ def _document(proposal: "Proposal", *, written: bool) -> dict[str, Any]:
 
 
 def _reasons(proposal: "Proposal") -> list[str]:
-    """Say in lines how well bodies would be seen."""
+    """Describe the legibility of bodies, as lines."""
     lines = [
         f"{proposal.tried} cameras tried: this one scores {proposal.score:.2f}, the present one {proposal.before:.2f}"
     ]

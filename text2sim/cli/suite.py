@@ -33,7 +33,7 @@ def run_suite(
     store: StoreUrl = "",
     as_json: AsJson = False,
 ) -> None:
-    """Run cases like a test suite: a case passes if everything that it expects came true."""
+    """Run cases like a test suite: a case passes if all its expectations hold."""
     from text2sim.cli.output import say, say_json
     from text2sim.cli.verdict import exit_of
     from text2sim.service.examined import examine, find_cases
@@ -51,7 +51,7 @@ def run_suite(
         "force": force,
         "device": "gpu" if gpu else "cpu",
     }
-    # On a terminal the live line shows how far it is; elsewhere a suite prints its summary alone.
+    # On a terminal the live line shows progress; elsewhere a suite prints its summary alone.
     quiet = as_json or not sys.stderr.isatty()
     overlay = overlay_of(variants, sets)
     rows = [row for path in find_cases(paths) if pattern in (row := examine(path, plan=False, overlay=overlay)).name]

@@ -1,4 +1,4 @@
-"""Runs of one case, one for each point of a sweep, and the table that comes of them."""
+"""Sweeps: runs of one case, one for each point, and the table of results."""
 
 import csv
 import io
@@ -22,10 +22,10 @@ def run_sweep(
 
     Args:
         path: The case.
-        overlay: What is laid over the case in every run.
+        overlay: Overlay of the case in every run.
         name: Name of the sweep; empty for a grid.
         grid: Axes of a grid, as `PATH=[a, b]`.
-        options: As `attempts` takes them.
+        options: Keyword arguments of `attempts`.
         as_json: Print one JSON document.
     """
     from text2sim.cli.cases import say_examined
@@ -46,7 +46,7 @@ def run_sweep(
         for row in () if as_json else bad:
             words = tuple(str(problem) for problem in row.problems)
             if words and words in told:
-                continue  # a path that leads nowhere is wrong with each of its values
+                continue  # an invalid path fails with each of its values
             told.add(words)
             say(f"{row.title}:", to=sys.stderr)
             say_examined(row)
@@ -74,7 +74,7 @@ def run_sweep(
 
 
 def _points(base: "Examined", name: str, grid: list[str]) -> "list[tuple[str, Overlay]]":
-    """Label of each run and what is laid over the case; nothing, with the reason in `base`, if there are none."""
+    """Label and overlay of each run; empty, with the reason in `base`, if there are none."""
     from text2sim.spec_schema.errors import RunError, SpecError
     from text2sim.spec_schema.reuse.sweeps import grid_runs, parse_grid, runs_of
 
@@ -94,7 +94,7 @@ def _grid_name(grid: list[str]) -> str:
 
 
 class _Table:
-    """What came of each run, as `sweep.json` and `sweep.csv` hold it."""
+    """Results of the runs, as stored in `sweep.json` and `sweep.csv`."""
 
     def __init__(self, base: "Examined", name: str, runs: Path) -> None:
         self.name, self.case, self.overlay = name, base.name, base.overlay
@@ -141,7 +141,7 @@ class _Table:
         }
 
     def write(self) -> None:
-        """Write both files anew: a sweep that is interrupted leaves what it came to."""
+        """Rewrite both files, so that an interrupted sweep keeps its results."""
         import json
 
         from text2sim.spec_schema.whole_files import write_atomically

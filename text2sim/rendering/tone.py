@@ -1,4 +1,4 @@
-"""Tone mapping, from radiance to the picture: gain, tone curve, background.
+"""Tone mapping from radiance to the displayed picture: gain, tone curve, background.
 
 AgX is Troy Sobotka's; the polynomial of its curve and the matrices are Benjamin Wrensch's
 (https://iolite-engine.com/blog_posts/minimal_agx_implementation). ACES is Stephen Hill's fit.
@@ -31,8 +31,8 @@ def developed(radiance: Array, gain: float, tone: str = "agx") -> Array:
     """Return radiance (h, w, 3), linear Rec. 709, as a picture in sRGB, 0 to 1.
 
     Args:
-        radiance: What reaches the camera.
-        gain: Factor by which a white sheet in the light comes to 1.
+        radiance: Radiance at the camera, shape (h, w, 3).
+        gain: Factor that maps a lit white sheet to 1.
         tone: agx, aces or standard.
     """
     light = np.maximum(np.nan_to_num(radiance, posinf=1e4), 0.0) * gain
@@ -46,22 +46,22 @@ def developed(radiance: Array, gain: float, tone: str = "agx") -> Array:
 
 
 def encoded(linear: Array) -> Array:
-    """Return linear values as sRGB."""
+    """Convert linear values to sRGB."""
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 1e-9) ** (1 / 2.4) - 0.055)
 
 
 def linear(srgb: Array) -> Array:
-    """Return values of sRGB, 0 to 1, as linear ones."""
+    """Convert sRGB values, 0 to 1, to linear ones."""
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
 def over(picture: Array, alpha: Array, color: tuple[float, float, float] | Array) -> Array:
-    """Return a picture (h, w, 3) that stops being opaque before a plain colour or a picture, both in sRGB."""
+    """Composite a picture (h, w, 3) over a plain colour or another picture, both in sRGB, by its alpha."""
     return picture * alpha[..., None] + np.asarray(color) * (1 - alpha[..., None])
 
 
 def bytes_of(picture: Array) -> NDArray[np.uint8]:
-    """Return a picture of 0 to 1 in whole steps of 255."""
+    """Quantise a picture from 0 to 1 to uint8."""
     return (np.clip(picture, 0.0, 1.0) * 255 + 0.5).astype(np.uint8)
 
 
@@ -72,5 +72,5 @@ def _agx(light: Array) -> Array:
     shown = np.maximum(shown, 0.0) ** CONTRAST
     grey = (shown @ LUMA)[..., None]
     shown = grey + SATURATION * (shown - grey)
-    # The curve's result is encoded for display already, and so is ours.
+    # The curve's result is already encoded for display.
     return encoded(np.clip(np.maximum(shown @ AGX_OUT.T, 0.0) ** 2.2, 0.0, 1.0))

@@ -1,8 +1,8 @@
-"""One picture: samples, what guides the denoiser, and the denoiser.
+"""Tracing of one frame: samples, guides of the denoiser, and the denoiser.
 
-Clear glass is traced apart. Through it no lamp can be aimed at, so what is inside would drown in noise, and the
-denoiser would take the glass for what is seen. So the scene is traced without its clear things, and what these reflect
-is added: lamps, and bright rims, but no shadow and no bent light. What is inside is seen as if they were not there.
+Clear glass is traced separately. Lamps cannot be sampled through it, so its contents would drown in noise, and the
+denoiser would be guided by the glass. So the scene is traced without clear things, and their reflections are added:
+lamps and bright rims, but no shadows and no refraction.
 """
 
 from collections.abc import Iterator, Sequence
@@ -48,7 +48,7 @@ RIM = 3
 
 @dataclass(frozen=True)
 class Quality:
-    """How long a picture is looked at."""
+    """Sampling quality of a frame."""
 
     samples: int
     """Per pixel; 4, 8, 16, 36 and 64 are exact."""
@@ -63,7 +63,7 @@ QUALITIES = {"draft": Quality(8, 6, 4), "final": Quality(36, 8, 9), "still": Qua
 
 @dataclass
 class Traced:
-    """A picture as radiance."""
+    """A traced frame as radiance."""
 
     radiance: Array
     """Linear, shape (h, w, 3); of what is there, however little of a pixel it fills."""
@@ -78,19 +78,19 @@ class Traced:
 
 
 def trace(moments: Sequence[tuple[Moment, Any]], quality: Quality, gain: float, *, denoise: bool = True) -> Traced:
-    """Return the mean over moments.
+    """Trace a frame as the mean over several moments.
 
     Args:
         moments: Scene and sensor of each.
-        quality: Samples.
-        gain: Factor by which a white sheet in the light comes to 1.
-        denoise: Whether noise is taken out.
+        quality: Sampling quality.
+        gain: Factor that maps a lit white sheet to 1.
+        denoise: Whether to denoise.
     """
     mi = mitsuba()
     path: dict[str, Any] = {"type": "path", "max_depth": quality.depth, "rr_depth": ROULETTE, "hide_emitters": True}
     integrator, guide = mi.load_dict(path), mi.load_dict({"type": "aov", "aovs": GUIDES})
     seen_at_all = mi.load_dict(MET if moments[0][0].is_solid else SEEN)
-    # Together the moments of a blurred picture have as many samples as a sharp one.
+    # The moments of a motion-blurred frame share the samples of a sharp one.
     wanted = GUIDE_SAMPLES if len(moments) == 1 else GUIDE_SAMPLES_BLURRED
     samples, guiding = (ceil(total / len(moments)) for total in (quality.samples, wanted))
     seconds = {"trace": 0.0, "guides": 0.0, "gloss": 0.0, "denoise": 0.0}
@@ -102,7 +102,7 @@ def trace(moments: Sequence[tuple[Moment, Any]], quality: Quality, gain: float, 
             there = pictures.add(made)[..., 3]
         with _timed(seconds, "guides"):
             guides.add(mi.render(moment.solid, sensor=sensor, integrator=guide, spp=guiding, seed=seed))
-            if guiding > samples and there.min() < 1:  # edges before nothing are as rough as their samples are few
+            if guiding > samples and there.min() < 1:  # edges before an empty background are noisy with few samples
                 more = mi.render(moment.solid, sensor=sensor, integrator=seen_at_all, spp=guiding, seed=seed)
                 there = _edges(there, np.array(more)[..., 3])
             alphas.add(there)
@@ -125,15 +125,15 @@ def trace(moments: Sequence[tuple[Moment, Any]], quality: Quality, gain: float, 
 
 
 def _edges(few: Array, many: Array) -> Array:
-    """Return how much of pixels (h, w) is filled, by many samples.
+    """Return the coverage of pixels (h, w), from many samples.
 
-    Those may meet lamps, too, which paths do not: there the few samples of paths count.
+    These may hit lamps, which paths do not: there the few samples of the paths count.
     """
     return np.where(maximum_filter((few == 0) & (many > 0.5), 3), few, many)
 
 
 class _Mean:
-    """Mean of pictures."""
+    """Running mean of pictures."""
 
     def __init__(self) -> None:
         self.count, self._sum = 0, np.zeros(())
@@ -161,40 +161,40 @@ def _limited(radiance: Array, gain: float) -> Array:
 
 
 def dimmed(gloss: Array, gain: float) -> Array:
-    """Return what glass reflects (h, w, 3), with lamps in it that do not outshine what is behind it."""
+    """Return reflections of glass (h, w, 3), with lamps dimmed so that they do not outshine what is behind."""
     bright = gloss.max(axis=-1, keepdims=True) * gain
     soft = SHEEN + GLARE * (bright - SHEEN)
     return gloss * np.where(bright > SHEEN, soft / np.maximum(bright, 1e-9), 1.0)
 
 
 def undimmed(radiance: Array, alpha: Array) -> Array:
-    """Return what a picture (h, w, 3) would be if what is there filled its pixels, and a little around it.
+    """Return a picture (h, w, 3) divided by its alpha, and extended slightly beyond its edges.
 
-    Laid over a background by its alpha, an edge that is as dark as it is thin would be a black line; and so it would be
-    if the denoiser took the darkness around it for a part of the picture.
+    Otherwise edges would become dark lines when composited over a background, or when the denoiser includes the dark
+    surroundings.
 
-    Pixels without a value become like those around them, see `healed`.
+    Non-finite pixels are filled from their neighbours; see `healed`.
 
     Args:
-        radiance: Mean over pixels, with nothing for black.
-        alpha: How much of each is filled, shape (h, w).
+        radiance: Mean over pixels; empty parts count as black.
+        alpha: Coverage of each pixel, shape (h, w).
     """
     known = (alpha > 0) & np.isfinite(radiance).all(axis=-1)
     return _filled(np.where(known[..., None], radiance / np.where(known, alpha, 1.0)[..., None], 0.0), known, RIM)
 
 
 def healed(radiance: Array) -> Array:
-    """Return a picture (h, w, 3) whose pixels without a value are like those around them.
+    """Return a picture (h, w, 3) whose non-finite pixels are filled from their neighbours.
 
-    The renderer's relief of surfaces yields no number now and then, and one such sample takes its whole pixel along: as
-    black ones they would be specks, which the denoiser makes larger.
+    Bump maps occasionally yield a non-finite sample, which spoils its pixel; black pixels would be specks
+    that the denoiser enlarges.
     """
     known = np.asarray(np.isfinite(radiance).all(axis=-1))
     return _filled(np.where(known[..., None], radiance, 0.0), known, max(known.shape))
 
 
 def _filled(picture: Array, known: NDArray[np.bool_], rings: int) -> Array:
-    """Return a picture whose unknown pixels are like those around them, as far from known ones as so many pixels."""
+    """Return a picture whose unknown pixels are filled from their neighbours, up to `rings` pixels from known ones."""
     for _ in range(rings):
         if known.all() or not known.any():
             break
@@ -207,7 +207,7 @@ def _filled(picture: Array, known: NDArray[np.bool_], rings: int) -> Array:
 
 
 def _denoised(*pictures: Array, fast: bool) -> Array:
-    """Return the first picture without noise; albedo and normals may go with it."""
+    """Return the first picture denoised; albedo and normals may follow as guides."""
     import mitsuba_oidn as oidn
 
     quality = oidn.Quality.Fast if fast else oidn.Quality.High
