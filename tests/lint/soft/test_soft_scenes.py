@@ -304,3 +304,15 @@ bodies:
 """
     said = {problem.rule for problem in report_on(tmp_path, body).problems}
     assert not said & {"soft-too-near", "counted-twice", "soft-inside"}
+
+
+@pytest.mark.parametrize("region", ["{corner: [left, back]}", "{sphere: {center: [0, 0, 0], radius: 0.05}}"])
+def test_what_is_held_inside_of_a_body_shows_no_gap(assets: Path, region: str) -> None:
+    """A ball has no corners, and its middle no surface."""
+    held = f"""\
+scene: {{statics: {{peg: {{shape: {{kind: sphere, radius: 0.01}}, pose: {{pos: [0.2, 0, 1.03]}}}}}}}}
+bodies:
+  ball: {{kind: soft, cell: 0.02, shape: {{kind: sphere, radius: 0.2}}, pose: {{pos: [0, 0, 1]}}}}
+actions: {{controls: {{hang: {{kind: attach, body: ball, region: {region}, to: peg}}}}}}
+"""
+    assert findings(assets, "held-at-a-distance", held) == []

@@ -7,6 +7,7 @@ from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.gjk import distance
 from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.regions import RegionError
 from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.shapes.solid import Solid
 from text2sim.lint.facts import Facts
@@ -109,7 +110,10 @@ def _off_its_holder(facts: Facts) -> Iterator[Problem]:
         pieces = [part.solid for copy in holders for part in facts.parts(copy)]
         if body is None or not pieces or len(facts.placed[body.body]) > 1:
             continue
-        point = points.in_world(body.copy, None, region)
+        try:
+            point = points.in_world(body.copy, None, region)
+        except RegionError:
+            continue  # it lies inside of the body, where no gap can be seen
         near = region.sphere.radius if region.sphere else 0.0
         away = min(distance(Solid(Piece("sphere", size=(near,)), point, IDENTITY), one) for one in pieces)
         if away > max(soft.scales.spacing(body.body, body.solver), SEEN):
