@@ -235,6 +235,56 @@ def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path
     assert "took 31 s by the clock, 2.5 s for each simulated second" in made._left(made.made[0])
 
 
+@pytest.mark.parametrize(
+    ("left", "pace", "asked"), [(8.0, 0.0, True), (60.0, 0.0, False), (8.0, 2.0, False), (None, 0.0, False)]
+)
+def test_a_run_that_would_take_most_of_the_time_left_is_doubted_once(
+    tmp_path: Path, left: float | None, pace: float, asked: bool
+) -> None:
+    quiet = lambda event, /, *, live=False, **what: None  # noqa: E731
+    made = AgentLoop(
+        tmp_path, Request("A ball."), desk(tmp_path, Scripted({})), DealtCards(None, quiet), quiet,
+        Limits(minutes_left=lambda: left),
+    )  # fmt: skip
+    made.path, made.agreement = tmp_path / "case.yaml", agreed()[0]
+    made.agreement.plan.keeps = ["low"]
+    made.made = [Attempt(1, CASE, "first version", pace=pace)]
+    told: list[list[str]] = []
+    give_up = Decision(action="give_up", why="x")
+    made._decided = lambda attempt, report, **more: (told.append(list(report.doubts)), give_up)[1]  # type: ignore
+    examined = examine(CASE, made.path)
+    examined.seconds = 300.0
+    for _ in range(2):
+        made._doubted(Attempt(2, CASE, "x"), examined, [])
+    assert len(told) == asked
+    assert not asked or "estimated at 5 minutes (within a factor of three) of the 8 that are left" in told[0][0]
+
+
+@pytest.mark.parametrize(
+    ("answer", "wrong"),
+    [
+        ("", True),
+        ("take: [1]", False),
+        ("routes: [{section: scene, instruction: longer}]", True),
+        ("plan: {duration: 3, SAYS}", False),
+    ],
+)
+def test_a_new_expectation_may_come_at_a_time_that_the_same_decision_makes_room_for(answer: str, wrong: bool) -> None:
+    says = "says: {late: It lies.}, checks: {expect: {late: {measure: z, at: 2.5, below: 0.2}}}"
+    whole = answer.replace("SAYS", says) if "plan" in answer else f"{answer}\nplan: {{{says}}}"
+    longer = {"section": "scene", "operations": [{"op": "replace", "path": "/scene/duration", "value": 3}]}
+    found = faults(whole, critique={"patches": [longer]})
+    assert any("the run is over by then (1 s)" in row for row in found) is wrong, found
+
+
+def test_the_plan_and_the_case_get_another_duration_together() -> None:
+    agreement, _ = agreed()
+    decision = Decision.model_validate({"action": "repair", "why": "x", "plan": {"duration": 2.5}})
+    assert "duration: 2.5" in agreement.apply(CASE, decision)
+    assert agreement.plan.duration == 2.5
+    assert faults("plan: {duration: 2.5}") == []
+
+
 # --- in the loop ---------------------------------------------------------------------------------------------------
 
 LOST = HIGH.replace('pose: {pos: [0, 0, "${height + 1.7}"]}', "place: {on: table}")

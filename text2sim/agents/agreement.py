@@ -100,6 +100,9 @@ class Agreement:
             text = revising.with_renamed(text, amendment.rename)
             plan = CasePlan.model_validate(revising.words_renamed(plan.model_dump(mode="json"), amendment.rename))
         text = revising.with_operations(revising.with_params(text, decision.params), decision.patch)
+        if amendment.duration is not None:
+            add = {"op": "add", "path": "/scene/duration", "value": amendment.duration}
+            text, plan = revising.with_operations(text, [add]), plan.model_copy(update={"duration": amendment.duration})
         text = revising.with_waivers(text, decision.waive)
         new = [amendment.checks] + ([decision.restate.checks] if decision.restate is not None else [])
         for checks in new:

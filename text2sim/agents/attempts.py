@@ -14,6 +14,7 @@ from text2sim.agents.facts import found, kept
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.pictures import frame_sheet
 from text2sim.agents.replies import CasePlan
+from text2sim.agents.requirements import Requirement
 from text2sim.agents.run_summary import citable, evidence_text
 from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError
@@ -65,6 +66,32 @@ class Attempt:
         """Those of the named expectations that failed."""
         known = {one: name for name in names for one in numbered(name, self.expect)}
         return tuple(dict.fromkeys(known[one] for one in known if self.expect.get(one, {}).get("ok") is not True))
+
+    def history_row(self) -> str:
+        """One line about it for the history."""
+        missed = [name for name, row in self.expect.items() if row.get("ok") is not True]
+        row = f"{self.number}. {self.cause}: "
+        row += self.state if not self.problems else "refused: " + "; ".join(self.problems[:2])
+        if self.expect:
+            row += f"; {len(self.expect) - len(missed)} of {len(self.expect)} expectations true"
+        for name in missed[:4]:
+            row += f"; `{name}` {self.expect[name].get('why', '')}"
+        if self.critique is not None:
+            row += f"; Critic: {self.critique['verdict']}, {self.critique['score']:g} of 100"
+            row += "".join(f"; {failure['what']}" for failure in self.critique["failures"][:3])
+        return row
+
+    def shortcomings(self, requirements: Mapping[str, Requirement]) -> list[str]:
+        """Problems, requirements that are not fully met, and failures that the Critic names, if it was not accepted."""
+        if self.accepted:
+            return list(self.problems)
+        marks, failures = (self.critique or {}).get("requirements", {}), (self.critique or {}).get("failures", ())
+        rows = [
+            f"{'half met' if marks[name]['mark'] else 'not met'}: {one.what}"
+            for name, one in requirements.items()
+            if name in marks and marks[name]["mark"] < 1
+        ]
+        return list(dict.fromkeys([*self.problems, *rows, *(failure["what"] for failure in failures)]))
 
     def rank(self, names: Sequence[str]) -> tuple[Any, ...]:
         """Sort key of an attempt's quality; larger is better."""

@@ -146,14 +146,15 @@ def decision_faults(
         wrong.append(
             "take a patch, route work, or change a parameter or what is checked: otherwise the next attempt is this one"
         )
-    return wrong or _tried(decision, agreement, case, path)
+    patches = (report.critique or {}).get("patches", ())
+    return wrong or _tried(decision, agreement, case, path, [patches[k - 1] for k in decision.take])
 
 
 def _does(decision: Decision) -> bool:
     """Whether a change of the plan also changes the case or gives somebody work."""
     plan = decision.plan
     return plan is not None and bool(
-        plan.rename or plan.briefs or plan.assets or plan.checks.expect or plan.keeps or plan.facts
+        plan.duration or plan.rename or plan.briefs or plan.assets or plan.checks.expect or plan.keeps or plan.facts
     )
 
 
@@ -211,14 +212,23 @@ def _part(checks: Fragments, part: str) -> list[tuple[str, dict[str, Any]]]:
     return list(getattr(checks, part).items())
 
 
-def _tried(decision: Decision, agreement: Agreement, case: str, path: Path) -> list[str]:
-    """Problems that a decision would introduce and that no Writer could fix."""
+def _tried(
+    decision: Decision, agreement: Agreement, case: str, path: Path, taken: Sequence[Mapping[str, Any]]
+) -> list[str]:
+    """Problems that a decision would introduce and that no Writer could fix.
+
+    The Critic's patches that it takes count: a new expectation may come at a time that only they make room for.
+    """
     try:
         text, plan = agreement.changed(case, decision)
     except (PatchError, SpecError) as error:
         return [f"/patch: {str(error).splitlines()[0]}"]
     if text == case and plan.checks == agreement.plan.checks:
         return []
+    text, _ = revising.with_patches(text, taken, path, None)
+    duration = revising.mapping(revising.data_of(text), "scene").get("duration")
+    if isinstance(duration, int | float):
+        plan = plan.model_copy(update={"duration": float(duration)})
     return [*_new_plan_faults(agreement.plan, plan, path), *_new_problems(case, text, agreement, path)]
 
 
@@ -246,9 +256,9 @@ def _reported(report: Report) -> str:
         )
     if report.doubts:
         parts.append(
-            "It has not been run yet: the check has doubts about what it is to be judged by. Mend what is true of them "
-            "(`restate`, `plan`, `params`, `routes`); of what is meant, say so (`waive` the rule, or `plan: {keeps: "
-            "[…]}`):\n\n" + _listed(report.doubts)
+            "It has not been run yet: the check has doubts about it. Fix what is true of them (`restate`, `plan`, "
+            "`params`, `routes`); if something is intended, say so (`waive` the rule, or `plan: {keeps: […]}`):\n\n"
+            + _listed(report.doubts)
         )
     if report.referred:
         parts.append("Writers refer to you:\n\n" + _listed(report.referred))

@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
@@ -23,7 +22,6 @@ from text2sim.agents.planning import Request, Tried, make_plan, plan_text
 from text2sim.agents.rehearsal import held_at_start
 from text2sim.agents.replies import CasePlan, Decision, Fragments, Route
 from text2sim.agents.requirements import Requirement, take_apart
-from text2sim.agents.run_summary import history_row
 from text2sim.agents.writer_team import Workshop
 from text2sim.spec_schema.errors import Problem
 
@@ -38,6 +36,8 @@ STANDSTILL = 2
 """Attempts after the best one that may bring nothing, once everything expected has come true,"""
 FILMED = 5
 """and so many if they only film a run again, which is cheap."""
+DEAR = 0.25
+"""Share of the time left that a first run may be expected to take before the Planner is asked about it."""
 
 
 class AgentLoop:
@@ -68,6 +68,7 @@ class AgentLoop:
         self.base = ""
         """Text of the case of which somebody wishes a change."""
         self._warned: set[tuple[str, str]] = set()
+        self.progress = lambda now: emit("progress", live=True, phase=now.phase, t=now.t, duration=now.duration)
 
     # --- ways in ----------------------------------------------------------------------------------------------
 
@@ -80,8 +81,7 @@ class AgentLoop:
         self.require(take_apart(self.desk, self.request.text, self.request.images))
         plan = make_plan(self.desk, self.request, self.deck, self.path)
         self.agreement.expect(plan, plan.checks.expect)
-        self.emit("planned", goal=plan.event, possible=plan.possible, why=plan.why, assumptions=plan.assumptions,
-                  says=plan.says)  # fmt: skip
+        self._tell(plan)
         if plan.possible == "no":
             return Outcome("impossible", plan.why, plan=plan)
         return self.work(self._drafted(), "first version")
@@ -167,9 +167,12 @@ class AgentLoop:
         plan = make_plan(self.desk, self.request, self.deck, self.path, tried)
         if plan.possible != "no":
             self.agreement.expect_anew(plan)
-        self.emit("planned", goal=plan.event, possible=plan.possible, why=plan.why, assumptions=plan.assumptions,
-                  says=plan.says)  # fmt: skip
+        self._tell(plan)
         return plan
+
+    def _tell(self, plan: CasePlan) -> None:
+        told = {name: getattr(plan, name) for name in ("possible", "why", "assumptions", "says")}
+        self.emit("planned", goal=plan.event, **told)
 
     # --- first version ----------------------------------------------------------------------------------------
 
@@ -281,7 +284,7 @@ class AgentLoop:
         held = held_at_start(examined.loaded, [name for name in self.agreement.names if name not in plan.keeps])
         fresh = {name: row for name, row in held.items() if ("held-at-start", name) not in self._warned}
         self._warned |= {("held-at-start", name) for name in fresh}
-        doubts = [*doubts, *fresh.values()]
+        doubts = [*doubts, *fresh.values(), *self._too_dear(attempt, examined)]
         if not doubts:
             return examined
         self.emit("doubted", number=attempt.number, doubts=doubts[:20])
@@ -298,6 +301,20 @@ class AgentLoop:
         self.workshop.referred.append(f"Not done before the run, because it left the case wrong: {decision.why}")
         return examined
 
+    def _too_dear(self, attempt: Attempt, examined: Examination) -> list[str]:
+        """Say once, before the first run, that it may take too much of the time that is left."""
+        now = self.limits.minutes_left()
+        if now is None or "dear" in {rule for rule, _ in self._warned} or any(one.pace for one in self.made):
+            return []
+        left, needed = self.attempts.minutes_left(attempt, now), examined.seconds / 60
+        if left is None or needed <= DEAR * left:
+            return []
+        self._warned.add(("dear", ""))
+        estimate = (
+            f"a run is estimated at {needed:.0f} minutes (within a factor of three) of the {left:.0f} that are left"
+        )
+        return [f"{estimate}, and several may be needed: shorten it, coarsen the cells, or take a cheaper solver"]
+
     def _taken(self, attempt: Attempt, text: str, before: Examination) -> Examination:
         """Adopt a repaired text, unless it is worse."""
         mended = examine(text, self.path)
@@ -311,10 +328,6 @@ class AgentLoop:
         for problem in errors:
             owners.setdefault(owner_of(problem, self.agreement.pointers), []).append(said(problem))
         return owners
-
-    def progress(self, progress: Any) -> None:
-        """Report the progress of a simulation."""
-        self.emit("progress", live=True, phase=progress.phase, t=progress.t, duration=progress.duration)
 
     # --- what is done next ------------------------------------------------------------------------------------
 
@@ -348,11 +361,7 @@ class AgentLoop:
         return "; ".join(words) + "."
 
     def _history(self) -> str:
-        rows = []
-        for one in self.made:
-            outcome = one.state if not one.problems else "refused: " + "; ".join(one.problems[:2])
-            rows.append(history_row(one.number, one.cause, outcome, one.expect, one.critique))
-        return "\n".join(rows)
+        return "\n".join(one.history_row() for one in self.made)
 
     def _revised(self, attempt: Attempt, decision: Decision) -> tuple[str, list[str]]:
         """Carry out a decision; return the new text, and what could not be done."""
@@ -379,22 +388,12 @@ class AgentLoop:
     def outcome(self, state: State, why: str) -> Outcome:
         """Publish the best attempt, and return the outcome."""
         best = max(self.made, key=lambda one: one.rank(self.agreement.names), default=None)
-        unresolved = []
+        unresolved: list[str] = []
         if best is not None:
             if best.accepted or not self.only_if_accepted:
                 self.attempts.publish(best)
-            unresolved += [
-                f"{name}: {self.agreement.plan.says.get(name, '')}" for name in best.missed(self.agreement.names)
-            ]
-            unresolved += best.problems
-            if not best.accepted:
-                marks = (best.critique or {}).get("requirements", {})
-                unresolved += [
-                    f"{'half met' if marks[name]['mark'] else 'not met'}: {one.what}"
-                    for name, one in self.request.requirements.items()
-                    if name in marks and marks[name]["mark"] < 1
-                ]
-                unresolved += [failure["what"] for failure in (best.critique or {}).get("failures", ())]
-                unresolved = list(dict.fromkeys(unresolved))
+            missed = best.missed(self.agreement.names)
+            unresolved = [f"{name}: {self.agreement.plan.says.get(name, '')}" for name in missed]
+            unresolved += best.shortcomings(self.request.requirements)
         self.emit("ended", state=state, why=why, best=best.number if best else None)
         return Outcome(state, why, best, unresolved, self.agreement.plan)

@@ -288,6 +288,8 @@ class PlanPatch(Form):
     """What the Planner changes of its plan."""
 
     event: Line = ""
+    duration: Annotated[float, Field(gt=0, le=600)] | None = None
+    """Another length of the run [s], which the case gets at once."""
     rename: dict[Name, Name] = {}
     """Parameters that are called otherwise from now on, in the whole case."""
     bodies: dict[Name, PlannedBody] = {}

@@ -58,22 +58,6 @@ def evidence_text(
     return "\n\n".join(part for part in parts if part)
 
 
-def history_row(
-    number: int, cause: str, outcome: str, expect: Mapping[str, Any], critique: Mapping[str, Any] | None
-) -> str:
-    """Return one line about an attempt for the history."""
-    missed = [name for name, row in expect.items() if row.get("ok") is not True]
-    row = f"{number}. {cause}: {outcome}"
-    if expect:
-        row += f"; {len(expect) - len(missed)} of {len(expect)} expectations true"
-    for name in missed[:4]:
-        row += f"; `{name}` {expect[name].get('why', '')}"
-    if critique is not None:
-        row += f"; Critic: {critique['verdict']}, {critique['score']:g} of 100"
-        row += "".join(f"; {failure['what']}" for failure in critique["failures"][:3])
-    return row
-
-
 def to_decide_by(evidence: str) -> str:
     """Return evidence without what only its judge looks at: values over time, and what cameras saw."""
     parts = [part for part in evidence.split("\n\n## ") if not part.startswith("What the cameras saw")]
