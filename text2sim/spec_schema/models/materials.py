@@ -149,9 +149,10 @@ class Look(Model):
     finish: Finish = "rough"
     """Surface of the body; the preview shows how it shines. A liquid that is given none is as clear as `glass`."""
     pattern: Pattern | None = None
-    """What lies over the colour."""
+    """Boards, tiles or print over the colour, as `{kind: stripes, size: 0.03, color: white}`: planks, bricks, tiles,
+    checker, gingham, stripes, dots; on boxes also carton, crate, book, pips."""
     label: Label | None = None
-    """What is written on it."""
+    """What is written on it, as `{text: "7", color: white}`."""
     opacity: Fraction = 1.0
     """1 is solid, 0 is invisible."""
     vary: Vary | None = None
