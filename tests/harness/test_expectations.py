@@ -56,6 +56,17 @@ def judge(ending: Ending = FINISHED, log: EventLog | None = None, **expect) -> F
         ({"event": "hit", "before": "miss"}, False),
         ({"event": "hit", "count": 2, "within": [0.1, 0.3], "before": "late"}, True),
         ({"event": "unheard_of"}, False),
+        ({"event": "late", "on": "hit", "within": [0.6, 0.8]}, True),  # 0.9 s is 0.7 s after 0.2 s
+        ({"event": "late", "on": "hit", "within": [0, 0.6]}, False),
+        ({"event": "hit", "on": "late", "within": [0, "end"]}, False),  # its first time is earlier
+        ({"event": "late", "on": "hit", "within": [0, 0.6], "never": True}, True),
+        ({"event": "late", "on": "miss", "within": [0, 0.6], "never": True}, False),  # nothing to count from
+        ({"measure": "ramp", "on": "hit", "at": 0.3, "equals": 5, "tolerance": 1e-6}, True),
+        ({"measure": "ramp", "on": "hit", "during": [0, "end"], "above": 1.99}, True),
+        ({"measure": "ramp", "on": "hit", "during": [0, 0.1], "stat": "max", "below": 3.01}, True),
+        ({"measure": "ramp", "on": "hit", "during": [0, 0.1], "stat": "max", "below": 2.99}, False),
+        ({"measure": "ramp", "on": "late", "at": 0.3, "above": 0}, False),  # the run is over by then
+        ({"measure": "ramp", "on": "miss", "at": 0, "above": -1}, False),
         ({"measure": "ramp", "at": 0.505, "equals": 5.05, "tolerance": 1e-6}, True),  # between two frames
         ({"measure": "ramp", "at": 0.5, "above": 4.9, "below": 5.1}, True),
         ({"measure": "ramp", "at": 0.5, "above": 5.1}, False),
@@ -103,6 +114,8 @@ def test_of_a_finished_run(expect, ok):
         ({"event": "hit", "before": "late"}, None),
         ({"measure": "ramp", "at": 0.5, "above": 4.9}, True),
         ({"measure": "ramp", "at": 0.7, "above": 0.0}, None),
+        ({"measure": "ramp", "on": "hit", "at": 0.5, "above": 0.0}, None),
+        ({"measure": "ramp", "on": "late", "at": 0.0, "above": 0.0}, None),
         ({"measure": "ramp", "at": "end", "above": 0.0}, None),
         ({"measure": "ramp", "during": [0.1, 0.5], "above": 0.9}, True),
         ({"measure": "ramp", "during": "all", "above": -1.0}, None),
@@ -150,6 +163,21 @@ def test_of_a_run_that_ended_early(expect, ok):
             {"measure": "hat", "during": [0.2, 0.4], "above": 1},
             "`hat` above 1 m from 0.2 s to 0.4 s",
             "at worst 0.7 m at 0.2 s",
+        ),
+        (
+            {"measure": "ramp", "on": "hit", "at": 0.3, "above": 2},
+            "`ramp` above 2 m at 0.3 s after `hit`",
+            "5 m at 0.5 s; `hit` at 0.2 s",
+        ),
+        (
+            {"measure": "ramp", "on": "hit", "during": [0.1, "end"], "above": 2},
+            "`ramp` above 2 m from 0.1 s after `hit` to the end",
+            "at worst 3 m at 0.3 s; `hit` at 0.2 s",
+        ),
+        (
+            {"event": "late", "on": "miss", "within": [0, 0.5]},
+            "`late` happens first from 0 s to 0.5 s after `miss`",
+            "`miss` never happened",
         ),
     ],
 )

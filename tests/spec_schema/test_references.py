@@ -205,6 +205,7 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
     ("after-end", f"{MEASURE}/change_from", None, {MEASURE: {"kind": "speed", "of": "ball", "change_from": 3.5}}),
     # expectations
     ("unknown-event", f"{EXPECT}/event", "impact", {EXPECT: {"event": "impac"}}),
+    ("unknown-event", f"{EXPECT}/on", "impact", {EXPECT: {"event": "settled", "on": "impac", "within": [0, 1]}}),
     ("unknown-event", f"{EXPECT}/before", "settled", {EXPECT: {"event": "impact", "before": "setled"}}),
     ("impossible", f"{EXPECT}/before", None, {EXPECT: {"event": "impact", "before": "impact"}}),
     ("impossible", f"{EXPECT}/count", None, {EXPECT: {"event": "impact", "count": [3, 2]}}),

@@ -264,7 +264,7 @@ def _without_joints(checks: Fragments) -> Fragments:
         name: row
         for name, row in checks.expect.items()
         if row.get("measure") in (None, *measures)
-        and all(row.get(key) in (None, *events) for key in ("event", "before"))
+        and all(row.get(key) in (None, *events) for key in ("event", "before", "on"))
     }
     return Fragments(measures=measures, events=events, expect=expect)
 
@@ -281,6 +281,8 @@ def _at_rest(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]]:
     kept = {one for name in plan.keeps for one in numbered(name, case.actions.expect)}
     holding, active = {}, set()
     for name, expect in case.actions.expect.items():
+        if expect.on is not None:
+            continue  # the event that it waits for does not happen
         if expect.measure is not None:
             value = rest_value(case.actions.measures[expect.measure])
             asked = asked_of(expect, case.scene.duration)

@@ -1,7 +1,7 @@
 """Expectations: evaluation of each against measures and events."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -85,6 +85,19 @@ class _Judge:
     ending: Ending
 
     def judge(self, name: str, expect: Expect) -> Finding:
+        if expect.on is None:
+            return self._judged(name, expect)
+        start = self.events.first(expect.on)
+        series = self.series.get(expect.measure or "")
+        unit = "s" if expect.event is not None else series.unit if series is not None else ""
+        wanted = wanted_of_event(expect) if expect.event is not None else wanted_of_measure(expect, unit)
+        if start is None:
+            ok, _, why = self._unreached(f"and `{expect.on}` had not happened") if self.ending.early else (False, 0, "")
+            return Finding(name, ok, None, unit, wanted, why or f"`{expect.on}` never happened")
+        found = self._judged(name, counted_from(expect, start))
+        return replace(found, wanted=wanted, why=f"{found.why}; `{expect.on}` at {start:.4g} s")
+
+    def _judged(self, name: str, expect: Expect) -> Finding:
         if expect.event is not None:
             wanted, unit = wanted_of_event(expect), "s" if expect.count is None and not expect.never else ""
             if expect.event not in self.events.occurrences:
@@ -232,6 +245,22 @@ class _Judge:
         return np.concatenate([[first], self.time[inner], [last]]), np.concatenate([[left], values[inner], [right]])
 
 
+def counted_from(expect: Expect, start: float) -> Expect:
+    """Return an expectation with `on` as one whose times count from the start of the run, as does `start` [s]."""
+
+    def later(window: tuple[float, float | str]) -> tuple[float, float | str]:
+        return window[0] + start, window[1] if isinstance(window[1], str) else window[1] + start
+
+    update: dict[str, Any] = {"on": None}
+    if expect.within is not None:
+        update["within"] = later(expect.within)
+    if isinstance(expect.at, float):
+        update["at"] = expect.at + start
+    if isinstance(expect.during, tuple):
+        update["during"] = later(expect.during)
+    return expect.model_copy(update=update)
+
+
 def moment(at: float | str | None, time: Array) -> float:
     """Return the time [s] of `at`: a number, or the `start` or `end` of the recording."""
     if isinstance(at, str):
@@ -289,14 +318,15 @@ def _window(expect: Expect) -> tuple[float, float | str] | None:
     return expect.during if isinstance(expect.during, tuple) else None
 
 
-def _span(window: tuple[float, float | str]) -> str:
+def _span(window: tuple[float, float | str], on: str | None) -> str:
     first, last = window
-    return f"from {first:g} s to {'the end' if isinstance(last, str) else f'{last:g} s'}"
+    after = "" if on is None else f" after `{on}`"
+    return f"from {first:g} s{after} to the end" if isinstance(last, str) else f"from {first:g} s to {last:g} s{after}"
 
 
 def wanted_of_event(expect: Expect) -> str:
     """Describe what is expected of an event."""
-    span = _span(expect.within) if expect.within else ""
+    span = _span(expect.within, expect.on) if expect.within else ""
     if expect.never:
         return f"`{expect.event}` never happens {span}".rstrip()
     words = [f"`{expect.event}` happens"]
@@ -320,7 +350,8 @@ def wanted_of_measure(expect: Expect, unit: str) -> str:
     subject = f"`{expect.measure}`" if expect.stat is None else f"{expect.stat} of `{expect.measure}`"
     if expect.at is not None:
         when = f"at the {expect.at}" if isinstance(expect.at, str) else f"at {expect.at:g} s"
+        when += f" after `{expect.on}`" if expect.on is not None else ""
     else:
         span = _window(expect)
-        when = _span(span) if span else "all the time"
+        when = _span(span, expect.on) if span else "all the time"
     return f"{subject} {' and '.join(bounds)} {when}"

@@ -8,7 +8,7 @@ import numpy as np
 from text2sim.evidence.contact_sheet import write_contact_sheet
 from text2sim.evidence.diagnostics import energy_series
 from text2sim.evidence.evidence import STOPPED
-from text2sim.evidence.expectations import moment
+from text2sim.evidence.expectations import counted_from, moment
 from text2sim.evidence.page import data_uri, read_films, render_page, sentence
 from text2sim.evidence.plots import GREEN, ORANGE, Bound, Line, plot_series
 from text2sim.evidence.recorded_case import RecordedCase
@@ -159,6 +159,11 @@ def bound_of(name: str, expect: Expect, measure: str, evidence: dict[str, Any], 
     # A bound on the mean or range of a measure does not bound its values.
     if expect.measure != measure or expect.stat in ("mean", "std", "range") or not len(time):
         return None
+    if expect.on is not None:
+        started = evidence.get("events", {}).get(expect.on, {}).get("first")
+        if started is None:
+            return None
+        expect = counted_from(expect, started)
     if expect.at is not None:
         start = end = moment(expect.at, time)
     else:

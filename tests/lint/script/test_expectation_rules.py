@@ -303,3 +303,18 @@ actions: {{events: {{hit: {{kind: contact, between: [rail.cart, post]}}}}}}
 """
     parts = [SCENE, rail, *([more] if more else [])]
     assert bool(findings(assets, "dead-event", *parts)) != meets
+
+
+@pytest.mark.parametrize(
+    ("rule", "expects"),
+    [
+        ("contradiction", "a: {measure: m, at: 0.5, above: 2}, b: {measure: m, on: hit, at: 0.5, below: 1}"),
+        ("contradiction", "a: {event: fall, on: hit, within: [0, 0.4]}, b: {event: fall, within: [1, 2]}"),
+        ("cannot-hold", "a: {measure: m, on: hit, during: [0, end], above: 1.5}"),
+    ],
+)
+def test_when_times_count_from_an_event_is_not_known(tmp_path: Path, rule: str, expects: str) -> None:
+    words = "events: {hit: {kind: contact, between: [ball, wall]}, fall: {kind: contact, between: [ball, floor]}}"
+    case = f"actions:\n  measures: {{m: {{kind: position, of: ball, axis: z}}}}\n  {words}\n  expect: {{{expects}}}\n"
+    assert findings(tmp_path, rule, SCENE, case) == []
+    assert findings(tmp_path, rule, SCENE, case.replace("on: hit, ", ""))

@@ -15,7 +15,7 @@ Balls = list[tuple[Vec, float]]
 """Middles and radii [m]."""
 
 _NAME = re.compile(r"[A-Za-z]\w*")
-WANTED = ("body", "joint", "of", "by", "between", "from", "to", "measure", "event", "before", "after", "attach")
+WANTED = ("body", "joint", "of", "by", "between", "from", "to", "measure", "event", "before", "after", "on", "attach")
 """Keys under which the script names bodies, or what names bodies in turn."""
 
 

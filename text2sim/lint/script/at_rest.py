@@ -88,6 +88,8 @@ def _overlap(a: Any, b: Any) -> bool:
 
 def passes(facts: Facts, expect: Expect) -> bool:
     """Whether an expectation certainly holds in a scene that stands still."""
+    if expect.on is not None:
+        return False  # nothing that it could count from
     if expect.measure is not None:
         return _measure(facts, expect)
     event = facts.case.actions.events[expect.event or ""]

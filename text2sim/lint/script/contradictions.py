@@ -26,6 +26,8 @@ def _contradictions(facts: Facts) -> Iterator[Problem]:
     wishes: dict[str, list[Wish]] = {}
     events: dict[str, list[tuple[str, Expect]]] = {}
     for name, expect in facts.case.actions.expect.items():
+        if expect.on is not None:
+            continue  # when is not known
         if expect.measure is not None:
             wishes.setdefault(expect.measure, []).append((name, expect, asked_of(expect, duration)))
         elif expect.event is not None:

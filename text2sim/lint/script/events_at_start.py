@@ -23,7 +23,7 @@ TOUCH = 1e-4
 
 def _beginnings(facts: Facts) -> Iterator[Problem]:
     actions = facts.case.actions
-    used = {name for one in actions.expect.values() for name in (one.event, one.before)}
+    used = {name for one in actions.expect.values() for name in (one.event, one.before, one.on)}
     used |= {getattr(control, "on", None) for control in actions.controls.values()}
     for name, event in actions.events.items():
         if name not in used or event.after is not None or event.kind not in _SAYS or happening_of(facts, name).never:

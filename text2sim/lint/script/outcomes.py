@@ -45,6 +45,8 @@ def asked_of(expect: Expect, duration: float) -> Asked:
         # The ends are allowed here: a hair more than the tolerance has no end.
         width = expect.tolerance * (1 + ROUNDING) + ROUNDING
         low, high = max(low, expect.equals - width), min(high, expect.equals + width)
+    if expect.on is not None:  # some time after the start
+        return Asked(low, high, ROUNDING, duration, expect.stat or "all")
     if expect.at is not None:
         at = {"start": 0.0, "end": duration}.get(str(expect.at), expect.at)
         return Asked(low, high, float(at), float(at), "all")
@@ -131,8 +133,8 @@ def _degrees(values: Values, asked: Asked) -> str:
 def _too_early(facts: Facts, expect: Expect) -> tuple[str, str]:
     """Why an event cannot come in time, and the field that says so."""
     known = happening_of(facts, expect.event or "")
-    if known.never:
-        return "", ""  # that is said of the event
+    if known.never or expect.on is not None:
+        return "", ""  # that is said of the event; and when the other one happens is not known
     first, last = span_of(expect.within, facts.case.scene.duration)
     if expect.never:
         inside = [time for time in known.at or () if first <= time <= last]
@@ -162,7 +164,7 @@ def _cannot_fail(facts: Facts) -> Iterator[Problem]:
             text = f"`{name}` cannot fail, and so says nothing: {why}"
             yield facts.problem("cannot-fail", ("actions", "expect", name, bound_of(expect)), text)
     for name, expect in facts.case.actions.expect.items():
-        if expect.event is None or expect.before is not None:
+        if expect.event is None or expect.before is not None or expect.on is not None:
             continue
         where: Path = ("actions", "expect", name)
         known = happening_of(facts, expect.event)

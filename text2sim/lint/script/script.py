@@ -41,7 +41,7 @@ def _dead_events(facts: Facts) -> Iterator[Problem]:
         waits = [
             key
             for key, expect in actions.expect.items()
-            if name in (expect.event, expect.before) and not expect.never and expect.count not in (0, (0, 0))
+            if name in (expect.event, expect.before, expect.on) and not expect.never and expect.count not in (0, (0, 0))
         ]
         quiet = [key for key, expect in actions.expect.items() if expect.event == name and key not in waits]
         then = ""

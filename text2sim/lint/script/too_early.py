@@ -30,6 +30,8 @@ def _soon(facts: Facts) -> Iterator[Problem]:
     actions = facts.case.actions
     for name, expect in actions.expect.items():
         where = ("actions", "expect", name)
+        if expect.on is not None:
+            continue
         if expect.event is not None:
             if expect.never or expect.within is None or expect.count in (0, (0, 0)):
                 continue

@@ -24,6 +24,8 @@ class Expect(Model):
     """How often the event happens: exactly, or from and to."""
     before: Name | None = None
     """The event's first time is earlier than that of this other event."""
+    on: Name | None = None
+    """Name of an event: the times of `within`, `at` and `during` count from its first time. Must happen."""
 
     measure: Name | None = None
     """Name of the measure that it is about."""
@@ -56,11 +58,15 @@ class Expect(Model):
                 raise ValueError(f"{_listed(of_measure)} with a measure, not with an event")
             if self.never and (of_event - {"never", "within"}):
                 raise ValueError("never goes with within alone")
+            if self.on is not None and self.within is None:
+                raise ValueError("on goes with within, at or during")
             return self
         if of_event:
             raise ValueError(f"{_listed(of_event)} with an event, not with a measure")
         if (self.at is None) == (self.during is None):
             raise ValueError("a measure needs either at or during")
+        if self.on is not None and (isinstance(self.at, str) or self.during == "all"):
+            raise ValueError("with on, give times in seconds after that event; during may end at end")
         if self.stat is not None and self.during is None:
             raise ValueError("stat goes with during")
         if self.above is None and self.below is None and self.equals is None:

@@ -12,6 +12,11 @@ def check_expectations(cast: NameTable) -> None:
     """Check every expectation."""
     for name, expect in cast.loaded.case.actions.expect.items():
         where: Path = ("actions", "expect", name)
+        events = cast.loaded.case.actions.events
+        for field in ("event", "before", "on"):
+            named = getattr(expect, field)
+            if named is not None and named not in events:
+                cast.report((*where, field), f"there is no event `{named}`", "unknown-event", nearest(named, events))
         if expect.event is not None:
             _check_event(cast, where, expect)
         else:
@@ -19,12 +24,7 @@ def check_expectations(cast: NameTable) -> None:
 
 
 def _check_event(cast: NameTable, where: Path, expect: Expect) -> None:
-    events = cast.loaded.case.actions.events
     duration = cast.loaded.case.scene.duration
-    for field in ("event", "before"):
-        name = getattr(expect, field)
-        if name is not None and name not in events:
-            cast.report((*where, field), f"there is no event `{name}`", "unknown-event", nearest(name, events))
     if expect.before is not None and expect.before == expect.event:
         cast.report((*where, "before"), "an event cannot come before itself", "impossible")
     if expect.within is not None and expect.within[0] > duration:

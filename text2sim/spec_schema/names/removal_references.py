@@ -61,7 +61,7 @@ def _check_expectations(cast: NameTable, name: str, removal: Remove) -> None:
     actions, duration = cast.loaded.case.actions, cast.loaded.case.scene.duration
     for key, expect in actions.expect.items():
         measure = actions.measures.get(expect.measure or "")
-        if measure is None or removal.at is None or measure.kind == "count_in":
+        if measure is None or removal.at is None or expect.on is not None or measure.kind == "count_in":
             continue
         members = measured(cast, measure)
         gone = [member for member in members if _covers(removal.body, member.text)]
