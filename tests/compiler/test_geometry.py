@@ -8,7 +8,8 @@ from pydantic import TypeAdapter
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from text2sim.compiler.shapes.geometry import extents, inner_floor, pieces, points, visual_mesh, volume
+from text2sim.compiler.shapes.extents import extents
+from text2sim.compiler.shapes.geometry import inner_floor, pieces, points, visual_mesh, volume
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
     quat_between,

@@ -13,6 +13,7 @@ from soft_quality import signed_volume, surface_faults
 
 from text2sim.compiler.build import resolve_case
 from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.extrude import convex_parts, polygons_of
 from text2sim.compiler.shapes.glyphs import chosen, glyph_parts, whole
 from text2sim.compiler.shapes.rotation import IDENTITY, quat_from_euler_deg
@@ -89,9 +90,9 @@ class TestLetters:
         assert parts[0].offset[1] - parts[2].offset[1] == pytest.approx(1.5 * 0.3)
 
     def test_the_whole_is_centred_and_a_part_on_its_own_middle(self):
-        low, high = geometry.extents(text("Two\nrows"), IDENTITY, HERE)
+        low, high = extents(text("Two\nrows"), IDENTITY, HERE)
         assert low == pytest.approx([-x for x in high])
-        low, high = geometry.extents(text("Two\nrows", part=3), IDENTITY, HERE)
+        low, high = extents(text("Two\nrows", part=3), IDENTITY, HERE)
         assert low == pytest.approx([-x for x in high])
         assert high[0] < 0.1, "one letter"
         (glyph,) = chosen(text("Two\nrows", part=3), HERE)
@@ -315,7 +316,7 @@ class TestSolids:
 
     def test_bounds_hold_in_every_orientation(self):
         shape, quat = text("Rg"), quat_from_euler_deg((20, 40, 60))
-        low, high = geometry.extents(shape, quat, HERE)
+        low, high = extents(shape, quat, HERE)
         from scipy.spatial.transform import Rotation
 
         (mesh,) = geometry.visual_mesh(shape, HERE)
@@ -393,7 +394,7 @@ class TestCopies:
             "pose: {pos: [1, 2, 3]}", "place: {on: floor, at: [0, 0]}"
         )
         copies = resolve_case(load_text(text_of)).placed["word"]
-        lows = [copy.pos[2] + geometry.extents(copy.shape, copy.quat, HERE)[0][2] for copy in copies]
+        lows = [copy.pos[2] + extents(copy.shape, copy.quat, HERE)[0][2] for copy in copies]
         assert min(lows) == pytest.approx(0, abs=1e-6)
         assert lows[0] > 0.05, "the g hangs below the A"
 

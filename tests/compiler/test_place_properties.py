@@ -8,7 +8,8 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from text2sim.compiler.placing.placement import Copy, place_all
-from text2sim.compiler.shapes.geometry import extents, pieces
+from text2sim.compiler.shapes.extents import extents
+from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.rotation import quat_conjugate, quat_multiply, quat_rotate
 from text2sim.compiler.shapes.solid import solids
 from text2sim.compiler.shapes.sweep import least_distance

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from text2sim.compiler.shapes.geometry import extents
+from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.shapes.softmesh import soft_surface
 from text2sim.spec_schema.load import load_text

@@ -11,6 +11,7 @@ import pytest
 from text2sim.compiler.build import resolve_case
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.distances import round_cone
+from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.levelset import MAX_NODES, fillet, grid_of, placed_parts
 from text2sim.compiler.shapes.sculpting import sculpted
 from text2sim.compiler.shapes.softmesh import soft_surface
@@ -130,7 +131,7 @@ def test_pieces_follow_the_parts() -> None:
     pieces = geometry.pieces(shape, Path())
     assert len(pieces) == 3
     assert min(z for piece in pieces for *_, z in piece.vertices) == pytest.approx(-0.32, abs=1e-3)
-    assert geometry.extents(shape, (1, 0, 0, 0), Path())[0][2] == pytest.approx(-0.32, abs=2e-3)
+    assert extents(shape, (1, 0, 0, 0), Path())[0][2] == pytest.approx(-0.32, abs=2e-3)
     assert all(piece.volume() > 0 for piece in pieces)
     (hull,) = geometry.pieces(shape.model_copy(update={"collision": "hull"}), Path())
     assert hull.volume() > 1.5 * geometry.volume(shape, Path())

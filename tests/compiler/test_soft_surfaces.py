@@ -10,6 +10,7 @@ from soft_quality import quality, signed_volume, surface_faults, tetrahedralise
 
 from text2sim.compiler.build import resolve_case
 from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.regions import RegionError, region_points
 from text2sim.compiler.shapes.remesh import divided
 from text2sim.compiler.shapes.rotation import IDENTITY, quat_from_euler_deg
@@ -99,7 +100,7 @@ class TestSolids:
     def test_it_has_the_bounds_of_the_shape(self, kind):
         shape = make(kind)
         mesh = soft_surface(shape, HERE, 0.02)
-        low, high = geometry.extents(shape, IDENTITY, HERE)
+        low, high = extents(shape, IDENTITY, HERE)
         # The pieces of a wall may reach farther out than it does; see `outer_polygon_radius`.
         apart = 0.005 if kind in ("tube", "cup", "funnel") else 0.003
         assert mesh.vertices.min(0) == pytest.approx(low, abs=apart)
@@ -168,7 +169,7 @@ class TestSheets:
         sheet = Sheet(kind="sheet", size=(1.0, 0.6))
         (piece,) = geometry.pieces(sheet, HERE)
         assert piece.size == (1.0, 0.6, 0.001)
-        low, high = geometry.extents(sheet, quat_from_euler_deg((90, 0, 0)), HERE)
+        low, high = extents(sheet, quat_from_euler_deg((90, 0, 0)), HERE)
         assert high == pytest.approx((0.5, 0.0005, 0.3))
         assert low == pytest.approx((-0.5, -0.0005, -0.3))
 
@@ -235,7 +236,7 @@ class TestMeshFiles:
 
     def test_a_flat_cloth_has_bounds_and_a_flat_body_is_refused(self, tmp_path):
         grid_obj(tmp_path / "flat.obj", 2)
-        low, high = geometry.extents(Mesh(kind="mesh", file="flat.obj"), IDENTITY, tmp_path)
+        low, high = extents(Mesh(kind="mesh", file="flat.obj"), IDENTITY, tmp_path)
         assert low == pytest.approx((0, 0, 0), abs=1e-5)
         assert high == pytest.approx((1, 1, 0), abs=1e-5)
         case = "text2sim: 2\nname: a\nscene: {duration: 1}\nbodies:\n  rag: {kind: %s, shape: {kind: mesh, file: flat.obj}}\n"

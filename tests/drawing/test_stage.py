@@ -7,7 +7,7 @@ import pytest
 from pictures import resolved, volume
 
 from text2sim.compiler.build import Resolution
-from text2sim.compiler.shapes.geometry import body_extents
+from text2sim.compiler.shapes.extents import body_extents
 from text2sim.compiler.shapes.geometry import volume as exact_volume
 from text2sim.compiler.trees.tree import tree_bounds
 from text2sim.drawing.stage import stage

@@ -135,7 +135,7 @@ def test_what_is_out_of_range_is_refused_where_it_stands(name: str):
 
 @pytest.mark.parametrize(("name", "size"), MEASURED.items())
 def test_it_is_as_large_as_it_says(name: str, size: tuple[float, float, float]):
-    from text2sim.compiler.shapes.geometry import extents
+    from text2sim.compiler.shapes.extents import extents
 
     (copy,) = resolved({"use": name, "pose": {"pos": [0, 0, 5]}}).placed["it"]
     low, high = extents(copy.shape, copy.quat, resolved({"use": name, "pose": {"pos": [0, 0, 5]}}).loaded.folder)

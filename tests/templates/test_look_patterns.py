@@ -7,6 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.extents import extents
 from text2sim.rendering.dressing import dressed, shifted, toned
 from text2sim.rendering.meshes import presentable
 from text2sim.spec_schema.models.shapes import Compound
@@ -156,7 +157,7 @@ def test_decor_is_drawn_and_neither_weighs_nor_touches():
     plain = Compound.model_validate({"kind": "compound", "parts": {"head": {"shape": ball}}})
     for ask in (geometry.pieces, geometry.volume):
         assert ask(dressed_up, Path()) == ask(plain, Path())
-    assert geometry.extents(dressed_up, (1, 0, 0, 0), Path()) == geometry.extents(plain, (1, 0, 0, 0), Path())
+    assert extents(dressed_up, (1, 0, 0, 0), Path()) == extents(plain, (1, 0, 0, 0), Path())
     (drawn,) = geometry.visual_mesh(dressed_up, Path()) or ()
     assert drawn.part == "eye"
     assert np.allclose(np.linalg.norm(drawn.vertices - (0.1, 0, 0), axis=1), 0.02)

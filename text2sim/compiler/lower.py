@@ -12,6 +12,7 @@ from text2sim.compiler.looks import Rgba, dress_of, rgba_of, worn_by
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
 from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.piece import Piece, piece_ball, piece_thickness
 from text2sim.compiler.shapes.rotation import frame_apply, quat_conjugate, quat_rotate, vector_unit
 from text2sim.compiler.shapes.surface import VisualMesh
@@ -138,7 +139,7 @@ class Lowering:
             shape = model.payload.shape
             look = model.payload.look or model.look
             geoms = self._geoms(shape, model.payload.material, look, copy)
-            low, high = geometry.extents(shape, (1.0, 0.0, 0.0, 0.0), self.folder)
+            low, high = extents(shape, (1.0, 0.0, 0.0, 0.0), self.folder)
             payload = (geoms, float(high[2]))
         tree = generators.chain_tree(model, vector_unit(model.direction), rgba, payload)
         return self._model(copy, tree)

@@ -13,7 +13,7 @@ from text2sim.compiler.plan import Plan
 from text2sim.compiler.settings import Settings
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.casemesh import load_mesh
-from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.extents import Bounds, extents
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_rotate
 from text2sim.compiler.soft.solvers import is_soft
@@ -202,7 +202,7 @@ class Facts:
         # Copies of one body mostly share their shape.
         key = (id(copy.shape), copy.quat)
         if key not in self._extents:
-            self._extents[key] = geometry.extents(copy.shape, copy.quat, self.folder)
+            self._extents[key] = extents(copy.shape, copy.quat, self.folder)
         (x, y, z), ((a, b, c), (d, e, f)) = copy.pos, self._extents[key]
         return (x + a, y + b, z + c), (x + d, y + e, z + f)
 

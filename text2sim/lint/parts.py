@@ -7,7 +7,7 @@ from itertools import product
 from typing import NamedTuple
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.extents import Bounds
 from text2sim.compiler.shapes.meshfile import MeshFile
 from text2sim.compiler.shapes.piece import Piece, piece_thickness
 from text2sim.compiler.shapes.rotation import (

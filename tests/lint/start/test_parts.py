@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.extents import Bounds
 from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces
 from text2sim.compiler.shapes.rotation import quat_from_euler_deg
 from text2sim.lint.parts import Part, apart, near, union

@@ -16,7 +16,7 @@ from text2sim.compiler.placing.arrangement import OWN, Entry, Targets, arrange
 from text2sim.compiler.placing.lettering import letter_rows
 from text2sim.compiler.placing.patterns import MAX_COPIES, SINGLE, Variables, copy_count, copy_variables
 from text2sim.compiler.placing.place_error import PatternError, PlaceError
-from text2sim.compiler.shapes.geometry import TreeExtents
+from text2sim.compiler.shapes.extents import TreeExtents
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
 from text2sim.compiler.shapes.sizes import MAX_PIECES, SizeError, Sizes, Spot, TreePieces
 from text2sim.compiler.shapes.sweep import ORIGIN

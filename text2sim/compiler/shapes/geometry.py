@@ -1,51 +1,22 @@
-"""Geometry of shapes: their convex pieces, their drawn surface, volume and exact bounds."""
+"""Geometry of shapes: their convex pieces, their drawn surface and volume."""
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
-from text2sim.compiler.shapes.hulls import MANY_VERTICES
-from text2sim.compiler.shapes.piece import Piece, cone_piece, outer_polygon_radius, ring_pieces, wall_pieces
+from text2sim.compiler.shapes.extents import wall_radii
+from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces
 from text2sim.compiler.shapes.rotation import (
-    IDENTITY,
-    Quaternion,
-    Rows,
     Vec,
     frame_apply,
     quat_of,
     quat_rotate,
-    quat_to_rows,
 )
-from text2sim.compiler.shapes.sagging import sheet_pieces, sheet_reach
+from text2sim.compiler.shapes.sagging import sheet_pieces
 from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface
-from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid, Rope
-from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Compound, Cone, Cup, Ellipsoid, Funnel, Mesh, Sheet, Sketch, Text, Tube
-
-__all__ = [
-    "Bounds",
-    "InnerFloor",
-    "Piece",
-    "TreeExtents",
-    "VisualMesh",
-    "body_extents",
-    "extents",
-    "inner_floor",
-    "pieces",
-    "points",
-    "visual_mesh",
-    "volume",
-]
-
-Bounds = tuple[Vec, Vec]
-"""Lowest and highest corner [m] of an upright box."""
-
-TreeExtents = Callable[[Any, Quaternion, Path], Bounds]
-"""Bounds of a body that is a tree of links, about its origin, turned by a quaternion."""
-
+from text2sim.spec_schema.models.shapes import Compound, Cup, Funnel, Mesh, Sheet, Sketch, Text, Tube
 
 _MEMORY = 4096
 _KNOWN: dict[Any, tuple[Piece, ...]] = {}
@@ -137,23 +108,13 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
         ]
     if kind == "plane":
         raise ValueError("a plane has no pieces")
-    bottom, top = _wall(shape)
+    bottom, top = wall_radii(shape)
     half = shape.height / 2
     if kind == "cup":
         staves = wall_pieces(bottom, top, shape.thickness - half, half, shape.segments)
         floor = Piece("cylinder", pos=(0.0, 0.0, shape.thickness / 2 - half), size=(shape.radius, shape.thickness))
         return [floor, *staves]
     return wall_pieces(bottom, top, -half, half, shape.segments)
-
-
-def _wall(shape: Tube | Cup | Funnel) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Inner and outer radius [m] of a round wall at its bottom and top."""
-    if isinstance(shape, Tube):
-        return (shape.inner_radius, shape.outer_radius), (shape.inner_radius, shape.outer_radius)
-    if isinstance(shape, Cup):
-        return (shape.radius - shape.thickness, shape.radius), (shape.radius - shape.thickness, shape.radius)
-    low, high = shape.bottom_radius, shape.top_radius
-    return (low, low + shape.thickness), (high, high + shape.thickness)
 
 
 def _mesh_piece(shape: Mesh, folder: Path) -> Piece:
@@ -251,129 +212,6 @@ def volume(shape: Any, folder: Path) -> float:
     return pieces(shape, folder)[0].volume()
 
 
-# The reach of a shape along a direction u of its own frame: the largest u.x over its points x [m].
-
-
-def _reach_ring(radius: float, height: float, u: Vec) -> float:
-    return radius * math.hypot(u[0], u[1]) + height * u[2]
-
-
-def _reach_box(shape: Any, u: Vec, folder: Path) -> float:
-    x, y, z = shape.size
-    return (x * abs(u[0]) + y * abs(u[1]) + z * abs(u[2])) / 2
-
-
-def _reach_ellipsoid(shape: Ellipsoid, u: Vec, folder: Path) -> float:
-    return math.hypot(*(r * c for r, c in zip(shape.radii, u, strict=True)))
-
-
-def _reach_cone(shape: Cone, u: Vec, folder: Path) -> float:
-    half = shape.height / 2
-    return max(_reach_ring(shape.radius, -half, u), half * u[2])
-
-
-def _reach_wall(shape: Tube | Cup | Funnel, u: Vec, folder: Path) -> float:
-    half = shape.height / 2
-    (low_in, low), (high_in, high) = _wall(shape)
-    low, high = (
-        outer_polygon_radius(low, low_in, shape.segments),
-        outer_polygon_radius(high, high_in, shape.segments),
-    )
-    return max(_reach_ring(low, -half, u), _reach_ring(high, half, u))
-
-
-def _reach_mesh(shape: Mesh, u: Vec, folder: Path) -> float:
-    mesh = load_mesh(shape.file, folder)
-    # The hull of many vertices is a little smaller than they are.
-    corners = mesh.vertices if len(mesh.vertices) > MANY_VERTICES else mesh.hull_vertices
-    return shape.scale * float((corners @ u).max())
-
-
-def _reach_flat(shape: Text | Sketch, u: Vec, folder: Path) -> float:
-    from text2sim.compiler.shapes.flatforms import reach
-
-    return reach(shape, u, folder)
-
-
-def _reach_sculpt(shape: Sculpt, u: Vec, folder: Path) -> float:
-    from text2sim.compiler.shapes.sculpting import sculpted
-
-    return float((sculpted(shape).vertices @ u).max())
-
-
-def _reach_sheet(shape: Sheet, u: Vec, folder: Path) -> float:
-    return sheet_reach(shape, u)
-
-
-def _reach_compound(shape: Compound, u: Vec, folder: Path) -> float:
-    best = -math.inf
-    for part in shape.solids.values():
-        w, x, y, z = quat_of(part.pose)
-        p = part.pose.pos
-        away = p[0] * u[0] + p[1] * u[1] + p[2] * u[2]
-        best = max(best, away + _REACH[part.shape.kind](part.shape, quat_rotate((w, -x, -y, -z), u), folder))
-    return best
-
-
-_REACH: dict[str, Callable[[Any, Vec, Path], float]] = {
-    "box": _reach_box,
-    "sphere": lambda shape, u, folder: shape.radius,
-    "cylinder": lambda shape, u, folder: _reach_ring(shape.radius, shape.height / 2, (u[0], u[1], abs(u[2]))),
-    "capsule": lambda shape, u, folder: shape.radius + shape.length / 2 * abs(u[2]),
-    "ellipsoid": _reach_ellipsoid,
-    "cone": _reach_cone,
-    "torus": lambda shape, u, folder: shape.bar_radius + _reach_ring(shape.radius, 0.0, u),
-    "tube": _reach_wall,
-    "cup": _reach_wall,
-    "funnel": _reach_wall,
-    "mesh": _reach_mesh,
-    "text": _reach_flat,
-    "sketch": _reach_flat,
-    "sculpt": _reach_sculpt,
-    "sheet": _reach_sheet,
-    "compound": _reach_compound,
-}
-_SYMMETRIC = {"box", "sphere", "cylinder", "capsule", "ellipsoid", "torus", "tube", "cup"}
-
-
-def extents(shape: Any, quat: Quaternion, folder: Path) -> Bounds:
-    """Return the exact bounds [m] of a shape about its body's origin, turned by `quat`.
-
-    Raises:
-        AssetError: if a mesh file cannot be used.
-        ValueError: for a plane, which has no end.
-    """
-    kind = shape.kind
-    if kind == "plane":
-        raise ValueError("a plane has no end")
-    reach = _REACH[kind]
-    rows: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)) if quat == IDENTITY else quat_to_rows(quat)
-    x, y, z = (reach(shape, row, folder) for row in rows)
-    if kind in _SYMMETRIC:
-        return (-x, -y, -z), (x, y, z)
-    lx, ly, lz = (-reach(shape, (-row[0], -row[1], -row[2]), folder) for row in rows)
-    return (lx, ly, lz), (x, y, z)
-
-
-def body_extents(body: Any, quat: Quaternion, folder: Path, tree_extents: TreeExtents | None = None) -> Bounds:
-    """Return the bounds [m] of a body or static about its origin, turned by `quat`.
-
-    Args:
-        body: The validated model.
-        quat: Orientation of the body.
-        folder: The case's folder.
-        tree_extents: Gives the bounds of chains, ropes, nets, ragdolls and articulated bodies.
-
-    Raises:
-        ValueError: for a plane, or where `tree_extents` is needed and missing.
-    """
-    if isinstance(body, Static | Rigid | Driven):
-        return extents(body.shape, quat, folder)
-    if tree_extents is None or not isinstance(body, Articulated | Chain | Rope | Net | Ragdoll):
-        raise ValueError(f"the size of a body of kind {body.kind} is not known")
-    return tree_extents(body, quat, folder)
-
-
 def points(shape: Any, folder: Path) -> list[Vec]:
     """Return points [m] in the body's frame whose convex hull is the shape, to within 3 % of its round parts.
 
@@ -429,4 +267,4 @@ def inner_floor(shape: Any) -> InnerFloor | None:
     if not isinstance(shape, Tube | Cup | Funnel):
         return None
     floor = shape.thickness if isinstance(shape, Cup) else 0.0
-    return InnerFloor(floor - shape.height / 2, _wall(shape)[0][0], (0.0, 0.0))
+    return InnerFloor(floor - shape.height / 2, wall_radii(shape)[0][0], (0.0, 0.0))

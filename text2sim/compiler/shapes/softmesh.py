@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.compiler.shapes.geometry import extents, key_of, volume
+from text2sim.compiler.shapes.extents import extents
+from text2sim.compiler.shapes.geometry import key_of, volume
 from text2sim.compiler.shapes.rings import Arc, profile, profile_of, turned
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_of, quat_to_rows
 from text2sim.compiler.shapes.sagging import along

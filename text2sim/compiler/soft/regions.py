@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.compiler.literal import Code, literal
-from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.regions import FLAT, RegionError, empty
 from text2sim.compiler.shapes.rotation import IDENTITY, Vec
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
@@ -32,7 +32,7 @@ def region_finder(region: BodyRegion | None, shape: Any, spacing: float, solver:
     """
     if region is None:
         return Code("everything")
-    low, high = geometry.extents(shape, IDENTITY, folder)
+    low, high = extents(shape, IDENTITY, folder)
     if region.sides:
         if shape.kind == "sheet":  # which counts as a thin plate where bodies are placed
             low, high = (*low[:2], 0.0), (*high[:2], 0.0)

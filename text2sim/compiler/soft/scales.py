@@ -7,6 +7,7 @@ from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.piece import piece_thickness
 from text2sim.compiler.shapes.softmesh import solid_volume
 from text2sim.compiler.soft.solvers import is_soft, solver_of
@@ -99,7 +100,7 @@ def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
     """
     if shape.kind == "sheet":
         return min(shape.size), max(shape.size)
-    low, high = geometry.extents(shape, (1.0, 0.0, 0.0, 0.0), folder)
+    low, high = extents(shape, (1.0, 0.0, 0.0, 0.0), folder)
     _, short, long = sorted(b - a for a, b in zip(low, high, strict=True))
     return short, long
 

@@ -8,8 +8,7 @@ from math import dist, prod, sqrt
 from pathlib import Path
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes import geometry
-from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.extents import Bounds, extents
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.compiler.soft.travel import FARTHEST, NOWHERE, Travel
@@ -48,7 +47,7 @@ def extents_of(copy: Copy, folder: Path) -> Bounds:
     if copy.shape is None:
         low, high = tree_extents(copy.model, copy.quat, folder)
     else:
-        low, high = geometry.extents(copy.shape, copy.quat, folder)
+        low, high = extents(copy.shape, copy.quat, folder)
     return _moved(low, copy.pos), _moved(high, copy.pos)
 
 

@@ -8,7 +8,7 @@ from math import dist
 from text2sim.compiler.controls import Rows
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.schedules import largest, value_at
-from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.extents import Bounds
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_unit
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid, SliderMount

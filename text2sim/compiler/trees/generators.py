@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 from itertools import pairwise
 
-from text2sim.compiler.shapes.geometry import Piece
+from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import (
     Quaternion,
     quat_between,

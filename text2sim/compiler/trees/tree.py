@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from text2sim.compiler.shapes.geometry import VisualMesh
 from text2sim.compiler.shapes.piece import Piece, piece_ball, piece_reach
 from text2sim.compiler.shapes.rotation import (
     frame_apply,
@@ -16,6 +15,7 @@ from text2sim.compiler.shapes.rotation import (
     quat_multiply,
     quat_rotate,
 )
+from text2sim.compiler.shapes.surface import VisualMesh
 
 Vec = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]

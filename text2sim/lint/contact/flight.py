@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.extents import Bounds
 from text2sim.compiler.shapes.rotation import Vec, vector_dot
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint.facts import Facts

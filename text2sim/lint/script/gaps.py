@@ -4,7 +4,7 @@ from itertools import product
 from math import sqrt
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.extents import Bounds
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Ground
 

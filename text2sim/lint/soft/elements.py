@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.extents import extents
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import soft_facts
@@ -30,7 +30,7 @@ def _too_stiff(facts: Facts) -> Iterator[Problem]:
         if body.body in seen:
             continue
         thin = soft.thickness(body)
-        low, high = geometry.extents(body.copy.shape, (1.0, 0.0, 0.0, 0.0), facts.folder)
+        low, high = extents(body.copy.shape, (1.0, 0.0, 0.0, 0.0), facts.folder)
         longest = max(b - a for a, b in zip(low, high, strict=True))
         edge = soft.scales.spacing(body.body, "fem")
         through = thin / edge

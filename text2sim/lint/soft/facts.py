@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.extents import Bounds
 from text2sim.compiler.shapes.softmesh import solid_volume
 from text2sim.compiler.soft.scales import PARTICLE, Scales, scales, sheet_size, thickness
 from text2sim.compiler.soft.solvers import contact_model, is_soft, solver_of

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.geometry import Bounds
+from text2sim.compiler.shapes.extents import Bounds
 from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_dot, vector_unit
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
