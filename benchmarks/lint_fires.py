@@ -176,13 +176,14 @@ def main() -> None:
         for rule in (found or Counter()) - before:
             counts[rule]["slip"] += 1
             example.setdefault(rule, f"slip in {path.parent.name}")
+    never = [rule.id for rule in RULES if rule.id not in counts]
     kinds = ["case", "card", "scene", "loop", "earlier", "slip"]
     print("| rule | " + " | ".join(f"{kind} ({number[kind]})" for kind in kinds) + " | first |")
     print("|---|" + "---|" * (len(kinds) + 1))
     for rule in RULES:
         row = [str(counts[rule.id][kind] or "") for kind in kinds]
         print(f"| `{rule.id}` | " + " | ".join(row) + f" | {example.get(rule.id, '')} |")
-    print("never: " + ", ".join(rule.id for rule in RULES if rule.id not in counts))
+    print("never: " + ", ".join(never))
     if given.json:
         given.json.write_text(json.dumps(counts, indent=1))
 

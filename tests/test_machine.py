@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from text2sim.runtime import machine
-from text2sim.runtime.machine import ask_child, device_kind, inspect_machine, missing_libraries, versions
+from text2sim.runtime.inspection import ask_child, inspect_machine
+from text2sim.runtime.machine import device_kind, missing_libraries, versions
 
 ROOT = Path(__file__).resolve().parents[1]
 

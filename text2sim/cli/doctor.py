@@ -12,7 +12,7 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print one JSON 
     from dataclasses import asdict
 
     from text2sim.cli.output import say, say_json
-    from text2sim.runtime.machine import inspect_machine
+    from text2sim.runtime.inspection import inspect_machine
 
     findings = inspect_machine()
     ready = all(finding.ok for finding in findings if finding.severity == "required")

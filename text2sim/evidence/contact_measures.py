@@ -1,0 +1,90 @@
+"""Measures of contacts: forces, pairs and depths. Each function states its formula.
+
+Contacts are recorded at every time step, measures at frames: a frame covers the steps since the previous one. The
+first frame shows the contacts of the first step.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from text2sim.evidence import soft_measures
+from text2sim.evidence.recorded_case import RecordedCase, soft_of
+from text2sim.recording.states import Array
+from text2sim.spec_schema.models import measures
+
+MeasureError = soft_measures.SoftMeasureError
+
+
+def _contact_rows(recording: RecordedCase, of: str, by: str | None) -> tuple[Array, Array]:
+    """Return the contacts of `of` with `by` (or anything), and +1 where the first of the two is in `of`."""
+    log, targets = recording.contacts, [recording.cast.select(name) for name in (of, by) if name is not None]
+    if not log.recorded:
+        raise MeasureError(log.why_not)
+    soft = [target.label for group in targets for target in group if target.soft is not None]
+    if soft:
+        raise MeasureError(f"the engine tells no contacts of bodies that deform ({soft[0]}): measure the `gap`")
+    ours = recording.cast.groups(targets[0]) >= 0
+    theirs = np.ones(len(ours), dtype=bool) if by is None else recording.cast.groups(targets[1]) >= 0
+    first, second = log.links[:, 0], log.links[:, 1]
+    forward, backward = ours[first] & theirs[second], ours[second] & theirs[first]
+    rows = np.flatnonzero((forward | backward) & (log.frame < recording.states.frames))
+    # Forces between two bodies of `of` cancel.
+    return rows, forward[rows].astype(float) - backward[rows]
+
+
+def _contact_force(recording: RecordedCase, measure: measures.ContactForce) -> Array:
+    """|sum of F dt| / T over the steps of a frame: the magnitude of the mean force, as a scale shows it."""
+    rows, sign = _contact_rows(recording, measure.of, measure.by)
+    states, log = recording.states, recording.contacts
+    total = np.zeros((states.frames, 3))
+    np.add.at(total, log.frame[rows], log.force[rows] * sign[:, None])
+    total[1:] /= np.maximum(np.diff(states.steps), 1)[:, None]
+    if states.frames:
+        begin = rows[log.step[rows] == states.steps[0] + 1]
+        total[0] = (log.force[begin] * sign[np.isin(rows, begin)][:, None]).sum(axis=0)
+    return np.linalg.norm(total, axis=1)
+
+
+def _contact_count(recording: RecordedCase, measure: measures.ContactCount) -> Array:
+    """Number of distinct pairs of bodies that touch in any step of a frame."""
+    rows, _ = _contact_rows(recording, measure.of, measure.by)
+    frame, owner = _frames_with_first(recording, rows)
+    pairs = np.sort(recording.cast.copy_of_link[recording.contacts.links[owner]], axis=1)
+    apart = pairs[:, 0] != pairs[:, 1]
+    n = len(recording.cast.copies)
+    # One integer per pair and frame, because sorting rows is slow.
+    found = np.unique(((frame * n + pairs[:, 0]) * n + pairs[:, 1])[apart]) // (n * n)
+    return np.bincount(found, minlength=recording.states.frames)
+
+
+def _penetration(recording: RecordedCase, measure: measures.Penetration) -> Array:
+    """Deepest penetration in any step of a frame; 0 without contact.
+
+    For deformable bodies, the depth of their points in rigid solids, at the frames only.
+    """
+    targets = recording.cast.select(measure.of)
+    others = None if measure.by is None else recording.cast.select(measure.by)
+    soft = soft_measures.depth(recording, targets, others)
+    if soft_of([*targets, *(others or ())]):
+        return soft
+    rows, _ = _contact_rows(recording, measure.of, measure.by)
+    frame, owner = _frames_with_first(recording, rows)
+    np.maximum.at(soft, frame, recording.contacts.depth[owner])
+    return soft
+
+
+def _frames_with_first(recording: RecordedCase, rows: Array) -> tuple[Array, Array]:
+    """Return (frame, row) of contacts; those of the first step are repeated for the first frame."""
+    log, states = recording.contacts, recording.states
+    begin = rows[log.step[rows] == states.steps[0] + 1] if states.frames else rows[:0]
+    return np.concatenate([np.zeros(len(begin), dtype=np.int64), log.frame[rows]]), np.concatenate([begin, rows])
+
+
+MEASURES: dict[str, Callable[[RecordedCase, Any], Array]] = {
+    "contact_force": _contact_force,
+    "contact_count": _contact_count,
+    "penetration": _penetration,
+}
+"""By kind; values are over frames, (F,)."""
