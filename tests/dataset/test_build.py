@@ -68,7 +68,13 @@ def test_draws_are_made_until_they_fit_and_pairs_are_linked(recipe_folder: Path,
     def tell(tally: Tally, made: Made) -> None:
         told.append(tally.done)
 
-    tally = build(recipe, recipe_folder, target, recipe_folder / "runs", where=Where(), dropped={}, tell=tell)
+    def complete(folder: Path) -> None:
+        (folder / "benchmarks/drop").mkdir(parents=True)
+        (folder / "benchmarks/drop/benchmark.json").write_text("{}")
+
+    runs = recipe_folder / "runs"
+    tally = build(recipe, recipe_folder, target, runs, where=Where(), dropped={}, tell=tell, complete=complete)
+    assert "for other simulators: `drop`" in (target / "README.md").read_text()
     assert told == [1, 2]
     assert check_dataset(target) == []
     items = {row["key"]: row for row in pq.read_table(target / "items").to_pylist()}

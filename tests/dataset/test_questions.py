@@ -111,13 +111,13 @@ def test_a_paired_run_answers_what_would_be(take: Take) -> None:
 
 
 def lopsided() -> list[dict]:
-    """Questions of which some texts have one answer nearly always, and one has it always."""
+    """Questions of ten cases of which some texts have one answer nearly always, and one has it always."""
     rows = []
     for k in range(600):
         kind, often = ("ball", 0.9) if k % 3 == 0 else ("crate", 0.1) if k % 3 == 1 else ("door", 1.0)
         right = "yes" if (k * 7919 % 100) / 100 < often else "no"
-        rows.append({"split": "train", "case": "a", "key": f"i{k}", "kind": "will", "question": f"Will the {kind} reach?",
-                     "right": right, "evidence": "{}"})  # fmt: skip
+        rows.append({"split": "train", "case": f"c{k % 10}", "key": f"i{k}", "kind": "will", "question":
+                     f"Will the {kind} reach?", "right": right, "evidence": "{}"})  # fmt: skip
     return rows
 
 
@@ -138,18 +138,28 @@ def test_answers_of_another_case_are_no_distractors() -> None:
 
 def test_words_alone_are_no_better_than_chance() -> None:
     rows = lopsided()
-    counts = count(rows)
+    case_of = {row["key"]: row["case"] for row in rows}
     plain = [row | {"choices": ["no", "yes"], "answer": int(row["right"] == "yes")} for row in rows]
-    assert guess_by_words(plain)[0] > 0.85, "the classifier finds what there is to be found"
-    kept = list(balanced(rows, counts, 1))
-    assert len(kept) > 60
+    found = guess_by_words(plain, [row["case"] for row in rows])
+    assert found["by_words"] > 0.85, "the classifier finds what there is to be found"
+    assert found["by_wording"] > 0.9 and found["by_chance"] == 0.5
+    kept = list(balanced(rows, count(rows), 1))
+    assert len(kept) > 40
     assert not any("door" in row["question"] for row in kept), "what has one answer only is not asked"
-    answers = Counter((row["question"], row["choices"][row["answer"]]) for row in kept)
-    assert len({*answers.values()} | {20}) <= 2
-    by_words, chance = guess_by_words(kept)
-    assert chance == 0.5
-    assert by_words < 0.6
+    found = guess_by_words(kept, [case_of[row["key"]] for row in kept])
+    # Every answer is right equally often for every wording of a case: no function of the words is right more often.
+    assert found["by_wording"] == found["by_chance"] == 0.5
+    assert found["by_words"] == pytest.approx(0.5, abs=0.1)
     assert 0.35 < sum(row["answer"] == 0 for row in kept) / len(kept) < 0.65, "nor does the place of an answer"
+
+
+def test_a_few_questions_of_one_case_are_judged_by_chance() -> None:
+    """A classifier that is trained on what is left of balanced answers names the other ones, always."""
+    rows = [
+        {"question": "Does it fall?", "choices": ["no", "yes"], "answer": k % 2, "key": str(k)} for k in range(4)
+    ]  # fmt: skip
+    assert guess_by_words(rows, ["a"] * 4) == {"by_words": 0.5, "by_wording": 0.5, "by_chance": 0.5}
+    assert guess_by_words([], [])["by_chance"] == 0.0
 
 
 def test_the_review_shows_what_is_doubtful_and_decisions_are_read_back(dataset: Path, tmp_path: Path) -> None:

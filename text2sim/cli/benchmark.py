@@ -1,13 +1,20 @@
 """The commands `text2sim benchmark export | run`."""
 
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from text2sim.cli.many import Ray, StoreUrl, Workers
 from text2sim.cli.options import Sets, Variants, overlay_of
 from text2sim.service import exits
+
+if TYPE_CHECKING:
+    from text2sim.cluster.run import Where
+    from text2sim.cluster.task import Task
+    from text2sim.service.examined import Examined
+    from text2sim.spec_schema.reuse.overlay import Overlay
 
 benchmark = typer.Typer(no_args_is_help=True, help="Cases as benchmarks for other simulators, and what came of them.")
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
@@ -31,20 +38,40 @@ def export_cases(
     case defines observables, tolerances and equations.
     """
     from text2sim.cli.cases import say_examined
-    from text2sim.cli.many import told, where_of
+    from text2sim.cli.many import where_of
     from text2sim.cli.output import say, say_json
-    from text2sim.cluster.estimate import measured
     from text2sim.cluster.run import Where
-    from text2sim.cluster.task import Task
-    from text2sim.engine_benchmark.export import export
+    from text2sim.service.wording import shown
+
+    where = where_of(workers, ray, store, runs) or Where()
+    rows, tasks = examined(cases, runs, overlay_of(variants, sets))
+    code, documents = exits.OK, []
+    for row, folder, scene in exported(rows, tasks, out, where, quiet=as_json):
+        if scene is not None:
+            documents.append({"folder": str(folder), "complete": scene["complete"], "left_out": scene["left_out"]})
+            left = f"; no MJCF or USD: {', '.join(scene['left_out'])}" if scene["left_out"] else ""
+            _ = as_json or say(f"{shown(folder)}: {len(scene['observables'])} observables{left}")
+        else:
+            code = max(code, row.exit)
+            documents.append(row.as_dict())
+            _ = as_json or say_examined(row)
+    if as_json:
+        say_json({"ok": code == exits.OK, "benchmarks": documents})
+    raise typer.Exit(code)
+
+
+def examined(
+    cases: "Iterable[Path]", runs: Path, overlay: "Overlay | None" = None
+) -> "tuple[list[Examined], dict[int, list[Task]]]":
+    """Check cases that are to be exported; return them, and the runs that each sound one needs, by its number."""
+    from text2sim.cluster.estimate import measured
     from text2sim.engine_benchmark.reference import tasks_of
     from text2sim.engine_benchmark.statement import read_statement
     from text2sim.service.examined import examine, find_cases
-    from text2sim.service.wording import shown
     from text2sim.spec_schema.errors import Text2SimError
+    from text2sim.spec_schema.reuse.overlay import Overlay
 
-    where = where_of(workers, ray, store, runs) or Where()
-    rows = [examine(path, overlay=overlay_of(variants, sets)) for path in find_cases(cases)]
+    rows = [examine(path, overlay=overlay or Overlay()) for path in find_cases(cases)]
     known, tasks = measured(runs), dict[int, list[Task]]()
     for number, row in enumerate(rows):
         try:
@@ -53,27 +80,28 @@ def export_cases(
                 tasks[number] = tasks_of(row.loaded, row.plan, runs, known)
         except Text2SimError as error:
             row.blame(error)
-    done = {id(one.task): one for one in told([t for many in tasks.values() for t in many], where, quiet=as_json)}
-    code, documents = exits.OK, []
+    return rows, tasks
+
+
+def exported(
+    rows: "Sequence[Examined]", tasks: "Mapping[int, list[Task]]", out: Path, where: "Where", *, quiet: bool
+) -> "Iterator[tuple[Examined, Path, dict[str, Any] | None]]":
+    """Run what `examined` returned, and export it; yield each case, its folder, and its benchmark if there is one."""
+    from text2sim.cli.many import told
+    from text2sim.engine_benchmark.export import export
+    from text2sim.spec_schema.errors import Text2SimError
+
+    done = {id(one.task): one for one in told([t for many in tasks.values() for t in many], where, quiet=quiet)}
     for number, row in enumerate(rows):
+        folder, scene = out / row.name, None
         if number in tasks and row.loaded is not None and row.plan is not None:
-            folder = out / row.loaded.case.name
+            came = [done[id(task)] for task in tasks[number]]
             try:
-                scene = export(row.loaded, row.plan, folder, [done[id(task)] for task in tasks[number]])
-                documents.append({"folder": str(folder), "complete": scene["complete"], "left_out": scene["left_out"]})
-                left = f"; no MJCF or USD: {', '.join(scene['left_out'])}" if scene["left_out"] else ""
-                _ = as_json or say(f"{shown(folder)}: {len(scene['observables'])} observables{left}")
+                scene = export(row.loaded, row.plan, folder, came)
             except Text2SimError as error:
                 row.blame(error)
-        if not row.ok:
-            code = max(code, row.exit)
-            documents.append(row.as_dict())
-            _ = as_json or say_examined(row)
-    if any(one.stopped for one in done.values()):
-        code = exits.INTERRUPTED
-    if as_json:
-        say_json({"ok": code == exits.OK, "benchmarks": documents})
-    raise typer.Exit(code)
+                row.exit = exits.INTERRUPTED if any(one.stopped for one in came) else row.exit
+        yield row, folder, scene
 
 
 @benchmark.command("run")

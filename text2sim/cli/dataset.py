@@ -45,6 +45,8 @@ def build_dataset(
     _require()
     import resource
 
+    from text2sim.cli.benchmark import examined, exported
+    from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say, say_json
     from text2sim.cluster.estimate import in_words
     from text2sim.cluster.run import Where, slots
@@ -52,6 +54,7 @@ def build_dataset(
     from text2sim.dataset.recipe import read_recipe
     from text2sim.dataset.review import read_decisions
     from text2sim.service.wording import seconds, shown
+    from text2sim.spec_schema.errors import RunError
 
     def tell(tally: "Tally", made: "Made") -> None:
         if not as_json:
@@ -64,10 +67,31 @@ def build_dataset(
         if not as_json:
             say(f"simulations: {in_words(tasks, slots(where))}")
 
+    def complete(folder: Path) -> None:
+        for row, _, scene in exported(*benchmarks, folder / "benchmarks", where, quiet=as_json):
+            if scene is None:
+                say_examined(row)
+                raise RunError(f"{row.title} could not be exported; what is done stays, and the same command goes on")
+
     begun = monotonic()
     wanted, where = read_recipe(recipe), where_of(workers, ray, store, runs) or Where()
+    benchmarks = examined((recipe.parent / path for path in wanted.benchmarks), runs)
+    for row in benchmarks[0]:
+        if not row.ok:
+            say_examined(row)
+            raise typer.Exit(row.exit)
     dropped = {key: one.note for key, one in read_decisions(decisions).items() if one.decision == "drop"}
-    tally = build(wanted, recipe.parent, out, runs, where=where, dropped=dropped, tell=tell, announce=announce)
+    tally = build(
+        wanted,
+        recipe.parent,
+        out,
+        runs,
+        where=where,
+        dropped=dropped,
+        tell=tell,
+        announce=announce,
+        complete=complete,
+    )
     took = {
         "seconds": round(monotonic() - begun, 1),
         "bytes": sum(path.stat().st_size for path in out.rglob("*") if path.is_file()),
@@ -110,15 +134,21 @@ def questions(folder: Folder, as_json: AsJson = False) -> None:
     from text2sim.dataset.tables import read_rows, want_dataset
 
     want_dataset(folder)
-    rows = [row for _, row in read_rows(folder, "questions")]
-    kinds, (hits, chance) = Counter(row["kind"] for row in rows), guess_by_words(rows)
+    cases = {row["key"]: row["case"] for _, row in read_rows(folder, "items", ["key", "case"])}
+    asked = [*read_rows(folder, "questions")]
+    rows = [row for _, row in asked]
+    splits, kinds = Counter(split for split, _ in asked), Counter(row["kind"] for row in rows)
+    found = guess_by_words(rows, [cases.get(row["key"], "") for row in rows])
     if as_json:
-        say_json({"ok": True, "kinds": kinds, "by_words": hits, "by_chance": chance})
+        say_json({"ok": True, "splits": splits, "kinds": kinds, **found})
     else:
         for kind, count in kinds.most_common():
             example = next(row for row in rows if row["kind"] == kind)
             say(f"{count:5} {kind.replace('_', ' ')}: {example['question']} {' / '.join(example['choices'])}")
-        say(f"right by words alone: {hits:.2f}; by chance: {chance:.2f}")
+        say(", ".join(f"{count} {split}" for split, count in splits.items()) or "no questions")
+        say(f"right by chance: {found['by_chance']:.2f}")
+        say(f"by words, learned from other cases: {found['by_words']:.2f}")
+        say(f"by the best answer to each wording, whoever finds it: {found['by_wording']:.2f}")
     raise typer.Exit(exits.OK)
 
 

@@ -54,33 +54,50 @@ def _quota(found: Counter[str]) -> dict[str, int]:
     return {answer: ranked[best - 1][1] for answer, _ in ranked[:best]} if best > 1 else {}
 
 
-def guess_by_words(rows: Sequence[Row], folds: int = 5) -> tuple[float, float]:
-    """Return how often a classifier of words finds the answer without any picture, and how often chance does.
+def guess_by_words(rows: Sequence[Row], cases: Sequence[str], folds: int = 5) -> dict[str, float]:
+    """Return how many questions are answered right without any picture: shares of all, each choice as likely by chance.
 
-    Naive Bayes over the words, pairs of words and the whole of question and choice, trained on the other folds.
+    `by_words`: by naive Bayes over the words and pairs of words of question and choice, trained on other cases. The
+    same cases must not train it: where answers are balanced exactly, those that are left are the wrong ones.
+    `by_wording`: by whoever knows the best answer to every wording; no words alone give more.
+    `by_chance`: by guessing.
+
+    Args:
+        rows: Of the table of questions.
+        cases: The case of each.
+        folds: Into which the cases are dealt out.
     """
-
-    def features(row: Row, choice: str) -> list[str]:
-        words = re.findall(r"\w+", row["question"].lower())
-        pairs = [f"{a} {b}" for a, b in zip(words, words[1:], strict=False)]
-        return [choice, *(f"{word}|{choice}" for word in {*words, *pairs}), f"{row['question']}|{choice}"]
-
-    order = generator("folds", len(rows)).permutation(len(rows))
-    hits = 0
+    if not rows:
+        return dict.fromkeys(("by_words", "by_wording", "by_chance"), 0.0)
+    names = sorted({*cases})
+    dealt = dict(zip(names, generator("folds", len(names)).permutation(len(names)) % folds, strict=True))
+    fold_of = np.array([dealt[case] for case in cases])
+    hits, wordings = 0, defaultdict[tuple[str, str, tuple[str, ...]], Counter[str]](Counter)
     for fold in range(folds):
         seen = {True: Counter[str](), False: Counter[str]()}
-        for k in order[np.arange(len(order)) % folds != fold]:
+        for k in np.flatnonzero(fold_of != fold).tolist():
             for number, choice in enumerate(rows[k]["choices"]):
-                seen[number == rows[k]["answer"]].update(features(rows[k], choice))
+                seen[number == rows[k]["answer"]].update(_features(rows[k], choice))
         totals = {truth: sum(found.values()) + 1 for truth, found in seen.items()}
-        for k in order[np.arange(len(order)) % folds == fold]:
+        for k in np.flatnonzero(fold_of == fold).tolist():
             scores = [
                 sum(
                     np.log((seen[True][f] + 1) / totals[True]) - np.log((seen[False][f] + 1) / totals[False])
-                    for f in features(rows[k], choice)
+                    for f in _features(rows[k], choice)
                 )
                 for choice in rows[k]["choices"]
             ]
             hits += int(np.argmax(scores)) == rows[k]["answer"]
-    chance = float(np.mean([1 / len(row["choices"]) for row in rows])) if rows else 0.0
-    return (hits / len(rows) if rows else 0.0), chance
+    for row, case in zip(rows, cases, strict=True):
+        wordings[case, row["question"], tuple(sorted(row["choices"]))][row["choices"][row["answer"]]] += 1
+    return {
+        "by_words": hits / len(rows),
+        "by_wording": sum(max(found.values()) for found in wordings.values()) / len(rows),
+        "by_chance": float(np.mean([1 / len(row["choices"]) for row in rows])),
+    }
+
+
+def _features(row: Row, choice: str) -> list[str]:
+    words = re.findall(r"\w+", row["question"].lower())
+    pairs = [f"{a} {b}" for a, b in zip(words, words[1:], strict=False)]
+    return [choice, *(f"{word}|{choice}" for word in {*words, *pairs}), f"{row['question']}|{choice}"]

@@ -90,6 +90,7 @@ def build(
     dropped: Mapping[str, str],
     tell: Callable[[Tally, Made], None],
     announce: Callable[[Sequence[Task]], None] = lambda _: None,
+    complete: Callable[[Path], None] = lambda _: None,
 ) -> Tally:
     """Build a dataset. The folder is there when it is complete.
 
@@ -102,6 +103,7 @@ def build(
         dropped: Items that somebody decided against, and why.
         tell: Told after each job.
         announce: Told before the start what will be done.
+        complete: Given the folder with all items, before its card is written; may add to it.
 
     Raises:
         RunError: if the folder is there, or nothing came of any job.
@@ -134,6 +136,7 @@ def build(
     writer.close()
     if not writer.tally.items:
         raise RunError(f"no item came of {len(jobs)} draws: {_mostly(folder / 'refused.jsonl')}")
+    complete(folder)
     write_card(folder, recipe, writer.tally.tables)
     folder.rename(target)
     shutil.rmtree(stage)

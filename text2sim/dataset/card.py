@@ -5,7 +5,7 @@ Croissant: https://docs.mlcommons.org/croissant/docs/croissant-spec.html
 
 import json
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from hashlib import file_digest
 from pathlib import Path
 from typing import Any
@@ -58,7 +58,7 @@ FILES = {
 
 
 def write_card(folder: Path, recipe: Recipe, tables: Mapping[str, Counter[str]]) -> None:
-    """Write `README.md` and `croissant.json`.
+    """Write `README.md` and `croissant.json`. Benchmarks that lie in the folder are named.
 
     Args:
         folder: The dataset.
@@ -83,12 +83,13 @@ def write_card(folder: Path, recipe: Recipe, tables: Mapping[str, Counter[str]])
         "tags": ["physics", "simulation", "video", "text2sim"],
         "configs": configs,
     }
-    text = f"---\n{yaml.safe_dump(head, sort_keys=False)}---\n\n{_words(recipe, tables)}"
+    benchmarks = sorted(path.parent.name for path in (folder / "benchmarks").glob("*/benchmark.json"))
+    text = f"---\n{yaml.safe_dump(head, sort_keys=False)}---\n\n{_words(recipe, tables, benchmarks)}"
     write_atomically(folder / "README.md", text)
     write_atomically(folder / "croissant.json", json.dumps(_croissant(folder, recipe, tables), indent=1) + "\n")
 
 
-def _words(recipe: Recipe, tables: Mapping[str, Counter[str]]) -> str:
+def _words(recipe: Recipe, tables: Mapping[str, Counter[str]], benchmarks: Sequence[str]) -> str:
     rows = [f"# {recipe.name}", recipe.description or "Simulated scenes: films, what happens in them, and why."]
     counts = ["| table | " + " | ".join(SPLITS) + " |", "|---|" + "---|" * len(SPLITS)]
     counts += [
@@ -100,6 +101,13 @@ def _words(recipe: Recipe, tables: Mapping[str, Counter[str]]) -> str:
         "source lies in two splits, and with it no case, variant, counterfactual or repeat of one. "
         "`text2sim dataset check` proves that."
     )
+    if benchmarks:
+        rows.append("## Simulator benchmarks in `benchmarks/`")
+        rows.append(
+            "Cases as neutral files, with observables, references and tolerances, for other simulators: "
+            f"{', '.join(f'`{name}`' for name in benchmarks)}. `text2sim benchmark run benchmarks --engine mujoco` "
+            "runs them in MuJoCo. They are for comparing simulators, not for training: some are cases of `test`."
+        )
     rows.append("## Files of an item in `shards/`")
     rows.append("\n".join(f"- `KEY.{name}`: {words}" for name, words in FILES.items()))
     if recipe.annotations:

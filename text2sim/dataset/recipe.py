@@ -127,6 +127,8 @@ class Recipe(Model):
     film: Film = Film()
     annotations: list[Annotation] = []
     sources: Annotated[dict[Name, Source], Field(min_length=1, max_length=1000)]
+    benchmarks: Annotated[list[str], Field(max_length=1000)] = []
+    """Cases, or folders of such, that are exported for other simulators into `benchmarks/`; as seen from the recipe."""
     splits: dict[Split, Fraction] = {"train": 0.7, "validation": 0.15, "test": 0.15}
     """Share of the items; sources are dealt out so that it is nearly kept."""
     limits: Limits = Limits()
