@@ -65,6 +65,7 @@ def examined(
 ) -> "tuple[list[Examined], dict[int, list[Task]]]":
     """Check cases that are to be exported; return them, and the runs that each sound one needs, by its number."""
     from text2sim.cluster.estimate import measured
+    from text2sim.cluster.task import Task
     from text2sim.engine_benchmark.reference import tasks_of
     from text2sim.engine_benchmark.statement import read_statement
     from text2sim.service.examined import examine, find_cases

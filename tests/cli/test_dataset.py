@@ -1,0 +1,41 @@
+"""`text2sim dataset` as far as nothing is simulated."""
+
+from pathlib import Path
+
+import pytest
+from handmade import Cli
+
+from text2sim.cli.benchmark import examined
+from text2sim.cluster import run
+
+RECIPE = """\
+text2sim_dataset: 1
+name: falls
+sources: {falls: {cases: [../cases/fall]}}
+benchmarks: [../cases/fall]
+"""
+
+
+@pytest.fixture
+def recipe(tmp_path: Path, case: Path) -> Path:
+    (tmp_path / "recipes").mkdir()
+    (tmp_path / "recipes/falls.yaml").write_text(RECIPE)
+    return tmp_path / "recipes/falls.yaml"
+
+
+def test_benchmarks_that_cannot_be_are_refused_before_anything_runs(
+    cli: Cli, case: Path, recipe: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run, "run_tasks", None)
+    (case / "benchmark.yaml").write_text("observables: {heigth: {}}\n")
+    answer = cli("dataset", "build", recipe, "-o", "made")
+    assert answer.code == 2
+    assert "benchmark.yaml:1:15: error: there is no measure `heigth`" in answer.err
+    assert not [*Path().glob("*made*")]
+
+
+def test_a_benchmark_takes_three_runs_at_halved_steps(case: Path, recipe: Path) -> None:
+    rows, tasks = examined([case], recipe.parent / "runs")
+    assert [row.ok for row in rows] == [True]
+    assert [task.label for task in tasks[0]] == [f"fall at step/{n}" for n in (1, 2, 4)]
+    assert len({tuple(task.arguments["sets"]) for task in tasks[0]}) == 3
