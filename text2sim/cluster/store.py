@@ -10,6 +10,7 @@ import re
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from hashlib import file_digest, sha256
 from itertools import islice
@@ -20,6 +21,8 @@ from text2sim.spec_schema.errors import RunError
 
 SKIPPED = frozenset({"runs", "program", "__pycache__"})
 """Folders of an input that stay where they are; those whose name begins with a dot do, too."""
+OBJECTS = frozenset({"s3", "s3a", "gs", "gcs", "abfs", "az"})
+"""Protocols of stores of objects, of which buckets are the top."""
 MAX_FILES = 10_000
 TOGETHER = 16
 """Files that are on their way at once: what takes time is the way, not the file."""
@@ -43,19 +46,25 @@ class Store:
     def __post_init__(self) -> None:
         import fsspec
 
-        try:
+        with self._using():
             self._fs, root = fsspec.core.url_to_fs(self.url)
             self._root = str(root).rstrip("/")
-            for name in ("blobs", "trees"):
-                self._fs.makedirs(f"{self._root}/{name}", exist_ok=True)
-        except (ValueError, ImportError, OSError) as error:
-            raise RunError(f"the store {self.url} cannot be used: {error}") from error
+            told = self._fs.protocol
+            protocols = {told} if isinstance(told, str) else {*told}
+            self._is_folder = "file" in protocols
+            if protocols & OBJECTS:
+                # There are no folders, and to make one would be to make a bucket of a name that was misspelt.
+                if not self._fs.exists(bucket := self._root.partition("/")[0]):
+                    raise RunError(f"the store {self.url} cannot be used: there is no bucket {bucket}")
+            else:
+                for name in ("blobs", "trees"):
+                    self._fs.makedirs(f"{self._root}/{name}", exist_ok=True)
 
     def put_tree(self, folder: Path, *, skip: frozenset[str] = frozenset()) -> Tree:
         """Put the files of a folder, or one file, into the store; return their digests. Links stay out.
 
         Raises:
-            RunError: if there are too many.
+            RunError: if there are too many, or the store cannot be reached.
         """
         files = list(islice(_files(folder, skip), MAX_FILES + 1))
         if len(files) > MAX_FILES:
@@ -73,16 +82,27 @@ class Store:
             list(pool.map(lambda name: self._get(name, tree[name], folder), tree))
 
     def keep(self, key: str, result: dict[str, Any], tree: Tree) -> None:
-        """Write down what came of a task."""
+        """Write down what came of a task.
+
+        Raises:
+            RunError: if the store cannot be reached.
+        """
         text = json.dumps({"result": result, "files": tree})
-        self._write(f"{self._root}/trees/{key}.json", lambda path: self._fs.pipe_file(path, text.encode()))
+        with self._using():
+            self._write(f"{self._root}/trees/{key}.json", lambda path: self._fs.pipe_file(path, text.encode()))
 
     def kept(self, key: str) -> tuple[dict[str, Any], Tree] | None:
-        """What came of a task, if it is known."""
+        """What came of a task, if it is known.
+
+        Raises:
+            RunError: if the store cannot be reached.
+        """
         try:
-            data = json.loads(self._fs.cat_file(f"{self._root}/trees/{key}.json"))
+            with self._using():
+                text = self._fs.cat_file(f"{self._root}/trees/{key}.json")
+            data = json.loads(text)
             return data["result"], data["files"]
-        except (OSError, ValueError, KeyError, TypeError):
+        except (FileNotFoundError, ValueError, KeyError, TypeError):
             return None
 
     def _get(self, name: str, digest: str, folder: Path) -> None:
@@ -94,7 +114,8 @@ class Store:
         target.parent.mkdir(parents=True, exist_ok=True)
         part = target.with_name(f".{os.getpid()}-{target.name}")
         try:
-            self._fs.get_file(self._blob(digest), str(part))
+            with self._using():
+                self._fs.get_file(self._blob(digest), str(part))
             if _digest(part) != digest:
                 raise RunError(f"{name} is damaged in the store {self.url}")
             os.replace(part, target)
@@ -106,10 +127,25 @@ class Store:
     def _put(self, path: Path) -> str:
         digest = _digest(path)
         target = self._blob(digest)
-        if digest not in self._known and not self._fs.exists(target):
-            self._write(target, lambda place: self._fs.put_file(str(path), place))
+        with self._using():
+            if digest not in self._known and not self._fs.exists(target):
+                self._write(target, lambda place: self._fs.put_file(str(path), place))
         self._known.add(digest)
         return digest
+
+    @contextmanager
+    def _using(self) -> Iterator[None]:
+        """Say of which store an error is. Each kind of store has errors of its own: `NoCredentialsError`, ….
+
+        Raises:
+            RunError: in place of any error but a missing file.
+        """
+        try:
+            yield
+        except (RunError, FileNotFoundError):
+            raise
+        except Exception as error:
+            raise RunError(f"the store {self.url} cannot be used: {error}") from error
 
     def _blob(self, digest: str) -> str:
         """Where a file lies. Object stores share the work out by the beginnings of names."""
@@ -117,7 +153,7 @@ class Store:
 
     def _write(self, path: str, write: Callable[[str], Any]) -> None:
         """Write a file that is there as a whole or not at all: an object store writes so by itself."""
-        if "file" not in self._fs.protocol:
+        if not self._is_folder:
             write(path)
             return
         self._fs.makedirs(path.rpartition("/")[0], exist_ok=True)
