@@ -142,7 +142,8 @@ def test_the_mesh_agent_knows_what_its_body_takes(tmp_path: Path) -> None:
     assert "sculpt, compound" in first
     system = model.asked[0].messages[0].text
     assert "kind: limb" in system and "Each part must reach well" in system
-    assert "kind: sphere" in found.words[0]
+    assert found.shapes == {"jelly": {"kind": "sphere", "radius": 0.1}}
+    assert "`jelly`: its `shape`" in found.words[0]
 
 
 def test_a_shape_is_drawn_and_registered(tmp_path: Path) -> None:

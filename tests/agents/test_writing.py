@@ -179,3 +179,21 @@ def test_the_planner_is_told_how_long_all_of_it_may_take() -> None:
     known = {"request": "A ball falls.", "inputs": [], "requirements": "", "tried": ""}
     assert "There are 32 minutes by the clock" in render("plan_ask", **known, minutes=32.0)
     assert "minutes" not in render("plan_ask", **known, minutes=None)
+
+
+@pytest.mark.parametrize("key", ["bodies: ", ""])
+def test_shapes_of_asset_agents_are_put_in(tmp_path: Path, key: str) -> None:
+    sculpted = {"kind": "capsule", "radius": 0.1, "length": 0.2}
+    model = Scripted({"bodies": [fenced(f"{key}{{ball: {{kind: rigid, pose: {{pos: [0, 0, 1]}}}}}}")]})
+    found = write_section(
+        desk(tmp_path, model),
+        "bodies",
+        PLAN,
+        "A ball falls.",
+        "`ball`: its `shape`",
+        "",
+        FILE,
+        {"ball": sculpted, "other": {}},
+    )
+    assert found["ball"]["shape"] == sculpted and set(found) == {"ball"}
+    assert "leave out what is named here" in model.questions("bodies")[0]

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, ValidationError
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
@@ -33,6 +33,17 @@ SHAPES = {
     "cylinder": {"radius": 0.2, "height": 0.5},
     "capsule": {"radius": 0.1, "length": 0.4},
     "cone": {"radius": 0.2, "height": 0.6},
+    "polyhedron": {
+        "points": [
+            (-0.2, -0.1, 0),
+            (0.2, -0.1, 0),
+            (-0.2, 0.1, 0),
+            (0.2, 0.1, 0),
+            (0.2, -0.1, 0.3),
+            (0.2, 0.1, 0.3),
+            (0.1, 0, 0.1),
+        ]
+    },
     "ellipsoid": {"radii": (0.1, 0.2, 0.3)},
     "torus": {"radius": 0.3, "bar_radius": 0.05, "segments": 24},
     "tube": {"outer_radius": 0.3, "inner_radius": 0.25, "height": 0.4},
@@ -88,6 +99,7 @@ class TestVolume:
             ("cylinder", 0.0628319),
             ("capsule", 0.0125664 + 0.00418879),
             ("cone", 0.0251327),
+            ("polyhedron", 0.4 * 0.2 * 0.3 / 2),  # the last point lies inside
             ("ellipsoid", 0.0251327),
             ("torus", 0.0148044),
             ("tube", 0.0345575),
@@ -98,7 +110,7 @@ class TestVolume:
     def test_is_that_of_the_formula(self, kind, expected):
         assert volume(make(kind), HERE) == pytest.approx(expected, rel=1e-5)
 
-    @pytest.mark.parametrize("kind", ["cone", "tube", "cup", "funnel", "torus"])
+    @pytest.mark.parametrize("kind", ["cone", "polyhedron", "tube", "cup", "funnel", "torus"])
     def test_the_drawn_surface_is_closed_and_encloses_it(self, kind):
         (mesh,) = visual_mesh(make(kind), HERE)
         a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
@@ -119,7 +131,7 @@ class TestVolume:
         corners = [line.split()[1:] for line in lines if line.startswith("v ")]
         np.testing.assert_allclose(np.array(corners, float), one.vertices, atol=1e-7)
 
-    @pytest.mark.parametrize("kind", ["cone", "tube", "cup", "funnel"])
+    @pytest.mark.parametrize("kind", ["cone", "polyhedron", "tube", "cup", "funnel"])
     def test_of_a_hull_is_what_its_corners_enclose(self, kind):
         for piece in pieces(make(kind), HERE):
             if piece.kind == "hull":
@@ -131,6 +143,22 @@ class TestVolume:
     def test_boxes_are_drawn_with_sharp_edges(self):
         (mesh,) = visual_mesh(make("box"), HERE)
         assert len(mesh.vertices) == 24 and set(abs(mesh.normals).max(axis=1)) == {1.0}
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        [(0, 0, 0)] * 4,
+        [(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0)],
+        [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (0.3, 0.4, 1e-6)],
+        [(0, 0, 0), (1e-7, 0, 0), (0, 1e-7, 0), (0, 0, 1e-7)],
+        [(0, 0, 0), (1e9, 0, 0), (0, 1e9, 0), (0, 0, 1e9)],
+        [(0, 0, 0), (1, 0, 0), (0, 1, 0)],
+    ],
+)
+def test_points_that_enclose_nothing_are_no_polyhedron(points):
+    with pytest.raises(ValidationError, match="enclose no volume|m apart|at least 4"):
+        make("polyhedron", points=points)
 
 
 class TestExtents:

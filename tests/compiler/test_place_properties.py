@@ -28,6 +28,12 @@ shape = st.one_of(
     st.builds(lambda r, h: {"kind": "cylinder", "radius": r, "height": h}, size, size),
     st.builds(lambda r, h: {"kind": "capsule", "radius": r, "length": h}, size, size),
     st.builds(lambda r, h: {"kind": "cone", "radius": r, "height": h}, size, size),
+    st.builds(
+        lambda x, y, z: {"kind": "polyhedron", "points": [[0, 0, 0], [x, 0, 0], [0, y, 0], [0, 0, z], [x, y, 0]]},
+        size,
+        size,
+        size,
+    ),
     st.builds(lambda *r: {"kind": "ellipsoid", "radii": list(r)}, size, size, size),
 )
 way = st.tuples(*[st.integers(-5, 5)] * 3).filter(any).map(list)

@@ -49,6 +49,7 @@ SHAPES = (
     "{kind: cylinder, radius: 0.1, height: 0.2}",
     "{kind: capsule, radius: 0.05, length: 0.1}",
     "{kind: cone, radius: 0.1, height: 0.2}",
+    "{kind: polyhedron, points: [[0, 0, 0], [0.2, 0, 0], [0, 0.2, 0], [0, 0, 0.3], [0.2, 0.2, 0.1]]}",
     "{kind: ellipsoid, radii: [0.1, 0.1, 0.2]}",
     "{kind: torus, radius: 0.2, bar_radius: 0.05}",
     "{kind: tube, outer_radius: 0.2, inner_radius: 0.15, height: 0.2}",

@@ -16,6 +16,7 @@ SHAPES = {
     "capsule": "{kind: capsule, radius: 0.1, length: 0.3}",
     "ellipsoid": "{kind: ellipsoid, radii: [0.1, 0.2, 0.3]}",
     "cone": "{kind: cone, radius: 0.1, height: 0.3}",
+    "polyhedron": "{kind: polyhedron, points: [[-0.1, -0.1, 0], [0.1, -0.1, 0], [-0.1, 0.1, 0], [0.1, 0.1, 0], [0, 0, 0.3]]}",
     "torus": "{kind: torus, radius: 0.2, bar_radius: 0.03, segments: 24}",
     "tube": "{kind: tube, outer_radius: 0.3, inner_radius: 0.25, height: 0.4}",
     "cup": "{kind: cup, radius: 0.2, height: 0.4, thickness: 0.02}",
@@ -52,6 +53,10 @@ def theory(name):
     if name == "box":
         m = 0.1 * 0.2 * 0.3
         return m, 0, m * (0.2**2 + 0.3**2) / 12, m * (0.1**2 + 0.3**2) / 12, m * (0.1**2 + 0.2**2) / 12
+    if name == "polyhedron":  # a pyramid
+        m = 0.2**2 * 0.3 / 3
+        across = m * (0.2**2 / 20 + 3 * 0.3**2 / 80)
+        return m, 0.3 / 4, across, across, m * 0.2**2 / 10
     if name == "sphere":
         m = 4 / 3 * math.pi * 0.1**3
         return m, 0, *3 * [0.4 * m * 0.1**2]

@@ -14,7 +14,6 @@ from text2sim.agents.inputs import told
 from text2sim.agents.planning import Request, plan_text
 from text2sim.agents.replies import Answer, Asset, CasePlan, Line, Lines
 from text2sim.agents.roles import ROLES, render, system_prompt
-from text2sim.agents.yaml_text import yaml_text
 
 MECHANISMS = ("articulated", "chain", "rope", "ragdoll", "net")
 
@@ -48,6 +47,8 @@ class Supplies:
 
     bodies: dict[str, dict[str, Any]] = field(default_factory=dict)
     """Whole bodies, which are put into the case as they are."""
+    shapes: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """Shapes of bodies and statics that Writers write, put in likewise."""
     words: list[str] = field(default_factory=list)
     """What the Writers have to know of them."""
 
@@ -85,7 +86,7 @@ def _mechanism(desk: Conversation, asset: Asset, plan: CasePlan, request: Reques
     words = f"`{asset.body}`: a mechanism, complete. Links and joints: {links or 'see its kind'}."
     joints = [told(f"{asset.body}.{name}", one) for name, one in (proofs[-1].control or {}).items()]
     probed = [f"Tried in the engine: {'; '.join(joints)}."] if joints else []
-    return Supplies({asset.body: answer.body}, [" ".join([words, *answer.controls, *probed, *proofs[-1].notes])])
+    return Supplies({asset.body: answer.body}, words=[" ".join([words, *answer.controls, *probed, *proofs[-1].notes])])
 
 
 def _shape(desk: Conversation, asset: Asset, plan: CasePlan, request: Request, case: Path) -> Supplies:
@@ -115,11 +116,11 @@ def _shape(desk: Conversation, asset: Asset, plan: CasePlan, request: Request, c
     if shape is None:
         assert answer.generate is not None
         shape = _generated(asset.body, answer.generate, case)
-    return Supplies({}, [f"`{asset.body}`: give it this shape: {yaml_text({'shape': shape})} {answer.note}"])
+    return Supplies(shapes={asset.body: shape}, words=[f"`{asset.body}`: its `shape`. {answer.note}"])
 
 
-_SHAPES = frozenset({"compound", "mesh", "box", "sphere", "cylinder", "capsule", "cone", "ellipsoid", "torus", "tube",
-                     "cup", "funnel", "text", "sketch", "sculpt"})  # fmt: skip
+_SHAPES = frozenset({"compound", "mesh", "box", "sphere", "cylinder", "capsule", "cone", "polyhedron", "ellipsoid",
+                     "torus", "tube", "cup", "funnel", "text", "sketch", "sculpt"})  # fmt: skip
 _SCULPTED = frozenset({"limb", "revolve", "loft"})
 """Parts of a sculpt that are no shapes by themselves."""
 
@@ -160,5 +161,6 @@ def merged(parts: Sequence[Supplies]) -> Supplies:
     whole = Supplies()
     for part in parts:
         whole.bodies |= part.bodies
+        whole.shapes |= part.shapes
         whole.words += part.words
     return whole

@@ -25,7 +25,14 @@ GISTS = {"render": 200, "actions": 200}
 
 
 def write_section(
-    desk: Conversation, section: str, plan: CasePlan, request: str, supplied: str, cards: str, path: Path
+    desk: Conversation,
+    section: str,
+    plan: CasePlan,
+    request: str,
+    supplied: str,
+    cards: str,
+    path: Path,
+    shapes: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Have a Writer write its section for the first time.
 
@@ -37,6 +44,7 @@ def write_section(
         supplied: What asset agents have made for it, in words.
         cards: Debug Cards for its Writer.
         path: Future path of the case file.
+        shapes: Shapes that asset agents have made, by body or static: the answer leaves them out.
     """
     brief = plan.briefs.get(section, "")  # type: ignore[call-overload]
     pages = reading(section, plan)
@@ -46,13 +54,13 @@ def write_section(
         pages=pages,
         request=request,
         plan=plan_for(section, plan),
-        supplied=supplied,
+        supplied="" if section == "render" else supplied,
         cards=cards,
         brief=brief,
     )
 
     def read(data: Any) -> dict[str, Any]:
-        return _section_of(data, section, plan, path)
+        return _section_of(_with_shapes(data, section, shapes or {}), section, plan, path)
 
     return desk.ask(
         section, writer_prompt(ROLES[section], language.rules(brief=True)), question, read, more=PageRequests()
@@ -206,6 +214,19 @@ def _prefabs_of(plan: CasePlan) -> set[str]:
     from text2sim.spec_schema.reuse.catalogue import examples
 
     return {word for body in plan.bodies.values() for word in (body.kind, body.shape)} & set(examples())
+
+
+def _with_shapes(data: Any, section: str, shapes: Mapping[str, Any]) -> Any:
+    """Put the shapes of asset agents into an answer of the Scene or Body Writer."""
+    if section not in ("scene", "bodies") or not isinstance(data, dict):
+        return data
+    inner = data.get(section, data)
+    rows = inner.get("statics") if section == "scene" and isinstance(inner, dict) else inner
+    if isinstance(rows, dict):
+        for name, shape in shapes.items():
+            if isinstance(rows.get(name), dict):
+                rows[name] = {**rows[name], "shape": shape}
+    return data
 
 
 def _section_of(

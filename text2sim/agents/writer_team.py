@@ -16,6 +16,7 @@ from text2sim.agents.journal import Emit
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import SECTIONS, Asset, Refer, Route
 from text2sim.agents.section_writer import change_section, write_section
+from text2sim.agents.yaml_text import yaml_text
 
 T = TypeVar("T")
 TOGETHER = 4
@@ -49,7 +50,7 @@ class Workshop:
 
         def written(section: str) -> dict[str, Any]:
             cards = self.deck.deal(section, plan.cards.get(section, ()), "first version")
-            return write_section(self.desk, section, plan, asked, words, cards, self.path)
+            return write_section(self.desk, section, plan, asked, words, cards, self.path, supplies.shapes)
 
         sections = _together({name: lambda name=name: written(name) for name in SECTIONS})
         sections["bodies"] |= supplies.bodies
@@ -70,7 +71,8 @@ class Workshop:
         if supplies.bodies:
             bodies = revising.mapping(revising.data_of(text), "bodies")
             text = revising.with_sections(text, {"bodies": bodies | supplies.bodies})
-        told = "\n".join(["Made by an expert, to be used as it is:", *supplies.words])
+        shapes = [f"`{body}`: {yaml_text({'shape': shape})}" for body, shape in supplies.shapes.items()]
+        told = "\n".join(["Made by an expert, to be used as it is:", *supplies.words, *shapes])
         return text, [_route("bodies", told)] if supplies.words else []
 
     def mended(

@@ -48,6 +48,8 @@ def _is_off(shape: Any, quat: Quaternion, up: Vec) -> bool:
     """Whether a shape's faces are neither level nor upright."""
     if shape.kind in ROUND:
         return False
+    if shape.kind == "polyhedron":
+        return True  # it is there for its slanted faces
     z = _sine(quat, "z", up)
     if shape.kind == "plane":
         return z > LEVEL

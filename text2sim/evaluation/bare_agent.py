@@ -5,6 +5,7 @@ size, and without API keys in its environment (`runtime/child.py`). That is not 
 whatever the user can. So it runs only if the user allows it (`evaluate run --allow-code`).
 """
 
+import os
 import sys
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -54,6 +55,8 @@ class Trial:
     cause: str
     wall: float
     """[s]"""
+    minutes_left: float | None
+    """For everything, when it had ended; None without a limit."""
 
     @property
     def film(self) -> Path | None:
@@ -99,8 +102,11 @@ class BareAgent:
             ModelError: If the model cannot be reached; the next start resumes it.
         """
         why, accepted = "its attempts are spent", False
+        allowed, minutes = self._allowance, self._allowance.minutes
+        limit = allowed.sim_timeout if minutes is None else min(allowed.sim_timeout, 60 * minutes)
+        told = {"limit": limit, "minutes": minutes, "attempts": allowed.attempts, "cores": os.cpu_count()}
         messages = [
-            Message("system", letter("agent", limit=self._allowance.sim_timeout, attempts=self._allowance.attempts)),
+            Message("system", letter("agent", **told)),
             Message("user", letter("agent_ask", prompt=prompt, docs=digest(), cards=self._dealt(prompt))),
         ]
         try:
@@ -147,14 +153,16 @@ class BareAgent:
             (folder / LOG).unlink(missing_ok=True)
             write_atomically(folder / PROGRAM, program + "\n")
             left = self._budget.minutes_left()
-            limit = min(self._allowance.sim_timeout, 60 * left if left is not None else self._allowance.sim_timeout)
+            limit = self._allowance.sim_timeout if left is None else min(self._allowance.sim_timeout, 60 * left)
             found: ChildExit = run_child(
                 (sys.executable, PROGRAM, "--out", str(folder)), folder=folder, log=folder / LOG,
                 limits=Limits(timeout=max(1.0, limit)), stop=stop, on_poll=lambda: False,
             )  # fmt: skip
-            ended = {"program": digest_, "code": found.code, "cause": found.cause, "wall": round(found.wall, 1)}
+            ended = {"program": digest_, "code": found.code, "cause": found.cause, "wall": round(found.wall, 1),
+                     "minutes_left": self._budget.minutes_left()}  # fmt: skip
             write_json(folder / ENDED, ended)
-        trial = Trial(folder, int(ended["code"]), str(ended["cause"]), float(ended["wall"]))
+        left = ended.get("minutes_left")
+        trial = Trial(folder, int(ended["code"]), str(ended["cause"]), float(ended["wall"]), left)
         self._trials.append(trial)
         return trial
 
@@ -166,7 +174,8 @@ class BareAgent:
         except RunError as error:
             film = str(error)
         left = self._allowance.attempts - len(self._trials)
-        return letter("agent_ran", trial=trial, film=film, log=quoted(log[-LOG_SHOWN:]), left=left)
+        minutes = trial.minutes_left
+        return letter("agent_ran", trial=trial, film=film, log=quoted(log[-LOG_SHOWN:]), left=left, minutes=minutes)
 
     def _pictures(self, trial: Trial) -> tuple[Image, ...]:
         if trial.film is None or not self._desk.vision("agent"):

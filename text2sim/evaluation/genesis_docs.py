@@ -82,7 +82,9 @@ def documentation() -> dict[str, Entry]:
                 if prefix == "gs.options" and node.name.endswith("Light"):
                     name = f"gs.options.vis.{node.name}"  # not re-exported by the package
                 made = next((one for one in node.body if _is(one, "__init__")), None)
-                found[name] = _options(name, node) if made is None else _method(name, made)  # type: ignore[arg-type]
+                options = _options(name, node)
+                bare = made is None or "()" not in options.line  # what has fields takes them, whatever else it takes
+                found[name] = options if bare else _method(name, made)  # type: ignore[arg-type]
     for owner, places in OBJECTS.items():
         for node in _classes(root, places):
             for one in node.body:

@@ -97,6 +97,7 @@ _REACH: dict[str, Callable[[Any, Vec, Path], float]] = {
     "sphere": lambda shape, u, folder: shape.radius,
     "cylinder": lambda shape, u, folder: _reach_ring(shape.radius, shape.height / 2, (u[0], u[1], abs(u[2]))),
     "capsule": lambda shape, u, folder: shape.radius + shape.length / 2 * abs(u[2]),
+    "polyhedron": lambda shape, u, folder: max(x * u[0] + y * u[1] + z * u[2] for x, y, z in shape.points),
     "ellipsoid": _reach_ellipsoid,
     "cone": _reach_cone,
     "torus": lambda shape, u, folder: shape.bar_radius + _reach_ring(shape.radius, 0.0, u),

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
 from text2sim.compiler.shapes.extents import wall_radii
+from text2sim.compiler.shapes.hulls import hull_of
 from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces
 from text2sim.compiler.shapes.rotation import (
     Vec,
@@ -16,7 +17,7 @@ from text2sim.compiler.shapes.rotation import (
 from text2sim.compiler.shapes.sagging import sheet_pieces
 from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Compound, Cup, Funnel, Mesh, Sheet, Sketch, Text, Tube
+from text2sim.spec_schema.models.shapes import Compound, Cup, Funnel, Mesh, Polyhedron, Sheet, Sketch, Text, Tube
 
 _MEMORY = 4096
 _KNOWN: dict[Any, tuple[Piece, ...]] = {}
@@ -56,7 +57,7 @@ def key_of(shape: Any, folder: Path) -> Any:
     if isinstance(shape, Compound):
         parts = (part.shape for part in shape.parts.values())
         return (shape.model_dump_json(exclude_defaults=True), *(_content(part, folder) for part in parts))
-    if isinstance(shape, Sculpt):
+    if isinstance(shape, Sculpt | Polyhedron):
         return shape.model_dump_json(exclude_defaults=True)
     return (*vars(shape).values(), _content(shape, folder))
 
@@ -86,6 +87,8 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
         return [Piece("ellipsoid", size=shape.radii)]
     if kind == "cone":
         return [cone_piece(shape.radius, shape.height)]
+    if kind == "polyhedron":
+        return [_polyhedron_piece(shape)]
     if kind == "torus":
         return ring_pieces(shape.radius, shape.bar_radius, shape.segments)
     if kind == "mesh":
@@ -115,6 +118,14 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
         floor = Piece("cylinder", pos=(0.0, 0.0, shape.thickness / 2 - half), size=(shape.radius, shape.thickness))
         return [floor, *staves]
     return wall_pieces(bottom, top, -half, half, shape.segments)
+
+
+def _polyhedron_piece(shape: Polyhedron) -> Piece:
+    import numpy as np
+
+    hull, _ = hull_of(np.array(shape.points))
+    corners = tuple((x, y, z) for x, y, z in hull.vertices.tolist())
+    return Piece("hull", vertices=corners, faces=tuple((a, b, c) for a, b, c in hull.faces.tolist()))
 
 
 def _mesh_piece(shape: Mesh, folder: Path) -> Piece:

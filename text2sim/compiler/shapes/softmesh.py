@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.geometry import key_of, volume
+from text2sim.compiler.shapes.hulls import hull_of
 from text2sim.compiler.shapes.rings import Arc, profile, profile_of, turned
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_of, quat_to_rows
 from text2sim.compiler.shapes.sagging import along
 from text2sim.compiler.shapes.triangle_count import MAX_TRIANGLES, refuse_many
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, Mesh, Sheet, Torus
+from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, Mesh, Polyhedron, Sheet, Torus
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
         from text2sim.compiler.shapes.remesh import file_surface
 
         return _made(*file_surface(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
-    if isinstance(shape, Sculpt | Compound):
+    if isinstance(shape, Sculpt | Compound | Polyhedron):
         return _made(*_joined(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
     rows = ROWS.get(type(shape), ROUND)
     refuse_many(_area(shape, folder), edge, rows * _longest(shape, folder))
@@ -103,7 +104,7 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
 
 
 def _joined(
-    shape: Sculpt | Compound, folder: Path, edge: float, *, coarsen: bool, most: int
+    shape: Sculpt | Compound | Polyhedron, folder: Path, edge: float, *, coarsen: bool, most: int
 ) -> "tuple[np.ndarray, np.ndarray]":
     """Return vertices [m] and faces of the surface, in triangles whose edges are about `edge` [m] long.
 
@@ -125,6 +126,9 @@ def _joined(
     if isinstance(shape, Sculpt):
         made = sculpted(shape)
         vertices, faces = made.vertices, made.faces
+    elif isinstance(shape, Polyhedron):
+        hull, _ = hull_of(np.array(shape.points))
+        vertices, faces, coarsen = hull.vertices, hull.faces.astype(np.int64), False
     else:
         mesh = union(shape, folder).to_mesh64()
         vertices, faces = np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts, np.int64)

@@ -10,8 +10,21 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.compiler.shapes.hulls import hull_of
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_to_rows
-from text2sim.spec_schema.models.shapes import Box, Capsule, Cone, Cup, Cylinder, Ellipsoid, Funnel, Sphere, Torus, Tube
+from text2sim.spec_schema.models.shapes import (
+    Box,
+    Capsule,
+    Cone,
+    Cup,
+    Cylinder,
+    Ellipsoid,
+    Funnel,
+    Polyhedron,
+    Sphere,
+    Torus,
+    Tube,
+)
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
@@ -136,7 +149,7 @@ def learn_digests(meshes: Iterable[VisualMesh]) -> None:
 
 _DIGEST = re.compile("[0-9a-f]{64}")
 
-Drawn = Box | Cylinder | Cone | Torus | Tube | Cup | Funnel
+Drawn = Box | Cylinder | Cone | Polyhedron | Torus | Tube | Cup | Funnel
 """Shapes with edges: drawn by the engine from a model file they would be shaded as if they had none."""
 
 
@@ -152,6 +165,8 @@ def _surface(shape: Any) -> VisualMesh:
         return _egg(shape)
     if isinstance(shape, Torus):
         return _lathe_smooth(shape)
+    if isinstance(shape, Polyhedron):
+        return _facets(shape)
     h = shape.height / 2
     if isinstance(shape, Cylinder):
         return _lathe([(0.0, -h), (shape.radius, -h), (shape.radius, h), (0.0, h)])
@@ -181,6 +196,14 @@ def _box(box: Box) -> VisualMesh:
             normals += [normal] * 4
             faces += [(first, first + 1, first + 2), (first, first + 2, first + 3)]
     return VisualMesh(np.array(vertices) * np.array(box.size) / 2, np.array(faces), np.array(normals))
+
+
+def _facets(shape: Polyhedron) -> VisualMesh:
+    import numpy as np
+
+    hull, _ = hull_of(np.array(shape.points))
+    normals = np.repeat(hull.face_normals, 3, axis=0)
+    return VisualMesh(hull.triangles.reshape(-1, 3), np.arange(3 * len(hull.faces)).reshape(-1, 3), normals)
 
 
 def _egg(shape: Sphere | Ellipsoid | Capsule) -> VisualMesh:

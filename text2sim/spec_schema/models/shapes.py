@@ -1,5 +1,6 @@
 """Shapes. Each is centred on its frame's origin, with its axis along z, unless it says otherwise."""
 
+from math import hypot
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -17,11 +18,20 @@ from text2sim.spec_schema.models.base import (
     Positive,
     Size2,
     Size3,
+    Vec3,
 )
 from text2sim.spec_schema.models.materials import Look
 from text2sim.spec_schema.models.sculpts import Sculpt
 
 Segments = Annotated[Integer, Field(ge=6, le=64)]
+
+
+FLATTEST = 1e-4
+"""Least thickness of a polyhedron, as a part of its largest extent."""
+
+
+def _cross(u: list[float], v: list[float]) -> tuple[float, float, float]:
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
 
 
 class Plane(Model):
@@ -76,6 +86,29 @@ class Cone(Model):
     """Radius [m] of the base."""
     height: Length
     """Height [m]."""
+
+
+class Polyhedron(Model):
+    """The convex hull of points, with flat faces: a wedge, a prism, a pyramid, a stone of an arch."""
+
+    kind: Literal["polyhedron"]
+    points: Annotated[list[Vec3], Field(min_length=4, max_length=64)]
+    """Corners [m] in the body's frame, in any order; what lies inside of the others does not count."""
+
+    @model_validator(mode="after")
+    def _solid(self) -> "Polyhedron":
+        a = self.points[0]
+        away = [[c - o for c, o in zip(point, a, strict=True)] for point in self.points]
+        u = max(away, key=lambda v: hypot(*v))
+        normal = max((_cross(u, v) for v in away), key=lambda n: hypot(*n))
+        size, area = hypot(*u), hypot(*normal)
+        if size > 1e6:
+            raise ValueError(f"its points are up to {size:g} m apart; 1000 km at most")
+        heights = [sum(n * c for n, c in zip(normal, v, strict=True)) / area for v in away] if area > 0 else [0.0]
+        thin = max(heights) - min(heights)
+        if thin < max(1e-6, FLATTEST * size):
+            raise ValueError(f"its points lie in one plane or line, within {thin:.2g} m: they enclose no volume")
+        return self
 
 
 class Ellipsoid(Model):
@@ -288,7 +321,20 @@ class Sheet(Model):
 
 
 SolidShape = Annotated[
-    Box | Sphere | Cylinder | Capsule | Cone | Ellipsoid | Torus | Tube | Cup | Funnel | Mesh | Text | Sketch,
+    Box
+    | Sphere
+    | Cylinder
+    | Capsule
+    | Cone
+    | Polyhedron
+    | Ellipsoid
+    | Torus
+    | Tube
+    | Cup
+    | Funnel
+    | Mesh
+    | Text
+    | Sketch,
     Field(discriminator="kind"),
 ]
 Shape = Annotated[
@@ -297,6 +343,7 @@ Shape = Annotated[
     | Cylinder
     | Capsule
     | Cone
+    | Polyhedron
     | Ellipsoid
     | Torus
     | Tube
@@ -316,6 +363,7 @@ StaticShape = Annotated[
     | Cylinder
     | Capsule
     | Cone
+    | Polyhedron
     | Ellipsoid
     | Torus
     | Tube
