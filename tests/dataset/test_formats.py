@@ -116,3 +116,23 @@ def test_the_loader_of_the_documentation_runs_as_it_stands(
     exec(code.replace("datasets/mine", str(dataset)), {})
     assert "A crate slides. passed" in (said := capsys.readouterr().out)
     assert "a-film1 (8, 36, 64) (9, 3, 3)" in said
+
+
+def test_what_critic_and_judges_gave_the_same_simulation_is_in_its_items(
+    take: Take, recipe: Recipe, tmp_path: Path
+) -> None:
+    """The crate's simulation has the digest `case_one1.0`; the Critic has seen another version, too."""
+    for number, run, score in (("01", "case_one-0123456789", 20.0), ("02", "case_one-speed_1-case_one1.", 81.5)):
+        folder = tmp_path / "generation/attempts" / number
+        folder.mkdir(parents=True)
+        critique = {"score": score, "verdict": "pass", "failures": []}
+        (folder / "attempt.json").write_text(json.dumps({"run": run, "critique": critique}))
+    (tmp_path / "generation/attempts/03").mkdir()
+    (tmp_path / "generation/attempts/03/attempt.json").write_text('{"run": null, "critique": null}')
+    given = {"case_one1.0": [{"by": "visual judge 1, 2", "score": 66.0, "verdict": None}]}
+    writer = Writer(recipe, tmp_path / "dataset", {"one": "train", "two": "test"}, scores=given)
+    writer.add(Made([take("a"), take("b", speed=2.0)], []))
+    writer.close()
+    critic = {"by": "critic", "score": 81.5, "verdict": "pass"}
+    rows = pq.read_table(tmp_path / "dataset/items").to_pylist()
+    assert [row["scores"] for row in rows] == [[critic, given["case_one1.0"][0]], []]

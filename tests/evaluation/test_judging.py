@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from tests.evaluation.conftest import PHYSICAL, VISUAL, Judge, fall, make_run
-from text2sim.evaluation.judging import Judgement, Judging, read_judgements
+from text2sim.evaluation.judging import Judgement, Judging, read_judgements, scores_of_runs
 from text2sim.evaluation.method_folder import read_method
 from text2sim.evaluation.suite import read_suite
 from text2sim.spec_schema.errors import RunError
@@ -46,6 +46,19 @@ def test_scores_are_those_that_a_hand_works_out_from_the_kept_replies(
     (call,) = (kept / "calls").glob("*.json")
     assert PHYSICAL.strip() in json.loads(call.read_text())["reply"]["text"]
     assert json.loads((kept / "judgement.json").read_text())["total"] == physical.total
+
+
+def test_scores_are_found_by_the_simulation_that_they_are_about(
+    suite: Path, make_method: Make, judge: Judge, tmp_path: Path
+) -> None:
+    folder = make_method("ours")
+    rows = judged(suite, [folder], judge, tmp_path / "out", repeats=2)
+    digest = json.loads((folder / "drop/run/run.json").read_text())["key"]["sim_digest"]
+    found = scores_of_runs(tmp_path / "out")
+    assert {*found} == {digest}, "`sag` has a film alone"
+    (visual, _) = of(rows, "drop", "visual")
+    assert {"by": "visual judge 1, 1", "score": visual.total, "verdict": None} in found[digest]
+    assert len(found[digest]) == 4
 
 
 def test_a_judge_sees_the_list_the_case_records_facts_and_frames_but_no_name(

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -53,6 +53,7 @@ def build_dataset(
     from text2sim.dataset.build import build
     from text2sim.dataset.recipe import read_recipe
     from text2sim.dataset.review import read_decisions
+    from text2sim.evaluation.judging import scores_of_runs
     from text2sim.service.wording import seconds, shown
     from text2sim.spec_schema.errors import RunError
 
@@ -80,6 +81,10 @@ def build_dataset(
         if not row.ok:
             say_examined(row)
             raise typer.Exit(row.exit)
+    scores: dict[str, list[dict[str, Any]]] = {}
+    for path in wanted.judged:
+        for digest, given in scores_of_runs(recipe.parent / path).items():
+            scores.setdefault(digest, []).extend(given)
     dropped = {key: one.note for key, one in read_decisions(decisions).items() if one.decision == "drop"}
     tally = build(
         wanted,
@@ -88,6 +93,7 @@ def build_dataset(
         runs,
         where=where,
         dropped=dropped,
+        scores=scores,
         tell=tell,
         announce=announce,
         complete=complete,

@@ -88,6 +88,7 @@ def build(
     *,
     where: Where,
     dropped: Mapping[str, str],
+    scores: Mapping[str, list[dict[str, Any]]] | None = None,
     tell: Callable[[Tally, Made], None],
     announce: Callable[[Sequence[Task]], None] = lambda _: None,
     complete: Callable[[Path], None] = lambda _: None,
@@ -101,6 +102,7 @@ def build(
         runs: Folder of run folders; what was simulated already is not simulated again.
         where: Where the jobs are done, and how many at a time.
         dropped: Items that somebody decided against, and why.
+        scores: What judges gave runs, by digest of the simulation.
         tell: Told after each job.
         announce: Told before the start what will be done.
         complete: Given the folder with all items, before its card is written; may add to it.
@@ -117,7 +119,7 @@ def build(
     folder = stage / "dataset"
     shutil.rmtree(folder, ignore_errors=True)
     jobs = jobs_of(recipe, root, runs, stage / "items")
-    writer = Writer(recipe, folder, deal(recipe, [(job.source, job.name) for job in jobs]), dropped)
+    writer = Writer(recipe, folder, deal(recipe, [(job.source, job.name) for job in jobs]), dropped, scores)
     writer.tally.jobs = len(jobs)
     known = measured(runs)
     tasks = {id(task): (task, job) for job in jobs for task in [task_of(job, known.get(job.name, Needs()))]}
@@ -151,10 +153,19 @@ class Writer:
         folder: Of the dataset.
         splits: Split of each source.
         dropped: Items that somebody decided against, and why.
+        scores: What judges gave runs, by digest of the simulation.
     """
 
-    def __init__(self, recipe: Recipe, folder: Path, splits: dict[str, Any], dropped: Mapping[str, str] | None = None):
-        self._recipe, self._folder, self._splits, self._dropped = recipe, folder, splits, dropped or {}
+    def __init__(
+        self,
+        recipe: Recipe,
+        folder: Path,
+        splits: dict[str, Any],
+        dropped: Mapping[str, str] | None = None,
+        scores: Mapping[str, list[dict[str, Any]]] | None = None,
+    ):
+        self._recipe, self._folder, self._splits = recipe, folder, splits
+        self._dropped, self._scores = dropped or {}, scores or {}
         self._tables: dict[tuple[str, str], TableWriter] = {}
         self._shards: dict[str, ShardWriter] = {}
         self._robots: dict[str, RobotWriter] = {}
@@ -209,6 +220,7 @@ class Writer:
         if split not in self._shards:
             self._shards[split] = ShardWriter(self._folder / "shards", split, 1e6 * self._recipe.shard_mb)
         item.row["split"] = split
+        item.row["scores"] = [*item.row["scores"], *self._scores.get(item.row["sim_digest"], [])]
         extra = {"json": json.dumps(item.row).encode()}
         item.row["shard"] = self._shards[split].add(item.key, item.folder, extra)
         name = f"{split}-{item.row['source']}-{item.row['case']}"

@@ -123,6 +123,8 @@ class Recipe(Model):
     description: Annotated[str, Field(max_length=2000)] = ""
     licence: Annotated[str, Field(max_length=100)] = "unknown"
     """Of the dataset, as its card says it: `cc-by-4.0`."""
+    judged: Annotated[list[str], Field(max_length=1000)] = []
+    """Folders of `text2sim evaluate judge`, as seen from the recipe: judges' scores of the same simulations."""
     seed: int = 0
     film: Film = Film()
     annotations: list[Annotation] = []

@@ -126,7 +126,9 @@ def read_made(job: Job) -> Made:
 
 
 def _digest(job: Job) -> str:
-    own = job.recipe.model_dump(mode="json", exclude={"splits", "description", "sources", "shard_mb", "benchmarks"})
+    own = job.recipe.model_dump(
+        mode="json", exclude={"splits", "description", "sources", "shard_mb", "benchmarks", "judged"}
+    )
     source = job.recipe.sources[job.source].model_dump(mode="json", exclude={"cases", "split", "draws"})
     case = job.case.read_text("utf-8", "replace")
     return sha256(json.dumps([own, source, repr(job.base), case, package_code()]).encode()).hexdigest()

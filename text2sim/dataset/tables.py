@@ -51,7 +51,7 @@ SCHEMAS: dict[str, pa.Schema] = {
             "measures; their series are in the shard, `measures.csv`",
         ),
         events=(_list(_struct(name=TEXT, count=WHOLE, first=REAL, last=REAL)), "events; touches are in `events.jsonl`"),
-        scores=(_list(_struct(by=TEXT, score=REAL, verdict=TEXT)), "what the Critic of `generate` said of the run"),
+        scores=(_list(_struct(by=TEXT, score=REAL, verdict=TEXT)), "what Critic and judges gave the run"),
         energy_gain=(REAL, "energy from nowhere, as a part of the largest; null if not everything is counted"),
         penetration=(REAL, "deepest penetration [m]; null if there was no contact"),
         suspicions=(_list(TEXT), "what looks wrong in the recording"),

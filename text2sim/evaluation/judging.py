@@ -5,6 +5,7 @@ JUDGED/<prompt>/<method>/frames/                        the frames that judges s
 JUDGED/<prompt>/<method>/<kind>-<judge>-<repeat>/       judgement.json, and calls/ with every request and reply
 """
 
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
@@ -22,7 +23,7 @@ from text2sim.agents.models.files import write_whole
 from text2sim.evaluation.documents import write_json
 from text2sim.evaluation.exhibit import Exhibit, bind_facts, exhibit_of
 from text2sim.evaluation.letters import letter
-from text2sim.evaluation.method_folder import PROMPT_FILE, Made, MethodFolder
+from text2sim.evaluation.method_folder import PROMPT_FILE, Made, MethodFolder, read_method
 from text2sim.evaluation.scores import (
     PhysicalReply,
     VisualReply,
@@ -31,6 +32,7 @@ from text2sim.evaluation.scores import (
     visual_score,
 )
 from text2sim.evaluation.suite import Prompt, Suite
+from text2sim.recording.record import RunRecord
 from text2sim.recording.run_files import read_json, read_text
 from text2sim.spec_schema.errors import RunError
 
@@ -258,3 +260,23 @@ def read_judgements(out: Path) -> tuple[dict[str, Any], list[Judgement]]:
             if turn not in there:
                 rows.append(Judgement(turn, record["prompts"][name], "not_judged", None, "nobody has judged it yet"))
     return record, rows
+
+
+def scores_of_runs(out: Path) -> dict[str, list[dict[str, Any]]]:
+    """Return what judges gave runs of text2sim, by the digest of the simulation: `by`, `score` of 100, no `verdict`.
+
+    Raises:
+        RunError: If the folder has no judgements, or a method folder is gone.
+        SpecError: If a `method.json` is invalid.
+    """
+    record, rows = read_judgements(out)
+    made = {name: read_method(Path(folder)).made for name, folder in record["methods"].items()}
+    found = defaultdict[str, list[dict[str, Any]]](list)
+    for row in rows:
+        result = made[row.turn.method].get(row.turn.prompt)
+        run = result.path("run") if result is not None else None
+        ran = RunRecord.read(run) if run is not None else None
+        if row.state == "judged" and ran is not None and ran.key.get("sim_digest"):
+            by = f"{row.turn.kind} judge {row.turn.judge}, {row.turn.repeat}"
+            found[ran.key["sim_digest"]].append({"by": by, "score": row.total, "verdict": None})
+    return dict(found)
