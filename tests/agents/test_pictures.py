@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from text2sim.agents.frame_choice import APART, chosen, moments
+from text2sim.agents.frame_choice import APART, Moment, chosen, moments
 from text2sim.agents.pictures import FRAMES, frame_sheet
-from text2sim.templates.cadence import MAIN, frames, read_film, reels
+from text2sim.templates.cadence import MAIN, Frame, frames, read_film, reels
 from text2sim.templates.video import Video
 
 FILM = """
@@ -143,3 +143,12 @@ def test_a_run_of_another_kind_shows_what_it_has(run: Path) -> None:
     (run / "program" / "render.py").write_text(FILM)
     (run / "video.mp4").write_bytes(b"no film")
     assert frame_sheet(run)[1] == 3
+
+
+def test_the_longest_time_without_a_picture_gets_one() -> None:
+    """Everything that is measured happens early; what comes to pass between there and the end is shown all the same."""
+    pictures = [Frame(k, "main", k * 0.05, 0.0, k * 0.05, k * 0.05, 0.0, 1.0) for k in range(141)]
+    wanted = [Moment(0.15 * k, f"event {k}") for k in range(1, 15)]
+    times = [one.frame.t for one in chosen(wanted, pictures, 12)]
+    assert len(times) == 12 and times[0] == 0.0 and times[-1] == 7.0
+    assert max(np.diff(times)) < 7.0 / 2

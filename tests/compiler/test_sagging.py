@@ -1,4 +1,4 @@
-"""Sheets that hang between two edges."""
+"""Sheets that hang between two edges, or over a bar."""
 
 from pathlib import Path
 
@@ -32,4 +32,36 @@ def test_a_sheet_that_sags_is_as_long_as_ever(sag):
 def test_a_sheet_hangs_no_deeper_than_it_is_long():
     text = "scene: {duration: 1, dt: 0.01}\nbodies: {s: {kind: cloth, shape: {kind: sheet, size: [1, 1], sag: 0.5}}}\n"
     with pytest.raises(Exception, match="sags by 0.45 m at most"):
+        load_text("text2sim: 2\nname: s\n" + text)
+
+
+@pytest.mark.parametrize("at", [0.3, 0.5, 0.62])
+def test_a_sheet_over_a_bar_is_as_long_as_ever(at):
+    """From its left edge up to the bar's top, `at` of its length, and down on the other side."""
+    sheet = Sheet(kind="sheet", size=(1.5, 0.3), over=0.05, over_at=at)
+    net = soft_surface(sheet, Path(), 0.015)
+    line = net.vertices[np.isclose(net.vertices[:, 1], -0.15)]
+    steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    assert steps.sum() == pytest.approx(1.5, rel=1e-3)  # chords of an arc
+    fold = np.pi / 2 * 0.05
+    assert line[0] == pytest.approx((-0.05, -0.15, -(1.5 * at - fold)), abs=1e-6)
+    assert line[-1] == pytest.approx((0.05, -0.15, -(1.5 * (1 - at) - fold)), abs=1e-6)
+    around = line[line[:, 2] > 0]
+    assert np.hypot(around[:, 0], around[:, 2]) == pytest.approx(0.05, rel=1e-3)
+    low, high = extents(sheet, IDENTITY, Path())
+    assert low == pytest.approx(net.vertices.min(axis=0), abs=2e-3)
+    assert high == pytest.approx(net.vertices.max(axis=0), abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ("sag: 0.1, over: 0.05", "either sag or over"),
+        ("over: 0.5, over_at: 0.4", "its shorter side, 0.4 m, does not reach round the fold"),
+        ("over: 0.05, over_at: 1", "less than 1"),
+    ],
+)
+def test_what_cannot_hang_over_a_bar_is_said(fields, message):
+    text = f"scene: {{duration: 1, dt: 0.01}}\nbodies: {{s: {{kind: cloth, shape: {{kind: sheet, size: [1, 1], {fields}}}}}}}\n"
+    with pytest.raises(Exception, match=message):
         load_text("text2sim: 2\nname: s\n" + text)

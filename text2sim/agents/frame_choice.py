@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from text2sim.legibility.film import nearest_frame, spread
@@ -15,6 +16,8 @@ APART = 0.1
 """Simulated time [s] between pictures of one camera: nearer ones show the same."""
 BESIDE = 0.15
 """How long [s] before and after an event a picture is taken."""
+GAPS, WIDE = 2, 5
+"""Frames that are kept for the longest times without one, if they are longer than a fifth of the film."""
 EVENTS, EXTREMES, DEFORMED, DECIDED = 4, 4, 2, 4
 DEEP = 0.002
 """Penetration [m] from which its worst moment is shown."""
@@ -38,8 +41,18 @@ class Shown:
     """A chosen frame, with the reasons for it."""
 
     frame: "Frame"
-    said: list[str] = field(default_factory=list)
-    bodies: set[str] = field(default_factory=set)
+    moments: list[Moment] = field(default_factory=list)
+
+    @property
+    def said(self) -> list[str]:
+        """Why it was chosen, in words."""
+        rows = [(one, abs(self.frame.t - one.t) > APART / 2) for one in self.moments if one.said]
+        return [f"{one.said} at {one.t:.2f} s" if apart else one.said for one, apart in rows]
+
+    @property
+    def bodies(self) -> set[str]:
+        """Whom these are about."""
+        return {body for one in self.moments for body in one.bodies}
 
 
 def moments(evidence: Data, actions: Data) -> Iterator[Moment]:
@@ -119,21 +132,30 @@ def chosen(wanted: Sequence[Moment], pictures: Sequence["Frame"], count: int) ->
     for frame in (pictures[0], pictures[-1]) if pictures else ():
         if not _near(found, frame):
             found.append(Shown(frame))
-    for moment in wanted:
-        frame = nearest_frame(pictures, moment.t)
-        if frame is None:
-            continue
-        same = _near(found, frame)
-        if same is None and len(found) < count:
-            found.append(same := Shown(frame))
-        if same is not None:
-            apart = abs(same.frame.t - moment.t) > APART / 2
-            same.said.append(f"{moment.said} at {moment.t:.2f} s" if apart else moment.said)
-            same.bodies |= set(moment.bodies)
+    for place, limit in ((wanted, count - GAPS), (_between(found, pictures), count), (wanted, count)):
+        for moment in place:
+            frame = nearest_frame(pictures, moment.t)
+            if frame is None:
+                continue
+            same = _near(found, frame)
+            if same is None and len(found) < limit:
+                found.append(same := Shown(frame))
+            if same is not None and moment not in same.moments:
+                same.moments.append(moment)
     for k in spread(len(pictures), 2 * count):
         if len(found) < count and not _near(found, pictures[k], (pictures[-1].k - pictures[0].k) / count / 2):
             found.append(Shown(pictures[k]))
     return sorted(found, key=lambda one: one.frame.k)
+
+
+def _between(found: Sequence[Shown], pictures: Sequence["Frame"]) -> Iterator[Moment]:
+    """Yield the middles of the longest spans without a chosen frame."""
+    for _ in range(GAPS):
+        frames = sorted((one.frame for one in found), key=lambda frame: frame.k)
+        spans = [(b.k - a.k, a.k) for a, b in pairwise(frames)]
+        longest, first = max(spans, default=(0, 0))
+        if WIDE * longest > len(pictures):
+            yield Moment(pictures[first + longest // 2].t)
 
 
 def _near(found: Sequence[Shown], frame: "Frame", film: float = 0) -> Shown | None:

@@ -1,6 +1,6 @@
-"""A sheet that hangs between two of its edges: a parabola as long as the sheet."""
+"""Sheets that are bent at the start: that hang between two edges, a parabola as long as the sheet, or over a bar."""
 
-from math import asinh, atan2, hypot, inf, sqrt
+from math import asinh, atan2, cos, hypot, inf, pi, sin, sqrt
 
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec, quat_from_axis_angle
@@ -31,32 +31,55 @@ def span_of(sheet: Sheet) -> float:
     return high
 
 
+def _curve(sheet: Sheet) -> list[tuple[float, float]]:
+    """Points (x, z) [m] of a sheet that is not flat, from its left edge to its right one."""
+    if sheet.over is None:
+        span = span_of(sheet)
+        xs = [(k / STEPS - 0.5) * span for k in range(STEPS + 1)]
+        return [(x, -sheet.sag * (1 - (2 * x / span) ** 2)) for x in xs]
+    r, fold = sheet.over, pi / 2 * sheet.over
+    left, right = (part * sheet.size[0] - fold for part in (sheet.over_at, 1 - sheet.over_at))
+    turn = [(-r * cos(pi * k / STEPS), r * sin(pi * k / STEPS)) for k in range(STEPS + 1)]
+    return [(-r, -left), *turn, (r, -right)]
+
+
 def along(sheet: Sheet, count: int) -> list[tuple[float, float]]:
     """Points (x, z) [m], evenly spaced along the sheet from its left edge to its right one, `count + 1` of them."""
-    span = span_of(sheet)
-    if not sheet.sag:
-        return [((k / count - 0.5) * span, 0.0) for k in range(count + 1)]
-    xs = [(k / STEPS - 0.5) * span for k in range(STEPS + 1)]
-    curve = [(x, -sheet.sag * (1 - (2 * x / span) ** 2)) for x in xs]
+    if not is_bent(sheet):
+        return [((k / count - 0.5) * sheet.size[0], 0.0) for k in range(count + 1)]
+    curve = _curve(sheet)
     ways = [0.0]
     for (a, b), (c, d) in zip(curve, curve[1:], strict=False):
         ways.append(ways[-1] + hypot(c - a, d - b))
     found, k = [], 0
     for index in range(count + 1):
         way = ways[-1] * index / count
-        while k < STEPS - 1 and ways[k + 1] < way:
+        while k < len(curve) - 2 and ways[k + 1] < way:
             k += 1
-        u = (way - ways[k]) / (ways[k + 1] - ways[k])
+        u = (way - ways[k]) / max(ways[k + 1] - ways[k], 1e-12)
         (a, b), (c, d) = curve[k], curve[k + 1]
         found.append((a + u * (c - a), b + u * (d - b)))
     return found
 
 
+def is_bent(sheet: Sheet) -> bool:
+    """Whether a sheet is not flat at the start."""
+    return bool(sheet.sag) or sheet.over is not None
+
+
+def _outline(sheet: Sheet) -> list[tuple[float, float]]:
+    """Points (x, z) [m] between which a sheet is nearly straight."""
+    if sheet.over is None:
+        return along(sheet, BOXES if sheet.sag else 1)
+    first, *turn, last = _curve(sheet)
+    return [first, *turn[:: STEPS // BOXES], turn[-1], last]
+
+
 def sheet_pieces(sheet: Sheet) -> list[Piece]:
     """Return the boxes that stand for a sheet where bodies are placed and compared."""
-    if not sheet.sag:
+    if not is_bent(sheet):
         return [Piece("box", size=(*sheet.size, SHEET))]
-    points = along(sheet, BOXES)
+    points = _outline(sheet)
     found = []
     for (a, b), (c, d) in zip(points, points[1:], strict=False):
         box = Piece("box", size=(hypot(c - a, d - b), sheet.size[1], SHEET))
@@ -67,5 +90,5 @@ def sheet_pieces(sheet: Sheet) -> list[Piece]:
 
 def sheet_reach(sheet: Sheet, u: Vec) -> float:
     """Return how far [m] a sheet reaches in a direction from its frame."""
-    farthest = max(x * u[0] + z * u[2] for x, z in along(sheet, BOXES if sheet.sag else 1))
+    farthest = max(x * u[0] + z * u[2] for x, z in _outline(sheet))
     return farthest + (sheet.size[1] * abs(u[1]) + SHEET * abs(u[2])) / 2

@@ -1,6 +1,6 @@
 """Shapes. Each is centred on its frame's origin, with its axis along z, unless it says otherwise."""
 
-from math import hypot
+from math import hypot, pi
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -16,6 +16,7 @@ from text2sim.spec_schema.models.base import (
     NonNegative,
     Pose,
     Positive,
+    Real,
     Size2,
     Size3,
     Vec3,
@@ -307,8 +308,13 @@ class Sheet(Model):
     """Lengths [m] along x and y."""
     sag: NonNegative = 0.0
     """How deep [m] its middle hangs at the start below its left and right edges, which come nearer to each other: a
-    hammock, an awning. It is a parabola as long as the sheet, L; the edges are `L - 8/3 sag^2 / L` apart, within 1 %
-    up to a fifth of L."""
+    hammock, an awning; up to 0.45 of its length. It is a parabola as long as the sheet, L, with the origin between its
+    ends; they are `L - 8/3 sag^2 / L` apart, within 1 % up to a fifth of L."""
+    over: Length | None = None
+    """It hangs over a bar along y at its origin, down on both sides: a scarf, a towel, a blanket on a line. Radius [m]
+    of the fold: that of the bar, and the distance that cloth keeps from it (half a `cell`)."""
+    over_at: Annotated[Real, Field(gt=0, lt=1)] = 0.5
+    """With `over`: part of its length that hangs to the left (-x) of the bar's top."""
     texture: str | None = Field(default=None, max_length=200)
     """A picture inside the case's folder, .png or .jpg, laid over it once."""
 
@@ -317,6 +323,13 @@ class Sheet(Model):
         long = self.size[0]
         if self.sag > 0.45 * long:
             raise ValueError(f"a sheet of {long:g} m along x sags by {0.45 * long:g} m at most (got {self.sag:g} m)")
+        if self.over is None:
+            return self
+        if self.sag:
+            raise ValueError("give either sag or over")
+        shorter, fold = long * min(self.over_at, 1 - self.over_at), pi / 2 * self.over
+        if shorter < fold:
+            raise ValueError(f"its shorter side, {shorter:g} m, does not reach round the fold: at least {fold:.3g} m")
         return self
 
 
