@@ -6,6 +6,7 @@ not look like an answer. Without a folder to write to, the question is asked eve
 
 import json
 import os
+import re
 import sys
 import tempfile
 from base64 import b64decode, b64encode
@@ -13,7 +14,6 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import lru_cache
 from hashlib import sha256
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -122,7 +122,12 @@ def _tidy(where: Path) -> None:
 
 @lru_cache
 def _version(name: str) -> str:
+    """Version of a package; empty without it."""
+    # Not by `version`: that takes whole pages of metadata apart.
+    from importlib.metadata import PackageNotFoundError, distribution
+
     try:
-        return version(name)
+        found = re.search(r"^Version: (\S+)", distribution(name).read_text("METADATA") or "", re.MULTILINE)
     except PackageNotFoundError:
         return ""
+    return found[1] if found else ""

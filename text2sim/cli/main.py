@@ -99,6 +99,8 @@ def run() -> None:
     """Run the command line and exit with one of `exits`."""
     # Nearly all objects of a short command live to its end: collecting garbage takes a tenth of its time.
     gc.set_threshold(100_000, 20, 50)
+    # Nor do we want whatever other packages plug into pydantic, which searches all that is installed for it.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     # The parent process may have closed both.
     sys.stdout, sys.stderr = (stream or open(os.devnull, "w") for stream in (sys.stdout, sys.stderr))  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):

@@ -70,5 +70,5 @@ def resolve_render(
         "shots": shots,
         **resolve_light(render, ground, first),
         "tone": render.tone,
-        "overlay": render.overlay.model_dump(),
+        "overlay": dict(render.overlay),
     }

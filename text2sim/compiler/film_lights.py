@@ -32,7 +32,7 @@ class Studio(NamedTuple):
 
 
 def _softbox(direction: Vec, strength: float, color: str = "white") -> Softbox:
-    return Softbox(kind="softbox", direction=direction, strength=strength, color=color)
+    return Softbox.model_construct(kind="softbox", direction=direction, strength=strength, color=color)
 
 
 STUDIOS = {
@@ -41,7 +41,7 @@ STUDIOS = {
         {
             "key": _softbox((0.75, 0.45, -1.0), 3.2, "#fff6ec"),
             "rim": _softbox((-0.6, -0.9, -1.4), 1.1, "#d6e4ff"),
-            "fill": Environment(kind="environment", color="#eef3fa", horizon="#dfe3e8", strength=0.12),
+            "fill": Environment.model_construct(kind="environment", color="#eef3fa", horizon="#dfe3e8", strength=0.12),
         },
         "cyclorama",
         "#c9ced4",
@@ -53,8 +53,8 @@ STUDIOS = {
         {
             "key": _softbox((0.75, 0.5, -1.15), 3.0, "#fff7ee"),
             "rim": _softbox((-0.7, -0.7, -1.5), 0.9, "#e3ecff"),
-            "front": Sun(kind="sun", direction=(-0.25, 1.0, -0.3), strength=0.45, angle_deg=35.0),
-            "fill": Environment(kind="environment", color="#f4f6fa", horizon="#eeeae4", strength=0.17),
+            "front": Sun.model_construct(kind="sun", direction=(-0.25, 1.0, -0.3), strength=0.45, angle_deg=35.0),
+            "fill": Environment.model_construct(kind="environment", color="#f4f6fa", horizon="#eeeae4", strength=0.17),
         },
         "wall",
         "#e8e0d2",
@@ -63,8 +63,10 @@ STUDIOS = {
     ),
     "sunlight": Studio(
         {
-            "sun": Sun(kind="sun", direction=(0.75, 0.5, -1.1), strength=2.9, color="#fff1dc", angle_deg=3.0),
-            "sky": Environment(kind="environment", color="#a9c6e8", horizon="#e6edf2", strength=0.32),
+            "sun": Sun.model_construct(
+                kind="sun", direction=(0.75, 0.5, -1.1), strength=2.9, color="#fff1dc", angle_deg=3.0
+            ),
+            "sky": Environment.model_construct(kind="environment", color="#a9c6e8", horizon="#e6edf2", strength=0.32),
         },
         "horizon",
         "#dbe4ea",
@@ -73,8 +75,8 @@ STUDIOS = {
     ),
     "overcast": Studio(
         {
-            "cloud": Environment(kind="environment", color="#f2f5f8", horizon="#cfd6dc", strength=0.9),
-            "sun": Sun(kind="sun", direction=(0.3, 0.4, -1.0), strength=0.6, angle_deg=40.0),
+            "cloud": Environment.model_construct(kind="environment", color="#f2f5f8", horizon="#cfd6dc", strength=0.9),
+            "sun": Sun.model_construct(kind="sun", direction=(0.3, 0.4, -1.0), strength=0.6, angle_deg=40.0),
         },
         "ground",
         "#d3d9de",
@@ -82,8 +84,10 @@ STUDIOS = {
     ),
     "golden_hour": Studio(
         {
-            "sun": Sun(kind="sun", direction=(0.9, 0.3, -0.32), strength=3.4, color="#ffc48a", angle_deg=2.0),
-            "sky": Environment(kind="environment", color="#7d9fd0", horizon="#ffd9b0", strength=0.4),
+            "sun": Sun.model_construct(
+                kind="sun", direction=(0.9, 0.3, -0.32), strength=3.4, color="#ffc48a", angle_deg=2.0
+            ),
+            "sky": Environment.model_construct(kind="environment", color="#7d9fd0", horizon="#ffd9b0", strength=0.4),
         },
         "horizon",
         "#e6cdb2",
@@ -93,7 +97,7 @@ STUDIOS = {
         {
             "key": _softbox((0.25, 0.5, -1.0), 3.0, "#fff1e0"),
             "rim": _softbox((-0.5, -0.8, -1.3), 1.2, "#dbe5f7"),
-            "fill": Environment(kind="environment", color="#8090b0", horizon="#404858", strength=0.02),
+            "fill": Environment.model_construct(kind="environment", color="#8090b0", horizon="#404858", strength=0.02),
         },
         "cyclorama",
         "#17181b",
@@ -119,7 +123,9 @@ def resolve_light(render: Render, ground: Ground, camera: dict[str, Any]) -> dic
         lights = {name: _light(_turned(light, camera), ground, center, radius) for name, light in studio.lights.items()}
     elif not any(light["kind"] in ("environment", "sky") for light in lights.values()):
         strength = render.ambient if render.ambient is not None else 0.16
-        lights["ambient"] = _light(Environment(kind="environment", strength=strength), ground, center, radius)
+        lights["ambient"] = _light(
+            Environment.model_construct(kind="environment", strength=strength), ground, center, radius
+        )
     if render.ambient is not None:
         for light in lights.values():
             if light["kind"] == "environment":

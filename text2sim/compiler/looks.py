@@ -12,6 +12,8 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.spec_schema.models.colors import PALETTES, rgb
 from text2sim.spec_schema.models.materials import Look, Palette
 from text2sim.spec_schema.models.scene import Static
+from text2sim.spec_schema.models.sculpts import Sculpt
+from text2sim.spec_schema.models.shapes import Compound, Mesh
 
 Rgba = tuple[float, float, float, float]
 
@@ -144,3 +146,18 @@ def _looks_in(model: Any) -> Iterator[Look]:
     elif isinstance(model, dict):
         for value in model.values():
             yield from _looks_in(value)
+
+
+def one_color(shape: Any) -> bool:
+    """Whether everything of a shape has the colour of its body."""
+    if isinstance(shape, Compound):
+        return all(part.look is None and not isinstance(part.shape, Mesh) for part in shape.parts.values())
+    if isinstance(shape, Sculpt):
+        return all(part.look is None for part in shape.parts.values())
+    return not isinstance(shape, Mesh)
+
+
+def colors_of(shape: Any, look: Look, copy: Copy) -> list[Rgba]:
+    """Return the colours of a body and of its parts, as a copy has them."""
+    looks = [part.look for part in shape.parts.values()] if isinstance(shape, Compound | Sculpt) else []
+    return [rgba_of(one, copy) for one in (look, *looks) if one is not None]

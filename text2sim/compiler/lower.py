@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.mechanism import Mechanism, Mechanisms, load_mechanism
 from text2sim.compiler.files import Files
-from text2sim.compiler.looks import Rgba, dress_of, rgba_of, worn_by
+from text2sim.compiler.looks import Rgba, colors_of, dress_of, one_color, rgba_of, worn_by
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
 from text2sim.compiler.shapes import geometry
@@ -31,18 +31,20 @@ from text2sim.compiler.trees.tree import (
     tree_balls,
     with_torques,
 )
+from text2sim.spec_schema.models.base import content_of
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
 from text2sim.spec_schema.models.materials import DENSITY, Look, Material
 from text2sim.spec_schema.models.motion import Oscillate, Spin
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Compound, Mesh, Part
+from text2sim.spec_schema.models.shapes import Compound, Part
 from text2sim.spec_schema.models.soft_bodies import Cloth, Granular, Liquid, Rope, Snow, Soft
 
 if TYPE_CHECKING:
     from text2sim.compiler.soft.lowering import SoftLowering
 
 NATIVE = {"box": "Box", "sphere": "Sphere", "cylinder": "Cylinder"}
+PLACES = ("pose", "place", "repeat")
 IMMOVABLE = 1e4
 """Armature [kg or kg m2] of a driven body's joints: contact cannot push it back.
 
@@ -72,8 +74,8 @@ class Lowering:
     """Balls around the pieces of each copy [m], at the start, in the world."""
     alike: dict[tuple[Any, ...], Written] = field(default_factory=dict)
     """What was made of copies, by all in which they can differ."""
-    texts: dict[int, tuple[Any, str]] = field(default_factory=dict)
-    """Models as text, without their place; each kept beside it, so that its id stays its own."""
+    contents: dict[int, tuple[Any, Any]] = field(default_factory=dict)
+    """What models say, without their place; each kept beside it, so that its id stays its own."""
     pieces: int = 0
     """Convex pieces made so far."""
     thinnest: float = 1e9
@@ -182,7 +184,7 @@ class Lowering:
         shape = copy.shape
         simple = joint is None or joint.kind == "free"
         if shape.kind in NATIVE and simple:
-            options = {k: v for k, v in shape.model_dump().items() if k != "kind"}
+            options: dict[str, Any] = {name: value for name, value in shape if name != "kind"}
             if joint is None:
                 options["fixed"] = True
             (piece,) = geometry.pieces(shape, self.folder)
@@ -191,8 +193,13 @@ class Lowering:
             self.balls[copy.name] = [(frame_apply(copy.pos, copy.quat, center), radius)]
             return self._native(copy, NATIVE[shape.kind], options, material, look, piece.volume())
         # Copies that differ in nothing but where they are, and perhaps in their one colour, share what is made of them.
-        plain = _one_color(shape)
-        key = (copy.body, self._text(copy.model), self._text(shape), *(() if plain else _colors(shape, look, copy)))
+        plain = one_color(shape)
+        key = (
+            copy.body,
+            self._content(copy.model),
+            self._content(shape),
+            *(() if plain else colors_of(shape, look, copy)),
+        )
         made = self.alike.get(key)
         if made is None:
             link = self._link(copy, material, look)
@@ -200,10 +207,12 @@ class Lowering:
             made = self.alike[key] = self.models.write(copy.body, Tree((link,)))
         return self._entity_of(copy, made, rgba_of(look, copy) if plain else made.color)
 
-    def _text(self, model: Any) -> str:
-        if id(model) not in self.texts:
-            self.texts[id(model)] = (model, model.model_dump_json(exclude={"pose", "place", "repeat"}))
-        return self.texts[id(model)][1]
+    def _content(self, model: Any) -> Any:
+        """What a model says, without where its copies are."""
+        if id(model) not in self.contents:
+            there = {field: None for field in PLACES if field in type(model).model_fields}
+            self.contents[id(model)] = (model, content_of(model.model_copy(update=there)))
+        return self.contents[id(model)][1]
 
     def _native(
         self, copy: Copy, morph: str, options: dict, material: Material, look: Look, volume: float | None
@@ -374,21 +383,6 @@ def _inertia(shape: Any, geoms: tuple[TreeGeom, ...]) -> Inertia | None:
     mass = sum(geom.density * geom.piece.volume() for geom in geoms)
     xx, yy, zz, xy, xz, yz = (moment * mass / made.volume for moment in made.inertia)
     return Inertia(mass, made.center, (xx, yy, zz, xy, xz, yz))
-
-
-def _one_color(shape: Any) -> bool:
-    """Whether everything of a shape has the colour of its body."""
-    if isinstance(shape, Compound):
-        return all(part.look is None and not isinstance(part.shape, Mesh) for part in shape.parts.values())
-    if isinstance(shape, Sculpt):
-        return all(part.look is None for part in shape.parts.values())
-    return not isinstance(shape, Mesh)
-
-
-def _colors(shape: Any, look: Look, copy: Copy) -> list[Rgba]:
-    """The colours of a body and of its parts, as a copy has them."""
-    looks = [part.look for part in shape.parts.values()] if isinstance(shape, Compound | Sculpt) else []
-    return [rgba_of(one, copy) for one in (look, *looks) if one is not None]
 
 
 def _drawn(mesh: VisualMesh, look: Look, copy: Copy) -> TreeVisual:

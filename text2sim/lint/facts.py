@@ -23,6 +23,7 @@ from text2sim.lint.rule import SEVERITIES
 from text2sim.spec_schema.errors import Problem, Severity
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.models.events import LeftDomainEvent, RegionEvent
 from text2sim.spec_schema.text.document import Path
 
 if TYPE_CHECKING:
@@ -157,6 +158,12 @@ class Facts:
     def moving(self) -> list[Copy]:
         """Copies of bodies that can move."""
         return [copy for name in self.case.bodies for copy in self.placed[name] if self.moves(copy)]
+
+    @cached_property
+    def meant_to_leave(self) -> set[str]:
+        """Bodies that the case expects to get away."""
+        events = [e for e in self.case.actions.events.values() if isinstance(e, LeftDomainEvent | RegionEvent)]
+        return {event.of.split("[")[0].split(".")[0] for event in events if event.kind != "enters"}
 
     # --- geometry at the start ---------------------------------------------------------------------------------
 

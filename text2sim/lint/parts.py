@@ -102,6 +102,11 @@ class Ground(NamedTuple):
         return max(abs(a - x), abs(b - y)) - self.half
 
 
+def lowest_of(box: Bounds, up: Vec) -> float:
+    """Return the lowest height [m] of a box along a unit vector."""
+    return sum(u * (low if u > 0 else high) for u, low, high in zip(up, *box, strict=True))
+
+
 def union(boxes: Iterable[Bounds]) -> Bounds | None:
     """Return the corners of the smallest box around boxes."""
     boxes = list(boxes)

@@ -1,7 +1,7 @@
 """All rules, in the order in which they are listed."""
 
 from text2sim.lint.contact import bounce, creep, driven_through, nets, sliding, tunnelling
-from text2sim.lint.film import cameras, empty, leaving, viewpoints
+from text2sim.lint.film import cameras, leaving, viewpoints
 from text2sim.lint.joints import angles, following, holding, idle, joints, ropes
 from text2sim.lint.numbers import counted_twice, densities, magnitudes, masses, meshes, steps, stiffness
 from text2sim.lint.rule import EXAMPLE_BASE, Rule
@@ -68,7 +68,6 @@ RULES: tuple[Rule, ...] = (
     *too_early.RULES,
     *at_rest.RULES,
     *cameras.RULES,
-    *empty.RULES,
     *leaving.RULES,
     *viewpoints.RULES,
     *families.RULES,
@@ -92,6 +91,8 @@ EARLIER = ("after-end", "driven-subject", "no-final")
 
 RETIRED = (
     "contact-timeconst",
+    "empty-camera",
+    "falls-along-slider",
     "few-pairs",
     "heavy-armature",
     "outside-domain",
@@ -99,6 +100,7 @@ RETIRED = (
     "rough-bounce",
     "soft-contact",
     "too-little-energy",
+    "unfelt-push",
     "weak-press",
 )
 """Rules of earlier versions: cases may waive them still."""

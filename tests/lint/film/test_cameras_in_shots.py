@@ -13,25 +13,11 @@ def cameras(**given: str) -> str:
     return "render: {cameras: {" + ", ".join(f"{name}: {{{text}}}" for name, text in given.items()) + "}, SHOTS}"
 
 
-def test_a_camera_that_films_later_is_not_judged_at_the_start(tmp_path: Path) -> None:
-    film = cameras(
-        main="kind: still, from: [0, -4, 1], look_at: ball", far="kind: still, from: [9, -4, 1], look_at: [9, 0, 0]"
-    )
-    assert len(findings(tmp_path, "empty-camera", BALL, film.replace("SHOTS", ""))) == 1
-    shots = "shots: {a: {camera: far}}"
-    (found,) = findings(tmp_path, "empty-camera", BALL, film.replace("SHOTS", shots))
-    assert found.path == "/render/cameras/far"
-
-
 def test_a_frame_follows_what_is_thrown(tmp_path: Path) -> None:
     still = cameras(main="kind: still, from: [0, -4, 1], look_at: [0, 0, 0.5]").replace("SHOTS", "")
     assert len(findings(tmp_path, "leaves-picture", BALL, THROW, still)) == 1
     frame = cameras(main="kind: still, frame: [ball]").replace("SHOTS", "")
     assert findings(tmp_path, "leaves-picture", BALL, THROW, frame) == []
-    late = cameras(main="kind: still, from: [0, -4, 1], frame: [ball]").replace(
-        "SHOTS", "shots: {a: {camera: main, from: 0.5}}"
-    )
-    assert findings(tmp_path, "empty-camera", BALL, THROW, late) == []
 
 
 def test_a_way_through_a_block(tmp_path: Path) -> None:

@@ -80,40 +80,6 @@ class TestUnseen:
         assert findings(tmp_path, "unseen-subject", *parts) == []
 
 
-class TestEmpty:
-    FIRST = STILL.format("[0, -4, 0.5]", "[0, 0, 0.5]")
-
-    @pytest.mark.parametrize(
-        ("camera", "count"),
-        [
-            ("{kind: still, from: [4, 0, 1], look_at: [9, 0, 1]}", 1),
-            ("{kind: still, from: [4, 0, 1], look_at: ball}", 0),
-            ("{kind: still, from: [3, 0, 3], look_at: [3, 0.1, 0]}", 1),
-            ("{kind: still, from: [3, 0, 3], look_at: [3, 0.1, 0], fov_deg: 100}", 0),
-            ("{kind: orbit, look_at: [9, 0, 0.5], radius: 2, height: 1, start_deg: 180, turn_deg: 30}", 1),
-            ("{kind: dolly, from: [9, 0, 1], to: [3, 0, 1], look_at: [0, 0, 0.5]}", 0),
-        ],
-    )
-    def test_a_second_camera(self, tmp_path: Path, camera: str, count: int) -> None:
-        parts = BALL.format("[0, 0, 0.5]", ""), SCRIPT, self.FIRST, f"render: {{cameras: {{second: {camera}}}}}"
-        found = findings(tmp_path, "empty-camera", *parts)
-        assert [problem.path for problem in found] == ["/render/cameras/second"] * count
-
-    def test_what_comes_into_its_picture(self, tmp_path: Path) -> None:
-        second = "render: {cameras: {second: {kind: still, from: [0, -4, 0.2], look_at: [6, 0, 0.2], fov_deg: 20}}}"
-        parts = BALL.format("[0, 0, 0.5]", ""), SCRIPT, self.FIRST, second
-        assert len(findings(tmp_path, "empty-camera", *parts)) == 1
-        throw = "actions: {controls: {go: {kind: initial_velocity, body: ball, linear: [18, 0, 0]}}}"
-        assert findings(tmp_path, "empty-camera", *parts, throw) == []
-        house = "scene: {statics: {house: {shape: {kind: box, size: [1, 1, 1]}, pose: {pos: [6, 0, 0.5]}}}}"
-        assert findings(tmp_path, "empty-camera", *parts, house) == []
-
-    def test_the_only_camera_is_judged_by_its_subjects(self, tmp_path: Path) -> None:
-        away = STILL.format("[0, -4, 0.5]", "[0, -9, 0.5]")
-        assert len(findings(tmp_path, "empty-camera", BALL.format("[0, 0, 0.5]", ""), away)) == 1
-        assert findings(tmp_path, "empty-camera", BALL.format("[0, 0, 0.5]", ""), SCRIPT, away) == []
-
-
 def test_a_tiny_subject_and_the_distance_that_shows_it(tmp_path: Path) -> None:
     far = BALL.format("[0, 0, 0.5]", ""), SCRIPT, STILL.format("[0, -12, 0.5]", "[0, 0, 0.5]")
     (problem,) = findings(tmp_path, "small-subject", *far)

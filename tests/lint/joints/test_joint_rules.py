@@ -90,35 +90,6 @@ def test_an_expectation_that_looks_like_degrees(assets: Path, bound: str, wanted
     assert bool(findings(assets, "looks-like-degrees", door("0.8"), script)) == wanted
 
 
-SLIDER = """
-bodies:
-  weight:
-    kind: rigid
-    shape: {{kind: box, size: [0.1, 0.1, 0.1]}}
-    pose: {{pos: [0, 0, 2]}}
-    mount: {{kind: slider, axis: {axis}{more}}}
-"""
-
-
-@pytest.mark.parametrize(
-    ("axis", "more", "scene", "wanted"),
-    [
-        ("z", "", "scene: {statics: null}", True),
-        ("[0, 0.5, -1]", "", "scene: {statics: null}", True),
-        ("x", "", "scene: {statics: null}", False),
-        ("z", "", "", False),  # the floor
-        ("z", ", range: [-1, 0]", "scene: {statics: null}", False),
-        ("z", ", spring: 100", "scene: {statics: null}", False),
-        ("z", ", friction: 20", "scene: {statics: null}", False),
-        ("z", "", "scene: {statics: null, gravity: [0, 0, 0]}", False),
-        ("z", "", "scene: {statics: {floor: null, anvil: {shape: {kind: box, size: [1, 1, 1]}}}}", False),
-    ],
-)
-def test_a_slider_that_falls(assets: Path, axis: str, more: str, scene: str, wanted: bool) -> None:
-    parts = [SLIDER.format(axis=axis, more=more), *([scene] if scene else [])]
-    assert bool(findings(assets, "falls-along-slider", *parts)) == wanted
-
-
 STACK = """
 scene: {{substeps: {substeps}}}
 bodies:

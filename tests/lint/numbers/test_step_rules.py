@@ -74,22 +74,6 @@ def test_pushes_out_of_proportion(assets: Path, act: str, severity: str) -> None
 
 
 @pytest.mark.parametrize(
-    ("during", "says"),
-    [
-        ("[0.101, 0.109]", "no time step begins within"),
-        ("[0.1, 0.105]", ""),
-        ("[0.095, 0.105]", ""),
-        ("[0, 1]", ""),
-    ],
-)
-def test_a_span_without_a_step(assets: Path, during: str, says: str) -> None:
-    act = control(f"kind: force, body: ball, force: [1, 0, 0], during: {during}")
-    found = findings(assets, "unfelt-push", BALL, STATIC, act)
-    assert bool(found) == bool(says)
-    assert all(says in problem.message for problem in found)
-
-
-@pytest.mark.parametrize(
     ("more", "rules"),
     [
         ("scene: {substeps: 1, contact: {timeconst: 0.02}}", ["restitution-step"]),

@@ -16,6 +16,7 @@ from text2sim.compiler.shapes.rotation import (
 )
 from text2sim.compiler.shapes.sagging import sheet_pieces
 from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface
+from text2sim.spec_schema.models.base import content_of
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Compound, Cup, Funnel, Mesh, Polyhedron, Sheet, Sketch, Text, Tube
 
@@ -56,9 +57,9 @@ def key_of(shape: Any, folder: Path) -> Any:
     """
     if isinstance(shape, Compound):
         parts = (part.shape for part in shape.parts.values())
-        return (shape.model_dump_json(exclude_defaults=True), *(_content(part, folder) for part in parts))
+        return (content_of(shape), *(_content(part, folder) for part in parts))
     if isinstance(shape, Sculpt | Polyhedron):
-        return shape.model_dump_json(exclude_defaults=True)
+        return content_of(shape)
     return (*vars(shape).values(), _content(shape, folder))
 
 

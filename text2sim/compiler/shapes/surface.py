@@ -155,7 +155,7 @@ Drawn = Box | Cylinder | Cone | Polyhedron | Torus | Tube | Cup | Funnel
 
 def surface(shape: Any) -> VisualMesh:
     """Return the surface of a shape, smooth where it is round and sharp at its edges."""
-    return LazyMesh(lambda: _surface(shape), shape.model_dump_json())
+    return LazyMesh(lambda: _surface(shape), repr(shape))
 
 
 def _surface(shape: Any) -> VisualMesh:

@@ -87,7 +87,7 @@ class SoftLowering:
         """Morph, its options, and whether the copy's orientation is in the mesh already."""
         shape = copy.shape
         if solver == "mpm" and model.kind != "soft" and shape.kind in PRIMITIVES:
-            return PRIMITIVES[shape.kind], {k: v for k, v in shape.model_dump().items() if k != "kind"}, False
+            return PRIMITIVES[shape.kind], {name: value for name, value in shape if name != "kind"}, False
         if FAMILIES[solver] != "fem":
             # The engine cuts a cloth anew by itself, and follows the triangles of the file for the picture.
             path = self.meshes.write(copy.body, shape, spacing, coarsen=solver == "mpm")

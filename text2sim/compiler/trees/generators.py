@@ -115,7 +115,7 @@ def rope_tree(rope: Rope, direction: Vec, rgba: Rgba) -> Tree:
     mass, spring = _rope_link(rope)
     # Round ends make the joints smooth. Where they overlap they weigh nothing: the whole weighs what a cylinder does.
     density = mass / capsule_mass(radius, length, 1.0)
-    joint = ball_joint(JointDynamics(damping=rope.damping), mass, length, damping=0.05)
+    joint = ball_joint(JointDynamics.model_construct(damping=rope.damping), mass, length, damping=0.05)
     if rope.damping is None and spring > 0.0:
         inertia = mass * length**2 / 3 + joint.armature
         joint = replace(joint, damping=max(joint.damping, 2 * BEND_DAMPING * math.sqrt(spring * inertia)))

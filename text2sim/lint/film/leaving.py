@@ -12,7 +12,6 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.words import vector
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Driven
-from text2sim.spec_schema.models.events import LeftDomainEvent, RegionEvent
 
 MOMENTS = 16
 """Moments of a way at which is asked whether a camera sees it."""
@@ -21,11 +20,6 @@ GONE = 0.25
 
 
 def _leaves(facts: Facts) -> Iterator[Problem]:
-    meant = {
-        event.of.split("[")[0].split(".")[0]
-        for event in facts.case.actions.events.values()
-        if isinstance(event, LeftDomainEvent | RegionEvent) and event.kind != "enters"
-    }
     framed = {
         selector.split("[")[0].split(".")[0]
         for camera in facts.case.render.cameras.values()
@@ -33,7 +27,7 @@ def _leaves(facts: Facts) -> Iterator[Problem]:
         for selector in getattr(camera, "frame", None) or ()
     }
     for name in subjects(facts) if facts.case.render.cameras else ():
-        if name in meant or name in framed or not drawn(facts, name):
+        if name in facts.meant_to_leave or name in framed or not drawn(facts, name):
             continue
         for copy in facts.placed[name][:1]:
             if (found := _lost(facts, copy)) is not None:

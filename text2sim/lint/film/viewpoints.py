@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from text2sim.compiler.shapes.piece import Piece
-from text2sim.compiler.shapes.rotation import IDENTITY, Vec
+from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.cameras import EARLY
 from text2sim.lint.film.shots import shot, some, taken
@@ -60,34 +60,14 @@ def _solid(part: Part) -> bool:
 
 
 def _path(facts: Facts) -> Iterator[Problem]:
-    for name, camera in facts.plan.render["cameras"].items():
-        where = ("render", "cameras", name)
-        if not facts.case.render.cameras:
-            return
-        if camera["kind"] == "dolly":
-            near = _distance(camera["pos"], camera["to"], camera["look_at"])
-            far = max(math.dist(camera["pos"], camera["look_at"]), math.dist(camera["to"], camera["look_at"]))
-            if near < far / 50:
-                text = (
-                    f"`{name}` passes what it looks at in a distance of {length(near)}: the picture turns "
-                    "round there; lead its way past it, or let it look at something else"
-                )
-                yield facts.problem("camera-path", (*where, "to"), text)
-        elif camera["kind"] in ("still", "keyframed"):
-            for frame in some(taken(facts)[name], MOMENTS if camera["kind"] == "keyframed" else 1):
-                view = shot(facts, name, frame.t, part=frame.part)
-                if math.dist(view.pos, view.target) < 1e-6:
-                    text = f"`{name}` stands where it looks at, so that it looks nowhere; move it away"
-                    yield facts.problem("camera-path", (*where, "look_at"), text, severity="error")
-                    break
-
-
-def _distance(a: Vec, b: Vec, point: Vec) -> float:
-    """Distance [m] of a point from a line from a to b."""
-    way = tuple(q - p for p, q in zip(a, b, strict=True))
-    square = sum(c * c for c in way)
-    u = sum((p - q) * c for p, q, c in zip(point, a, way, strict=True)) / square if square else 0.0
-    return math.dist(point, tuple(p + min(max(u, 0.0), 1.0) * c for p, c in zip(a, way, strict=True)))
+    for name, pictures in taken(facts).items():
+        moving = facts.plan.render["cameras"][name]["kind"] in MOVING
+        for frame in some(pictures, MOMENTS if moving else 1):
+            view = shot(facts, name, frame.t, part=frame.part)
+            if math.dist(view.pos, view.target) < 1e-6:
+                text = f"`{name}` stands where it looks at, so that it looks nowhere; move it away"
+                yield facts.problem("camera-path", ("render", "cameras", name, "look_at"), text)
+                break
 
 
 RULES = (
@@ -112,19 +92,17 @@ render:
     ),
     Rule(
         id="camera-path",
-        severity="warning",
-        title="A camera passes, or stands at, what it looks at.",
-        reason="""\
-A camera that comes to the point that it looks at (nearer than a fiftieth of its largest distance) turns its picture
-round within a frame or two. One that stands there has no direction; that is an error.""",
-        way_out="Lead the way of the camera past the point, or let it look at something else.",
+        severity="error",
+        title="A camera stands at what it looks at.",
+        reason="It has no direction then. Cameras that move by themselves are followed on their way.",
+        way_out="Move the camera away from the point, or let it look at something else.",
         example="""\
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 0.5]}}
 render:
-  cameras: {main: {kind: dolly, from: [0, -4, 0.5], to: [0, 4, 0.5], look_at: ball}}
+  cameras: {main: {kind: still, from: [0, 0, 0.5], look_at: ball}}
 """,
-        mended="render: {cameras: {main: {from: [-2, -4, 1], to: [2, -4, 1]}}}",
+        mended="render: {cameras: {main: {from: [0, -4, 0.5]}}}",
         run=_path,
     ),
 )

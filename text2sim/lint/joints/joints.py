@@ -1,20 +1,16 @@
 """Joints that cannot do what they are told, or do what nobody meant.
 
 A drive's target is in radians or metres from the start pose, and a joint with limits stops there: its servo then
-pushes against the end with `stiffness x (target - limit)` for as long as it is asked to. A slider without range,
-spring or motor falls along its axis as far as nothing is in its way. The rotor's inertia (armature) is added to that
-of the joint: a pendulum with as much armature as inertia of its own swings sqrt(2) times too slowly.
+pushes against the end with `stiffness x (target - limit)` for as long as it is asked to.
 """
 
 from collections.abc import Iterator
-from math import degrees, dist, inf, pi, radians
+from math import degrees, dist, pi, radians
 
-from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.joints.motors import amount, one_each
-from text2sim.lint.joints.swing import Swing
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
 
@@ -93,49 +89,6 @@ def _far_anchor(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("far-anchor", where if facts.raw(where) is not None else facts.where(name), text)
 
 
-def _falls(facts: Facts) -> Iterator[Problem]:
-    mechanics = mechanics_of(facts)
-    driven = {(facts.copies[entity].body, joint) for entity, joint in spans_of(facts)}
-    welded = {name for weld in facts.rows.welds for name in (weld.a, weld.b)}
-    for swing in mechanics.swings():
-        joint = swing.joint
-        if swing.hinge or swing.closed or swing.floating or swing.mass <= 0.0 or joint.spring > 0.0:
-            continue
-        if (swing.copy.body, swing.name) in driven or swing.copy.name in welded:
-            continue
-        pull = swing.pull[0]
-        low, high = joint.range or (-inf, inf)
-        if abs(pull) <= max(joint.friction, 1e-6 * swing.mass) or (high if pull > 0 else low) not in (inf, -inf):
-            continue
-        way = tuple(a if pull > 0 else -a for a in swing.axis)
-        if abs(way[2]) < 0.1 or _catches(facts, swing, (way[0], way[1], way[2])):
-            continue
-        text = (
-            f"nothing holds `{mechanics.label(swing)}` along its axis: gravity pulls it with {amount(abs(pull), 'N')}, "
-            "and it falls out of the picture; give it a `range`, a `spring`, or a motor and a drive that holds it"
-        )
-        yield facts.problem("falls-along-slider", mechanics.where(swing), text, key=True)
-
-
-def _catches(facts: Facts, swing: Swing, way: Vec) -> bool:
-    """Whether something may stop a fall: a plane below, or anything whose box the falling box may meet."""
-    if facts.planes:
-        return True
-    box = facts.box(swing.copy)
-    if box is None:
-        return True
-    (lx, ly, lz), (hx, hy, hz) = box
-    low = [v - (1e9 if w < -1e-6 else 0.0) for v, w in zip((lx, ly, lz), way, strict=True)]
-    high = [v + (1e9 if w > 1e-6 else 0.0) for v, w in zip((hx, hy, hz), way, strict=True)]
-    for other in facts.copies.values():
-        found = facts.box(other)
-        if other.name == swing.copy.name or found is None:
-            continue
-        if all(a < high[k] and b > low[k] for k, (a, b) in enumerate(zip(*found, strict=True))):
-            return True
-    return False
-
-
 _DOOR = """\
 bodies:
   door:
@@ -147,23 +100,6 @@ actions:
   controls:
     open: {kind: drive, joint: door, position: {kind: ramp, to: %s, end: 0.9}}
 """
-_SLIDE = """\
-scene: {statics: null}
-bodies:
-  weight:
-    kind: rigid
-    shape: {kind: box, size: [0.1, 0.1, 0.1]}
-    mount: {kind: slider, axis: z%s}
-"""
-_PENDULUM = """\
-bodies:
-  bob:
-    kind: rigid
-    shape: {kind: sphere, radius: 0.03}
-    pose: {pos: [0, 0, 0.5]}
-    mount: {kind: hinge, axis: y, anchor: [0.3, 0, 0], armature: %s}
-"""
-
 RULES = (
     Rule(
         id="target-out-of-range",
@@ -196,17 +132,5 @@ bodies:
 """,
         mended="bodies: {door: {mount: {anchor: [-0.4, 0, 0]}}}",
         run=_far_anchor,
-    ),
-    Rule(
-        id="falls-along-slider",
-        severity="warning",
-        title="A body on a slider falls along its axis for ever.",
-        reason="""\
-A slider leaves its body free to move along the axis. Without a range, a spring, a motor that is driven, enough dry
-friction or anything below, gravity takes it away.""",
-        way_out="Give the slider a `range`, a `spring`, or an actuator and a drive.",
-        example=_SLIDE % "",
-        mended=_SLIDE % ", range: [-0.2, 0]",
-        run=_falls,
     ),
 )

@@ -15,7 +15,7 @@ from functools import cached_property
 from itertools import pairwise
 from math import dist, inf
 
-from text2sim.compiler.schedules import start_of
+from text2sim.compiler.schedules import extremes, start_of
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
@@ -23,7 +23,7 @@ from text2sim.lint.script.initial_rest import all_still
 from text2sim.lint.script.starts import norm
 from text2sim.spec_schema.models.bodies import DEFORMABLE, Driven
 from text2sim.spec_schema.models.controls import Force, Impulse
-from text2sim.spec_schema.models.motion import Constant, Motion, Piecewise, Ramp, Schedule, Sine, Spin, Steps, Waypoints
+from text2sim.spec_schema.models.motion import Constant, Motion, Piecewise, Ramp, Sine, Spin, Steps, Waypoints
 
 LEVER = 4.0
 """How many times as fast as its middle the far end of a body may be after a push beside the middle."""
@@ -135,7 +135,7 @@ class Causes:
             gain = lever * norm(row.force) / mass
             if isinstance(control, Force):
                 end = min(row.end, facts.case.scene.duration)
-                gain *= max(0.0, end - row.start) * _largest(control.scale)
+                gain *= max(0.0, end - row.start) * max(map(abs, extremes(control.scale)))
                 yield row.start, row.control, Push(row.start, max(end, row.start), gain)
             else:
                 yield row.start, row.control, Push(row.start, row.start, gain)
@@ -198,14 +198,3 @@ def _leaves(times: list[float], values: list[float]) -> float:
     if values[0]:
         return 0.0
     return next((t for t, value in zip(times, values[1:], strict=False) if value), inf)
-
-
-def _largest(scale: Schedule) -> float:
-    """Largest factor that a schedule comes to, by its size."""
-    if isinstance(scale, Sine):
-        return abs(scale.offset) + abs(scale.amplitude)
-    if isinstance(scale, Ramp):
-        return max(abs(scale.from_ or 0.0), abs(scale.to))
-    if isinstance(scale, Steps | Piecewise):
-        return max(map(abs, scale.values))
-    return abs(scale.value if isinstance(scale, Constant) else scale)

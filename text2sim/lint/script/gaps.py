@@ -1,12 +1,11 @@
 """Lower bounds on the gaps between bodies at the start, from their boxes."""
 
-from itertools import product
 from math import sqrt
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.extents import Bounds
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Ground
+from text2sim.lint.parts import Ground, lowest_of
 
 
 def gap(facts: Facts, a: Copy, b: Copy) -> float:
@@ -22,9 +21,4 @@ def gap(facts: Facts, a: Copy, b: Copy) -> float:
 
 def height(ground: Ground, box: Bounds) -> float:
     """Return how high [m] the lowest corner of a box is above a plane; negative below."""
-    return min(sum(u * x for u, x in zip(ground.up, corner, strict=True)) for corner in corners(box)) - ground.level
-
-
-def corners(box: Bounds) -> list[tuple[float, ...]]:
-    """Return the eight corners [m] of a box."""
-    return list(product(*zip(*box, strict=True)))
+    return lowest_of(box, ground.up) - ground.level

@@ -1,17 +1,15 @@
-"""Blows, forces and start velocities that are out of all proportion, or that never act.
+"""Blows, forces and start velocities that are out of all proportion.
 
 A blow J gives a free body of mass m the speed J / m within one time step; a force F gives it F dt / m in each step. A
 body that moves by more than its own length within a substep passes through what it should hit. A run stops as
 diverged as soon as anything is faster than `scene.max_speed`.
 
-The program applies a force in every step that begins within its span: a span between two steps contains none.
 A `point` far outside of its body acts as if a rod were fixed to it.
 """
 
 from collections.abc import Iterator
 from math import ceil, dist, inf
 
-from text2sim.compiler.controls import FOREVER
 from text2sim.compiler.plan import Wrench
 from text2sim.compiler.shapes.rotation import frame_apply
 from text2sim.compiler.trees.tree import tree_links
@@ -21,8 +19,7 @@ from text2sim.lint.parts import union
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, vector
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.models.base import span_of
-from text2sim.spec_schema.models.controls import Force, Impulse, Torque
+from text2sim.spec_schema.models.controls import Force, Impulse
 
 OFF = 0.1
 """A point is off its body if it is farther from it than this part of its length."""
@@ -100,22 +97,6 @@ def _force(facts: Facts, row: Wrench, acceleration: float, mass: float) -> Itera
         yield facts.problem("violent-push", where, text)
 
 
-def _unfelt(facts: Facts) -> Iterator[Problem]:
-    dt, duration = facts.case.scene.dt, facts.case.scene.duration
-    for name, control in facts.case.actions.controls.items():
-        if not isinstance(control, Force | Torque) or control.during is None or control.during[0] >= duration:
-            continue
-        start, end = span_of(control.during, duration)
-        where = ("actions", "controls", name, "during")
-        first = ceil((start - 1e-9) / dt)
-        if end < FOREVER and first * dt + 1e-9 >= end:
-            text = (
-                f"no time step begins within {start:g} s to {end:g} s, so that this {control.kind} never acts; steps "
-                f"begin every {amount(dt * 1e3, 'ms')}, one at {first * dt:.6g} s: let it last until then"
-            )
-            yield facts.problem("unfelt-push", where, text)
-
-
 def _off_body(facts: Facts) -> Iterator[Problem]:
     done = set()
     for row in facts.rows.wrenches:
@@ -172,17 +153,6 @@ more than its own length within a substep passes through things instead of hitti
         example=_PUCK % ("impulse", "impulse: [50, 0, 0], at: 0.1"),
         mended=_PUCK % ("impulse", "impulse: [0.3, 0, 0], at: 0.1"),
         run=_violent,
-    ),
-    Rule(
-        id="unfelt-push",
-        severity="warning",
-        title="A force or torque acts in no time step.",
-        reason="""\
-A force acts in every time step that begins within its span. Between two steps there is none.""",
-        way_out="Make the span at least one `scene.dt` long, or give an `impulse`, which always takes one step.",
-        example=_PUCK % ("force", "force: [1, 0, 0], during: [0.103, 0.107]"),
-        mended=_PUCK % ("force", "force: [1, 0, 0], during: [0.1, 0.15]"),
-        run=_unfelt,
     ),
     Rule(
         id="point-off-body",

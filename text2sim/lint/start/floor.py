@@ -4,12 +4,11 @@ import math
 from collections.abc import Iterator
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.extents import Bounds
 from text2sim.compiler.shapes.rotation import Vec, vector_dot
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.contact.flight import flight_of
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Ground
+from text2sim.lint.parts import Ground, lowest_of
 from text2sim.lint.rule import Rule
 from text2sim.lint.start.overlap import GENTLE, LEAST, push_speed
 from text2sim.lint.words import length, more_copies, vector
@@ -29,15 +28,10 @@ def _under_floor(facts: Facts) -> Iterator[Problem]:
 def _sunk(facts: Facts, ground: Ground, copy: Copy) -> float:
     """How deep [m] a copy is under a plane; 0 if it is too little to matter, or if it cannot move."""
     box = facts.box(copy)
-    if box is None or is_soft(copy.model) or _height(ground.up, box) >= ground.level - LEAST:
+    if box is None or is_soft(copy.model) or lowest_of(box, ground.up) >= ground.level - LEAST:
         return 0.0
     depth = max((ground.depth(part) for part in facts.parts(copy) if part.moves), default=0.0)
     return depth if depth > max(GENTLE / push_speed(facts, 1.0), LEAST) else 0.0
-
-
-def _height(up: Vec, box: Bounds) -> float:
-    """Lowest height [m] of a box along a unit vector."""
-    return sum(u * (low if u > 0 else high) for u, low, high in zip(up, *box, strict=True))
 
 
 def _sunk_finding(facts: Facts, ground: Ground, copy: Copy, depth: float, count: int) -> Problem:

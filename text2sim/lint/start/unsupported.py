@@ -7,10 +7,10 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.extents import Bounds
 from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_dot, vector_unit
 from text2sim.lint.facts import Facts
+from text2sim.lint.parts import lowest_of
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import more_copies, vector
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.models.events import LeftDomainEvent, RegionEvent
 
 FAR = 10.0
 """Fall [m] from which on it counts that nothing is below."""
@@ -26,7 +26,7 @@ def _falls_for_ever(facts: Facts) -> Iterator[Problem]:
     down: Vec = (gravity[0] / pull, gravity[1] / pull, gravity[2] / pull)
     if any(vector_dot(ground.up, down) < -1e-6 for ground in facts.planes):
         return
-    meant, held = _leaving(facts), _held(facts)
+    meant, held = facts.meant_to_leave, _held(facts)
     resting = [(copy, box) for copy in facts.copies.values() if not facts.loose(copy) and (box := facts.box(copy))]
     for name in facts.case.bodies:
         if name in meant or name in held:
@@ -50,12 +50,6 @@ def _upward(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("upward-gravity", ("scene", "gravity"), text)
 
 
-def _leaving(facts: Facts) -> set[str]:
-    """Bodies that the case expects to get away."""
-    events = [e for e in facts.case.actions.events.values() if isinstance(e, LeftDomainEvent | RegionEvent)]
-    return {event.of.split("[")[0].split(".")[0] for event in events if event.kind != "enters"}
-
-
 def _held(facts: Facts) -> set[str]:
     """Bodies that something else may keep from falling: what they are attached to, or a force."""
     names = [name for weld in facts.rows.welds for name in (weld.a, weld.b)]
@@ -72,10 +66,10 @@ def _caught(facts: Facts, copy: Copy, down: Vec, resting: list[tuple[Copy, Bound
     side = vector_unit(vector_cross(down, (1.0, 0.0, 0.0) if abs(down[0]) < 0.9 else (0.0, 1.0, 0.0)))
     axes = (side, vector_cross(down, side))
     own = _size(box) + math.hypot(*facts.velocities.get(copy.name, (0.0, 0.0, 0.0))) * facts.case.scene.duration
-    top = -_height(down, box)
+    top = -lowest_of(box, down)
     for other, held in resting:
         reach = own + (_size(held) if facts.moves(other) else 0.0)
-        if _height(up, held) < top and math.hypot(*(_gap(axis, box, held) for axis in axes)) <= reach:
+        if lowest_of(held, up) < top and math.hypot(*(_gap(axis, box, held) for axis in axes)) <= reach:
             return True
     return False
 
@@ -87,12 +81,7 @@ def _size(box: Bounds) -> float:
 def _gap(axis: Vec, a: Bounds, b: Bounds) -> float:
     """Distance [m] between two boxes along an axis; 0 if they overlap there."""
     back = (-axis[0], -axis[1], -axis[2])
-    return max(_height(axis, a) + _height(back, b), _height(axis, b) + _height(back, a), 0.0)
-
-
-def _height(up: Vec, box: Bounds) -> float:
-    """Lowest height [m] of a box along a unit vector."""
-    return sum(u * (low if u > 0 else high) for u, low, high in zip(up, *box, strict=True))
+    return max(lowest_of(a, axis) + lowest_of(b, back), lowest_of(b, axis) + lowest_of(a, back), 0.0)
 
 
 RULES = (

@@ -34,9 +34,22 @@ class Noun:
 
 
 class Model(BaseModel):
-    """A mapping of the language: closed (unknown keys are errors), immutable and finite."""
+    """A mapping of the language: closed (unknown keys are errors), immutable and finite.
+
+    The validator of a class is built when it is first needed, and that of `Case` has all others in it: a check builds
+    no other. So defaults are made by `model_construct`, and `content_of` serves where only equality matters.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True, defer_build=True)
+
+
+def content_of(value: Any) -> Any:
+    """Return all that a model says, hashable; what is equal says the same."""
+    if isinstance(value, BaseModel):
+        return (type(value), *(content_of(item) for _, item in value))
+    if isinstance(value, dict):
+        return tuple((key, content_of(item)) for key, item in value.items())
+    return tuple(content_of(item) for item in value) if isinstance(value, list | tuple) else value
 
 
 @dataclass(frozen=True)

@@ -83,9 +83,9 @@ class Rigid(Placed):
     kind: Literal["rigid"]
     shape: Shape
     """What it is shaped like."""
-    material: Material = Material()
+    material: Material = Material.model_construct()
     """Mass and contact."""
-    mount: Mount = FreeMount(kind="free")
+    mount: Mount = FreeMount.model_construct(kind="free")
     """How it hangs in the world, as `{kind: fixed}`."""
 
 
@@ -99,7 +99,7 @@ class Driven(Placed):
     kind: Literal["driven"]
     shape: Shape
     """What it is shaped like."""
-    material: Material = Material()
+    material: Material = Material.model_construct()
     """Contact; its mass does not matter."""
     motion: Motion
     """How it moves."""
@@ -133,7 +133,7 @@ class Link(Model):
     """The link it hangs on; exactly one link, the root, has none."""
     shape: Shape
     """What the link is shaped like."""
-    pose: Pose = Pose()
+    pose: Pose = Pose.model_construct()
     """Its frame in the parent's frame, at the start (the root: in the body's frame)."""
     joint: Joint | None = None
     """The joint to its parent, named like the link; the root has none (see `base`)."""
@@ -195,7 +195,7 @@ class Articulated(Placed):
     the path means the engine's own assets. Instead of `links`."""
     joints: dict[Names, JointOverride] = Field(default_factory=dict)
     """With `file`: changes to its joints, by their names, or of many by a pattern (`"*_hip"`), which names overrule."""
-    material: Material = Material()
+    material: Material = Material.model_construct()
     """Of every link that has none of its own."""
     loops: dict[Name, Loop] = Field(default_factory=dict)
     """Constraints that close loops."""
@@ -216,7 +216,7 @@ class Payload(Model):
 
     shape: SolidShape
     """What it is shaped like."""
-    material: Material = Material()
+    material: Material = Material.model_construct()
     """Mass and contact."""
     look: Look | None = None
     """Colour and surface, if they differ from the chain's."""
@@ -242,10 +242,10 @@ class Chain(Placed):
     """Held by the world at its upper end."""
     payload: Payload | None = None
     """What hangs at the end."""
-    joint: JointDynamics = JointDynamics()
+    joint: JointDynamics = JointDynamics.model_construct()
     """Of every joint; of what is left out, damping is 0.05 m L^2 per second and armature 0.02 m L^2, with mass m and
     length L of a link."""
-    material: Material = Material(density=7800.0)
+    material: Material = Material.model_construct(density=7800.0)
     """Of the bars."""
 
     @model_validator(mode="after")
@@ -273,10 +273,10 @@ class Net(Placed):
     """How far [m] its middle hangs below its edges at the start; a net that is built flat stays flat."""
     radius: Length
     """Radius [m] of the strands."""
-    joint: JointDynamics = JointDynamics()
+    joint: JointDynamics = JointDynamics.model_construct()
     """Of every joint; of what is left out, damping is 8 m L^2 per second and armature 0.4 m L^2, with mass m and
     length L of a link."""
-    material: Material = Material()
+    material: Material = Material.model_construct()
     """Of the strands."""
 
     @model_validator(mode="after")
@@ -298,9 +298,9 @@ class Ragdoll(Placed):
     kind: Literal["ragdoll"]
     height: Length
     """From sole to crown [m]."""
-    joint: JointDynamics = JointDynamics()
+    joint: JointDynamics = JointDynamics.model_construct()
     """Of every joint; damping and armature are derived if left out."""
-    material: Material = Material()
+    material: Material = Material.model_construct()
     """Of the whole doll."""
     limb_spread: Fraction = 0.3
     """0: arms and legs straight down; 1: spread wide."""

@@ -28,9 +28,9 @@ class Case(Model):
     """The stage."""
     bodies: Annotated[dict[Name, Body], Field(min_length=1)]
     """The actors: everything that moves, by name."""
-    actions: Actions = Actions()
+    actions: Actions = Actions.model_construct()
     """The script."""
-    render: Render = Render()
+    render: Render = Render.model_construct()
     """The cinematography."""
     variants: dict[Name, Any] = Field(default_factory=dict)
     """Changes to this case, by name: `--variant NAME` lays one over it."""

@@ -17,7 +17,7 @@ class Placed(Model):
     """Where it starts, said in relation to something else."""
     repeat: Repeat | None = None
     """Make several copies."""
-    look: Look = Look()
+    look: Look = Look.model_construct()
     """Colour and surface."""
 
     @model_validator(mode="after")

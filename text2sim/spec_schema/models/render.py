@@ -127,5 +127,5 @@ class Render(Model):
     shots: dict[Name, Shot] = Field(default_factory=dict, max_length=100)
     """By name, in the order in which they follow each other in `video.mp4`. Cameras that no shot uses make films of
     their own."""
-    overlay: Overlay = Field(default_factory=Overlay)
+    overlay: Overlay = Overlay.model_construct()
     """Title, time and values in the pictures."""

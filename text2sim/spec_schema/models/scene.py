@@ -76,7 +76,7 @@ class Static(Model):
 
     shape: StaticShape
     """What it is shaped like."""
-    material: Material = Material()
+    material: Material = Material.model_construct()
     """Friction and bounce; it needs no mass."""
     pose: Pose | None = None
     """Where it is; the origin if left out."""
@@ -84,7 +84,7 @@ class Static(Model):
     """Where it is, said in relation to another static or body."""
     repeat: Repeat | None = None
     """Make several copies."""
-    look: Look = Look()
+    look: Look = Look.model_construct()
     """Colour and surface."""
 
 
@@ -106,19 +106,19 @@ class Scene(Model):
     max_speed: Positive | None = None
     """A body faster than this [m/s] counts as diverged, and the run stops: 1000 if left out; with deformable bodies,
     whose solvers do not look at their own numbers, some times what the scene can give (`check --settings`)."""
-    contact: Contact = Contact()
+    contact: Contact = Contact.model_construct()
     """How bodies touch."""
-    solver: Solver = Solver()
+    solver: Solver = Solver.model_construct()
     """The constraint solver."""
-    mpm: Mpm = Mpm()
+    mpm: Mpm = Mpm.model_construct()
     """Solver of soft bodies, grains, liquids and snow."""
-    pbd: Pbd = Pbd()
+    pbd: Pbd = Pbd.model_construct()
     """Solver of cloth."""
-    fem: Fem = Fem()
+    fem: Fem = Fem.model_construct()
     """Solver of soft bodies made of tetrahedra."""
-    ipc: Ipc = Ipc()
+    ipc: Ipc = Ipc.model_construct()
     """Solver of cloth and soft bodies under contact model ipc."""
-    record: Record = Record()
+    record: Record = Record.model_construct()
     """What a run keeps."""
     domain: Domain | None = None
     """The space in which the bodies are expected to stay."""

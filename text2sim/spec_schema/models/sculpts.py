@@ -31,7 +31,7 @@ class SculptPart(Model):
     op: Literal["add", "cut", "paint"] = "add"
     """`add` joins it to the whole; `cut` takes it away from all that is joined; `paint` only gives its look to the
     surface that lies within it."""
-    pose: Pose = Pose()
+    pose: Pose = Pose.model_construct()
     """Where the part sits in the shape's frame."""
     mirror: AxisName | None = None
     """The part stands a second time, mirrored: with `y`, at minus y."""

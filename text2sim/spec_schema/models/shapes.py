@@ -222,48 +222,6 @@ class Mesh(Model):
     body alike."""
 
 
-class Part(Model):
-    """One piece of a compound."""
-
-    shape: "SolidShape"
-    """What the piece is shaped like."""
-    pose: Pose = Pose()
-    """Where the piece sits in the body's frame."""
-    density: Density | None = None
-    """Density [kg/m3], if it differs from the body's material."""
-    look: Look | None = None
-    """Look, if it differs from the body's."""
-    repeat: Multiple | None = None
-    """So many of these parts, called `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
-    decor: Bool = False
-    """Only drawn, as hoops, handles, eyes and buttons are: it weighs nothing and touches nothing."""
-
-    @model_validator(mode="after")
-    def _weightless(self) -> "Part":
-        if self.decor and self.density is not None:
-            raise ValueError("what is only drawn (decor: true) has no density")
-        return self
-
-
-class Compound(Model):
-    """Several pieces that move as one body. Each weighs by itself: where they overlap, what they share weighs twice."""
-
-    kind: Literal["compound"]
-    parts: dict[Name, Part] = Field(min_length=1, max_length=200)
-    """The pieces by name."""
-
-    @model_validator(mode="after")
-    def _solid(self) -> "Compound":
-        if not self.solids:
-            raise ValueError("all its parts are only drawn (decor: true); one at least must have mass")
-        return self
-
-    @property
-    def solids(self) -> dict[str, Part]:
-        """The pieces that weigh and touch, by name."""
-        return {name: part for name, part in self.parts.items() if not part.decor}
-
-
 class Text(Model):
     """Letters as a solid, upright: width along x, height along z, depth along y; centred.
 
@@ -333,24 +291,7 @@ class Sheet(Model):
         return self
 
 
-SolidShape = Annotated[
-    Box
-    | Sphere
-    | Cylinder
-    | Capsule
-    | Cone
-    | Polyhedron
-    | Ellipsoid
-    | Torus
-    | Tube
-    | Cup
-    | Funnel
-    | Mesh
-    | Text
-    | Sketch,
-    Field(discriminator="kind"),
-]
-Shape = Annotated[
+_Solid = (
     Box
     | Sphere
     | Cylinder
@@ -365,32 +306,55 @@ Shape = Annotated[
     | Mesh
     | Text
     | Sketch
-    | Sculpt
-    | Compound,
-    Field(discriminator="kind"),
-]
-StaticShape = Annotated[
-    Plane
-    | Box
-    | Sphere
-    | Cylinder
-    | Capsule
-    | Cone
-    | Polyhedron
-    | Ellipsoid
-    | Torus
-    | Tube
-    | Cup
-    | Funnel
-    | Mesh
-    | Text
-    | Sketch
-    | Sculpt
-    | Compound,
-    Field(discriminator="kind"),
-]
+)
+SolidShape = Annotated[_Solid, Field(discriminator="kind")]
+
+
+class Part(Model):
+    """One piece of a compound."""
+
+    shape: SolidShape
+    """What the piece is shaped like."""
+    pose: Pose = Pose.model_construct()
+    """Where the piece sits in the body's frame."""
+    density: Density | None = None
+    """Density [kg/m3], if it differs from the body's material."""
+    look: Look | None = None
+    """Look, if it differs from the body's."""
+    repeat: Multiple | None = None
+    """So many of these parts, called `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
+    decor: Bool = False
+    """Only drawn, as hoops, handles, eyes and buttons are: it weighs nothing and touches nothing."""
+
+    @model_validator(mode="after")
+    def _weightless(self) -> "Part":
+        if self.decor and self.density is not None:
+            raise ValueError("what is only drawn (decor: true) has no density")
+        return self
+
+
+class Compound(Model):
+    """Several pieces that move as one body. Each weighs by itself: where they overlap, what they share weighs twice."""
+
+    kind: Literal["compound"]
+    parts: dict[Name, Part] = Field(min_length=1, max_length=200)
+    """The pieces by name."""
+
+    @model_validator(mode="after")
+    def _solid(self) -> "Compound":
+        if not self.solids:
+            raise ValueError("all its parts are only drawn (decor: true); one at least must have mass")
+        return self
+
+    @property
+    def solids(self) -> dict[str, Part]:
+        """The pieces that weigh and touch, by name."""
+        return {name: part for name, part in self.parts.items() if not part.decor}
+
+
+Shape = Annotated[_Solid | Sculpt | Compound, Field(discriminator="kind")]
+StaticShape = Annotated[Plane | _Solid | Sculpt | Compound, Field(discriminator="kind")]
 SoftShape = Shape
 """What deforms as a volume: any solid, and of a compound the union of its parts."""
 ClothShape = Annotated[Sheet | Mesh, Field(discriminator="kind")]
 """A sheet, or a mesh that is an open surface."""
-Part.model_rebuild()

@@ -35,7 +35,7 @@ class Soft(Placed):
     cell: Length | None = None
     """Wanted length [m] of an element: the grid's cell in mpm (one for the scene: the smallest that is given),
     the edge of a tetrahedron in fem. Derived if left out."""
-    material: SoftMaterial = SoftMaterial()
+    material: SoftMaterial = SoftMaterial.model_construct()
     """Stiffness and mass."""
 
     @model_validator(mode="after")
@@ -59,7 +59,7 @@ class Cloth(Placed):
     cell: Length | None = None
     """Wanted length [m] of an element: the distance of particles in pbd (one for the scene: the smallest that is
     given), the edge of a triangle in ipc. Derived if left out."""
-    material: ClothMaterial = ClothMaterial()
+    material: ClothMaterial = ClothMaterial.model_construct()
     """Mass, stiffness, friction."""
 
     @model_validator(mode="after")
@@ -80,7 +80,7 @@ class Granular(Placed):
     """The space that it fills at the start."""
     cell: Length | None = None
     """Cell [m] of the grid (one for the scene: the smallest that is given). Derived if left out."""
-    material: GranularMaterial = GranularMaterial()
+    material: GranularMaterial = GranularMaterial.model_construct()
     """Mass and friction angle."""
 
 
@@ -92,7 +92,7 @@ class Liquid(Placed):
     """The space that it fills at the start."""
     cell: Length | None = None
     """Cell [m] of the grid (one for the scene: the smallest that is given). Derived if left out."""
-    material: LiquidMaterial = LiquidMaterial()
+    material: LiquidMaterial = LiquidMaterial.model_construct()
     """Mass and stiffness."""
 
 
@@ -104,7 +104,7 @@ class Snow(Placed):
     """The space that it fills at the start."""
     cell: Length | None = None
     """Cell [m] of the grid (one for the scene: the smallest that is given). Derived if left out."""
-    material: SnowMaterial = SnowMaterial()
+    material: SnowMaterial = SnowMaterial.model_construct()
     """Mass, stiffness, and when it crumbles."""
 
 
@@ -152,7 +152,7 @@ class Rope(Placed):
     """Viscous damping [N m s/rad] of each joint; derived if left out."""
     self_collision: Bool = False
     """Let links that are not neighbours touch each other."""
-    material: Material = Material()
+    material: Material = Material.model_construct()
     """Density and friction."""
 
     @model_validator(mode="before")
