@@ -101,7 +101,9 @@ def work(
     base = Overlay(tuple(variants), tuple(sets), (point[0], point[1]) if point else None)
     case = place.inputs["case"] / file
     told = Recipe.model_validate(recipe)
-    job = Job(told, source, case, name, base, number, Path(runs), place.output, place.runner, place.stop)
+    # On another machine runs go with the task's folder: what lies in folders with a dot stays there.
+    kept = Path(runs) if Path(runs).parent.is_dir() else place.output / ".runs"
+    job = Job(told, source, case, name, base, number, kept, place.output, place.runner, place.stop)
     make(job)
     return {"again": place.stop.count > 0}
 
