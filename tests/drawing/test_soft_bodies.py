@@ -94,3 +94,13 @@ def test_coarse_meshes_keep_their_triangles():
     assert 18_000 < most < 19_000
     assert _level([(500, 10), (400, 10)], 2000) == 100
     assert _level([], BUDGET) == 0
+
+
+@pytest.mark.parametrize(
+    ("bent", "low", "high"), [("sag: 0.1", 0.9, 1.0), ("over: 0.05, over_at: 0.6", 1 - (0.6 - np.pi / 40), 1.05)]
+)
+def test_sheets_that_are_bent_at_the_start_are_drawn_so(bent, low, high, tmp_path):
+    case = f"text2sim: 2\nname: bent\nscene: {{duration: 0.1}}\nbodies: {{s: {{kind: cloth, shape: {{kind: sheet, size: [1, 0.2], {bent}}}, pose: {{pos: [0, 0, 1]}}}}}}\n"
+    (sheet,) = stage(resolve_case(load_text(case, tmp_path / "case.yaml")))
+    z = sheet.triangles.reshape(-1, 3)[:, 2]
+    assert (z.min(), z.max()) == pytest.approx((low, high), abs=2e-3)

@@ -3,15 +3,16 @@
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from trimesh import Trimesh
 
 from text2sim.compiler.shapes.pictures import PREVIEW, thumbnail
+from text2sim.compiler.shapes.sagging import is_bent
 from text2sim.compiler.shapes.softmesh import soft_surface
 from text2sim.compiler.shapes.surface import VisualMesh
 from text2sim.spec_schema.models.shapes import Sheet
 
 NETS = 48
-"""Cells along the longer side of a sheet with a picture: every triangle has one colour."""
+"""Cells along the longer side of a sheet with a picture, as every triangle has one colour, or one that is bent."""
 
 
 def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
@@ -23,6 +24,6 @@ def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
     if not isinstance(shape, Sheet):
         return None
     picture = None if shape.texture is None else thumbnail(shape.texture, folder, PREVIEW)
-    net = soft_surface(shape, folder, max(shape.size) / (NETS if picture else 1))
-    normals = np.tile((0.0, 0.0, 1.0), (len(net.vertices), 1))
+    net = soft_surface(shape, folder, max(shape.size) / (NETS if picture or is_bent(shape) else 1))
+    normals = Trimesh(net.vertices, net.faces, process=False).vertex_normals
     return [VisualMesh(net.vertices, net.faces, normals, uvs=net.uvs, picture=picture)]
