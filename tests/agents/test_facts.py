@@ -59,6 +59,11 @@ def told(tmp_path: Path) -> Any:
         }
     }
     (run.folder / "evidence.json").write_text(json.dumps(seen))
+    samples = [
+        {"t": 0.0, "shares": {"rail[0]": 0.001}},
+        {"t": 1.0, "shares": {"rail[0]": 0.002, "rail[1]": 0.001, "dot": 0.0001}},
+    ]
+    (run.folder / "visibility.json").write_text(json.dumps({"main": samples}))
 
     def tell(**claim: Any) -> Fact:
         (fact,) = found({"it": [Claim(**claim)]}, load_text(CASE, tmp_path / "case.yaml"), run.folder)
@@ -82,6 +87,8 @@ def told(tmp_path: Path) -> Any:
         ({"seen": "tin"}, True, "2 %"),
         ({"seen": "ball"}, False, "0.1 %"),
         ({"seen": "lamp"}, None, "not measured"),
+        ({"seen": "rail"}, True, "0.3 %"),  # of statics, all copies in one picture
+        ({"seen": "dot"}, False, "0.01 %"),
         ({"moved": "tin", "by": "ball"}, True, "first touches `tin[0]` at 0.5 s"),
         ({"moved": "tin[1]", "by": "ball"}, False, "which moved 2.7 m"),
         ({"moved": "tin", "by": "floor"}, False, "never touches"),

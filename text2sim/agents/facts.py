@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from text2sim.agents.replies import Claim, Name
+from text2sim.recording.run_files import read_json
 from text2sim.spec_schema.errors import RunError, SpecError, Text2SimError
 from text2sim.spec_schema.models.colors import rgb
 from text2sim.spec_schema.names.selectors import parse_selector
@@ -100,6 +101,7 @@ def found(claims: Claims, loaded: "LoadedCase", run: Path) -> list[Fact]:
         recording = RecordedCase.load(run, loaded.case)
         resolution = resolve_case(loaded)
         evidence = json.loads((run / "evidence.json").read_text("utf-8"))
+        evidence["seen"] = _most_seen(read_json(run / "visibility.json"))
     except (Text2SimError, OSError, ValueError) as error:
         return [Fact(name, None, str(error).splitlines()[0]) for name in claims]
     return [Fact(name, *_told(row, recording, resolution, evidence)) for name, rows in claims.items() for row in rows]
@@ -196,10 +198,23 @@ def _seen(body: str, evidence: Mapping[str, Any]) -> tuple[bool | None, str]:
     """Whether the main film shows a body."""
     films = (evidence.get("legibility") or {}).get("films") or {}
     row = (next(iter(films.values()))["bodies"] if films else {}).get(body)
-    if row is None:
+    most = row["share"]["max"] if row is not None else evidence["seen"].get(body)
+    if most is None:
         return None, f"what the film shows of `{body}` was not measured"
-    most = row["share"]["max"]
     return most >= SEEN, f"`{body}` fills at most {100 * most:.2g} % of the film's picture, seen from {SEEN:.1%} on"
+
+
+def _most_seen(visibility: Any) -> dict[str, float]:
+    """Largest part of a sampled picture that each body and static fills, all its copies together."""
+    most: dict[str, float] = {}
+    for samples in (visibility if isinstance(visibility, dict) else {}).values():
+        for sample in samples:
+            sums: dict[str, float] = {}
+            for name, share in sample["shares"].items():
+                base = name.split("[")[0].split(".")[0]
+                sums[base] = sums.get(base, 0.0) + share
+            most = {name: max(most.get(name, 0.0), sums.get(name, 0.0)) for name in {**most, **sums}}
+    return most
 
 
 def _moved(claim: Claim, recording: "RecordedCase") -> tuple[bool | None, str]:
