@@ -113,7 +113,7 @@ def test_what_a_rule_finds_can_be_mended_by_who_is_asked(rule: Rule, assets: Pat
     problems = [p for p in [*found.errors, *found.warnings] if p.rule == rule.id]
     assert problems
     free = plan.model_copy(update={"checks": Fragments()})
-    after = data_of(rule.example, rule.mended) | {"text2sim": 2}
+    after = data_of(rule.example, rule.fix) | {"text2sim": 2}
     for problem in problems:
         # A draft: nothing of it is the Planner's yet, but what is outside of sections.
         mine = owner_of(problem, ())

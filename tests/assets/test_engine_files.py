@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from text2sim.assets import engine_files
-from text2sim.assets.engine_files import engine_assets, shelf_of
+from text2sim.assets.engine_files import asset_folder, engine_assets
 from text2sim.assets.mechanism import load_mechanism
 from text2sim.compiler.build import resolve_case
 from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
@@ -125,7 +125,7 @@ def test_without_the_engine_the_place_in_the_case_is_said(monkeypatch: pytest.Mo
 
 
 def test_a_file_of_the_case_may_be_called_as_it_likes(tmp_path: Path):
-    found = shelf_of(tmp_path, "genesis/arm.urdf")
+    found = asset_folder(tmp_path, "genesis/arm.urdf")
     assert (found.root, found.own) == (tmp_path.resolve(), True)
     root = engine_assets()
     assert root is not None and (root / "urdf").is_dir()

@@ -26,7 +26,7 @@ from text2sim.revision.installation import install
 from text2sim.revision.repository import run_git
 from text2sim.service import exits
 from text2sim.service.examined import Examined
-from text2sim.service.wording import reason
+from text2sim.service.phrases import reason
 from text2sim.spec_schema.errors import MachineError, RunError
 from text2sim.spec_schema.load import load_case
 from text2sim.spec_schema.whole_files import naming, write_atomically

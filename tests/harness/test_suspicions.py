@@ -15,8 +15,8 @@ def recording(path: list[float], solver: str = "mpm") -> Any:
     places = np.zeros((len(path), 1, 3))
     places[:, 0, 0] = path
     states = SimpleNamespace(deformables=[soft], frames=len(path), pos=places, time=0.1 * np.arange(len(path)))
-    cast = SimpleNamespace(loose=[SimpleNamespace(soft=None, copy="ball", root=0)], touches_soft=lambda name: True)
-    return SimpleNamespace(states=states, cast=cast)
+    names = SimpleNamespace(loose=[SimpleNamespace(soft=None, copy="ball", root=0)], touches_soft=lambda name: True)
+    return SimpleNamespace(states=states, names=names)
 
 
 def row(**values: Any) -> dict[str, Any]:

@@ -25,8 +25,8 @@ def test_an_example_breaks_its_rule(rule: Rule, assets: Path) -> None:
 
 @every_rule
 def test_a_mended_example_keeps_its_rule(rule: Rule, assets: Path) -> None:
-    assert rule.mended
-    assert findings(assets, rule.id, rule.example, rule.mended) == []
+    assert rule.fix
+    assert findings(assets, rule.id, rule.example, rule.fix) == []
 
 
 @every_rule

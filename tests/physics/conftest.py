@@ -44,7 +44,7 @@ class Trial:
         return self.states.time
 
     def _target(self, name: str) -> Target:
-        (target,) = self.recording.cast.select(name)
+        (target,) = self.recording.names.select(name)
         return target
 
     def link(self, name: str) -> LinkRecord:
@@ -83,7 +83,7 @@ class Trial:
 
     def joint(self, name: str) -> tuple[Array, Array, Array]:
         """Position, velocity and motor force of a hinge or slider, each of shape (F,)."""
-        ((_, joint),) = self.recording.cast.select_joints(name)
+        ((_, joint),) = self.recording.names.select_joints(name)
         columns = (
             self.states.qpos[:, joint.q[0]],
             *(rows[:, joint.dof[0]] for rows in (self.states.dofs_velocity, self.states.dofs_force)),

@@ -72,7 +72,7 @@ def test_a_cube_slides_down_a_wedge_as_coulomb_has_it(trial, agree):
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_a_loaded_keystone_touches_its_neighbours_by_whole_faces(trial, side):
     """One or two points hold no moment about the normal: the stone would turn out of the arch under its load."""
-    log, (stone, wall) = trial.states, (trial.recording.cast.select(name)[0].root for name in ("keystone", side))
+    log, (stone, wall) = trial.states, (trial.recording.names.select(name)[0].root for name in ("keystone", side))
     links = log.contact("links")
     both = (np.isin(links, (stone, wall)).all(axis=1)) & (log.contact("step") == log.contact("step").max())
     assert log.chunks.gather("contact_count", ())[both].sum() >= 3

@@ -34,7 +34,7 @@ def test_solids_gaps_and_touches(simulate, agree):
     recording, states = trial.recording, trial.states
     assert recording.shapes.exact
     for name in ("table", "cup", "pill", "cone", "drum", "ball"):
-        (target,) = recording.cast.select(name)
+        (target,) = recording.names.select(name)
         solids = recording.shapes.of_links(target.links)
         made = geometry.pieces(trial.case.bodies[name].shape, trial.folder)
         assert len(solids) == len(made), name

@@ -114,7 +114,7 @@ def _told(
 
     try:
         if claim.count:
-            number = len(recording.cast.select(claim.count))
+            number = len(recording.names.select(claim.count))
             return number == claim.equals, f"there are {number} `{claim.count}`, wanted {claim.equals}"
         if claim.color:
             return _color(claim, resolution)
@@ -228,7 +228,7 @@ def _moved(claim: Claim, recording: "RecordedCase") -> tuple[bool | None, str]:
     log = find_events(replace(recording, case=case), {})
     if log.problems:
         return None, f"cannot be told: {log.problems['touch']}"
-    names = {target.label: target for target in recording.cast.select(claim.moved)}
+    names = {target.label: target for target in recording.names.select(claim.moved)}
     rows = log.occurrences["touch"]
     if not rows:
         return False, f"`{claim.by}` never touches `{claim.moved}`"

@@ -28,9 +28,7 @@ LARGE = 16 * 1024**2
 """Bytes of an answer that is not kept, nor read."""
 
 
-def remembered(
-    question: Iterable[bytes], members: Mapping[str, type], ask: Callable[[], dict[str, Any]]
-) -> dict[str, Any]:
+def cached(question: Iterable[bytes], members: Mapping[str, type], ask: Callable[[], dict[str, Any]]) -> dict[str, Any]:
     """Return the answer to a question: as it was given before, or else as it is given now.
 
     Args:

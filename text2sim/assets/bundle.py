@@ -5,7 +5,7 @@ import re
 import struct
 from pathlib import Path
 
-from text2sim.assets.engine_files import EngineAssets
+from text2sim.assets.engine_files import AssetFolder
 from text2sim.spec_schema.errors import AssetError
 
 MAX_FILE = 64 * 1024 * 1024
@@ -18,15 +18,15 @@ _OBJ_MATERIAL = re.compile(rb"^[ \t\r\f\v]*mtllib ([^\n]*)", re.IGNORECASE | re.
 _DAE_PICTURE = re.compile(rb"(<init_from[^>]*>)([^<]*)(</init_from>)")
 
 
-def inside(shelf: EngineAssets, path: Path, text: str) -> Path:
-    """Return a path with links followed, which must lie on the shelf.
+def inside(source: AssetFolder, path: Path, text: str) -> Path:
+    """Return a path with links followed, which must lie in that folder.
 
     Raises:
         AssetError: if it leads out of it.
     """
     resolved = path.resolve()
-    if not resolved.is_relative_to(shelf.root):
-        raise AssetError(f"`{text}` leads out of {shelf.name}{shelf.advice('copy it into the folder')}")
+    if not resolved.is_relative_to(source.root):
+        raise AssetError(f"`{text}` leads out of {source.name}{source.advice('copy it into the folder')}")
     return resolved
 
 
@@ -34,12 +34,12 @@ class Bundle:
     """Takes in files of a case's folder, or of the engine's assets.
 
     Args:
-        shelf: Where all of them must lie.
+        source: The folder in which all of them must lie.
         here: Folder of the model that refers to the files, resolved.
     """
 
-    def __init__(self, shelf: EngineAssets, here: Path) -> None:
-        self.shelf, self.here = shelf, here
+    def __init__(self, source: AssetFolder, here: Path) -> None:
+        self.source, self.here = source, here
         self.files: dict[str, bytes] = {}
         self._names: dict[tuple[Path, bool], str] = {}
         self._read_files: list[Path] = []
@@ -47,7 +47,7 @@ class Bundle:
 
     @property
     def sources(self) -> list[Path]:
-        """The files as they lie on the shelf, resolved."""
+        """The files as they lie in that folder, resolved."""
         return list(dict.fromkeys(self._read_files))
 
     def take(
@@ -67,7 +67,7 @@ class Bundle:
             painted: Whether materials and pictures of a mesh come with it.
 
         Raises:
-            AssetError: if it is not there, not on the shelf, too large, or of a kind that is not read.
+            AssetError: if it is not there, not in that folder, too large, or of a kind that is not read.
         """
         path = self._find(reference, folders or (self.here,))
         if path.suffix.lower() not in suffixes:
@@ -91,21 +91,21 @@ class Bundle:
             # Packages are a matter of the machine they were written on; here they are folders of the case.
             rest = reference.removeprefix("package://")
             above = [self.here, *self.here.parents]
-            above = above[: above.index(self.shelf.root) + 1]
+            above = above[: above.index(self.source.root) + 1]
             candidates = [folder / part for part in (rest, rest.partition("/")[2]) if part for folder in above]
-            advice = self.shelf.advice("copy its package into the case's folder")
-            way_out = f"`{reference}` is in no folder of {self.shelf.owner}{advice}"
+            advice = self.source.advice("copy its package into the case's folder")
+            way_out = f"`{reference}` is in no folder of {self.source.owner}{advice}"
         elif "://" in reference or reference.startswith("file:"):
-            advice = self.shelf.advice("copy it into the folder and give its relative path")
-            raise AssetError(f"`{reference}` is not a file of {self.shelf.owner}{advice}")
+            advice = self.source.advice("copy it into the folder and give its relative path")
+            raise AssetError(f"`{reference}` is not a file of {self.source.owner}{advice}")
         elif reference.startswith(("/", "~")) or re.match(r"[A-Za-z]:", reference):
-            advice = self.shelf.advice("copy it into the case's folder and give its path there")
+            advice = self.source.advice("copy it into the case's folder and give its path there")
             raise AssetError(f"`{reference}` is an absolute path{advice}")
         else:
             candidates = [folder / reference for folder in folders]
-            way_out = f"`{reference}` does not exist in {self.shelf.name}"
+            way_out = f"`{reference}` does not exist in {self.source.name}"
         for candidate in candidates:
-            path = inside(self.shelf, candidate, reference)
+            path = inside(self.source, candidate, reference)
             if path.is_file():
                 return path
         raise AssetError(way_out)

@@ -13,7 +13,7 @@ SUFFIXES = (".xml", ".urdf", ".obj", ".stl", ".ply", ".glb", ".gltf")
 
 
 @dataclass(frozen=True)
-class EngineAssets:
+class AssetFolder:
     """A folder out of which nothing is read that a case names."""
 
     root: Path
@@ -38,7 +38,7 @@ class EngineAssets:
         return f"; {text}" if self.own else ""
 
 
-def shelf_of(folder: Path, file: str) -> EngineAssets:
+def asset_folder(folder: Path, file: str) -> AssetFolder:
     """Return the folder in which a file that a case names has to lie.
 
     The engine is not imported for that.
@@ -51,7 +51,7 @@ def shelf_of(folder: Path, file: str) -> EngineAssets:
         AssetError: if the engine is asked for a file that it does not have, or is not installed.
     """
     if not file.startswith(PREFIX):
-        return EngineAssets(folder.resolve(), file, own=True)
+        return AssetFolder(folder.resolve(), file, own=True)
     path = file.removeprefix(PREFIX)
     root = engine_assets()
     if root is None:
@@ -65,7 +65,7 @@ def shelf_of(folder: Path, file: str) -> EngineAssets:
     if not there:
         near = nearest(path, _listed(root))
         raise AssetError(f"is not among the engine's assets{f'; did you mean `{PREFIX}{near}`?' if near else ''}")
-    return EngineAssets(root, path, own=False)
+    return AssetFolder(root, path, own=False)
 
 
 def rooted(file: Path, root: Path | None) -> tuple[Path, str]:

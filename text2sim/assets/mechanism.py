@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.assets.bundle import Bundle, inside
-from text2sim.assets.engine_files import PREFIX, shelf_of
+from text2sim.assets.engine_files import PREFIX, asset_folder
 from text2sim.assets.inspection import inspect_model
 from text2sim.assets.markup import parse_markup
 from text2sim.assets.mjcf import read_mjcf
@@ -154,9 +154,9 @@ def _joined(message: str) -> str:
 def _load(folder: Path, file: str, base: str | None) -> Mechanism:
     if not file or file.startswith(("/", "~")) or "\\" in file or "\0" in file or "://" in file:
         raise AssetError("must be a path inside the case's folder, with forward slashes")
-    shelf = shelf_of(folder, file)
-    root = shelf.root
-    path = inside(shelf, root / shelf.file, file)
+    source = asset_folder(folder, file)
+    root = source.root
+    path = inside(source, root / source.file, file)
     kind = KINDS.get(path.suffix.lower())
     if kind is None:
         raise AssetError("must end in .xml (MJCF) or .urdf")
@@ -165,12 +165,12 @@ def _load(folder: Path, file: str, base: str | None) -> Mechanism:
     document = parse_markup(path)
     if document.tag != TAGS[kind]:
         raise AssetError(f"begins with <{document.tag}>; {kind.upper()} begins with <{TAGS[kind]}>")
-    bundle = Bundle(shelf, path.parent)
+    bundle = Bundle(source, path.parent)
     draft = (read_mjcf if kind == "mjcf" else read_urdf)(document, bundle, base)
     files = tuple(bundle.files.items())
     read = {name for name, _ in files} if kind == "mjcf" else mesh_names(draft.text)
     model = inspect_model(kind, draft.text, tuple((name, content) for name, content in files if name in read))
-    prefix = "" if shelf.own else PREFIX
+    prefix = "" if source.own else PREFIX
     sources = (file, *(f"{prefix}{source.relative_to(root).as_posix()}" for source in bundle.sources))
     return Mechanism(
         kind=kind,

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
 
-from text2sim.assets.answer_cache import remembered
+from text2sim.assets.answer_cache import cached
 from text2sim.assets.bundle import PICTURES, Bundle
 from text2sim.assets.markup import write_markup
 from text2sim.assets.mjcf import MAX_LINKS, Draft
@@ -49,7 +49,7 @@ def read_urdf(root: ET.Element, bundle: Bundle, base: str | None) -> Draft:
     _take_files(root, bundle)
     text, free = write_markup(root), base == "free"
     rules = Path(__file__).read_bytes()
-    judged = remembered([rules, text.encode(), b"free" if free else b"held"], JUDGED, lambda: _judge(text, free=free))
+    judged = cached([rules, text.encode(), b"free" if free else b"held"], JUDGED, lambda: _judge(text, free=free))
     return Draft(text, notes, judged["limits"], judged["inertialess"])
 
 

@@ -41,7 +41,7 @@ def export_cases(
     from text2sim.cli.many import where_of
     from text2sim.cli.output import say, say_json
     from text2sim.cluster.run import Where
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
 
     where = where_of(workers, ray, store, runs) or Where()
     rows, tasks = examined(cases, runs, overlay_of(variants, sets))

@@ -45,7 +45,7 @@ def show_card(
     """Print a card and the paths of its two cases."""
     from text2sim.card_library.model import count_tokens
     from text2sim.cli.output import say, say_json
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
 
     entry = _library().find(name)
     if as_json:
@@ -175,7 +175,7 @@ def _say_problems(library: "Library") -> None:
 
 def _say_verdict(verdict: "Verdict", wide: int) -> None:
     from text2sim.cli.output import say
-    from text2sim.service.wording import seconds
+    from text2sim.service.phrases import seconds
 
     word = "ok" if verdict.ok else "FAIL"
     outcomes = f"{verdict.failing} -> {verdict.repaired}"

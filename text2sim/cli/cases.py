@@ -4,7 +4,7 @@ import sys
 
 from text2sim.cli.output import say, say_problems
 from text2sim.service.examined import Examined
-from text2sim.service.wording import shown
+from text2sim.service.phrases import shown
 
 
 def say_examined(case: Examined) -> None:

@@ -60,7 +60,7 @@ def _say(row: "Examined", base: "Examined | None", *, settings: bool) -> None:
     """Print the problems of a case, except those that its base case has, too."""
     from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say
-    from text2sim.service.wording import seconds
+    from text2sim.service.phrases import seconds
 
     known = set(base.problems) if base is not None else set()
     row.problems, said = [problem for problem in row.problems if problem not in known], row.problems

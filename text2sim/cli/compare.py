@@ -26,7 +26,7 @@ def compare_runs(
     from text2sim.cli.output import say, say_json
     from text2sim.comparison.compare import compare
     from text2sim.comparison.runs import read_runs
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
 
     comparison = compare(read_runs(runs))
     if as_json:

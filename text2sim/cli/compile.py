@@ -24,7 +24,7 @@ def compile_cases(
     from text2sim.compiler.build import compile_case
     from text2sim.harness.folder import install_program, staging
     from text2sim.service.examined import examine
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
     from text2sim.spec_schema.errors import Text2SimError
 
     row = examine(case, plan=False, overlay=overlay_of(variants, sets))

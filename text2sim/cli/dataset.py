@@ -54,7 +54,7 @@ def build_dataset(
     from text2sim.dataset.recipe import read_recipe
     from text2sim.dataset.review import read_decisions
     from text2sim.evaluation.judging import scores_of_runs
-    from text2sim.service.wording import seconds, shown
+    from text2sim.service.phrases import seconds, shown
     from text2sim.spec_schema.errors import RunError
 
     def tell(tally: "Tally", made: "Made") -> None:
@@ -168,7 +168,7 @@ def review(
     _require()
     from text2sim.cli.output import say
     from text2sim.dataset.review import read_decisions, write_review
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
 
     path = folder.with_name(f"{folder.name}-review.html")
     count = write_review(folder, path, read_decisions(decisions), everything=everything)

@@ -85,7 +85,7 @@ def stat_lines(found: "Comparison") -> list[str]:
 def _run_lines(found: "Comparison") -> list[str]:
     from text2sim.cli.verdict import MARKS
     from text2sim.revision.compare import STATISTICS
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
 
     if found.runs is None:
         return []

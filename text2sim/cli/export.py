@@ -21,7 +21,7 @@ def export(
     from text2sim.cli.output import say, say_json
     from text2sim.exchange.gltf import write_gltf
     from text2sim.exchange.usd import write_usd
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
 
     wanted = [*((path, write_usd) for path in usd or []), *((path, write_gltf) for path in gltf or [])]
     if not wanted:

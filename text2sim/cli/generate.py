@@ -226,7 +226,7 @@ def _work(session: "Session", as_json: bool, film: Quality, film_minutes: float 
     from text2sim.cli.loop_view import looking_on, say_outcome
     from text2sim.cli.output import say, say_json
     from text2sim.runtime.stop import Stop
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
 
     with Stop() as stop, looking_on(session.case.name, quiet=as_json) as listener:
         try:

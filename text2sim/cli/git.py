@@ -25,7 +25,7 @@ def install(everywhere: _Global = False) -> None:
     """Set up a repository: `git diff` shows changes of meaning, and edits of different values merge cleanly."""
     from text2sim.cli.output import say
     from text2sim.revision.installation import LINES, install, settings
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
 
     file, changed = install(Path.cwd(), everywhere=everywhere)
     for row in LINES if changed else ("unchanged",):
@@ -38,7 +38,7 @@ def uninstall(everywhere: _Global = False) -> None:
     """Undo what `install` did."""
     from text2sim.cli.output import say
     from text2sim.revision.installation import uninstall
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
 
     file, changed = uninstall(Path.cwd(), everywhere=everywhere)
     say(f"{shown(file)}: {'without text2sim' if changed else 'unchanged'}")

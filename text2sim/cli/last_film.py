@@ -51,7 +51,7 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
     from text2sim.rendering.renderer import find_variant
     from text2sim.runtime.stop import Stop
     from text2sim.runtime.trouble import told
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
     from text2sim.spec_schema.errors import Text2SimError
 
     if quality == "none":
@@ -87,7 +87,7 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
 
 
 def _said_before(fit: "Fitted", quality: str, minutes: float) -> str:
-    from text2sim.service.wording import seconds
+    from text2sim.service.phrases import seconds
 
     width, height = fit.filming.size
     took = f"about {seconds(fit.seconds)}" if fit.missing else "a moment"

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from text2sim.cli.output import say
-from text2sim.service.wording import seconds
+from text2sim.service.phrases import seconds
 from text2sim.spec_schema.plain import plain_line
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.cli.check import WORTH_A_WORD
 from text2sim.cli.output import say
-from text2sim.service.wording import seconds
+from text2sim.service.phrases import seconds
 from text2sim.spec_schema.plain import plain, plain_line
 
 if TYPE_CHECKING:

@@ -134,7 +134,7 @@ def told(tasks: "Sequence[Task]", where: "Where", *, quiet: bool) -> "Iterator[D
     from text2sim.cluster.estimate import in_words
     from text2sim.cluster.run import run_tasks, slots
     from text2sim.runtime.stop import Stop
-    from text2sim.service.wording import seconds
+    from text2sim.service.phrases import seconds
 
     if not tasks:
         return

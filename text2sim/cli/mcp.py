@@ -13,7 +13,7 @@ def mcp(
 ) -> None:
     """Serve the tools to a coding agent by the Model Context Protocol over standard input and output."""
     from text2sim.cli.output import say
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
     from text2sim.spec_schema.errors import MachineError, RunError
 
     if not root.is_dir():

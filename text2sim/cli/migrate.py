@@ -18,7 +18,7 @@ def migrate(
     from text2sim.cli.output import say, say_json
     from text2sim.revision.files import rewrite
     from text2sim.service.examined import Examined, case_file, find_cases
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
     from text2sim.spec_schema.changes.edit import edit_source
     from text2sim.spec_schema.errors import Text2SimError
     from text2sim.spec_schema.reuse.migration import LATEST, steps_for

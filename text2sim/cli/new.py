@@ -17,7 +17,7 @@ def new(
     """Write a new commented case to start from: a ball that drops on a stack of boxes."""
     from text2sim.cli.output import say, say_json
     from text2sim.service.new_case import make_case
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
 
     folder = cases / name
     file = make_case(name, None if source is None else _find(source, cases), cases)
@@ -29,7 +29,7 @@ def new(
 
 
 def _find(source: Path, cases: Path) -> Path:
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
     from text2sim.spec_schema.errors import RunError
 
     for folder in (source.parent if source.is_file() else source, cases / source):

@@ -71,7 +71,7 @@ def patch(
 
 def _say(revision: "Revision", file: Path, count: int, dry_run: bool) -> None:
     from text2sim.cli.output import say, say_problems
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
     from text2sim.spec_schema.changes.diff_words import change_line
 
     say_problems([*revision.remaining, *revision.warnings], {str(file): revision.text})
@@ -89,7 +89,7 @@ def _say(revision: "Revision", file: Path, count: int, dry_run: bool) -> None:
 
 def _say_refused(refused: Any, file: Path, wanted: "PatchFile", as_json: bool) -> None:
     from text2sim.cli.output import say, say_json, say_problems
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
 
     if as_json:
         rows = zip(refused.problems, refused.blame, strict=True)

@@ -78,7 +78,7 @@ def render(
     from text2sim.rendering.film import Filming
     from text2sim.rendering.renderer import find_variant
     from text2sim.runtime.stop import Stop
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
 
     span, part, size, times = _span(frames), _shard(shard), _size(resolution), _times(during)
     if write and not suggest:
@@ -208,7 +208,7 @@ class Teller:
         self._next = now + EVERY
         left = ""
         if self._traced and self._done < self._total:
-            from text2sim.service.wording import seconds
+            from text2sim.service.phrases import seconds
 
             each = (now - self._begun) / self._traced
             left = f", {each:.1f} s each, {seconds(each * (self._total - self._done))} left"

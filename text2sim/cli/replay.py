@@ -21,7 +21,7 @@ def replay(
     from text2sim.recording.inventory import fault
     from text2sim.recording.record import RunRecord
     from text2sim.replay.page import write_replay
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
     from text2sim.spec_schema.errors import RunError
     from text2sim.spec_schema.load import load_case
 

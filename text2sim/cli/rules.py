@@ -35,8 +35,8 @@ def say_rule(name: str, as_json: bool) -> int:
         return exits.OK
     say(f"{rule.id} ({rule.severity}): {rule.title}\n\n{rule.reason}\n\nWay out: {rule.way_out}\n\nFor example:\n")
     say(_indented(rule.example))
-    if rule.mended:
-        say(f"\nLaid over it, this mends it (`null` takes a key away):\n\n{_indented(rule.mended)}")
+    if rule.fix:
+        say(f"\nLaid over it, this mends it (`null` takes a key away):\n\n{_indented(rule.fix)}")
     say(f"\nIf it is meant:\n\n    waive: {{{rule.id}: why it is meant}}")
     return exits.OK
 

@@ -11,7 +11,7 @@ def schema(
 ) -> None:
     """Print the JSON Schema of the language, for editors and for models."""
     from text2sim.cli.output import say
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
     from text2sim.spec_schema.errors import RunError
     from text2sim.spec_schema.published.json_schema import schema_text
     from text2sim.spec_schema.whole_files import write_atomically

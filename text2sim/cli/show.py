@@ -101,7 +101,7 @@ def _print(
 ) -> None:
     from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say, say_json
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
 
     if as_json:
         document: dict[str, Any] = {

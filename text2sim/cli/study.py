@@ -31,7 +31,7 @@ def build_study(
     from text2sim.cli.output import say
     from text2sim.evaluation.method_folder import read_method
     from text2sim.evaluation.suite import read_suite
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
     from text2sim.spec_schema.text.source import read_source
     from text2sim.study.build import build
 

@@ -19,7 +19,7 @@ def propose(chosen: "Chosen", *, write: bool, as_json: bool) -> None:
     from text2sim.rendering.suggest import suggest
     from text2sim.revision.files import rewrite
     from text2sim.revision.revise import revise
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
     from text2sim.spec_schema.errors import RunError
     from text2sim.spec_schema.load import load_case
     from text2sim.spec_schema.plain import plain

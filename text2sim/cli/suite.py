@@ -37,7 +37,7 @@ def run_suite(
     from text2sim.cli.output import say, say_json
     from text2sim.cli.verdict import exit_of
     from text2sim.service.examined import examine, find_cases
-    from text2sim.service.wording import seconds
+    from text2sim.service.phrases import seconds
 
     begun, code = monotonic(), exits.OK
     tally = {"PASS": 0, "FAIL": 0, "ERROR": 0}
@@ -80,7 +80,7 @@ def _say_row(word: str, row: "Examined", result: "RunResult | None") -> None:
     from text2sim.cli.cases import say_examined
     from text2sim.cli.output import expectation_rows, say
     from text2sim.cli.verdict import say_failure
-    from text2sim.service.wording import seconds
+    from text2sim.service.phrases import seconds
 
     if result is None:
         say(f"ERROR {row.name}")

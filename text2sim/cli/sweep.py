@@ -33,7 +33,7 @@ def run_sweep(
     from text2sim.cli.output import say, say_json
     from text2sim.cli.verdict import exit_of, say_failure
     from text2sim.service.examined import examine
-    from text2sim.service.wording import shown, summary
+    from text2sim.service.phrases import shown, summary
 
     base = examine(path, plan=False, overlay=overlay)
     points = _points(base, name, grid) if base.ok else []

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from text2sim.cli.output import expectation_rows, say, say_problems
 from text2sim.service import exits
-from text2sim.service.wording import shown, summary
+from text2sim.service.phrases import shown, summary
 from text2sim.spec_schema.plain import plain
 
 if TYPE_CHECKING:

@@ -42,7 +42,7 @@ def watch(
     from text2sim.runtime.lock import RunLock
     from text2sim.runtime.stop import Stop
     from text2sim.service.examined import case_file
-    from text2sim.service.wording import shown
+    from text2sim.service.phrases import shown
     from text2sim.spec_schema.errors import RunError
     from text2sim.watching.page_state import PageState
     from text2sim.watching.server import PageServer

@@ -73,7 +73,7 @@ def motion_of(recording: RecordedCase) -> Motion:
     keyframed: dict[str, str] = {}
     ways: dict[str, float] = {}
     given = _impulses(recording)
-    for target in recording.cast.loose:
+    for target in recording.names.loose:
         moved, odd, worst = _unexplained(recording, target, given)
         ways[target.copy] = float(moved.sum())
         moving = moved > STILL
@@ -85,8 +85,8 @@ def motion_of(recording: RecordedCase) -> Motion:
         elif share >= SHARE and (odd & moving).sum() >= FEWEST:
             keyframed[target.copy] = f"its positions do not follow from forces in {100 * share:.0f} % of its motion"
     driven: dict[str, float] = {}
-    for copy in recording.cast.driven:
-        way = float(np.linalg.norm(np.diff(recording.origin(recording.cast.copies[copy]), axis=0), axis=1).sum())
+    for copy in recording.names.driven:
+        way = float(np.linalg.norm(np.diff(recording.origin(recording.names.copies[copy]), axis=0), axis=1).sum())
         driven[base_name(copy)] = driven.get(base_name(copy), 0.0) + way
     whole = sum(ways.values()) + sum(driven.values())
     part = sum(ways[copy] for copy in keyframed) / whole if whole > STILL else 0.0

@@ -19,14 +19,14 @@ MeasureError = soft_measures.SoftMeasureError
 
 def _contact_rows(recording: RecordedCase, of: str, by: str | None) -> tuple[Array, Array]:
     """Return the contacts of `of` with `by` (or anything), and +1 where the first of the two is in `of`."""
-    log, targets = recording.contacts, [recording.cast.select(name) for name in (of, by) if name is not None]
+    log, targets = recording.contacts, [recording.names.select(name) for name in (of, by) if name is not None]
     if not log.recorded:
         raise MeasureError(log.why_not)
     soft = [target.label for group in targets for target in group if target.soft is not None]
     if soft:
         raise MeasureError(f"the engine tells no contacts of bodies that deform ({soft[0]}): measure the `gap`")
-    ours = recording.cast.groups(targets[0]) >= 0
-    theirs = np.ones(len(ours), dtype=bool) if by is None else recording.cast.groups(targets[1]) >= 0
+    ours = recording.names.groups(targets[0]) >= 0
+    theirs = np.ones(len(ours), dtype=bool) if by is None else recording.names.groups(targets[1]) >= 0
     first, second = log.links[:, 0], log.links[:, 1]
     forward, backward = ours[first] & theirs[second], ours[second] & theirs[first]
     rows = np.flatnonzero((forward | backward) & (log.frame < recording.states.frames))
@@ -51,9 +51,9 @@ def _contact_count(recording: RecordedCase, measure: measures.ContactCount) -> A
     """Number of distinct pairs of bodies that touch in any step of a frame."""
     rows, _ = _contact_rows(recording, measure.of, measure.by)
     frame, owner = _frames_with_first(recording, rows)
-    pairs = np.sort(recording.cast.copy_of_link[recording.contacts.links[owner]], axis=1)
+    pairs = np.sort(recording.names.copy_of_link[recording.contacts.links[owner]], axis=1)
     apart = pairs[:, 0] != pairs[:, 1]
-    n = len(recording.cast.copies)
+    n = len(recording.names.copies)
     # One integer per pair and frame, because sorting rows is slow.
     found = np.unique(((frame * n + pairs[:, 0]) * n + pairs[:, 1])[apart]) // (n * n)
     return np.bincount(found, minlength=recording.states.frames)
@@ -64,8 +64,8 @@ def _penetration(recording: RecordedCase, measure: measures.Penetration) -> Arra
 
     For deformable bodies, the depth of their points in rigid solids, at the frames only.
     """
-    targets = recording.cast.select(measure.of)
-    others = None if measure.by is None else recording.cast.select(measure.by)
+    targets = recording.names.select(measure.of)
+    others = None if measure.by is None else recording.names.select(measure.by)
     soft = soft_measures.depth(recording, targets, others)
     if soft_of([*targets, *(others or ())]):
         return soft

@@ -84,9 +84,9 @@ class ContactLog:
     """Last step that was recorded."""
 
     @classmethod
-    def of(cls, cast: RecordedNames) -> "ContactLog":
+    def of(cls, names: RecordedNames) -> "ContactLog":
         """Return the contacts of a recording."""
-        states, case = cast.states, cast.case
+        states, case = names.states, names.case
         model = contact_model(case.bodies.values(), case.scene)
         why_not = f"contact model {model} does not tell the contacts of rigid bodies" if model in SILENT else ""
         if not case.scene.record.contacts:

@@ -40,8 +40,8 @@ def energy_account(recording: RecordedCase) -> dict[str, Any]:
     and impacts make it negative; if positive, it came from what is `not_counted`, or is an artefact of the solver. For
     deformable bodies, the kinetic and gravitational energy of their points count.
     """
-    states, cast = recording.states, recording.cast
-    kinetic, potential = recording.energies(cast.loose)
+    states, names = recording.states, recording.names
+    kinetic, potential = recording.energies(names.loose)
     total = kinetic + potential
     power, motors = work_of_motors(recording)
     work, pushed = sum(motors.values()), work_of_pushes(recording)
@@ -52,12 +52,12 @@ def energy_account(recording: RecordedCase) -> dict[str, Any]:
     pushes = [
         name for name, c in controls.items() if isinstance(c, (Force, Torque, Impulse, *FIELDS)) and name not in pushed
     ]
-    loose = {target.copy for target in cast.loose}
+    loose = {target.copy for target in names.loose}
     not_counted = [f"work of the control `{name}`" for name in pushes]
-    not_counted += [f"work of the driven body `{name}`" for name in cast.driven]
+    not_counted += [f"work of the driven body `{name}`" for name in names.driven]
     if any(not link.fixed and link.mass <= 0 for link in states.links if link.body in loose):
         not_counted.append("links without mass")
-    soft = dict.fromkeys(base_name(t.copy) for t in cast.loose if t.soft is not None)
+    soft = dict.fromkeys(base_name(t.copy) for t in names.loose if t.soft is not None)
     not_counted += [f"what deformation stores in `{name}`" for name in soft]
     return {
         "unit": "J", "start": row["first"], "end": row["last"], "min": row["min"], "min_at": row["min_at"],
@@ -79,13 +79,13 @@ def energy_from_nowhere(recording: RecordedCase) -> list[str]:
     passive = all(isinstance(b, Rigid) and b.mount.kind in ("free", "fixed") for b in bodies)
     if not passive or not all(isinstance(c, InitialVelocity) for c in controls) or states.frames < 2:
         return []
-    kinetic, potential = recording.energies(recording.cast.loose)
+    kinetic, potential = recording.energies(recording.names.loose)
     total = kinetic + potential
     if not np.isfinite(total).all():
         return []
     at = int(total.argmax())
     gain, scale = total[at] - total[0], max(kinetic.max(), np.ptp(potential))
-    weight = recording.masses[links_of(recording.cast.loose)].sum() * np.linalg.norm(states.gravity)
+    weight = recording.masses[links_of(recording.names.loose)].sum() * np.linalg.norm(states.gravity)
     if gain <= max(MADE_UP * scale, LIFT * weight):
         return []
     return [
@@ -96,7 +96,7 @@ def energy_from_nowhere(recording: RecordedCase) -> list[str]:
 
 def energy_series(recording: RecordedCase) -> dict[str, Array]:
     """Return kinetic, potential and total energy (F,) [J] of all loose bodies."""
-    kinetic, potential = recording.energies(recording.cast.loose)
+    kinetic, potential = recording.energies(recording.names.loose)
     return {"kinetic": kinetic, "potential": potential, "total": kinetic + potential}
 
 
@@ -107,7 +107,7 @@ def largest_penetration(recording: RecordedCase) -> dict[str, Any] | None:
     if not len(rows):
         return None
     row = rows[np.argmax(log.depth[rows])]
-    names = [recording.cast.label_of_link(i) for i in log.links[row]]
+    names = [recording.names.label_of_link(i) for i in log.links[row]]
     return {
         "value": log.depth[row],
         "unit": "m",
@@ -136,8 +136,8 @@ def first_non_finite(recording: RecordedCase) -> dict[str, Any] | None:
 def speed_extremes(recording: RecordedCase) -> dict[str, Any]:
     """Return the largest speed [m/s] and angular speed [rad/s] of each body, with time and copy."""
     found: dict[str, Any] = {}
-    for name, target in recording.cast.copies.items():
-        if recording.cast.is_static(name) or not recording.states.frames:
+    for name, target in recording.names.copies.items():
+        if recording.names.is_static(name) or not recording.states.frames:
             continue
         rows = [("linear", "m/s", recording.velocity(target))]
         if target.soft is None:

@@ -133,17 +133,17 @@ def episode_rows(episodes: Episodes, first: Sequence[Target], second: Sequence[T
 def _episodes(recording: RecordedCase, between: tuple[str, str]) -> tuple[Episodes, list[Target], list[Target]]:
     if not recording.contacts.recorded:
         raise EventError(recording.contacts.why_not)
-    cast = recording.cast
-    first = cast.select(between[0])
-    second = first if between[0] == between[1] else cast.select(between[1])
-    groups = cast.groups(first)
-    touches = recording.contacts.between(groups, groups if second is first else cast.groups(second))
+    names = recording.names
+    first = names.select(between[0])
+    second = first if between[0] == between[1] else names.select(between[1])
+    groups = names.groups(first)
+    touches = recording.contacts.between(groups, groups if second is first else names.groups(second))
     return recording.contacts.episodes(touches), first, second
 
 
 def _soft_rows(recording: RecordedCase, between: tuple[str, str]) -> list[Occurrence] | None:
     """Return the touches of two selectors if one selects deformable bodies; None if neither does."""
-    first, second = (recording.cast.select(selector) for selector in between)
+    first, second = (recording.names.select(selector) for selector in between)
     if all(target.soft is None for target in (*first, *second)):
         return None
     return soft_episodes(recording, first, second)
@@ -217,7 +217,7 @@ def _rest(recording: RecordedCase, series: Any, event: events.RestEvent, since: 
     For a deformable body, the root mean square speed of its points counts: sqrt(2 E / m).
     """
     time = recording.states.time
-    speeds = [_speed(recording, target) for target in recording.cast.select(event.of)]
+    speeds = [_speed(recording, target) for target in recording.names.select(event.of)]
     if not len(time):
         return []
     height = event.speed - np.fmax.reduce(speeds, axis=0)  # nan for what has left the scene
@@ -259,7 +259,7 @@ def _passages(
     recording: RecordedCase, selector: str, height: Callable[[Array], Array], from_start: bool = False
 ) -> list[Occurrence]:
     time, rows = recording.states.time, []
-    for target in recording.cast.select(selector):
+    for target in recording.names.select(selector):
         origin = recording.origin(target)
         high = height(origin)
         times = crossings(time, high)
@@ -282,7 +282,7 @@ def _joint_limit(recording: RecordedCase, series: Any, event: events.JointLimitE
     What rests on an end from the start has not come there.
     """
     time, rows = recording.states.time, []
-    for label, joint in recording.cast.select_joints(event.of):
+    for label, joint in recording.names.select_joints(event.of):
         low, high = joint.limits
         if joint.kind not in ("hinge", "slider") or (low is None and high is None):
             raise EventError(f"{label} has no limits")
@@ -321,7 +321,7 @@ def _removed(recording: RecordedCase, event: events.RemovedEvent) -> list[Occurr
     control = recording.case.actions.controls.get(event.remove)
     if not isinstance(control, Remove):
         raise EventError(f"there is no control `{event.remove}` of kind remove")
-    copies = [target.copy for target in recording.cast.select(control.body)]
+    copies = [target.copy for target in recording.names.select(control.body)]
     removed = recording.states.removed
     return [{"time": removed[copy], "of": copy} for copy in copies if copy in removed]
 

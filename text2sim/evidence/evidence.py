@@ -99,7 +99,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
                 *diagnostics.energy_from_nowhere(recording),
             ],
             "removed": recording.states.removed,
-            "driven": recording.cast.driven,
+            "driven": recording.names.driven,
             "off_path": driven,
             "contacts": contacts,
             "visibility": summarise_visibility(run_dir, list(case.bodies)),
@@ -184,12 +184,12 @@ def _times(events: EventLog, name: str) -> dict[str, Any]:
 
 def _touches(recording: RecordedCase) -> tuple[list[Occurrence], dict[str, Any]]:
     """Return the touches between different bodies as occurrences without a name, and their statistics."""
-    cast, log = recording.cast, recording.contacts
-    targets = list(cast.copies.values())
+    names, log = recording.names, recording.contacts
+    targets = list(names.copies.values())
     bodies = list(dict.fromkeys(base_name(t.copy) for t in targets))
     body = np.array([bodies.index(base_name(t.copy)) for t in targets], dtype=np.int64)
     named = np.array([name in _named_with_itself(recording.case) for name in bodies], dtype=bool)
-    touches = log.between(cast.copy_of_link, cast.copy_of_link)
+    touches = log.between(names.copy_of_link, names.copy_of_link)
     first, second = body[touches.pair[:, 0]], body[touches.pair[:, 1]]
     listed = (first != second) | named[first]
     hidden = log.count_episodes(choose(touches, ~listed))

@@ -45,7 +45,7 @@ def gone_through(recording: RecordedCase) -> list[str]:
     if not recording.states.frames:
         return []
     pieces = [*_pieces(recording)]
-    movers = [piece for piece in pieces if piece.solid.kind != "plane" and piece.target in recording.cast.loose]
+    movers = [piece for piece in pieces if piece.solid.kind != "plane" and piece.target in recording.names.loose]
     found: dict[frozenset[str], tuple[int, str, str, str]] = {}
     held = _held_together(recording)
     for mover, other in _near(movers, pieces):
@@ -71,7 +71,7 @@ def _said(recording: RecordedCase, frame: int, what: str, mover: str, other: str
 
 def _pieces(recording: RecordedCase) -> Iterator[_Piece]:
     """Yield the rigid pieces: convex bodies, or the convex pieces that a body is made of."""
-    for name, target in recording.cast.copies.items():
+    for name, target in recording.names.copies.items():
         model = recording.case.bodies.get(base_name(name))
         if target.soft is not None or not (model is None or isinstance(model, Rigid | Driven)):
             continue

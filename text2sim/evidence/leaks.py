@@ -44,18 +44,18 @@ def leaks(recording: RecordedCase, body: Deformable) -> tuple[Array, list[str]]:
     where = ""
     if (through >= 0).any():
         most = int(np.bincount(through[through >= 0]).argmax())
-        where = recording.cast.label_of_link(walls[most][0])
+        where = recording.names.label_of_link(walls[most][0])
     return share, [where] * frames
 
 
 def _walls(recording: RecordedCase) -> list[tuple[int, Solid]]:
     """Solids that can contain a body, with their links."""
-    cast, found = recording.cast, []
-    for name, target in cast.copies.items():
+    names, found = recording.names, []
+    for name, target in names.copies.items():
         model = recording.case.bodies.get(base_name(name))
-        held = cast.is_static(name) or isinstance(model, Driven)
+        held = names.is_static(name) or isinstance(model, Driven)
         held = held or (isinstance(model, Rigid) and model.mount.kind != "free")
-        if held and target.soft is None and cast.touches_soft(name):
+        if held and target.soft is None and names.touches_soft(name):
             found += recording.shapes.of_links(np.array(target.links))
     return found
 

@@ -95,7 +95,7 @@ def _changed(time: Array, values: Array, since: str | float | None) -> Array:
 
 def _value(recording: RecordedCase, measure: measures.Measure) -> tuple[Array, str]:
     if isinstance(measure, measures.JointPosition | measures.JointVelocity | measures.JointForce):
-        joints = recording.cast.select_joints(measure.of)
+        joints = recording.names.select_joints(measure.of)
         kinds = {joint.kind for _, joint in joints}
         if len(kinds) != 1 or not kinds <= {"hinge", "slider"}:
             raise MeasureError(
@@ -108,12 +108,12 @@ def _value(recording: RecordedCase, measure: measures.Measure) -> tuple[Array, s
         ]
         return _reduce(measure, values), "" if measure.stat == "count" else unit
     if isinstance(measure, measures.Bend):
-        values = [_bend(recording, joint) for joint in recording.cast.select_bends(measure.of)]
+        values = [_bend(recording, joint) for joint in recording.names.select_bends(measure.of)]
         return _reduce(measure, values, "joints"), "" if measure.stat == "count" else "deg"
     plain = getattr(measure, "stat", None) == "count" or getattr(measure, "relative", False)
     unit = "" if plain else _UNITS[measure.kind]
     if measure.kind in _PER_TARGET:
-        targets = recording.cast.select(measure.of)  # type: ignore[union-attr]
+        targets = recording.names.select(measure.of)  # type: ignore[union-attr]
         values = [_PER_TARGET[measure.kind](recording, measure, t) for t in targets]
         values = [np.where(recording.gone(t.copy), np.nan, row) for row, t in zip(values, targets, strict=True)]
         return _reduce(measure, values, there=np.stack([~recording.gone(t.copy) for t in targets])), unit
@@ -264,7 +264,7 @@ def _extent(recording: RecordedCase, measure: measures.Extent) -> Array:
     bodies extend as far as the vertices of their surface, or, without one, their particles; a region as far as its
     points.
     """
-    targets = recording.cast.select(measure.of)
+    targets = recording.names.select(measure.of)
     low, high = _reached(recording, targets, measure.axis)
     for number in soft_of(targets):
         body, column = recording.states.deformables[number], _COLUMN[measure.axis]
@@ -292,7 +292,7 @@ def _reached(recording: RecordedCase, targets: Sequence[Target], axis: str) -> t
 
 def _distance(recording: RecordedCase, measure: measures.Distance) -> Array:
     """|x_a - x_b| of the nearest pair of origins; a body is not its own neighbour."""
-    first, second = (recording.cast.select(selector) for selector in measure.between)
+    first, second = (recording.names.select(selector) for selector in measure.between)
     nearest = np.full(recording.states.frames, np.inf)
     others = np.stack([recording.origin(t) for t in second], axis=1)
     for target in first:
@@ -307,7 +307,7 @@ def _distance(recording: RecordedCase, measure: measures.Distance) -> Array:
 
 def _targets(recording: RecordedCase, of: str | None) -> Sequence[Target]:
     """The selected bodies, or all of them except statics and driven ones."""
-    return recording.cast.loose if of is None else recording.cast.select(of)
+    return recording.names.loose if of is None else recording.names.select(of)
 
 
 def _energy(recording: RecordedCase, measure: measures.Energy) -> Array:
@@ -339,7 +339,7 @@ def _angular_momentum(recording: RecordedCase, measure: measures.AngularMomentum
 
 def _count_in(recording: RecordedCase, measure: measures.CountIn) -> Array:
     """Number of copies whose origin (deformable bodies: centre of mass) lies in the region or on its surface."""
-    inside = [recording.depth_in(measure.region, recording.origin(t)) >= 0 for t in recording.cast.select(measure.of)]
+    inside = [recording.depth_in(measure.region, recording.origin(t)) >= 0 for t in recording.names.select(measure.of)]
     return np.sum(inside, axis=0)
 
 

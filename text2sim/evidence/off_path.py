@@ -21,8 +21,8 @@ def off_path(recording: RecordedCase) -> list[dict[str, Any]]:
     """Return the largest deviation of each driven body's copies [m; rad if it spins], and its time."""
     found: dict[str, dict[str, Any]] = {}
     states = recording.states
-    for copy in recording.cast.driven if states.frames else ():
-        name, target = base_name(copy), recording.cast.copies[copy]
+    for copy in recording.names.driven if states.frames else ():
+        name, target = base_name(copy), recording.names.copies[copy]
         body = recording.case.bodies[name]
         assert isinstance(body, Driven)
         if isinstance(body.motion, Spin):

@@ -28,7 +28,7 @@ class RecordedCase:
     """A recording and its case: the input of measures and events."""
 
     states: RunStates
-    cast: RecordedNames
+    names: RecordedNames
     geometry: Geometry
     contacts: ContactLog
     case: Case
@@ -39,9 +39,9 @@ class RecordedCase:
     def load(cls, run_dir: Path, case: Case) -> "RecordedCase":
         """Open the recording of a run."""
         states = RunStates.load(run_dir)
-        cast = RecordedNames(states, case)
+        names = RecordedNames(states, case)
         shapes = RigidShapes(run_dir, states, case)
-        return cls(states, cast, Geometry.load(run_dir), ContactLog.of(cast), case, shapes)
+        return cls(states, names, Geometry.load(run_dir), ContactLog.of(names), case, shapes)
 
     @cached_property
     def masses(self) -> Array:
@@ -171,7 +171,7 @@ class RecordedCase:
             frames: The frame, if there is only one.
         """
         if (carrier := region.moves_with) is not None:
-            (target,) = self.cast.select(carrier)
+            (target,) = self.names.select(carrier)
             pos, quat = (rows[:, target.root].astype(float) for rows in (self.states.pos, self.states.quat))
             points = pos[0] + rotate(quat[0], rotate_back(quat[frames], points - pos[frames]))
         return depth_inside(region, points)

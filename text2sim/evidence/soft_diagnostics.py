@@ -60,11 +60,11 @@ def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
 
 def penetration(recording: RecordedCase, body: Deformable) -> tuple[Array, list[str]]:
     """Return the depth [m] of a body's points in the rigid bodies that it touches, shape (F,), and which, by frame."""
-    cast = recording.cast
-    rigid = [t for t in cast.copies.values() if t.soft is None and cast.touches_soft(t.copy)]
+    names = recording.names
+    rigid = [t for t in names.copies.values() if t.soft is None and names.touches_soft(t.copy)]
     solids = recording.shapes.of_links(links_of(rigid))
     found = nearest_solid(Cloud.of(body), recording.states, solids, 0.0)
-    return 0.0 - found.value, [cast.label_of_link(solids[i][0]) if i >= 0 else "" for i in found.of]
+    return 0.0 - found.value, [names.label_of_link(solids[i][0]) if i >= 0 else "" for i in found.of]
 
 
 def first_torn(torn: Array, times: Array) -> dict[str, float]:

@@ -46,7 +46,7 @@ def deformables(recording: RecordedCase, selector: str) -> list[Deformable]:
         SoftMeasureError: if one of them is not deformable.
     """
     found = []
-    for target in recording.cast.select(selector):
+    for target in recording.names.select(selector):
         body = recording.deformable(target)
         if body is None:
             raise SoftMeasureError(f"{target.label} does not deform")
@@ -156,7 +156,7 @@ def _share_in(recording: RecordedCase, measure: measures.ShareIn) -> Array:
 
 def _gap(recording: RecordedCase, measure: measures.Gap) -> Array:
     """Smallest signed distance between the points of one body and the solids of another, or the points of another."""
-    first, second = recording.cast.select(measure.of), recording.cast.select(measure.to)
+    first, second = recording.names.select(measure.of), recording.names.select(measure.to)
     if any(target.soft is None for target in first):
         first, second = second, first
     bodies = [body for target in first if (body := recording.deformable(target)) is not None]
@@ -179,13 +179,13 @@ def depth(recording: RecordedCase, targets: Sequence[Target], others: Sequence[T
         targets: Deformable or rigid bodies.
         others: The bodies on the other side; None for all that they can touch.
     """
-    everything = list(recording.cast.copies.values())
+    everything = list(recording.names.copies.values())
     deepest = np.zeros(recording.states.frames)
     for one, two in ((targets, others), (others, targets)):
         bodies = [t for t in (everything if one is None else one) if t.soft is not None]
         rigid = [t for t in (everything if two is None else two) if t.soft is None]
         if one is None or two is None:
-            rigid = [t for t in rigid if recording.cast.touches_soft(t.copy)]
+            rigid = [t for t in rigid if recording.names.touches_soft(t.copy)]
         for target in bodies if rigid else ():
             body = recording.deformable(target)
             assert body is not None

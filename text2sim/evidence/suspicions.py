@@ -57,8 +57,8 @@ def _beyond_the_grid(recording: RecordedCase) -> list[str]:
     if domain is None or not states.frames:
         return rows
     low, high = np.array(domain[0]), np.array(domain[1])
-    for target in recording.cast.loose:
-        if target.soft is not None or not recording.cast.touches_soft(target.copy):
+    for target in recording.names.loose:
+        if target.soft is not None or not recording.names.touches_soft(target.copy):
             continue
         place = states.pos[:, target.root]
         outside: Array = np.any((place < low) | (place > high), axis=1)

@@ -13,7 +13,7 @@ from text2sim.spec_schema.models.controls import Force, Torque
 def work_of_motors(recording: RecordedCase) -> tuple[Array, dict[str, float]]:
     """Return the power [W] of all motors of loose bodies, shape (F,), and the work [J] of each by joint label."""
     states = recording.states
-    loose = {target.copy for target in recording.cast.loose}
+    loose = {target.copy for target in recording.names.loose}
     power, works = np.zeros(states.frames), {}
     for joint in states.joints:
         if joint.kind not in ("hinge", "slider") or joint.body not in loose:
@@ -40,7 +40,7 @@ def work_of_pushes(recording: RecordedCase) -> dict[str, float]:
 
 def _work(recording: RecordedCase, control: Force | Torque) -> float | None:
     try:
-        targets = recording.cast.select(control.body)
+        targets = recording.names.select(control.body)
     except SelectionError:
         return None
     if isinstance(control, Force) and (control.region is not None or control.drag):

@@ -56,12 +56,12 @@ def _section(rule: Rule) -> str:
         f"**Way out.** {rule.way_out}",
     ]
     lines += ["", "```yaml", rule.example.rstrip("\n"), "```", ""]
-    if rule.mended:
+    if rule.fix:
         lines += [
             "Laid over it, this mends it (`null` takes a key away):",
             "",
             "```yaml",
-            rule.mended.rstrip("\n"),
+            rule.fix.rstrip("\n"),
             "```",
             "",
         ]

@@ -31,8 +31,8 @@ class Rule:
     """Parts of a case, in YAML, that break the rule; `EXAMPLE_BASE` gives what they leave out."""
     run: Callable[["Facts"], Iterator[Problem]]
     """Yields the findings, made with `Facts.problem`."""
-    mended: str = ""
-    """What mends the example when it is laid over it (as JSON Merge Patch has it); empty without a simple cure."""
+    fix: str = ""
+    """What fixes the example when it is laid over it (as JSON Merge Patch has it); empty without a simple cure."""
     own_contact: bool = False
     """Whether it is about the engine's own contacts between rigid bodies: it is not asked where contact models sap and
     ipc take their place."""

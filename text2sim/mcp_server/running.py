@@ -12,7 +12,7 @@ from text2sim.mcp_server.workspace import Workspace
 from text2sim.runtime.progress import OnProgress
 from text2sim.runtime.stop import Stop
 from text2sim.service.examined import Examined, examine
-from text2sim.service.wording import reason, summary
+from text2sim.service.phrases import reason, summary
 from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import Overlay
 

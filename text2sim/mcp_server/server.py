@@ -24,7 +24,7 @@ from text2sim.mcp_server.jobs import Job, Jobs
 from text2sim.mcp_server.workspace import Workspace
 from text2sim.runtime.stop import SIGNALS
 from text2sim.runtime.trouble import told
-from text2sim.service.wording import reason
+from text2sim.service.phrases import reason
 from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import Overlay
 

@@ -45,7 +45,7 @@ def pack_findings(folder: Path, case: Case, blob: Blob, notes: list[str]) -> dic
     if len(declared) > EVENTS:
         notes.append(f"the first {EVENTS} of {len(declared)} events are listed")
     events = [
-        {"name": str(row["name"]), "time": float(row["time"]), "of": ", ".join(map(str, _parties(row)))}
+        {"name": str(row["name"]), "time": float(row["time"]), "of": ", ".join(map(str, _participants(row)))}
         for row in sorted(declared, key=lambda row: row["time"])[:EVENTS]
     ]
     return {
@@ -70,5 +70,5 @@ def _found(evidence: dict[str, Any]) -> dict[str, Any]:
     return evidence.get("expect", {})
 
 
-def _parties(row: dict[str, Any]) -> list[Any]:
+def _participants(row: dict[str, Any]) -> list[Any]:
     return row.get("between") or [row.get("of") or row.get("measure") or ""]

@@ -174,26 +174,26 @@ class CommandLoop:
                 self._running[1].append(0)
 
 
-def simulate(warm: Warm, desk: CommandLoop, order: dict[str, Any]) -> dict[str, Any]:
+def simulate(warm: Warm, commands: CommandLoop, order: dict[str, Any]) -> dict[str, Any]:
     """Carry out an order; return what came of it."""
     number, folder, out = order["order"], Path(order["program"]), Path(order["out"])
     scene, program = None, None
     answer: dict[str, Any] = {"state": "finished"}
     try:
-        desk.tell(order=number, phase="build")
+        commands.tell(order=number, phase="build")
         program = warm.load(folder)
-        desk.begin(number, program.signals)
+        commands.begin(number, program.signals)
         warm.start(program)
         scene, bodies, _ = program.assemble(with_cameras=False)
         _keep_shapes()
-        desk.tell(order=number, phase="simulate")
+        commands.tell(order=number, phase="simulate")
         program.simulate(scene, bodies, out)
     except Exception as error:
         answer = _failure(error, program)
     except KeyboardInterrupt:
         answer = {"state": "interrupted", "message": "stopped from outside"}
     finally:
-        desk.end()
+        commands.end()
     warm.forget(scene)
     status = {key: answer[key] for key in ("state", "message", "where") if key in answer}
     (out / "status.json").write_text(json.dumps(status, indent=1) + "\n")
@@ -211,22 +211,22 @@ def _failure(error: Any, program: Any | None) -> dict[str, Any]:
 def main() -> None:
     """Carry out orders until the input ends."""
     sys.dont_write_bytecode = True
-    desk = CommandLoop()
+    commands = CommandLoop()
     warm = Warm(Path(sys.argv[1]), live="live" in sys.argv[2:])
-    desk.started = True
-    desk.tell(ready=True, memory=_memory())
+    commands.started = True
+    commands.tell(ready=True, memory=_memory())
     first = True
-    while (order := desk.orders.get()) is not None:
+    while (order := commands.orders.get()) is not None:
         gc.disable()
-        answer = simulate(warm, desk, order)
-        desk.tell(order=order["order"], **answer)
+        answer = simulate(warm, commands, order)
+        commands.tell(order=order["order"], **answer)
         # Now that nobody waits for it.
         gc.enable()
         gc.collect()
         if first:  # what the engine itself is made of need not be looked through again
             gc.freeze()
             first = False
-        desk.tell(memory=_memory())
+        commands.tell(memory=_memory())
 
 
 def _memory() -> int:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.service import exits
-from text2sim.service.wording import reason, shown
+from text2sim.service.phrases import reason, shown
 from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import NOTHING, Overlay
 

@@ -4,7 +4,7 @@ import errno
 import re
 from pathlib import Path
 
-from text2sim.service.wording import shown
+from text2sim.service.phrases import shown
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,47}\Z")
 _NAME_LINE = re.compile(r"^name:[^\n]*$", re.MULTILINE)

@@ -6,7 +6,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.answer_cache import meets, packed, remembered, unpacked
+from text2sim.assets.answer_cache import cached, meets, packed, unpacked
 from text2sim.assets.confined import confined
 from text2sim.compiler.shapes.meshfile import MeshFile, mesh_path
 from text2sim.compiler.shapes.meshpaint import MeshPaint, read_both
@@ -83,7 +83,7 @@ def _mesh(key: Key) -> MeshFile:
         texts = (packed(array) for array in (one.vertices, one.faces, one.hull_vertices, one.hull_faces))
         return dict(zip(members, (*texts, one.volume, one.closed, one.flat), strict=True))
 
-    found = remembered((b"mesh", *_content(path)), members, ask)
+    found = cached((b"mesh", *_content(path)), members, ask)
     vertices, faces = _net(found["vertices"], found["faces"])
     corners, sides = _net(found["corners"], found["sides"])
     if vertices is None or faces is None or corners is None or sides is None:
@@ -104,7 +104,7 @@ def _paint(key: Key) -> list[MeshPaint]:
              None if one.picture is None else b64encode(one.picture).decode(), one.rgba] for one in _told(key)
         ]}  # fmt: skip
 
-    found = [_part(row) for row in remembered((b"paint", *_content(path)), {"parts": list}, ask)["parts"]]
+    found = [_part(row) for row in cached((b"paint", *_content(path)), {"parts": list}, ask)["parts"]]
     parts = [one for one in found if one is not None]
     return parts if len(parts) == len(found) else _told(key)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.engine_files import shelf_of
+from text2sim.assets.engine_files import asset_folder
 from text2sim.assets.foreign_files import check_gltf, check_obj, foreign
 from text2sim.compiler.shapes.hulls import hull_of
 from text2sim.spec_schema.errors import AssetError
@@ -73,21 +73,21 @@ def case_path(file: str, folder: Path, what: str, suffixes: tuple[str, ...], mos
         AssetError: if it leaves that folder, does not exist, is too large or of a kind that is not read.
     """
     try:
-        shelf = shelf_of(folder, file)
+        source = asset_folder(folder, file)
     except AssetError as error:
         raise AssetError(f"{what} file `{file[:80]}` {error}") from None
-    root = shelf.root
+    root = source.root
     try:
-        path = (root / shelf.file).resolve()
+        path = (root / source.file).resolve()
         path.is_file()
     except (OSError, RuntimeError, ValueError) as error:  # a name too long, links in a circle
         raise AssetError(f"{what} file `{file[:80]}` cannot be read ({type(error).__name__})") from None
     if not path.is_relative_to(root):
-        raise AssetError(f"{what} file `{file}` is outside {shelf.name}")
+        raise AssetError(f"{what} file `{file}` is outside {source.name}")
     if path.suffix.lower() not in suffixes:
         raise AssetError(f"{what} file `{file}` must end in one of {', '.join(suffixes)}")
     if not path.is_file():
-        raise AssetError(f"{what} file `{file}` does not exist in {shelf.name}")
+        raise AssetError(f"{what} file `{file}` does not exist in {source.name}")
     size = path.stat().st_size
     if size > most:
         raise AssetError(f"{what} file `{file}` is too large ({size / 2**20:.0f} MiB; at most {most // 2**20} MiB)")

@@ -6,7 +6,7 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.answer_cache import meets, packed, remembered, unpacked
+from text2sim.assets.answer_cache import cached, meets, packed, unpacked
 from text2sim.assets.confined import confined
 from text2sim.assets.foreign_files import foreign
 from text2sim.compiler.shapes.casemesh import WHOLE, load_mesh
@@ -146,7 +146,7 @@ def evened(vertices: "np.ndarray", faces: "np.ndarray", edge: float) -> "tuple[n
     if not fine and np.percentile(_sharpest(vertices, faces), 2) > SHARP:
         return vertices, faces
     question = (b"evened", np.float64(edge).tobytes(), vertices.tobytes(), faces.astype(np.int64).tobytes())
-    found = remembered(question, {"vertices": str, "faces": str}, lambda: _answer(vertices, faces, edge, count))
+    found = cached(question, {"vertices": str, "faces": str}, lambda: _answer(vertices, faces, edge, count))
     points, net = unpacked(found["vertices"], "f8", 3), unpacked(found["faces"], "i8", 3)
     return (points, net) if points is not None and net is not None and meets(net, points) else (vertices, faces)
 
@@ -251,7 +251,7 @@ def _read_places(path: Path, root: Path, _mtime: int, _size: int, rows: Rows) ->
 
     with path.open("rb") as stream:
         digest = file_digest(stream, "sha256").digest()
-    found = remembered((b"places", path.suffix.lower().encode(), digest), {"uvs": str, "seams": int}, ask)
+    found = cached((b"places", path.suffix.lower().encode(), digest), {"uvs": str, "seams": int}, ask)
     uvs = unpacked(found["uvs"], "f8", 2)
     return (uvs, 0) if uvs is not None and len(uvs) == len(rows.vertices) else (None, found["seams"])
 

@@ -7,7 +7,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.answer_cache import meets, packed, remembered, unpacked
+from text2sim.assets.answer_cache import cached, meets, packed, unpacked
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.shapes.surface import VisualMesh
@@ -172,7 +172,7 @@ def _recalled(shape: Sculpt, key: str) -> Sculpted:
         texts = (made.vertices, made.faces, made.normals, made.looks, np.concatenate(made.pieces))
         return dict(zip(members, (*map(packed, texts), ends), strict=True))
 
-    found = remembered(question, members, ask)
+    found = cached(question, members, ask)
     made = _unpacked(found, tuple(shape.parts))
     if made is None:  # what was kept is damaged
         made = _unpacked(ask(), tuple(shape.parts))

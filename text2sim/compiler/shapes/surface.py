@@ -131,7 +131,7 @@ class LazyMesh(VisualMesh):
 
 def learn_digests(meshes: Iterable[VisualMesh]) -> None:
     """Let surfaces that are still to be made know their digests from an earlier time, if there was one."""
-    from text2sim.assets.answer_cache import remembered
+    from text2sim.assets.answer_cache import cached
 
     lazy = [mesh for mesh in meshes if isinstance(mesh, LazyMesh) and "digest" not in mesh.__dict__]
     if not lazy:
@@ -141,7 +141,7 @@ def learn_digests(meshes: Iterable[VisualMesh]) -> None:
         return {"digests": [mesh.digest for mesh in lazy]}
 
     question = (b"surfaces", Path(__file__).read_bytes(), *(mesh.key.encode() for mesh in lazy))
-    found = remembered(question, {"digests": list}, ask)["digests"]
+    found = cached(question, {"digests": list}, ask)["digests"]
     if len(found) == len(lazy) and all(isinstance(one, str) and _DIGEST.fullmatch(one) for one in found):
         for mesh, digest in zip(lazy, found, strict=True):
             mesh.__dict__["digest"] = digest

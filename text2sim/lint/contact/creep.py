@@ -159,7 +159,7 @@ with the pyramidal cone; with the elliptic one they stay within 10 micrometres (
 Set `scene.contact.friction_cone: elliptic`; where that cannot be, `solver: {noslip_iterations: 10}`, which stops what
 uses less than half of its friction, or more substeps: the creep goes with the time constant.""",
         example=_RAMP % "pyramidal",
-        mended=_RAMP % "elliptic",
+        fix=_RAMP % "elliptic",
         run=_creeping,
         own_contact=True,
     ),

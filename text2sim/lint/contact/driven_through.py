@@ -43,7 +43,7 @@ Moment = tuple[float, Vec, Quaternion]
 """A time [s], and how the body has moved [m] and turned about its origin by then."""
 
 
-def _ploughing(facts: Facts) -> Iterator[Problem]:
+def _driven_through(facts: Facts) -> Iterator[Problem]:
     effort = Effort(EFFORT)
     for name, body in facts.case.bodies.items():
         if not isinstance(body, Driven):
@@ -169,7 +169,7 @@ a fixed mount cannot, and so it passes through them: between them there is no co
 {SLACK * 1e3:g} mm and {CLOSE:.0%} of its thinnest piece, if it starts outside.""",
         way_out="End the motion before, start it farther away, or let a motor move it, which can be stopped.",
         example=_STAMP % "-0.6",
-        mended=_STAMP % "-0.44",
-        run=_ploughing,
+        fix=_STAMP % "-0.44",
+        run=_driven_through,
     ),
 )

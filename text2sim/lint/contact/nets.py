@@ -35,7 +35,7 @@ all that it can give way is built into it: one that is built flat stays flat."""
 bodies:
   net: {kind: net, cells: [4, 4], size: [1, 1], radius: 0.01, pose: {pos: [0, 0, 1]}}
 """,
-        mended="bodies: {net: {sag: 0.1}}",
+        fix="bodies: {net: {sag: 0.1}}",
         run=_flat,
     ),
 )

@@ -134,7 +134,7 @@ bodies:
 actions:
   controls: {push: {kind: initial_velocity, body: puck, linear: [5, 0, 0]}}
 """,
-        mended="scene: {contact: {friction_cone: elliptic}}",
+        fix="scene: {contact: {friction_cone: elliptic}}",
         run=_sliding,
         own_contact=True,
     ),

@@ -119,8 +119,8 @@ thicknesses is past the middle, and is pushed out on the far side (measured: bal
 passed by what is wholly below it when it is first seen.
 
 Looked at are bodies that are thrown or that fall from where they start, up to what they meet first, and driven
-bodies with what is in their way at the start. Substeps that the compiler derives heed start velocities and blows, not
-falls.""",
+bodies with what is in their way at the start. Substeps that the compiler derives take account of start
+velocities and blows, not of falls.""",
         way_out="""\
 More `scene.substeps`; the timeconst follows, unless the case gives it. Or make the body, or what it meets, thicker.""",
         example="""\
@@ -131,7 +131,7 @@ actions:
   controls:
     launch: {kind: initial_velocity, body: shot, linear: [0, 12, 0]}
 """,
-        mended="scene: {substeps: 8}",
+        fix="scene: {substeps: 8}",
         run=_tunnelling,
         own_contact=True,
     ),

@@ -145,7 +145,7 @@ actions:
 render:
   cameras: {main: {kind: still, from: [0, -4, 0.5], look_at: [0, 0, 0.5]}}
 """,
-        mended="render: {cameras: {main: {from: [0, -4, 3]}}}",
+        fix="render: {cameras: {main: {from: [0, -4, 3]}}}",
         run=_unseen,
     ),
     Rule(
@@ -166,7 +166,7 @@ actions:
 render:
   cameras: {main: {kind: still, from: [0, -25, 2], look_at: [0, 0, 0.5]}}
 """,
-        mended="render: {cameras: {main: {from: [0, -4, 2]}}}",
+        fix="render: {cameras: {main: {from: [0, -4, 2]}}}",
         run=_small,
     ),
     Rule(
@@ -186,7 +186,7 @@ actions:
 render:
   cameras: {main: {kind: still, from: [0, -2, 1], look_at: [0, 0, 0]}}
 """,
-        mended="render: {cameras: {main: {from: [2.75, -5, 2], look_at: [2.75, 0, 0]}}}",
+        fix="render: {cameras: {main: {from: [2.75, -5, 2], look_at: [2.75, 0, 0]}}}",
         run=_cut_off,
     ),
 )

@@ -95,7 +95,7 @@ actions:
 render:
   cameras: {main: {kind: still, from: [0, -4, 1], look_at: [0, 0, 0.5]}}
 """,
-        mended="render: {cameras: {main: {from: null, look_at: null, kind: follow, body: ball, offset: [0, -4, 1]}}}",
+        fix="render: {cameras: {main: {from: null, look_at: null, kind: follow, body: ball, offset: [0, -4, 1]}}}",
         run=_leaves,
     ),
 )

@@ -87,7 +87,7 @@ bodies:
 render:
   cameras: {main: {kind: still, from: [2, -2, 2], look_at: [4, 0, 0.5]}}
 """,
-        mended="render: {cameras: {main: {from: [6, -4, 2]}}}",
+        fix="render: {cameras: {main: {from: [6, -4, 2]}}}",
         run=_inside,
     ),
     Rule(
@@ -102,7 +102,7 @@ bodies:
 render:
   cameras: {main: {kind: still, from: [0, 0, 0.5], look_at: ball}}
 """,
-        mended="render: {cameras: {main: {from: [0, -4, 0.5]}}}",
+        fix="render: {cameras: {main: {from: [0, -4, 0.5]}}}",
         run=_path,
     ),
 )

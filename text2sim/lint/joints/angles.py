@@ -175,7 +175,7 @@ RULES = (
 Only fields whose names end in `deg` are in degrees. A target of 45 for a hinge without limits means seven turns.""",
         way_out="Write `${radians(45)}`. If many turns are meant, say them as such: `${14 * pi}`.",
         example=_DOOR % "90",
-        mended=_DOOR % "1.57",
+        fix=_DOOR % "1.57",
         run=lambda facts: one_each(_degrees(facts)),
     ),
     Rule(
@@ -187,7 +187,7 @@ Fields whose names end in `deg` are in degrees. Where one is 1.571 or 0.7854, a 
 radians, the body is turned by so little that nobody sees it.""",
         way_out="Write 90 for a right angle, or `${degrees(x)}` for an angle x in radians.",
         example=_PLANK % "1.5708",
-        mended=_PLANK % "90",
+        fix=_PLANK % "90",
         run=_radians,
     ),
 )

@@ -141,7 +141,7 @@ joint damping. The engine adds `damping x substep` of the motor to that inertia,
 motor slower still. Reported if the change would take at least 1.5 times as long as asked for.""",
         way_out="Raise `max_force`, allow more time, or lower a damping that counts as inertia.",
         example=_PUSHER % ("stiffness: 4000, damping: 200, max_force: 20", "position: {kind: ramp, to: 0.5, end: 0.4}"),
-        mended=_PUSHER % ("stiffness: 4000, damping: 200, max_force: 120", "position: {kind: ramp, to: 0.5, end: 0.4}"),
+        fix=_PUSHER % ("stiffness: 4000, damping: 200, max_force: 120", "position: {kind: ramp, to: 0.5, end: 0.4}"),
         run=lambda facts: one_each(_slow(facts)),
     ),
     Rule(
@@ -154,7 +154,7 @@ gravity it runs where both are equal: `kv (wanted - v) = d v + load`. Reported i
 missing, or than the tolerance of an expectation of the joint's velocity.""",
         way_out="Raise the actuator's `damping` to fifty times what works against it at full speed.",
         example=_PUSHER.replace("axis: x", "axis: x, damping: 20") % ("damping: 30", "velocity: 0.2"),
-        mended=_PUSHER.replace("axis: x", "axis: x, damping: 20") % ("damping: 1000", "velocity: 0.2"),
+        fix=_PUSHER.replace("axis: x", "axis: x, damping: 20") % ("damping: 1000", "velocity: 0.2"),
         run=lambda facts: one_each(_short(facts)),
     ),
     Rule(
@@ -166,7 +166,7 @@ A servo with stiffness kp, damping kv and a load of inertia I swings about its t
 `kv / (2 sqrt(kp I))`. Below 0.05 it swings on for many turns; without any damping, for ever.""",
         way_out="Give the actuator a `damping` of about `2 sqrt(stiffness x inertia)`.",
         example=_PUSHER % ("stiffness: 2000", "position: 0.2"),
-        mended=_PUSHER % ("stiffness: 2000, damping: 200", "position: 0.2"),
+        fix=_PUSHER % ("stiffness: 2000, damping: 200", "position: 0.2"),
         run=lambda facts: one_each(_swings(facts)),
     ),
 )

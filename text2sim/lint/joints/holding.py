@@ -151,7 +151,7 @@ actions:
   controls:
     hold: {kind: drive, joint: arm, position: 0}
 """,
-        mended="bodies: {arm: {mount: {actuator: {max_force: 8}}}}",
+        fix="bodies: {arm: {mount: {actuator: {max_force: 8}}}}",
         run=lambda facts: one_each(_weak(facts)),
     ),
     Rule(
@@ -176,7 +176,7 @@ actions:
   controls:
     up: {kind: drive, joint: lift, position: {kind: ramp, to: 0.3, end: 1}}
 """,
-        mended="bodies: {lift: {mount: {actuator: {stiffness: 8000, damping: 250}}}}",
+        fix="bodies: {lift: {mount: {actuator: {stiffness: 8000, damping: 250}}}}",
         run=lambda facts: one_each(_droops(facts)),
     ),
 )

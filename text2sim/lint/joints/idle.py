@@ -55,7 +55,7 @@ bodies:
     pose: {pos: [0, 0, 0.5]}
     mount: {kind: hinge, axis: y, anchor: [-0.25, 0, 0], actuator: {stiffness: 500, damping: 50}}
 """,
-        mended="""\
+        fix="""\
 bodies: {gate: {mount: {actuator: {stiffness: 5000, damping: 500}}}}
 actions: {controls: {hold: {kind: drive, joint: gate, position: 0}}}
 """,

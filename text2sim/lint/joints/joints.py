@@ -111,7 +111,7 @@ the way. A velocity towards the end at which the joint starts moves nothing. Ran
 (`range_deg`), targets in radians.""",
         way_out="Widen the range, or change the target; `${radians(45)}` turns degrees into radians.",
         example=_DOOR % ("range_deg: [0, 90],", "90"),
-        mended=_DOOR % ("range_deg: [0, 90],", "1.57"),
+        fix=_DOOR % ("range_deg: [0, 90],", "1.57"),
         run=lambda facts: one_each(_range(facts)),
     ),
     Rule(
@@ -130,7 +130,7 @@ bodies:
     pose: {pos: [0, 0, 1.1]}
     mount: {kind: hinge, axis: z, anchor: [-400, 0, 0]}
 """,
-        mended="bodies: {door: {mount: {anchor: [-0.4, 0, 0]}}}",
+        fix="bodies: {door: {mount: {anchor: [-0.4, 0, 0]}}}",
         run=_far_anchor,
     ),
 )

@@ -17,8 +17,8 @@ from text2sim.compiler.trees.tree import StandingLink, tree_links
 from text2sim.lint.contact.flight import flight_of
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
+from text2sim.lint.joints.inertials import Inertial, together
 from text2sim.lint.joints.motors import Powered
-from text2sim.lint.joints.piece_masses import Lump, together
 from text2sim.lint.joints.swing import Swing, pull_of
 
 MOVED = 1e-6
@@ -53,16 +53,18 @@ def lifts(motor: Powered) -> Iterator[Lift]:
             holder = link or tree.roots[0].name
             if not any(one.link.name == holder for one in beyond):
                 continue
-            lump = together(_lump(motor, name, weld.at) for name in _group(facts, other, weld.at))
+            inertial = together(_inertial(motor, name, weld.at) for name in _group(facts, other, weld.at))
             joint = next(one for one in beyond if any(name == swing.name for name, _ in one.link.all_joints()))
-            yield from _lifts(motor, joint, lump, weld, min(until, facts.case.scene.duration), other)
+            yield from _lifts(motor, joint, inertial, weld, min(until, facts.case.scene.duration), other)
 
 
-def _lifts(motor: Powered, joint: StandingLink, lump: Lump, weld: Weld, until: float, other: str) -> Iterator[Lift]:
+def _lifts(
+    motor: Powered, joint: StandingLink, inertial: Inertial, weld: Weld, until: float, other: str
+) -> Iterator[Lift]:
     swing, gravity = motor.swing, motor.mechanics.facts.plan.gravity
     axis = quat_rotate(joint.quat, swing.joint.axis)
     anchor = frame_apply(joint.pos, joint.quat, swing.joint.anchor)
-    pull = pull_of(swing.joint.kind, axis, anchor, lump, gravity)
+    pull = pull_of(swing.joint.kind, axis, anchor, inertial, gravity)
     if swing.hinge:
         pull = _turned(pull, _position(motor, weld.at) - swing.start)
     for span in motor.spans:
@@ -74,7 +76,7 @@ def _lifts(motor: Powered, joint: StandingLink, lump: Lump, weld: Weld, until: f
         if not _against(own, part):
             continue
         both = (swing.pull[0] + pull[0], swing.pull[1] + pull[1])
-        loaded = replace(swing, pull=both, mass=swing.mass + lump.mass)
+        loaded = replace(swing, pull=both, mass=swing.mass + inertial.mass)
         yield Lift(replace(motor, swing=loaded), part, other, weld.control, weld.at)
 
 
@@ -106,15 +108,15 @@ def _group(facts: Facts, name: str, t: float) -> set[str]:
     return found
 
 
-def _lump(motor: Powered, name: str, t: float) -> Lump:
+def _inertial(motor: Powered, name: str, t: float) -> Inertial:
     """Mass of a load where its fall has brought it by a time [s]."""
     facts = motor.mechanics.facts
     copy = facts.copies[name]
-    lump, flight = motor.mechanics.lump(copy), flight_of(facts, copy)
+    inertial, flight = motor.mechanics.inertial(copy), flight_of(facts, copy)
     if flight is None:
-        return lump
-    x, y, z = (c + d for c, d in zip(lump.center, flight.offset(min(t, flight.end)), strict=True))
-    return replace(lump, center=(x, y, z))
+        return inertial
+    x, y, z = (c + d for c, d in zip(inertial.center, flight.offset(min(t, flight.end)), strict=True))
+    return replace(inertial, center=(x, y, z))
 
 
 def _standing(facts: Facts, copy: Copy, t: float) -> list[StandingLink]:

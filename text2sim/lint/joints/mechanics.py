@@ -13,7 +13,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
 from text2sim.compiler.trees.tree import StandingLink, Tree, tree_links
 from text2sim.lint.facts import Facts
-from text2sim.lint.joints.piece_masses import NOTHING, Lump, lump_of, piece_lump, together
+from text2sim.lint.joints.inertials import NOTHING, Inertial, inertial_of, piece_inertial, together
 from text2sim.lint.joints.swing import Swing, far_from, pull_of
 from text2sim.spec_schema.names.selectors import keys_for
 from text2sim.spec_schema.text.document import Path
@@ -73,15 +73,15 @@ class Mechanics:
         """How the case would name a joint."""
         return swing.copy.name if swing.copy.model.kind == "rigid" else f"{swing.copy.name}.{swing.name}"
 
-    def lump(self, copy: Copy) -> Lump:
+    def inertial(self, copy: Copy) -> Inertial:
         """Return the mass of a whole copy, in the world at the start."""
         if copy.name not in self._links:
             self._links[copy.name] = _Links(self.facts, copy, self._rho.get(copy.name))
         return self._links[copy.name].whole
 
-    def totals(self, copy: Copy) -> dict[str, Lump]:
+    def totals(self, copy: Copy) -> dict[str, Inertial]:
         """Return the mass of every link of a copy with all beyond it, in the world at the start, by link."""
-        self.lump(copy)
+        self.inertial(copy)
         return self._links[copy.name].totals
 
     def beyond(self, swing: Swing) -> set[str]:
@@ -94,7 +94,7 @@ class Mechanics:
         return {entity.name: entity.rho for group in self.facts.plan.bodies for entity in group.entities}
 
     @cached_property
-    def _carried(self) -> tuple[dict[tuple[str, str], list[Lump]], set[str]]:
+    def _carried(self) -> tuple[dict[tuple[str, str], list[Inertial]], set[str]]:
         """What is welded to links from the start, and the copies whose joints something else holds, too."""
         groups: dict[tuple[str, str], set[tuple[str, str]]] = {}
         closed: set[str] = set()
@@ -108,11 +108,13 @@ class Mechanics:
                 continue
             group = set().union(*(groups.get(end, {end}) for end in ends))
             groups |= {end: group for end in group}
-        carried: dict[tuple[str, str], list[Lump]] = {}
+        carried: dict[tuple[str, str], list[Inertial]] = {}
         for group in {id(group): group for group in groups.values()}.values():
             held_ends = sorted(end for end in group if self._held(end[0]))
             if len(held_ends) == 1:
-                loads = [self.lump(self.facts.copies[name]) for name, _ in sorted(group) if (name, _) != held_ends[0]]
+                loads = [
+                    self.inertial(self.facts.copies[name]) for name, _ in sorted(group) if (name, _) != held_ends[0]
+                ]
                 carried[held_ends[0]] = loads
             elif held_ends:
                 closed |= {name for name, _ in held_ends}
@@ -163,16 +165,20 @@ class Mechanics:
         beyond = links.beyond(standing.link.name)
         main = tree.roots[0].name
         loads = [
-            lump
-            for (other, link), lumps in carried.items()
+            inertial
+            for (other, link), masses in carried.items()
             if other == copy.name and (link or main) in beyond
-            for lump in lumps
+            for inertial in masses
         ]
-        lump = together([links.totals[standing.link.name], *loads])
+        inertial = together([links.totals[standing.link.name], *loads])
         axis = quat_rotate(standing.quat, joint.axis)
         anchor = frame_apply(standing.pos, standing.quat, joint.anchor)
-        known = lump.mass > 0.0
-        inertia = (lump.mass if joint.kind == "slider" else lump.about(anchor, axis)) + joint.armature if known else 0.0
+        known = inertial.mass > 0.0
+        inertia = (
+            (inertial.mass if joint.kind == "slider" else inertial.about(anchor, axis)) + joint.armature
+            if known
+            else 0.0
+        )
         reaches = [far_from(anchor, ball) for ball in self.facts.balls(copy)] or [0.0]
         return Swing(
             copy=copy,
@@ -181,9 +187,9 @@ class Mechanics:
             motor=self.motors.get((copy.name, name)),
             axis=axis,
             start=tree.initial.get(name, 0.0),
-            mass=lump.mass,
+            mass=inertial.mass,
             inertia=inertia,
-            pull=pull_of(joint.kind, axis, anchor, lump, self.facts.plan.gravity),
+            pull=pull_of(joint.kind, axis, anchor, inertial, self.facts.plan.gravity),
             closed=bool(tree.loops) or copy.name in closed or len(tree.roots) > 1,
             floating=self.facts.free(copy),
             size=max(reaches),
@@ -200,8 +206,8 @@ class _Links:
     """Density [kg/m3] of a primitive of the engine."""
     standing: dict[str, StandingLink] = field(init=False)
     of_joint: dict[str, StandingLink] = field(init=False)
-    totals: dict[str, Lump] = field(init=False)
-    whole: Lump = field(init=False)
+    totals: dict[str, Inertial] = field(init=False)
+    whole: Inertial = field(init=False)
 
     def __post_init__(self) -> None:
         copy, tree = self.copy, self.facts.tree(self.copy)
@@ -209,14 +215,14 @@ class _Links:
             self.standing, self.of_joint, self.totals = {}, {}, {}
             rho = self.rho or 0.0
             parts = self.facts.parts(copy) if rho else []
-            self.whole = together(piece_lump(p.piece, rho).at(p.pos, p.quat) for p in parts)
+            self.whole = together(piece_inertial(p.piece, rho).at(p.pos, p.quat) for p in parts)
             return
         found = tree_links(tree, copy.pos, copy.quat)
         self.standing = {one.link.name: one for one in found}
         self.of_joint = {name: one for one in found for name, _ in one.link.all_joints()}
         self.totals = {}
         for link, pos, quat, _ in _children_first(tree, self.standing):
-            own = lump_of(link.geoms).at(pos, quat)
+            own = inertial_of(link.geoms).at(pos, quat)
             self.totals[link.name] = together([own, *(self.totals[child.name] for child in link.children)])
         self.whole = together(self.totals[root.name] for root in tree.roots) if tree.roots else NOTHING
 

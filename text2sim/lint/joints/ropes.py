@@ -52,7 +52,7 @@ Substeps that the case leaves open are chosen so short, but no more than 50 in a
         way_out="""\
 Leave `scene.substeps` out or take more; a shorter `dt`; fewer links, or a heavier rope; lighter things on it.""",
         example=_ROPE % 1,
-        mended=_ROPE % 14,
+        fix=_ROPE % 14,
         run=_shaken,
     ),
 )

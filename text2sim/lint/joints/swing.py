@@ -7,7 +7,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Motor
 from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_dot
 from text2sim.compiler.trees.tree import TreeJoint
-from text2sim.lint.joints.piece_masses import Lump
+from text2sim.lint.joints.inertials import Inertial
 
 
 @dataclass(frozen=True)
@@ -64,12 +64,12 @@ class Swing:
         return max(((q, self.gravity(q)) for q in candidates), key=lambda pair: abs(pair[1]))
 
 
-def pull_of(kind: str, axis: Vec, anchor: Vec, lump: Lump, gravity: Vec) -> tuple[float, float]:
+def pull_of(kind: str, axis: Vec, anchor: Vec, inertial: Inertial, gravity: Vec) -> tuple[float, float]:
     """Return gravity's pull on a joint, as `Swing.pull` has it."""
-    weight = tuple(lump.mass * g for g in gravity)
+    weight = tuple(inertial.mass * g for g in gravity)
     if kind == "slider":
         return (vector_dot(axis, weight), 0.0)
-    arm = tuple(c - a for c, a in zip(lump.center, anchor, strict=True))
+    arm = tuple(c - a for c, a in zip(inertial.center, anchor, strict=True))
     along = vector_dot(arm, axis)
     across = tuple(r - along * a for r, a in zip(arm, axis, strict=True))
     turned = vector_cross(axis, across)

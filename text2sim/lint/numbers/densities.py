@@ -158,7 +158,7 @@ shops give in g/m2.""",
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {density: 7.8}, place: {on: floor}}
 """,
-        mended="bodies: {ball: {material: {density: 7800}}}",
+        fix="bodies: {ball: {material: {density: 7800}}}",
         run=_density,
     ),
 )

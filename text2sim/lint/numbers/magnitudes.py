@@ -166,7 +166,7 @@ Shorten `scene.contact.timeconst` (it must be two substeps or more), or check th
 bodies:
   coin: {kind: rigid, shape: {kind: cylinder, radius: 0.01, height: 0.002}, place: {on: floor}}
 """,
-        mended="scene: {contact: {timeconst: 0.005}, substeps: 4}",
+        fix="scene: {contact: {timeconst: 0.005}, substeps: 4}",
         run=_too_small,
     ),
     Rule(
@@ -183,7 +183,7 @@ resolves 6 cm there.""",
 bodies:
   crate: {kind: rigid, shape: {kind: box, size: [1200, 800, 800]}, place: {on: floor}}
 """,
-        mended="bodies: {crate: {shape: {size: [1.2, 0.8, 0.8]}}}",
+        fix="bodies: {crate: {shape: {size: [1.2, 0.8, 0.8]}}}",
         run=_too_large,
     ),
     Rule(
@@ -199,7 +199,7 @@ stiff its contacts are (measured: 1.4 mm at 1e8 kg; at 1e11 kg a box of 0.1 m fa
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {mass: 1.0e+9}, place: {on: floor}}
 """,
-        mended="bodies: {ball: {material: {mass: 100}}}",
+        fix="bodies: {ball: {material: {mass: 100}}}",
         run=_too_heavy,
         own_contact=True,
     ),
@@ -215,7 +215,7 @@ that is more than {SUNK / 10:.1%} of the thinnest piece, an error where it is mo
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 9000, 1]}}
 """,
-        mended="bodies: {ball: {pose: {pos: [0, 9, 1]}}}",
+        fix="bodies: {ball: {pose: {pos: [0, 9, 1]}}}",
         run=_far_away,
     ),
 )

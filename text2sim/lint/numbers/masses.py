@@ -172,7 +172,7 @@ bodies:
   block: {kind: rigid, shape: {kind: box, size: [1, 1, 1]}, material: {mass: 2000}, place: {on: floor}}
   bead: {kind: rigid, shape: {kind: sphere, radius: 0.01}, pose: {pos: [1, 0, 0.5]}}
 """,
-        mended="scene: {solver: {kind: newton}}",
+        fix="scene: {solver: {kind: newton}}",
         run=_light,
         own_contact=True,
     ),
@@ -186,7 +186,7 @@ mass m that carries M gives way by about `0.003 g timeconst^2 M / m` (round ones
 on 0.1 kg sank by 5 mm at substeps of 10 ms. Links of one tree (chains, arms) do not give way.""",
         way_out="More substeps (they shorten the contact's time constant), or masses that are nearer to each other.",
         example=_TWO % "0.1",
-        mended=_TWO % "5",
+        fix=_TWO % "5",
         run=_ratio,
         own_contact=True,
     ),

@@ -169,7 +169,7 @@ counts, which for a cup is the cup filled to the brim. Reported of bodies that m
 bodies:
   mug: {kind: rigid, shape: {kind: mesh, file: open.obj}, pose: {pos: [0, 0, 0.5]}}
 """,
-        mended="bodies: {mug: {material: {mass: 0.3}}}",
+        fix="bodies: {mug: {material: {mass: 0.3}}}",
         run=_open,
     ),
     Rule(
@@ -184,7 +184,7 @@ inner side, and the volume is negative, so that the convex hull counts for the m
 bodies:
   mug: {kind: rigid, shape: {kind: mesh, file: inverted.obj}, pose: {pos: [0, 0, 0.5]}}
 """,
-        mended="bodies: {mug: {shape: {file: closed.obj}}}",
+        fix="bodies: {mug: {shape: {file: closed.obj}}}",
         run=_inside_out,
     ),
     Rule(
@@ -199,7 +199,7 @@ inside: the engine's filler fills what it takes for it, and its cutter (tetgen) 
 bodies:
   mug: {kind: soft, shape: {kind: mesh, file: open.obj}, pose: {pos: [0, 0, 0.5]}}
 """,
-        mended="bodies: {mug: {shape: {file: closed.obj}}}",
+        fix="bodies: {mug: {shape: {file: closed.obj}}}",
         run=_unfilled,
     ),
     Rule(
@@ -215,7 +215,7 @@ That takes some 7 s for 6,400 triangles, 20 s for 25,000 and 50 s for 100,000 (m
 bodies:
   ring: {kind: rigid, shape: {kind: mesh, file: fine.obj, collision: decompose}, pose: {pos: [0, 0, 0.5]}}
 """,
-        mended="bodies: {ring: {shape: {file: null, collision: null, kind: torus, radius: 0.2, bar_radius: 0.05}}}",
+        fix="bodies: {ring: {shape: {file: null, collision: null, kind: torus, radius: 0.2, bar_radius: 0.05}}}",
         run=_slow,
     ),
 )

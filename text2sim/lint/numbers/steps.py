@@ -139,7 +139,7 @@ Contacts are looked for once in each substep. What turns by more than half a rad
 jumps past them, before it is seen.""",
         way_out="More substeps, or a slower turn.",
         example=_TURNED % "120",
-        mended=_TURNED % "12",
+        fix=_TURNED % "12",
         run=lambda facts: one_each(_spin(facts)),
     ),
     Rule(
@@ -152,7 +152,7 @@ as another, slower one, with fewer than eight it is coarse; a ramp that is over 
 values within one step only one is seen.""",
         way_out="A shorter `scene.dt`, or a slower schedule.",
         example=_SHAKEN % "30",
-        mended=_SHAKEN % "10",
+        fix=_SHAKEN % "10",
         run=lambda facts: one_each(_fast(facts)),
     ),
 )

@@ -155,7 +155,7 @@ diverges; a limited motor chatters between its limits (a warning). A swing that 
 hardly damped has a wrong frequency (a warning). Damping is taken implicitly, and is never too large.""",
         way_out="More substeps, a lower stiffness, more damping, or a heavier load: the message has the numbers.",
         example=_CART % "1.0e+5",
-        mended=_CART % "4000",
+        fix=_CART % "4000",
         run=lambda facts: one_each(_stiff(facts)),
     ),
     Rule(
@@ -168,7 +168,7 @@ after 1.3 s, a net (with closed loops) at 5 ms after 0.3 s, both without any con
 it at no visible cost; chains, nets and ragdolls of the language have both unless the case says otherwise.""",
         way_out="Give the joints a `damping` or an `armature`, or take more substeps.",
         example=_chain("0"),
-        mended=_chain("0.01"),
+        fix=_chain("0.01"),
         run=_undamped,
     ),
 )

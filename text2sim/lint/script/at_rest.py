@@ -159,7 +159,7 @@ Something is driven, pushed or dropped, and yet the case would pass if the engin
 say what must not go wrong; that what was asked for happened is not tested.""",
         way_out="Add an expectation that fails at the start: an event that has to come, a place to be reached.",
         example=_BALL % "",
-        mended=_BALL % "    lands: {measure: height, at: end, below: 0.2}\n",
+        fix=_BALL % "    lands: {measure: height, at: end, below: 0.2}\n",
         run=_at_rest,
     ),
 )

@@ -141,7 +141,7 @@ Two bounds on one measure at the same time leave no value, or two expectations w
 event that must not happen. Whatever the run does, the case fails.""",
         way_out="Change one of the two, or the times to which they apply.",
         example=_BALL % "0.8",
-        mended=_BALL % "0.1",
+        fix=_BALL % "0.1",
         run=_contradictions,
     ),
 )

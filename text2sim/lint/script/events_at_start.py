@@ -125,7 +125,7 @@ only when they are passed anew.""",
 Choose a bound or a region beyond the start, or say `after` which other event it is looked for. `check` lists the
 expectations that are true at the start, too.""",
         example=_BALL % "1.2",
-        mended=_BALL % "0.5",
+        fix=_BALL % "0.5",
         run=_beginnings,
     ),
 )

@@ -96,7 +96,7 @@ def _stands(facts: Facts, copy: Copy, tops: list[Part]) -> bool:
     low = min(part.box[0][2] for part in parts)
     corners = [point for part in parts if part.box[0][2] <= low + FLAT for point in _corners(part)]
     sole = _around([(x, y) for x, y, z in corners if z <= low + FLAT])
-    cx, cy, _ = mechanics_of(facts).lump(copy).center
+    cx, cy, _ = mechanics_of(facts).inertial(copy).center
     for ground in facts.planes:
         if ground.up[2] > 1 - 1e-9 and abs(low - ground.level) < RESTING and ground.beside((cx, cy, low)) < 0.0:
             return _holds(sole, cx, cy)

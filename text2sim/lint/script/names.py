@@ -89,7 +89,7 @@ A parameter changes nothing by itself. One that no `${…}` names is misspelt in
 behind: a sweep over it would run the same case again and again.""",
         way_out="Use it, or leave it out.",
         example=_BALL % "2.0",
-        mended=_BALL % '"${height}"',
+        fix=_BALL % '"${height}"',
         run=_params,
     ),
     Rule(
@@ -106,7 +106,7 @@ prefabs:
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 0.5]}}
 """,
-        mended="bodies: {ball: null, block: {use: cube, pose: {pos: [0, 0, 0.5]}}}",
+        fix="bodies: {ball: null, block: {use: cube, pose: {pos: [0, 0, 0.5]}}}",
         run=_prefabs,
     ),
 )

@@ -199,7 +199,7 @@ start, which the case decides, breaks an expectation that includes the start; or
 happens, and it is not then.""",
         way_out="Change the bound, begin `during` after the start, or measure what is meant.",
         example=_BALL % "during: all, above: 0.5",
-        mended=_BALL % "during: [0.2, 1], above: 0.5",
+        fix=_BALL % "during: [0.2, 1], above: 0.5",
         run=_cannot_hold,
     ),
     Rule(
@@ -211,7 +211,7 @@ By its definition the measure is always as is asked for, or its value at the sta
 passes whatever happens, and hides that nothing is tested.""",
         way_out="Ask for what would be wrong if the scene went wrong, or leave it out.",
         example=_BALL % "at: end, above: -1",
-        mended=_BALL % "at: end, above: 1",
+        fix=_BALL % "at: end, above: 1",
         run=_cannot_fail,
     ),
 )

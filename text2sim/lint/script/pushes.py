@@ -151,7 +151,7 @@ more than its own length within a substep passes through things instead of hitti
 `scene.max_speed` ends the run as diverged: where that is certain it is an error.""",
         way_out="Newton seconds and newtons fit the mass: to send m at v takes m v. Or take more substeps.",
         example=_PUCK % ("impulse", "impulse: [50, 0, 0], at: 0.1"),
-        mended=_PUCK % ("impulse", "impulse: [0.3, 0, 0], at: 0.1"),
+        fix=_PUCK % ("impulse", "impulse: [0.3, 0, 0], at: 0.1"),
         run=_violent,
     ),
     Rule(
@@ -163,7 +163,7 @@ A `point` counts from the body's own origin, in metres. One that is farther from
 makes it spin as no push of its surface can.""",
         way_out="Say the point in the body's frame, or a region of it: `point: {edge: [left, top]}`.",
         example=_PUCK % ("impulse", "impulse: [0.1, 0, 0], at: 0.1, point: [0, 0.5, 0]"),
-        mended=_PUCK % ("impulse", "impulse: [0.1, 0, 0], at: 0.1, point: [0, 0.04, 0]"),
+        fix=_PUCK % ("impulse", "impulse: [0.1, 0, 0], at: 0.1, point: [0, 0.04, 0]"),
         run=_off_body,
     ),
 )

@@ -99,7 +99,7 @@ they never change, nor does anything of a body that the world holds. A joint's f
 that is driven it is always zero.""",
         way_out="Measure a link that moves (`arm.hand`), or another body.",
         example=_ARM % (2, 0, 1) + _TIP % "arm",
-        mended=_ARM % (2, 0, 1) + _TIP % "arm.beam",
+        fix=_ARM % (2, 0, 1) + _TIP % "arm.beam",
         run=_dead_measures,
     ),
     Rule(
@@ -112,7 +112,7 @@ and a threshold that a measure cannot pass by its definition is never passed. It
 for such an event, and a warning if none does.""",
         way_out="Look at the selectors, at the places of the bodies, and at the bound.",
         example=_POST % 3 + _ARM % (2, 0, 1) + _HIT,
-        mended=_POST % 0.4 + _ARM % (2, 0, 1) + _HIT,
+        fix=_POST % 0.4 + _ARM % (2, 0, 1) + _HIT,
         run=_dead_events,
     ),
     Rule(
@@ -122,7 +122,7 @@ for such an event, and a warning if none does.""",
         reason="The schedule's first time is not before `scene.duration`, so that its joint never follows it.",
         way_out="Let it begin earlier, or run longer.",
         example=_ARM % (2, 5, 6),
-        mended=_ARM % (2, 0.2, 0.8),
+        fix=_ARM % (2, 0.2, 0.8),
         run=_late,
     ),
 )

@@ -117,7 +117,7 @@ the first cause. An event or a place that is farther away cannot be reached in t
 a drive has begun, a driven body has set out, or a spring or a bounce is at work.""",
         way_out="Begin sooner, nearer or faster, or let the span end later than the time in the message.",
         example=_BALL % "[0, 0.3]",
-        mended=_BALL % "[0, 0.9]",
+        fix=_BALL % "[0, 0.9]",
         run=_soon,
     ),
 )

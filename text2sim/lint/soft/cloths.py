@@ -145,7 +145,7 @@ actions:
   controls:
     pin: {kind: attach, body: sheet, region: {edge: left}, to: world}
 """,
-        mended="scene: {dt: null, substeps: null}",
+        fix="scene: {dt: null, substeps: null}",
         run=_passes,
     ),
     Rule(
@@ -168,7 +168,7 @@ actions:
     hang: {kind: attach, body: slab, region: {face: left}, to: world}
     carry: {kind: attach, body: slab, region: {face: bottom}, to: load}
 """,
-        mended="actions: {controls: {carry: null}}",
+        fix="actions: {controls: {carry: null}}",
         run=_one_way,
     ),
     Rule(
@@ -191,7 +191,7 @@ actions:
   controls:
     hang: {kind: attach, body: napkin, region: {corner: [right, back]}, to: peg}
 """,
-        mended="scene: {statics: {peg: {pose: {pos: [0.2, 0, 1.005]}}}}",
+        fix="scene: {statics: {peg: {pose: {pos: [0.2, 0, 1.005]}}}}",
         run=_off_its_holder,
     ),
 )

@@ -113,7 +113,7 @@ Each takes about half a kilobyte in the solver, and 24 bytes in every frame. Wit
 bodies:
   sand: {kind: granular, cell: 0.0001, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.3]}}
 """,
-        mended="bodies: {sand: {cell: 0.02}}",
+        fix="bodies: {sand: {cell: 0.02}}",
         run=_too_many,
     ),
     Rule(
@@ -131,7 +131,7 @@ scene: {duration: 5.0}
 bodies:
   jelly: {kind: soft, cell: 0.004, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.3]}}
 """,
-        mended="bodies: {jelly: {cell: 0.02}}",
+        fix="bodies: {jelly: {cell: 0.02}}",
         run=_slow,
     ),
 )

@@ -108,7 +108,7 @@ bodies:
     shape: {kind: box, size: [0.5, 0.06, 0.06]}
     pose: {pos: [0, 0, 0.5]}
 """,
-        mended="bodies: {bar: {cell: 0.015}}",
+        fix="bodies: {bar: {cell: 0.015}}",
         run=_too_stiff,
     ),
     Rule(
@@ -127,7 +127,7 @@ bodies:
     material: {poisson_ratio: 0.4995}
     pose: {pos: [0, 0, 0.3]}
 """,
-        mended="bodies: {rubber: {material: {poisson_ratio: 0.48}}}",
+        fix="bodies: {rubber: {material: {poisson_ratio: 0.48}}}",
         run=_incompressible,
     ),
     Rule(
@@ -148,7 +148,7 @@ bodies:
     material: {model: neo_hookean}
     pose: {pos: [0, 0, 0.3]}
 """,
-        mended="bodies: {rubber: {solver: mpm}}",
+        fix="bodies: {rubber: {solver: mpm}}",
         run=_model,
     ),
 )

@@ -157,7 +157,7 @@ scene: {contact: {model: particle}}
 bodies:
   towel: {kind: cloth, solver: ipc, shape: {kind: sheet, size: [0.6, 0.4]}, pose: {pos: [0, 0, 0.5]}}
 """,
-        mended="bodies: {towel: {solver: pbd}}",
+        fix="bodies: {towel: {solver: pbd}}",
         run=_cloth_without_ipc,
     ),
     Rule(
@@ -175,7 +175,7 @@ bodies:
   bar: {kind: soft, solver: fem, cell: 0.05, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.5]}}
   jelly: {kind: soft, solver: mpm, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [1, 0, 0.5]}}
 """,
-        mended="bodies: {jelly: {solver: fem, cell: 0.05}}",
+        fix="bodies: {jelly: {solver: fem, cell: 0.05}}",
         run=_frozen,
     ),
     Rule(
@@ -198,7 +198,7 @@ bodies:
   jelly: {kind: soft, solver: fem, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.2]}}
   towel: {kind: cloth, solver: pbd, shape: {kind: sheet, size: [0.6, 0.4]}, pose: {pos: [0, 0, 0.5]}}
 """,
-        mended="bodies: {jelly: {solver: mpm}}",
+        fix="bodies: {jelly: {solver: mpm}}",
         run=_no_contact,
     ),
 )

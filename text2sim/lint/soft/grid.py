@@ -120,7 +120,7 @@ bodies:
     material: {youngs_modulus: 1.0e+6}
     pose: {pos: [0, 0, 0.3]}
 """,
-        mended="scene: {substeps: null}",
+        fix="scene: {substeps: null}",
         run=_step,
     ),
     Rule(
@@ -136,7 +136,7 @@ and whatever is thinner than a quarter of one: it holds no particle.""",
 bodies:
   mat: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.4, 0.4, 0.03]}, pose: {pos: [0, 0, 0.3]}}
 """,
-        mended="bodies: {mat: {cell: 0.012}}",
+        fix="bodies: {mat: {cell: 0.012}}",
         run=_thin_body,
     ),
     Rule(
@@ -153,7 +153,7 @@ bodies:
   a: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [0, 0, 0.2]}}
   b: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [0.11, 0, 0.2]}}
 """,
-        mended="bodies: {b: {pose: {pos: [0.15, 0, 0.2]}}}",
+        fix="bodies: {b: {pose: {pos: [0.15, 0, 0.2]}}}",
         run=_too_near,
     ),
 )

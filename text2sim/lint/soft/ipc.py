@@ -175,7 +175,7 @@ it with `material: {touch_soft: false}`.""",
 bodies:
   cup: {{kind: rigid, shape: {{kind: cylinder, radius: 0.04, height: 0.1}}, place: {{on: floor}}}}
 {_TOWEL}""",
-        mended="bodies: {cup: {place: {clearance: 0.0005}}}",
+        fix="bodies: {cup: {place: {clearance: 0.0005}}}",
         run=_clearance,
     ),
     Rule(
@@ -191,7 +191,7 @@ Leave gaps at the joints of an articulated body, or keep the body out of it with
 bodies:
   line: {{kind: rope, length: 0.5, radius: 0.01, pose: {{pos: [1, 0, 1]}}}}
 {_TOWEL}""",
-        mended="bodies: {line: {material: {touch_soft: false}}}",
+        fix="bodies: {line: {material: {touch_soft: false}}}",
         run=_linked,
     ),
     Rule(
@@ -208,7 +208,7 @@ bodies:
   controls:
     pin: {{kind: attach, body: jelly, region: {{face: left}}, to: world}}
 """,
-        mended="bodies: {towel: null}",
+        fix="bodies: {towel: null}",
         run=_unheard,
     ),
     Rule(
@@ -229,7 +229,7 @@ bodies:
     material: {thickness: 0.008}
     pose: {pos: [0, 0, 0.5]}
 """,
-        mended="bodies: {felt: {cell: 0.03}}",
+        fix="bodies: {felt: {cell: 0.03}}",
         run=_fine,
     ),
 )

@@ -110,7 +110,7 @@ squashed to nothing by its own weight: a jelly of 20 cm needs far more than 2000
 someone writes who means MPa.""",
         way_out="Give `youngs_modulus` (of a liquid `stiffness`) in Pa: ten times the pressure at its foot, or more.",
         example=_JELLY % "0.05",
-        mended=_JELLY % "5.0e+4",
+        fix=_JELLY % "5.0e+4",
         run=_collapses,
     ),
     Rule(
@@ -123,7 +123,7 @@ smaller than a plate is missed. With solver pbd the distance of its particles is
 Reported below {FEW} of them along its longer side. All pbd cloth of a scene has the same distance.""",
         way_out="Give a smaller `cell`: a twenty-fifth of its side, or less.",
         example=_RAG % "0.1",
-        mended=_RAG % "0.02",
+        fix=_RAG % "0.02",
         run=_coarse,
     ),
 )

@@ -110,7 +110,7 @@ actions:
   events:
     lands: {{kind: contact, between: [ball, floor]}}
 """,
-        mended="""\
+        fix="""\
 actions:
   measures: {height: {kind: position, of: ball, axis: z}}
   events: {lands: {between: null, kind: threshold, measure: height, below: 0.11}}
@@ -128,7 +128,7 @@ them. Only the grid of mpm bodies knows a reach of rigid surfaces. Restitution i
 engine's own rigid contacts, which contact models sap and ipc do not use.""",
         way_out="Give what the solver takes, or leave the value out.",
         example=_RAG % "youngs_modulus: 1.0e+6",
-        mended="bodies: {rag: {material: {youngs_modulus: null, bending_compliance: 0.001}}}",
+        fix="bodies: {rag: {material: {youngs_modulus: null, bending_compliance: 0.001}}}",
         run=_stuff,
     ),
 )

@@ -109,7 +109,7 @@ highest level plane is; through all others bodies fall.""",
 scene: {{statics: {{floor: {{shape: {{kind: plane}}, pose: {{euler_deg: [0, 20, 0]}}}}}}}}
 bodies:
 {_SOFT_BAR}""",
-        mended="scene: {statics: {floor: {pose: null}}}",
+        fix="scene: {statics: {floor: {pose: null}}}",
         run=_floor,
     ),
     Rule(
@@ -125,7 +125,7 @@ bodies:
 {_SOFT_BAR}  {_BALL}}}
   box: {{kind: rigid, shape: {{kind: box, size: [0.2, 0.2, 0.2]}}, pose: {{pos: [1.1, 0, 0.4]}}}}
 """,
-        mended="bodies: {box: {pose: {pos: [1.3, 0, 0.4]}}}",
+        fix="bodies: {box: {pose: {pos: [1.3, 0, 0.4]}}}",
         run=_crash,
     ),
     Rule(
@@ -145,7 +145,7 @@ bodies:
     pose: {{pos: [1, 0, 0.5]}}
     mount: {{kind: hinge, axis: z, range_deg: [-30, 30]}}
 """,
-        mended="bodies: {door: {mount: {range_deg: null}}}",
+        fix="bodies: {door: {mount: {range_deg: null}}}",
         run=_left_out,
     ),
 )

@@ -148,7 +148,7 @@ scene: {mpm: {bounds: {min: [-0.5, -0.5, -0.2], max: [0.5, 0.5, 0.6]}}}
 bodies:
   jelly: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.5]}}
 """,
-        mended="scene: {mpm: {bounds: {max: [0.5, 0.5, 1.0]}}}",
+        fix="scene: {mpm: {bounds: {max: [0.5, 0.5, 1.0]}}}",
         run=_outside,
     ),
     Rule(
@@ -164,7 +164,7 @@ scene: {mpm: {bounds: {min: [-0.5, -0.5, 0], max: [0.5, 0.5, 1.0]}}}
 bodies:
   jelly: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.3]}}
 """,
-        mended="scene: {mpm: {bounds: {min: [-0.5, -0.5, -0.1]}}}",
+        fix="scene: {mpm: {bounds: {min: [-0.5, -0.5, -0.1]}}}",
         run=_floor_of_space,
     ),
     Rule(
@@ -182,7 +182,7 @@ bodies:
   jelly: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.5]}}
 actions: {controls: {throw: {kind: initial_velocity, body: jelly, linear: [3, 0, 0]}}}
 """,
-        mended="scene: {mpm: null}",
+        fix="scene: {mpm: null}",
         run=_leaving,
     ),
 )

@@ -132,7 +132,7 @@ are held by the walls around them; tetrahedra are pushed out with the full stiff
 bodies:
   jelly: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.05]}}
 """,
-        mended="bodies: {jelly: {pose: null, place: {on: floor}}}",
+        fix="bodies: {jelly: {pose: null, place: {on: floor}}}",
         run=_inside,
     ),
     Rule(
@@ -149,7 +149,7 @@ bodies:
   lower: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.4, 0.4]}, pose: {pos: [0, 0, 0.3]}}
   upper: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.4, 0.4]}, pose: {pos: [0.1, 0, 0.302]}}
 """,
-        mended="bodies: {upper: {pose: {pos: [0.1, 0, 0.33]}}}",
+        fix="bodies: {upper: {pose: {pos: [0.1, 0, 0.33]}}}",
         run=_into_each_other,
     ),
 )

@@ -121,7 +121,7 @@ actions:
   controls:
     pull: {{kind: force, body: jelly, region: {{sphere: {{center: [0.1, 0, 0], radius: 0.02}}}}, force: [80, 0, 0]}}
 """,
-        mended="actions: {controls: {pull: {region: {sphere: null, face: right}}}}",
+        fix="actions: {controls: {pull: {region: {sphere: null, face: right}}}}",
         run=_tearing,
     ),
 )

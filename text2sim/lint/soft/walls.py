@@ -137,7 +137,7 @@ bodies:
     pose: {pos: [0, 0, 0.26]}
     motion: {kind: oscillate, axis: z, amplitude: 0.1, frequency: 0.5}
 """,
-        mended="bodies: {press: {shape: {height: 0.08}, pose: {pos: [0, 0, 0.27]}}}",
+        fix="bodies: {press: {shape: {height: 0.08}, pose: {pos: [0, 0, 0.27]}}}",
         run=_thin_wall,
     ),
     Rule(
@@ -159,7 +159,7 @@ scene:
 bodies:
   water: {kind: liquid, cell: 0.02, shape: {kind: cylinder, radius: 0.15, height: 0.2}, pose: {pos: [0, 0, 0.25]}}
 """,
-        mended="scene: {statics: {tank: {material: null}}}",
+        fix="scene: {statics: {tank: {material: null}}}",
         run=_leaks,
     ),
     Rule(
@@ -179,7 +179,7 @@ scene:
 bodies:
   sand: {kind: granular, cell: 0.02, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 0.65]}}
 """,
-        mended="scene: {statics: {funnel: {shape: {bottom_radius: 0.08}}}}",
+        fix="scene: {statics: {funnel: {shape: {bottom_radius: 0.08}}}}",
         run=_narrow,
     ),
 )

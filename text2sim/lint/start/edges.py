@@ -140,7 +140,7 @@ slope that is what `place: {on: slope}` comes to where the box stays upright, or
 Turn the box as its support is turned (the same `euler_deg`; a turn about the normal of the slope comes before that), or
 waive the rule if it is meant to tip.""",
         example=_SLOPE % "0",
-        mended=_SLOPE % "20",
+        fix=_SLOPE % "20",
         run=_edges,
     ),
 )

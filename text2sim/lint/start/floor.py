@@ -111,7 +111,7 @@ its pieces, below the plane is an error.""",
 bodies:
   crate: {kind: rigid, shape: {kind: box, size: [0.4, 0.4, 0.4]}, pose: {pos: [0, 0, 0.15]}}
 """,
-        mended="bodies: {crate: {pose: null, place: {on: floor}}}",
+        fix="bodies: {crate: {pose: null, place: {on: floor}}}",
         run=_under_floor,
     ),
     Rule(
@@ -126,7 +126,7 @@ falls (measured: with 40 m, a box 19 m from the middle lies on it, one at 21 m f
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [25, 0, 0.5]}}
 """,
-        mended="scene: {statics: {floor: {shape: {size: 60}}}}",
+        fix="scene: {statics: {floor: {shape: {size: 60}}}}",
         run=_floor_ends,
     ),
 )

@@ -210,7 +210,7 @@ bodies:
   peg: {kind: rigid, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [0, 0, 0.05]}}
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.05}, pose: {pos: [0.09, 0, 0.06]}}
 """,
-        mended="bodies: {ball: {pose: null, place: {right_of: peg}}}",
+        fix="bodies: {ball: {pose: null, place: {right_of: peg}}}",
         run=_overlap,
         own_contact=True,
     ),

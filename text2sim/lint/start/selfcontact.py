@@ -100,7 +100,7 @@ bodies:
       right: {parent: palm, shape: {kind: box, size: [0.1, 0.04, 0.2]}, pose: {pos: [0.04, 0, -0.13]},
               joint: {kind: slider, axis: x}}
 """,
-        mended="""\
+        fix="""\
 bodies: {gripper: {links: {left: {pose: {pos: [-0.06, 0, -0.13]}}, right: {pose: {pos: [0.06, 0, -0.13]}}}}}
 """,
         run=_self_overlap,

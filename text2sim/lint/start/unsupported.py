@@ -98,7 +98,7 @@ scene: {gravity: [0, 0, 9.81]}
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, place: {on: floor}}
 """,
-        mended="scene: {gravity: [0, 0, -1.62]}",
+        fix="scene: {gravity: [0, 0, -1.62]}",
         run=_upward,
     ),
     Rule(
@@ -117,7 +117,7 @@ scene:
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [2, 0, 1]}}
 """,
-        mended="scene: {statics: {table: null, floor: {shape: {kind: plane}}}}",
+        fix="scene: {statics: {table: null, floor: {shape: {kind: plane}}}}",
         run=_falls_for_ever,
     ),
 )

@@ -28,40 +28,40 @@ from text2sim.spec_schema.names.soft_control_references import (
 from text2sim.spec_schema.text.document import Path
 
 
-def check_controls(cast: NameTable) -> None:
+def check_controls(table: NameTable) -> None:
     """Check every control."""
-    duration = cast.loaded.case.scene.duration
-    for name, control in cast.loaded.case.actions.controls.items():
+    duration = table.loaded.case.scene.duration
+    for name, control in table.loaded.case.actions.controls.items():
         where: Path = ("actions", "controls", name)
         if isinstance(control, InitialVelocity):
-            _check_initial_velocity(cast, where, control)
+            _check_initial_velocity(table, where, control)
         elif isinstance(control, Impulse | Force | Torque):
-            _check_push(cast, where, control)
+            _check_push(table, where, control)
         elif isinstance(control, Drive):
-            _check_drive(cast, where, control)
+            _check_drive(table, where, control)
         elif isinstance(control, Reach):
-            _check_reach(cast, where, control)
+            _check_reach(table, where, control)
         elif isinstance(control, Attach):
-            _check_attach(cast, where, name, control)
+            _check_attach(table, where, name, control)
         elif isinstance(control, Release):
-            _check_release(cast, where, control)
+            _check_release(table, where, control)
         during = getattr(control, "during", None)
         starts = {"at": getattr(control, "at", 0.0) or 0.0, "during": during[0] if during else 0.0}
         for field, start in starts.items():
             if start >= duration:
                 message = f"comes when the run is over ({duration:g} s)"
-                cast.report((*where, field), message, "after-end", severity="warning")
+                table.report((*where, field), message, "after-end", severity="warning")
         if during is not None and during[0] == span_of(during, duration)[1]:
             blow = "; a blow is `kind: impulse`, in N s" if isinstance(control, Force) else ""
             message = f"a span from {during[0]:g} s to the same time holds no time step; let it end later{blow}"
-            cast.report((*where, "during"), message, "empty-span")
+            table.report((*where, "during"), message, "empty-span")
 
 
-def joint_of(cast: NameTable, member: Member) -> Any:
+def joint_of(table: NameTable, member: Member) -> Any:
     """The joint that a member names: that of its mount, or of one of its links; None if it names none."""
     model = member.model
-    if member.part is not None and member.name in cast.parts:
-        return cast.parts[member.name].joints.get(member.part)
+    if member.part is not None and member.name in table.parts:
+        return table.parts[member.name].joints.get(member.part)
     if isinstance(model, Rigid) and member.part is None:
         return model.mount
     if isinstance(model, Articulated) and model.links is not None and member.part is not None:
@@ -69,11 +69,11 @@ def joint_of(cast: NameTable, member: Member) -> Any:
     return None
 
 
-def check_joint(cast: NameTable, where: Path, member: Member, purpose: str) -> Any:
+def check_joint(table: NameTable, where: Path, member: Member, purpose: str) -> Any:
     """Return the hinge or slider that a member names, or report that there is none.
 
     Args:
-        cast: The bodies of the case.
+        table: The bodies of the case.
         where: Where the selector stands.
         member: What it means.
         purpose: What the joint is needed for: `drive` or `measure`.
@@ -84,18 +84,18 @@ def check_joint(cast: NameTable, where: Path, member: Member, purpose: str) -> A
     model, name = member.model, member.name
     if isinstance(model, Articulated):
         if member.part is None:
-            joints = [f"{name}.{link}" for link in moving_joints(cast, name, model)]
+            joints = [f"{name}.{link}" for link in moving_joints(table, name, model)]
             listed = f": {', '.join(joints)}" if 0 < len(joints) <= 12 else ""
-            cast.report(
+            table.report(
                 where,
                 f"`{name}` has several joints; name one{listed}",
                 "no-joint",
                 joints[0] if joints else None,
             )
             return None
-        if model.links is None and name not in cast.parts:
+        if model.links is None and name not in table.parts:
             return None
-    joint = joint_of(cast, member)
+    joint = joint_of(table, member)
     if isinstance(joint, HingeMount | SliderMount):
         return joint
     if isinstance(model, Rigid):
@@ -111,21 +111,21 @@ def check_joint(cast: NameTable, where: Path, member: Member, purpose: str) -> A
         message = f"`{name}` ({kind}) has no hinge or slider to {purpose}"
     near: list[str] = []
     if isinstance(model, Articulated):
-        near = [f"{name}.{link}" for link in moving_joints(cast, name, model)]
-    cast.report(where, message, "no-joint", nearest(member.text, near))
+        near = [f"{name}.{link}" for link in moving_joints(table, name, model)]
+    table.report(where, message, "no-joint", nearest(member.text, near))
     return None
 
 
-def moving_joints(cast: NameTable, body: str, model: Articulated) -> list[str]:
+def moving_joints(table: NameTable, body: str, model: Articulated) -> list[str]:
     """Names of the hinges and sliders of an articulated body."""
     joints = {name: link.joint for name, link in (model.links or {}).items()}
-    if body in cast.parts:
-        joints = dict(cast.parts[body].joints)
+    if body in table.parts:
+        joints = dict(table.parts[body].joints)
     return [name for name, joint in joints.items() if isinstance(joint, HingeMount | SliderMount)]
 
 
-def _check_initial_velocity(cast: NameTable, where: Path, control: InitialVelocity) -> None:
-    member = cast.find(control.body, (*where, "body"), parts=False)
+def _check_initial_velocity(table: NameTable, where: Path, control: InitialVelocity) -> None:
+    member = table.find(control.body, (*where, "body"), parts=False)
     if member is None:
         return
     model = member.model
@@ -136,118 +136,118 @@ def _check_initial_velocity(cast: NameTable, where: Path, control: InitialVeloci
     message = f"{ones}, and `{member.name}` is none"
     if not member.dynamic:
         message = f"{member.why_not_dynamic}; {ones}"
-    cast.report((*where, "body"), message, "not-free")
+    table.report((*where, "body"), message, "not-free")
 
 
-def _check_push(cast: NameTable, where: Path, control: Impulse | Force | Torque) -> None:
-    member = cast.find(control.body, (*where, "body"))
+def _check_push(table: NameTable, where: Path, control: Impulse | Force | Torque) -> None:
+    member = table.find(control.body, (*where, "body"))
     if member is not None:
-        check_push_kind(cast, where, control, member)
+        check_push_kind(table, where, control, member)
     if member is not None and not member.dynamic:
         article = "an" if control.kind[0] in "ai" else "a"
         message = f"{member.why_not_dynamic}: {article} {control.kind} would change nothing"
-        cast.report((*where, "body"), message, "not-dynamic")
+        table.report((*where, "body"), message, "not-dynamic")
 
 
-def _check_drive(cast: NameTable, where: Path, control: Drive) -> None:
-    events = cast.loaded.case.actions.events
+def _check_drive(table: NameTable, where: Path, control: Drive) -> None:
+    events = table.loaded.case.actions.events
     if control.on is not None and control.on not in events:
         message = f"there is no event `{control.on}`"
-        cast.report((*where, "on"), message, "unknown-event", nearest(control.on, events))
-    member = cast.find(control.joint, (*where, "joint"), joint=True, many=True)
-    for one in cast.each(member, joint=True) if member is not None else ():
-        before = len(cast.problems)
-        _check_motor(cast, where, control, one)
-        if len(cast.problems) > before:  # of a group, one tells enough
+        table.report((*where, "on"), message, "unknown-event", nearest(control.on, events))
+    member = table.find(control.joint, (*where, "joint"), joint=True, many=True)
+    for one in table.each(member, joint=True) if member is not None else ():
+        before = len(table.problems)
+        _check_motor(table, where, control, one)
+        if len(table.problems) > before:  # of a group, one tells enough
             return
 
 
-def _check_motor(cast: NameTable, where: Path, control: Drive, member: Member) -> None:
-    joint = check_joint(cast, (*where, "joint"), member, "drive")
+def _check_motor(table: NameTable, where: Path, control: Drive, member: Member) -> None:
+    joint = check_joint(table, (*where, "joint"), member, "drive")
     if joint is None:
         return
     if joint.actuator is None:
         there = f"in `joints` of `{member.name}`" if getattr(member.model, "file", None) else "at its joint"
         message = f"`{member.text}` has no actuator; give it one {there}: `actuator: {{stiffness: …, damping: …}}`"
-        cast.report((*where, "joint"), message, "no-actuator")
+        table.report((*where, "joint"), message, "no-actuator")
     elif control.position is not None and joint.actuator.stiffness == 0:
         message = f"a position needs a stiffness, and the actuator of `{member.text}` has none"
-        cast.report((*where, "position"), message, "no-gain", key=True)
+        table.report((*where, "position"), message, "no-gain", key=True)
     elif control.velocity is not None and joint.actuator.damping == 0:
         message = f"a velocity needs a damping, and the actuator of `{member.text}` has none"
-        cast.report((*where, "velocity"), message, "no-gain", key=True)
+        table.report((*where, "velocity"), message, "no-gain", key=True)
 
 
-def _check_reach(cast: NameTable, where: Path, control: Reach) -> None:
-    member = cast.find(control.body, (*where, "body"))
+def _check_reach(table: NameTable, where: Path, control: Reach) -> None:
+    member = table.find(control.body, (*where, "body"))
     if member is None:
         return
     if not isinstance(member.model, Articulated) or member.part is None:
         what = "it has several links: name one" if isinstance(member.model, Articulated) else "it has no links"
-        cast.report(
+        table.report(
             (*where, "body"), f"a link of an articulated body reaches, and `{member.text}` is none; {what}", "no-link"
         )
     elif member.model.base == "free":
         message = f"`{member.name}` stands free, so that its joints do not decide where its links are"
-        cast.report((*where, "body"), message, "no-link")
+        table.report((*where, "body"), message, "no-link")
 
 
-def _check_attach(cast: NameTable, where: Path, name: str, control: Attach) -> None:
-    body = cast.find(control.body, (*where, "body"))
+def _check_attach(table: NameTable, where: Path, name: str, control: Attach) -> None:
+    body = table.find(control.body, (*where, "body"))
     target: Member | None = None
-    for text in _targets(cast, name, control):
-        target = cast.find(text, (*where, "to"))
+    for text in _targets(table, name, control):
+        target = table.find(text, (*where, "to"))
         if target is None:
             break
     if body is None:
         return
     if not body.dynamic:
-        cast.report(
+        table.report(
             (*where, "body"),
             f"{body.why_not_dynamic}; attach what moves, `to` what it hangs on",
             "not-dynamic",
         )
-    if target is None and not _to_world(cast, control):
+    if target is None and not _to_world(table, control):
         return
-    if not check_attach_kind(cast, where, control, body, target) or target is None:
+    if not check_attach_kind(table, where, control, body, target) or target is None:
         return
     if body.text == target.text and (body.count == 1 or body.part == target.part):
-        cast.report((*where, "to"), f"`{body.text}` cannot be attached to itself", "itself")
+        table.report((*where, "to"), f"`{body.text}` cannot be attached to itself", "itself")
     elif 1 not in (body.count, target.count) and body.count != target.count:
         counts = f"`{body.text}` means {body.count}, `{target.text}` {target.count}"
-        cast.report((*where, "to"), f"copies are attached one to one, and {counts}", "pairs")
+        table.report((*where, "to"), f"copies are attached one to one, and {counts}", "pairs")
 
 
-def _targets(cast: NameTable, name: str, control: Attach) -> list[str]:
+def _targets(table: NameTable, name: str, control: Attach) -> list[str]:
     """What the first and the last copy is attached to."""
-    model = cast.bodies.get(parse_selector(control.body).body)
-    if _to_world(cast, control):
+    model = table.bodies.get(parse_selector(control.body).body)
+    if _to_world(table, control):
         return []
-    if not cast.loaded.varies(("actions", "controls", name, "to")) or model is None:
+    if not table.loaded.varies(("actions", "controls", name, "to")) or model is None:
         return [control.to]
-    last = cast.copies(parse_selector(control.body).body, model) - 1
+    last = table.copies(parse_selector(control.body).body, model) - 1
     found = [control.to]
     try:
-        copy: Control = cast.loaded.control_copy(name, {"i": last, "n": last + 1, "u": 1.0 if last else 0.0})
+        copy: Control = table.loaded.control_copy(name, {"i": last, "n": last + 1, "u": 1.0 if last else 0.0})
     except SpecError as error:
-        cast.problems += error.problems
+        table.problems += error.problems
         return found
     return [control.to, copy.to] if isinstance(copy, Attach) else found
 
 
-def _to_world(cast: NameTable, control: Attach) -> bool:
+def _to_world(table: NameTable, control: Attach) -> bool:
     """Whether something is to be held where it is."""
-    return control.to == WORLD and WORLD not in cast.bodies and WORLD not in cast.statics
+    return control.to == WORLD and WORLD not in table.bodies and WORLD not in table.statics
 
 
-def _check_release(cast: NameTable, where: Path, control: Release) -> None:
-    controls = cast.loaded.case.actions.controls
+def _check_release(table: NameTable, where: Path, control: Release) -> None:
+    controls = table.loaded.case.actions.controls
     attach = controls.get(control.attach)
     if not isinstance(attach, Attach):
         known = [name for name, other in controls.items() if isinstance(other, Attach)]
         message = f"there is no attach `{control.attach}`"
         if attach is not None:
             message = f"`{control.attach}` is not an attach (it is a {attach.kind})"
-        cast.report((*where, "attach"), message, "unknown-attach", nearest(control.attach, known))
+        table.report((*where, "attach"), message, "unknown-attach", nearest(control.attach, known))
     else:
-        check_release_moment(cast, where, control, attach)
+        check_release_moment(table, where, control, attach)

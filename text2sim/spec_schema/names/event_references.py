@@ -19,101 +19,103 @@ NEVER = "never-released"
 """Id of what is wrong where an event waits for a release that no control makes."""
 
 
-def check_events(cast: NameTable) -> None:
+def check_events(table: NameTable) -> None:
     """Check every event."""
-    script = cast.loaded.case.actions
+    script = table.loaded.case.actions
     for name, event in script.events.items():
         where: Path = ("actions", "events", name)
         if event.after is not None and event.after not in script.events:
             message = f"there is no event `{event.after}`"
-            cast.report((*where, "after"), message, "unknown-event", nearest(event.after, script.events))
-        check_carrier(cast, where, event)
+            table.report((*where, "after"), message, "unknown-event", nearest(event.after, script.events))
+        check_carrier(table, where, event)
         if isinstance(event, events.ContactEvent | events.SeparationEvent):
-            _check_pair(cast, where, event)
+            _check_pair(table, where, event)
         elif isinstance(event, events.ThresholdEvent):
-            _check_threshold(cast, where, event)
+            _check_threshold(table, where, event)
         elif isinstance(event, events.ReleasedEvent):
-            _check_released(cast, where, event)
+            _check_released(table, where, event)
         elif isinstance(event, events.RemovedEvent):
-            _check_removed(cast, where, event)
+            _check_removed(table, where, event)
         else:
-            _check_subject(cast, where, event)
+            _check_subject(table, where, event)
     following = {name: event.after for name, event in script.events.items() if event.after is not None}
     for circle in find_circles(following):
         message = f"waits for itself: {' -> '.join([*circle, circle[0]])}"
-        cast.report(("actions", "events", circle[0], "after"), message, "circular-after")
+        table.report(("actions", "events", circle[0], "after"), message, "circular-after")
 
 
-def _check_pair(cast: NameTable, where: Path, event: events.ContactEvent | events.SeparationEvent) -> None:
-    found = [cast.find(selector, (*where, "between", index), many=True) for index, selector in enumerate(event.between)]
+def _check_pair(table: NameTable, where: Path, event: events.ContactEvent | events.SeparationEvent) -> None:
+    found = [
+        table.find(selector, (*where, "between", index), many=True) for index, selector in enumerate(event.between)
+    ]
     first, second = found
     if any(member is not None and deforms(member) for member in found):
         if isinstance(event, events.ContactEvent) and event.min_impulse > 0:
             message = "the engine tells no forces on bodies that deform, so that no touch can be chosen by its impulse"
-            cast.report((*where, "min_impulse"), message, "contacts-not-recorded", key=True)
+            table.report((*where, "min_impulse"), message, "contacts-not-recorded", key=True)
     else:
-        check_contacts_recorded(cast, where)
+        check_contacts_recorded(table, where)
     if first is None or second is None:
         return
     if first.text == second.text and first.count == 1:
-        cast.report((*where, "between", 1), f"`{first.text}` cannot touch itself", "itself")
+        table.report((*where, "between", 1), f"`{first.text}` cannot touch itself", "itself")
     elif not first.dynamic and not second.dynamic:
         why = f"{first.why_not_dynamic}, and {second.why_not_dynamic}"
-        cast.report((*where, "between"), f"nothing is left to physics here: {why}", "driven-subject")
+        table.report((*where, "between"), f"nothing is left to physics here: {why}", "driven-subject")
 
 
-def _check_threshold(cast: NameTable, where: Path, event: events.ThresholdEvent) -> None:
-    measures = cast.loaded.case.actions.measures
+def _check_threshold(table: NameTable, where: Path, event: events.ThresholdEvent) -> None:
+    measures = table.loaded.case.actions.measures
     measure = measures.get(event.measure)
     if measure is None:
         message = f"there is no measure `{event.measure}`"
-        cast.report((*where, "measure"), message, "unknown-measure", nearest(event.measure, measures))
-    elif prescribed(cast, measure):
+        table.report((*where, "measure"), message, "unknown-measure", nearest(event.measure, measures))
+    elif prescribed(table, measure):
         message = f"`{event.measure}` is of a body whose motion is prescribed, which shows nothing"
-        cast.report((*where, "measure"), message, "driven-subject")
+        table.report((*where, "measure"), message, "driven-subject")
 
 
-def prescribed(cast: NameTable, measure: measures.Measure) -> bool:
+def prescribed(table: NameTable, measure: measures.Measure) -> bool:
     """Whether a measure only repeats the motion that the case prescribes."""
-    members = measured(cast, measure)
+    members = measured(table, measure)
     moved_by_the_case = bool(members) and not any(member.dynamic for member in members)
     return measure.kind not in CONTACT_KINDS and moved_by_the_case and any(member.driven for member in members)
 
 
-def _check_released(cast: NameTable, where: Path, event: events.ReleasedEvent) -> None:
-    controls = cast.loaded.case.actions.controls
+def _check_released(table: NameTable, where: Path, event: events.ReleasedEvent) -> None:
+    controls = table.loaded.case.actions.controls
     attaches = [name for name, control in controls.items() if isinstance(control, Attach)]
     if event.attach not in attaches:
         message = f"there is no attach `{event.attach}`"
-        cast.report((*where, "attach"), message, "unknown-attach", nearest(event.attach, attaches))
+        table.report((*where, "attach"), message, "unknown-attach", nearest(event.attach, attaches))
         return
     released = [control.attach for control in controls.values() if isinstance(control, Release)]
     # A release of nothing that is known may be meant for this one; that it is wrong is said of it.
     if event.attach not in released and all(name in attaches for name in released):
-        cast.report((*where, "attach"), f"no control releases `{event.attach}`", NEVER)
+        table.report((*where, "attach"), f"no control releases `{event.attach}`", NEVER)
 
 
-def _check_removed(cast: NameTable, where: Path, event: events.RemovedEvent) -> None:
-    removals = [name for name, c in cast.loaded.case.actions.controls.items() if isinstance(c, Remove)]
+def _check_removed(table: NameTable, where: Path, event: events.RemovedEvent) -> None:
+    removals = [name for name, c in table.loaded.case.actions.controls.items() if isinstance(c, Remove)]
     if event.remove not in removals:
         message = f"there is no control `{event.remove}` of kind remove"
-        cast.report((*where, "remove"), message, "unknown-remove", nearest(event.remove, removals))
+        table.report((*where, "remove"), message, "unknown-remove", nearest(event.remove, removals))
 
 
 def _check_subject(
-    cast: NameTable,
+    table: NameTable,
     where: Path,
     event: events.RestEvent | events.LeftDomainEvent | events.RegionEvent | events.JointLimitEvent,
 ) -> None:
-    if isinstance(event, events.LeftDomainEvent) and cast.loaded.case.scene.domain is None:
-        cast.report(where, "there is nothing to leave: `scene.domain` is missing", "no-domain", key=True)
-    member = cast.find(event.of, (*where, "of"), joint=isinstance(event, events.JointLimitEvent))
+    if isinstance(event, events.LeftDomainEvent) and table.loaded.case.scene.domain is None:
+        table.report(where, "there is nothing to leave: `scene.domain` is missing", "no-domain", key=True)
+    member = table.find(event.of, (*where, "of"), joint=isinstance(event, events.JointLimitEvent))
     if member is None:
         return
     if isinstance(event, events.JointLimitEvent):
-        joint = check_joint(cast, (*where, "of"), member, "measure")
+        joint = check_joint(table, (*where, "of"), member, "measure")
         if joint is not None and getattr(joint, "range_deg", None) is None and getattr(joint, "range", None) is None:
-            cast.report((*where, "of"), f"the joint of `{member.text}` has no limits", "no-limit")
+            table.report((*where, "of"), f"the joint of `{member.text}` has no limits", "no-limit")
     elif not member.dynamic:
         message = f"{member.why_not_dynamic}, so this event would show nothing"
-        cast.report((*where, "of"), message, "driven-subject" if member.driven else "not-dynamic")
+        table.report((*where, "of"), message, "driven-subject" if member.driven else "not-dynamic")

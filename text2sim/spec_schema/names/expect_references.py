@@ -8,52 +8,52 @@ from text2sim.spec_schema.names.name_table import NameTable
 from text2sim.spec_schema.text.document import Path
 
 
-def check_expectations(cast: NameTable) -> None:
+def check_expectations(table: NameTable) -> None:
     """Check every expectation."""
-    for name, expect in cast.loaded.case.actions.expect.items():
+    for name, expect in table.loaded.case.actions.expect.items():
         where: Path = ("actions", "expect", name)
-        events = cast.loaded.case.actions.events
+        events = table.loaded.case.actions.events
         for field in ("event", "before", "on"):
             named = getattr(expect, field)
             if named is not None and named not in events:
-                cast.report((*where, field), f"there is no event `{named}`", "unknown-event", nearest(named, events))
+                table.report((*where, field), f"there is no event `{named}`", "unknown-event", nearest(named, events))
         if expect.event is not None:
-            _check_event(cast, where, expect)
+            _check_event(table, where, expect)
         else:
-            _check_measure(cast, where, expect)
+            _check_measure(table, where, expect)
 
 
-def _check_event(cast: NameTable, where: Path, expect: Expect) -> None:
-    duration = cast.loaded.case.scene.duration
+def _check_event(table: NameTable, where: Path, expect: Expect) -> None:
+    duration = table.loaded.case.scene.duration
     if expect.before is not None and expect.before == expect.event:
-        cast.report((*where, "before"), "an event cannot come before itself", "impossible")
+        table.report((*where, "before"), "an event cannot come before itself", "impossible")
     if expect.within is not None and expect.within[0] > duration:
-        cast.report((*where, "within"), f"starts when the run is over ({duration:g} s)", "after-end")
+        table.report((*where, "within"), f"starts when the run is over ({duration:g} s)", "after-end")
     if isinstance(expect.count, tuple) and expect.count[1] < expect.count[0]:
-        cast.report((*where, "count"), "the second number must not be smaller than the first", "impossible")
+        table.report((*where, "count"), "the second number must not be smaller than the first", "impossible")
     least = expect.count[1] if isinstance(expect.count, tuple) else expect.count
     if least is not None and least < 0:
-        cast.report((*where, "count"), "nothing can happen less than 0 times", "impossible")
+        table.report((*where, "count"), "nothing can happen less than 0 times", "impossible")
 
 
-def _check_measure(cast: NameTable, where: Path, expect: Expect) -> None:
-    measures = cast.loaded.case.actions.measures
-    duration = cast.loaded.case.scene.duration
+def _check_measure(table: NameTable, where: Path, expect: Expect) -> None:
+    measures = table.loaded.case.actions.measures
+    duration = table.loaded.case.scene.duration
     measure = measures.get(expect.measure or "")
     if measure is None:
         message = f"there is no measure `{expect.measure}`"
-        cast.report((*where, "measure"), message, "unknown-measure", nearest(expect.measure, measures))
-    elif prescribed(cast, measure):
+        table.report((*where, "measure"), message, "unknown-measure", nearest(expect.measure, measures))
+    elif prescribed(table, measure):
         message = f"`{expect.measure}` is of a body whose motion is prescribed, which shows nothing"
-        cast.report((*where, "measure"), message, "driven-subject", severity="warning")
+        table.report((*where, "measure"), message, "driven-subject", severity="warning")
     if isinstance(expect.at, float) and expect.at > duration:
-        cast.report((*where, "at"), f"the run is over by then ({duration:g} s)", "after-end")
+        table.report((*where, "at"), f"the run is over by then ({duration:g} s)", "after-end")
     window = expect.during if isinstance(expect.during, tuple) else None
     if max(span_of(window, duration)) > duration:
-        cast.report((*where, "during"), f"the run is over by then ({duration:g} s)", "after-end")
+        table.report((*where, "during"), f"the run is over by then ({duration:g} s)", "after-end")
     low, high = _bounds(expect)
     if low >= high:
-        cast.report(where, f"no value is above {low:g} and below {high:g}", "impossible", key=True)
+        table.report(where, f"no value is above {low:g} and below {high:g}", "impossible", key=True)
 
 
 def _bounds(expect: Expect) -> tuple[float, float]:

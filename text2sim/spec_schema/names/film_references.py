@@ -14,66 +14,66 @@ DERIVED = "main"
 """Name of the camera that a case gets which has none."""
 
 
-def check_film(cast: NameTable) -> None:
+def check_film(table: NameTable) -> None:
     """Check what the render section refers to."""
-    render = cast.loaded.case.render
+    render = table.loaded.case.render
     for section, things in (("cameras", render.cameras), ("lights", render.lights)):
         for name, thing in things.items():
-            _check_targets(cast, ("render", section, name), thing)
-    _check_shots(cast)
-    measures = cast.loaded.case.actions.measures
+            _check_targets(table, ("render", section, name), thing)
+    _check_shots(table)
+    measures = table.loaded.case.actions.measures
     for i, name in enumerate(render.overlay.values):
         if name not in measures:
             message = f"there is no measure `{name}`"
-            cast.report(("render", "overlay", "values", i), message, "unknown-measure", nearest(name, measures))
-    _check_length(cast)
+            table.report(("render", "overlay", "values", i), message, "unknown-measure", nearest(name, measures))
+    _check_length(table)
     if render.quality == "final":
         message = "a run makes the rasterised preview; `text2sim render RUN --quality final` makes the final film of it"
-        cast.report(("render", "quality"), message, "no-final", severity="warning")
+        table.report(("render", "quality"), message, "no-final", severity="warning")
 
 
-def _check_targets(cast: NameTable, where: Path, thing: Any) -> None:
+def _check_targets(table: NameTable, where: Path, thing: Any) -> None:
     for key in ("body", "look_at", "focus", "at"):
         target = getattr(thing, key, None)
         if isinstance(target, BodyPoint):
-            cast.find(target.body, (*where, key, "body"))
+            table.find(target.body, (*where, key, "body"))
         elif isinstance(target, str):
-            cast.find(target, (*where, key))
+            table.find(target, (*where, key))
     for i, selector in enumerate(getattr(thing, "frame", None) or ()):
-        found = cast.find(selector, (*where, "frame", i))
+        found = table.find(selector, (*where, "frame", i))
         if found is not None and getattr(getattr(found.model, "shape", None), "kind", None) == "plane":
             message = f"`{found.name}` has no end; name what stands on it"
-            cast.report((*where, "frame", i), message, "endless-frame")
+            table.report((*where, "frame", i), message, "endless-frame")
 
 
-def _check_shots(cast: NameTable) -> None:
-    scene, render = cast.loaded.case.scene, cast.loaded.case.render
+def _check_shots(table: NameTable) -> None:
+    scene, render = table.loaded.case.scene, table.loaded.case.render
     known = list(render.cameras) or [DERIVED]
     start, end = span_of(render.during, scene.duration)
     for name, shot in render.shots.items():
         where: Path = ("render", "shots", name)
         if shot.camera not in known:
             message = f"there is no camera `{shot.camera}`"
-            cast.report((*where, "camera"), message, "unknown-camera", nearest(shot.camera, known))
+            table.report((*where, "camera"), message, "unknown-camera", nearest(shot.camera, known))
         first = start if shot.from_ is None else shot.from_
         last = min(end, scene.duration) if shot.to is None else shot.to
         if first >= scene.duration:
             message = f"the shot begins at {first:g} s, when the run is over ({scene.duration:g} s)"
-            cast.report((*where, "from") if shot.from_ is not None else where, message, "after-end")
+            table.report((*where, "from") if shot.from_ is not None else where, message, "after-end")
         elif last <= first:
             message = f"the shot would last from {first:g} s to {last:g} s; what is not said is that of the film"
-            cast.report((*where, "from") if shot.from_ is not None else (*where, "to"), message, "empty-shot")
+            table.report((*where, "from") if shot.from_ is not None else (*where, "to"), message, "empty-shot")
         elif last > scene.duration:
             message = f"the run is over after {scene.duration:g} s; the shot ends there"
-            cast.report((*where, "to"), message, "after-end", severity="warning")
+            table.report((*where, "to"), message, "after-end", severity="warning")
 
 
-def _check_length(cast: NameTable) -> None:
-    scene, render = cast.loaded.case.scene, cast.loaded.case.render
+def _check_length(table: NameTable) -> None:
+    scene, render = table.loaded.case.scene, table.loaded.case.render
     start, end = span_of(render.during, scene.duration)
     if start >= scene.duration:
         message = f"the film would start when the run is over ({scene.duration:g} s)"
-        cast.report(("render", "during"), message, "after-end")
+        table.report(("render", "during"), message, "after-end")
     seconds = (min(end, scene.duration) - start) / render.speed
     if render.shots:
         seconds = 0.0
@@ -82,4 +82,4 @@ def _check_length(cast: NameTable) -> None:
             seconds += max(last - first, 0.0) / (shot.speed or render.speed) + shot.hold
     if seconds * render.fps > MAX_FILMED:
         message = f"makes {seconds * render.fps:.3g} frames of film; at most {MAX_FILMED:,} are possible"
-        cast.report(("render",), message, "too-many", key=True)
+        table.report(("render",), message, "too-many", key=True)

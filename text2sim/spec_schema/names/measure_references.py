@@ -14,40 +14,40 @@ _OF_STATICS = (*CONTACT_KINDS, "position", "extent")
 """Measures of something that never moves which still say something."""
 
 
-def check_measures(cast: NameTable) -> None:
+def check_measures(table: NameTable) -> None:
     """Check every measure."""
-    for name, measure in cast.loaded.case.actions.measures.items():
+    for name, measure in table.loaded.case.actions.measures.items():
         where: Path = ("actions", "measures", name)
-        since, duration = measure.change_from, cast.loaded.case.scene.duration
+        since, duration = measure.change_from, table.loaded.case.scene.duration
         if isinstance(since, float) and since > duration:
-            cast.report((*where, "change_from"), f"the run is over by then ({duration:g} s)", "after-end")
+            table.report((*where, "change_from"), f"the run is over by then ({duration:g} s)", "after-end")
         if isinstance(measure, measures.Distance):
-            _check_distance(cast, where, measure)
+            _check_distance(table, where, measure)
             continue
         if isinstance(measure, measures.Gap):
-            check_gap(cast, where, measure)
+            check_gap(table, where, measure)
             continue
         if measure.kind in CONTACT_KINDS:
             by = getattr(measure, "by", None)
-            other = cast.find(by, (*where, "by"), many=True) if by is not None else None
+            other = table.find(by, (*where, "by"), many=True) if by is not None else None
             if other is not None:
-                check_other_side(cast, where, measure, other)
-            sides = [*measured(cast, measure), other]
+                check_other_side(table, where, measure, other)
+            sides = [*measured(table, measure), other]
             # How deep the points of what deforms are in something is read from where they are.
             if measure.kind != "penetration" or not any(side is not None and deforms(side) for side in sides):
-                check_contacts_recorded(cast, where)
-        check_carrier(cast, where, measure)
+                check_contacts_recorded(table, where)
+        check_carrier(table, where, measure)
         if measure.of is None:
             continue
         joint = isinstance(measure, JOINT_KINDS)
-        member = cast.find(measure.of, (*where, "of"), joint=joint, many=True)
+        member = table.find(measure.of, (*where, "of"), joint=joint, many=True)
         if member is not None:
-            _check_subject(cast, where, measure, member)
+            _check_subject(table, where, measure, member)
 
 
-def measured(cast: NameTable, measure: measures.Measure) -> list[Member]:
+def measured(table: NameTable, measure: measures.Measure) -> list[Member]:
     """The bodies that a measure is about, without selectors that mean nothing: those are reported already."""
-    quiet = NameTable(cast.loaded, counts=cast.counts)
+    quiet = NameTable(table.loaded, counts=table.counts)
     if isinstance(measure, measures.Distance):
         selectors = measure.between
     elif isinstance(measure, measures.Gap):
@@ -58,45 +58,45 @@ def measured(cast: NameTable, measure: measures.Measure) -> list[Member]:
     return [member for member in found if member is not None]
 
 
-def check_contacts_recorded(cast: NameTable, where: Path) -> None:
+def check_contacts_recorded(table: NameTable, where: Path) -> None:
     """Report that there will be no contacts to look at."""
-    if not cast.loaded.case.scene.record.contacts:
+    if not table.loaded.case.scene.record.contacts:
         message = "needs contacts, and `scene.record.contacts` is false"
-        cast.report(where, message, "contacts-not-recorded", key=True)
+        table.report(where, message, "contacts-not-recorded", key=True)
 
 
-def check_carrier(cast: NameTable, where: Path, thing: measures.Measure | events.Event) -> None:
+def check_carrier(table: NameTable, where: Path, thing: measures.Measure | events.Event) -> None:
     """Report a region that nothing could carry along."""
     carrier = getattr(getattr(thing, "region", None), "moves_with", None)
-    member = cast.find(carrier, (*where, "region", "moves_with")) if carrier is not None else None
+    member = table.find(carrier, (*where, "region", "moves_with")) if carrier is not None else None
     if member is not None and (member.count > 1 or deforms(member)):
         what = "deforms" if deforms(member) else f"means {member.count} copies"
         message = f"`{member.text}` {what}: one body of links, or one link, carries a region"
-        cast.report((*where, "region", "moves_with"), message, "carrier")
+        table.report((*where, "region", "moves_with"), message, "carrier")
 
 
-def _check_distance(cast: NameTable, where: Path, measure: measures.Distance) -> None:
+def _check_distance(table: NameTable, where: Path, measure: measures.Distance) -> None:
     members = [
-        cast.find(selector, (*where, "between", index), many=True) for index, selector in enumerate(measure.between)
+        table.find(selector, (*where, "between", index), many=True) for index, selector in enumerate(measure.between)
     ]
     first, second = members
     if first is not None and second is not None and first.text == second.text and first.count == 1:
-        cast.report((*where, "between", 1), f"`{first.text}` has no distance from itself", "itself")
+        table.report((*where, "between", 1), f"`{first.text}` has no distance from itself", "itself")
 
 
-def _check_subject(cast: NameTable, where: Path, measure: measures.Measure, member: Member) -> None:
-    if check_soft_measure(cast, where, measure, member):
+def _check_subject(table: NameTable, where: Path, measure: measures.Measure, member: Member) -> None:
+    if check_soft_measure(table, where, measure, member):
         return
     if isinstance(measure, measures.Bend):
-        _check_bend(cast, where, measure, member)
+        _check_bend(table, where, measure, member)
         return
     if isinstance(measure, JOINT_KINDS):
-        found = [check_joint(cast, (*where, "of"), one, "measure") for one in cast.each(member, joint=True)]
+        found = [check_joint(table, (*where, "of"), one, "measure") for one in table.each(member, joint=True)]
         if len({joint.kind for joint in found if joint is not None}) > 1:
             message = f"`{member.text}` means hinges and sliders, whose positions have different units"
-            cast.report((*where, "of"), message, "measure-kind")
+            table.report((*where, "of"), message, "measure-kind")
     elif member.static and measure.kind not in _OF_STATICS:
-        cast.report((*where, "of"), f"`{member.name}` is a static, which never moves", "not-dynamic")
+        table.report((*where, "of"), f"`{member.name}` is a static, which never moves", "not-dynamic")
         return
     together = (measures.Extent, measures.Stretch, measures.Strain)
     per_copy = "stat" in type(measure).model_fields and not isinstance(measure, together)
@@ -104,15 +104,15 @@ def _check_subject(cast: NameTable, where: Path, measure: measures.Measure, memb
         what = "copies" if member.part is None or "*" not in member.part else "links"
         what = "joints" if what == "links" and isinstance(measure, JOINT_KINDS) else what
         message = f"`{member.text}` means {member.count} {what}: `stat` says how they become one number"
-        cast.report(where, message, "needs-stat", key=True)
+        table.report(where, message, "needs-stat", key=True)
 
 
-def _check_bend(cast: NameTable, where: Path, measure: measures.Bend, member: Member) -> None:
+def _check_bend(table: NameTable, where: Path, measure: measures.Bend, member: Member) -> None:
     model = member.model
     mounted = isinstance(model, Rigid) and model.mount.kind in ("hinge", "ball")
     if not (mounted or isinstance(model, Articulated | Chain | Net | Rope | Ragdoll)):
         message = f"`{member.name}` has no joints that could bend; of a cloth, measure its `wrinkling`"
-        cast.report((*where, "of"), message, "measure-kind")
+        table.report((*where, "of"), message, "measure-kind")
     elif measure.stat is None and not mounted and (member.part is None or member.count > 1):
         message = f"`{member.text}` has several joints: `stat` says how their bends become one number"
-        cast.report(where, message, "needs-stat", key=True)
+        table.report(where, message, "needs-stat", key=True)

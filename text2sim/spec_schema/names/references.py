@@ -39,86 +39,86 @@ def check_references(
     Returns:
         What is wrong, in the order of the file. Whatever needs geometry is left to the compiler.
     """
-    cast = NameTable(loaded, parts or {}, counts=counts or {})
-    _check_names(cast)
-    _check_places(cast)
-    check_time(cast)
-    _check_friction(cast)
-    for name, body in cast.bodies.items():
+    table = NameTable(loaded, parts or {}, counts=counts or {})
+    _check_names(table)
+    _check_places(table)
+    check_time(table)
+    _check_friction(table)
+    for name, body in table.bodies.items():
         if isinstance(body, Articulated):
-            check_tree(cast, name, body)
+            check_tree(table, name, body)
         elif isinstance(body, Rigid):
-            check_mount(cast, name, body)
-    check_controls(cast)
-    check_measures(cast)
-    check_events(cast)
-    check_expectations(cast)
-    check_removals(cast)
-    check_film(cast)
-    return sort_problems(cast.problems)
+            check_mount(table, name, body)
+    check_controls(table)
+    check_measures(table)
+    check_events(table)
+    check_expectations(table)
+    check_removals(table)
+    check_film(table)
+    return sort_problems(table.problems)
 
 
-def _check_names(cast: NameTable) -> None:
-    for name in cast.bodies:
-        if name in cast.statics:
-            line = cast.loaded.line(("scene", "statics", name))
+def _check_names(table: NameTable) -> None:
+    for name in table.bodies:
+        if name in table.statics:
+            line = table.loaded.line(("scene", "statics", name))
             message = f"`{name}` is the name of a static, too (line {line}); a name stands for one thing"
-            cast.report(("bodies", name), message, "duplicate-name", key=True)
+            table.report(("bodies", name), message, "duplicate-name", key=True)
 
 
-def _check_friction(cast: NameTable) -> None:
-    contact = cast.loaded.case.scene.contact
+def _check_friction(table: NameTable) -> None:
+    contact = table.loaded.case.scene.contact
     for name, pair in contact.pairs.items():
         where: Path = ("scene", "contact", "pairs", name)
         if contact.model in ("sap", "ipc"):
             message = f"contact model {contact.model} has its own friction, made of that of both bodies"
-            cast.report(where, message, "pair-friction", key=True)
-        found = [cast.find(selector, (*where, "between", k)) for k, selector in enumerate(pair.between)]
+            table.report(where, message, "pair-friction", key=True)
+        found = [table.find(selector, (*where, "between", k)) for k, selector in enumerate(pair.between)]
         members = [member for member in found if member is not None]
         for k, member in enumerate(members):
             if deforms(member):
                 message = f"`{member.name}` deforms, and rubs as the material of what it touches says"
-                cast.report((*where, "between", k), message, "pair-friction")
+                table.report((*where, "between", k), message, "pair-friction")
         if len(members) == 2 and all(member.static for member in members):
-            cast.report((*where, "between"), "two statics never touch each other", "pair-friction")
+            table.report((*where, "between"), "two statics never touch each other", "pair-friction")
 
 
-def _check_places(cast: NameTable) -> None:
+def _check_places(table: NameTable) -> None:
     targets: dict[str, str] = {}
     roots: dict[str, Path] = {}
-    for section, models in ((("scene", "statics"), cast.statics), (("bodies",), cast.bodies)):
+    for section, models in ((("scene", "statics"), table.statics), (("bodies",), table.bodies)):
         for name, model in models.items():
             roots[name] = (*section, name)
             for number, item in enumerate(getattr(model, "along", None) or ()):
                 if isinstance(item, Round):
-                    cast.find(item.round, (*section, name, "along", str(number), "round"), parts=False)
+                    table.find(item.round, (*section, name, "along", str(number), "round"), parts=False)
             if model.place is not None:
-                found = _check_place(cast, (*section, name, "place"), name, model)
+                found = _check_place(table, (*section, name, "place"), name, model)
                 if found is not None:
                     targets[name] = found.name
     for circle in find_circles(targets):
         way = " -> ".join([*circle, circle[0]])
         message = f"is placed in relation to itself: {way}; give one of them a pose, or place it by another"
-        cast.report((*roots[circle[0]], "place"), message, "circular-place", key=True)
+        table.report((*roots[circle[0]], "place"), message, "circular-place", key=True)
 
 
-def _check_place(cast: NameTable, where: Path, name: str, model: Any) -> Member | None:
+def _check_place(table: NameTable, where: Path, name: str, model: Any) -> Member | None:
     """Check one place; return what it is in relation to."""
     place: Place = model.place
     for key, message in contradictions(place):
-        cast.report((*where, key), message, "placement")
+        table.report((*where, key), message, "placement")
     if isinstance(place.facing, str):
-        facing = cast.find(place.facing, (*where, "facing"), parts=False)
+        facing = table.find(place.facing, (*where, "facing"), parts=False)
         if facing is not None and facing.name == name:
-            cast.report((*where, "facing"), "it cannot face itself", "itself")
-    found = cast.find(place.target, (*where, place.relation), parts=False)
+            table.report((*where, "facing"), "it cannot face itself", "itself")
+    found = table.find(place.target, (*where, place.relation), parts=False)
     if found is None:
         return None
-    copies = cast.copies(name, model)
+    copies = table.copies(name, model)
     if model.repeat is not None and parse_selector(place.target).indexed and found.count not in (1, copies):
         message = (
             f"copies are placed one by one where brackets name several, and `{found.text}` means {found.count}, "
             f"`{name}` has {copies}; `{found.name}` means all of them together"
         )
-        cast.report((*where, place.relation), message, "pairs", found.name)
+        table.report((*where, place.relation), message, "pairs", found.name)
     return found

@@ -45,60 +45,60 @@ FORCES = ("contact_force", "contact_count")
 """Measures of contacts, of which the engine tells those of rigid bodies alone."""
 
 
-def check_soft_measure(cast: NameTable, where: Path, measure: measures.Measure, member: Member) -> bool:
+def check_soft_measure(table: NameTable, where: Path, measure: measures.Measure, member: Member) -> bool:
     """Report what is wrong between a measure and the kind of body that it is of; return whether anything was.
 
     Args:
-        cast: The bodies of the case.
+        table: The bodies of the case.
         where: Where the measure stands.
         measure: The measure.
         member: What its `of` means.
     """
     kind = measure.kind
     if kind in KINDS and (not deforms(member) or member.model.kind not in KINDS[kind]):
-        _report_kind(cast, where, kind, member)
+        _report_kind(table, where, kind, member)
         return True
     if not deforms(member):
         if getattr(measure, "region", None) is not None and kind != "count_in":
             message = f"a region is for bodies that deform, and `{member.name}` does not: leave it out"
-            cast.report((*where, "region"), message, "not-soft", key=True)
+            table.report((*where, "region"), message, "not-soft", key=True)
             return True
         return False
     if kind in FRAMED:
         message = f"`{member.name}` deforms, so that it has no {kind.replace('_', ' ')}; {FRAMED[kind]}"
-        cast.report((*where, "of"), message, "measure-kind")
+        table.report((*where, "of"), message, "measure-kind")
         return True
     if kind in FORCES:
-        cast.report((*where, "of"), _untold(member), "contacts-not-recorded")
+        table.report((*where, "of"), _untold(member), "contacts-not-recorded")
         return True
     return False
 
 
-def check_other_side(cast: NameTable, where: Path, measure: measures.Measure, other: Member) -> None:
+def check_other_side(table: NameTable, where: Path, measure: measures.Measure, other: Member) -> None:
     """Report a body that deforms where contact forces between rigid bodies are meant (`by`)."""
     if measure.kind in FORCES and deforms(other):
-        cast.report((*where, "by"), _untold(other), "contacts-not-recorded")
+        table.report((*where, "by"), _untold(other), "contacts-not-recorded")
 
 
-def check_gap(cast: NameTable, where: Path, gap: measures.Gap) -> None:
+def check_gap(table: NameTable, where: Path, gap: measures.Gap) -> None:
     """Check both sides of a gap: one has to deform, and it has to be another than the other."""
-    first, second = cast.find(gap.of, (*where, "of")), cast.find(gap.to, (*where, "to"))
+    first, second = table.find(gap.of, (*where, "of")), table.find(gap.to, (*where, "to"))
     if first is None or second is None:
         return
     if first.text == second.text and first.count == 1:
-        cast.report((*where, "to"), f"`{first.text}` has no gap to itself", "itself")
+        table.report((*where, "to"), f"`{first.text}` has no gap to itself", "itself")
     elif not (deforms(first) or deforms(second)):
         message = f"neither `{first.name}` nor `{second.name}` deforms; measure the `distance` of their origins"
-        cast.report((*where, "of"), message, "measure-kind")
+        table.report((*where, "of"), message, "measure-kind")
 
 
-def _report_kind(cast: NameTable, where: Path, kind: str, member: Member) -> None:
+def _report_kind(table: NameTable, where: Path, kind: str, member: Member) -> None:
     words = kind.replace("_", " ")
     own = getattr(member.model, "kind", "static")
     known = WAYS.get((kind, own if own in ("soft", "cloth") else "grains")) if deforms(member) else None
     takes = " or ".join(KINDS[kind]) if len(KINDS[kind]) < 4 else "a body that deforms"
     message = f"`{member.name}` ({'static' if member.static else own}) has no {words}"
-    cast.report((*where, "of"), f"{message}; {known or f'it is measured of {takes}'}", "measure-kind")
+    table.report((*where, "of"), f"{message}; {known or f'it is measured of {takes}'}", "measure-kind")
 
 
 def _untold(member: Member) -> str:

@@ -14,78 +14,78 @@ from text2sim.spec_schema.text.document import Path
 WORLD = "world"
 
 
-def check_tree(cast: NameTable, name: str, body: Articulated) -> None:
+def check_tree(table: NameTable, name: str, body: Articulated) -> None:
     """Check the links, joints, loops and start positions of one body."""
     root: Path = ("bodies", name)
     links = body.links
     if links is None:
         if body.loops:
-            cast.report((*root, "loops"), "loops go with links; a file has its own", "tree", key=True)
-        if name in cast.parts:
-            _check_file(cast, root, body, cast.parts[name].joints)
+            table.report((*root, "loops"), "loops go with links; a file has its own", "tree", key=True)
+        if name in table.parts:
+            _check_file(table, root, body, table.parts[name].joints)
         return
     if body.joints:
         message = "joints changes those of a file; with links, give each link its own"
-        cast.report((*root, "joints"), message, "tree", key=True)
-    _check_roots(cast, root, links)
-    _check_loops(cast, root, body, links)
-    _check_initial(cast, root, body, {name: link.joint for name, link in links.items()})
+        table.report((*root, "joints"), message, "tree", key=True)
+    _check_roots(table, root, links)
+    _check_loops(table, root, body, links)
+    _check_initial(table, root, body, {name: link.joint for name, link in links.items()})
     for link, model in links.items():
         if isinstance(model.joint, HingeMount | SliderMount) and not any(named_by(key, [link]) for key in body.initial):
-            _check_range(cast, (*root, "links", link, "joint", _range_field(model.joint)), model.joint, 0.0)
+            _check_range(table, (*root, "links", link, "joint", _range_field(model.joint)), model.joint, 0.0)
 
 
-def check_mount(cast: NameTable, name: str, body: Rigid) -> None:
+def check_mount(table: NameTable, name: str, body: Rigid) -> None:
     """Check that a body on a hinge or slider starts within the range of its joint."""
     if isinstance(body.mount, HingeMount | SliderMount):
-        _check_range(cast, ("bodies", name, "mount", _range_field(body.mount)), body.mount, 0.0)
+        _check_range(table, ("bodies", name, "mount", _range_field(body.mount)), body.mount, 0.0)
 
 
-def _check_file(cast: NameTable, root: Path, body: Articulated, joints: Mapping[str, Any]) -> None:
+def _check_file(table: NameTable, root: Path, body: Articulated, joints: Mapping[str, Any]) -> None:
     for name, change in body.joints.items():
         where = (*root, "joints", name)
         meant = named_by(name, joints)
         if not meant:
             known = f"; there are {', '.join(joints)}" if 0 < len(joints) <= 12 else ""
             message = f"`{body.file}` has no joint `{name}`{known}"
-            cast.report(where, message, "unknown-joint", nearest(name, joints), key=True)
+            table.report(where, message, "unknown-joint", nearest(name, joints), key=True)
             continue
         odd = [one for one in meant if not isinstance(joints[one], HingeMount | SliderMount)]
         if change.actuator is not None and odd:
             message = f"`{odd[0]}` is a {joints[odd[0]].kind} joint; only a hinge or slider can have a motor"
-            cast.report((*where, "actuator"), message, "no-joint", key=True)
-    _check_initial(cast, root, body, joints)
+            table.report((*where, "actuator"), message, "no-joint", key=True)
+    _check_initial(table, root, body, joints)
 
 
-def _check_roots(cast: NameTable, root: Path, links: dict[str, Link]) -> None:
+def _check_roots(table: NameTable, root: Path, links: dict[str, Link]) -> None:
     first: str | None = None
     for name, link in links.items():
         where = (*root, "links", name)
         if name == WORLD:
-            cast.report(where, f"`{WORLD}` stands for the world; choose another name", "tree", key=True)
+            table.report(where, f"`{WORLD}` stands for the world; choose another name", "tree", key=True)
         if link.parent is None:
             if first is not None:
                 message = f"only one link, the root, has no parent, and `{first}` has none already"
-                cast.report(where, message, "tree", nearest("parent", ["parent"]), key=True)
+                table.report(where, message, "tree", nearest("parent", ["parent"]), key=True)
             elif link.joint is not None:
                 message = "the root has no joint; whether it moves freely is said by `base`"
-                cast.report((*where, "joint"), message, "tree", key=True)
+                table.report((*where, "joint"), message, "tree", key=True)
             first = first or name
             continue
         if link.parent not in links:
             message = f"there is no link `{link.parent}`"
-            cast.report((*where, "parent"), message, "unknown-link", nearest(link.parent, links))
+            table.report((*where, "parent"), message, "unknown-link", nearest(link.parent, links))
         if link.joint is None:
             message = "`joint` is missing: every link but the root has one; `joint: {kind: fixed}` welds it on"
-            cast.report(where, message, "tree", key=True)
+            table.report(where, message, "tree", key=True)
     for circle in find_circles({name: link.parent for name, link in links.items() if link.parent is not None}):
         message = f"links hang on each other in a circle: {' -> '.join([*circle, circle[0]])}"
-        cast.report((*root, "links", circle[0], "parent"), message, "circular-tree")
+        table.report((*root, "links", circle[0], "parent"), message, "circular-tree")
     if first is None and all(link.parent in links for link in links.values()):
-        cast.report((*root, "links"), "one link, the root, must have no parent", "tree", key=True)
+        table.report((*root, "links"), "one link, the root, must have no parent", "tree", key=True)
 
 
-def _check_loops(cast: NameTable, root: Path, body: Articulated, links: dict[str, Link]) -> None:
+def _check_loops(table: NameTable, root: Path, body: Articulated, links: dict[str, Link]) -> None:
     for name, loop in body.loops.items():
         where = (*root, "loops", name, "between")
         for index, link in enumerate(loop.between):
@@ -94,32 +94,32 @@ def _check_loops(cast: NameTable, root: Path, body: Articulated, links: dict[str
             message = f"there is no link `{link}`"
             if link == WORLD:
                 message = f"`{WORLD}` comes second: the anchor is in the frame of the first"
-            cast.report((*where, index), message, "unknown-link", nearest(link, links))
+            table.report((*where, index), message, "unknown-link", nearest(link, links))
         if loop.between[0] == loop.between[1]:
-            cast.report(where, "a loop is between two different links", "tree")
+            table.report(where, "a loop is between two different links", "tree")
 
 
-def _check_initial(cast: NameTable, root: Path, body: Articulated, joints: Mapping[str, Any]) -> None:
+def _check_initial(table: NameTable, root: Path, body: Articulated, joints: Mapping[str, Any]) -> None:
     for name, value in body.initial.items():
         where = (*root, "initial", name)
         movable = [link for link, joint in joints.items() if isinstance(joint, HingeMount | SliderMount)]
         meant = named_by(name, movable)
         if not meant:
             what = f"`{name}` has no hinge or slider" if name in joints else f"there is no joint `{name}`"
-            cast.report(where, what, "unknown-joint", nearest(name, movable), key=True)
+            table.report(where, what, "unknown-joint", nearest(name, movable), key=True)
             continue
         for one in meant:
-            before = len(cast.problems)
-            _check_range(cast, where, joints[one], value)
-            if len(cast.problems) > before:
+            before = len(table.problems)
+            _check_range(table, where, joints[one], value)
+            if len(table.problems) > before:
                 break
 
 
-def _check_range(cast: NameTable, where: Path, joint: HingeMount | SliderMount, value: float) -> None:
+def _check_range(table: NameTable, where: Path, joint: HingeMount | SliderMount, value: float) -> None:
     low, high, start, unit = _start_and_range(joint, value)
     if not low <= start <= high:
         message = f"starts outside its range: {start:.5g} {unit} is not from {low:g} to {high:g}"
-        cast.report(where, message, "range")
+        table.report(where, message, "range")
 
 
 def _range_field(joint: HingeMount | SliderMount) -> str:

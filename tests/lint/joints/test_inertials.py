@@ -6,7 +6,7 @@ import pytest
 
 from text2sim.compiler.shapes.piece import Piece, cone_piece, wall_pieces
 from text2sim.compiler.shapes.rotation import quat_from_axis_angle
-from text2sim.lint.joints.piece_masses import Lump, piece_lump, together
+from text2sim.lint.joints.inertials import Inertial, piece_inertial, together
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 O = (0.0, 0.0, 0.0)  # noqa: E741
@@ -30,8 +30,8 @@ FACES = (
     ],
 )
 def test_a_solid_turns_as_the_textbook_says(piece: Piece, axis: tuple, wanted: float) -> None:
-    lump = piece_lump(piece, 1000.0)
-    assert lump.about(O, axis) == pytest.approx(wanted * lump.mass, rel=1e-9)
+    inertial = piece_inertial(piece, 1000.0)
+    assert inertial.about(O, axis) == pytest.approx(wanted * inertial.mass, rel=1e-9)
 
 
 def test_a_capsule_is_a_cylinder_and_a_ball() -> None:
@@ -40,21 +40,21 @@ def test_a_capsule_is_a_cylinder_and_a_ball() -> None:
     bar, half = rho * pi * r**2 * length, rho * 2 / 3 * pi * r**3
     ends = 2 * half * (83 / 320 * r**2 + (length / 2 + 3 / 8 * r) ** 2)
     wanted = bar * (3 * r**2 + length**2) / 12 + ends
-    assert piece_lump(Piece("capsule", size=(r, length)), rho).about(O, X) == pytest.approx(wanted, rel=1e-9)
+    assert piece_inertial(Piece("capsule", size=(r, length)), rho).about(O, X) == pytest.approx(wanted, rel=1e-9)
 
 
-def test_a_lump_moves_and_turns_with_its_frame() -> None:
+def test_an_inertial_moves_and_turns_with_its_frame() -> None:
     quarter = quat_from_axis_angle(Z, pi / 2)
-    lump = piece_lump(BOX, 1000.0).at((1.0, 2.0, 3.0), quarter)
-    assert lump.center == pytest.approx((1.0, 2.0, 3.0))
-    assert lump.about(lump.center, Y) == pytest.approx(piece_lump(BOX, 1000.0).about(O, X))
+    inertial = piece_inertial(BOX, 1000.0).at((1.0, 2.0, 3.0), quarter)
+    assert inertial.center == pytest.approx((1.0, 2.0, 3.0))
+    assert inertial.about(inertial.center, Y) == pytest.approx(piece_inertial(BOX, 1000.0).about(O, X))
     # Steiner: a metre beside the axis.
-    beside = lump.about((1.0, 2.0, 2.0), Y)
-    assert beside == pytest.approx(lump.about(lump.center, Y) + lump.mass)
+    beside = inertial.about((1.0, 2.0, 2.0), Y)
+    assert beside == pytest.approx(inertial.about(inertial.center, Y) + inertial.mass)
 
 
-def test_lumps_together_balance_at_their_common_centre() -> None:
-    a, b = Lump(1.0, (0.0, 0.0, 0.0), (0.0,) * 6), Lump(3.0, (1.0, 0.0, 0.0), (0.0,) * 6)
+def test_inertials_together_balance_at_their_common_centre() -> None:
+    a, b = Inertial(1.0, (0.0, 0.0, 0.0), (0.0,) * 6), Inertial(3.0, (1.0, 0.0, 0.0), (0.0,) * 6)
     both = together([a, b])
     assert both.mass == 4.0
     assert both.center == pytest.approx((0.75, 0.0, 0.0))
@@ -63,8 +63,8 @@ def test_lumps_together_balance_at_their_common_centre() -> None:
 
 
 def test_a_tube_of_staves_and_a_cone_are_near_the_round_ones() -> None:
-    staves = [piece_lump(p, 1.0) for p in wall_pieces((0.2, 0.25), (0.2, 0.25), -0.3, 0.3, 24)]
+    staves = [piece_inertial(p, 1.0) for p in wall_pieces((0.2, 0.25), (0.2, 0.25), -0.3, 0.3, 24)]
     tube = together(staves)
     assert tube.about(O, Z) / tube.mass == pytest.approx((0.2**2 + 0.25**2) / 2, rel=0.02)
-    cone = piece_lump(cone_piece(0.3, 0.8), 1.0)
+    cone = piece_inertial(cone_piece(0.3, 0.8), 1.0)
     assert cone.center[2] == pytest.approx(-0.2)  # a quarter of its height above its foot

@@ -16,8 +16,8 @@ Tensor = tuple[float, float, float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Lump:
-    """A rigid lump of mass in some frame."""
+class Inertial:
+    """Mass, centre of mass and inertia in some frame."""
 
     mass: float
     """[kg]"""
@@ -26,9 +26,9 @@ class Lump:
     inertia: Tensor
     """About the centre, along the frame's axes [kg m2]."""
 
-    def at(self, pos: Vec, quat: Quaternion) -> "Lump":
+    def at(self, pos: Vec, quat: Quaternion) -> "Inertial":
         """Return it in the frame around (`pos`, `quat`)."""
-        return Lump(self.mass, frame_apply(pos, quat, self.center), _turned(self.inertia, quat))
+        return Inertial(self.mass, frame_apply(pos, quat, self.center), _turned(self.inertia, quat))
 
     def about(self, anchor: Vec, axis: Vec) -> float:
         """Moment of inertia [kg m2] about the line through `anchor` along the unit vector `axis`."""
@@ -41,37 +41,37 @@ class Lump:
 
 
 _NONE: Tensor = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-NOTHING = Lump(0.0, (0.0, 0.0, 0.0), _NONE)
+NOTHING = Inertial(0.0, (0.0, 0.0, 0.0), _NONE)
 
 
-def together(lumps: Iterable[Lump]) -> Lump:
-    """Return several lumps of one frame as one."""
-    lumps = list(lumps)
-    if len(lumps) == 1:
-        return lumps[0]
-    mass = sum(lump.mass for lump in lumps)
+def together(inertials: Iterable[Inertial]) -> Inertial:
+    """Return several inertials of one frame as one."""
+    inertials = list(inertials)
+    if len(inertials) == 1:
+        return inertials[0]
+    mass = sum(inertial.mass for inertial in inertials)
     if mass <= 0.0:
         return NOTHING
-    center = tuple(sum(lump.mass * lump.center[k] for lump in lumps) / mass for k in range(3))
+    center = tuple(sum(inertial.mass * inertial.center[k] for inertial in inertials) / mass for k in range(3))
     total = [0.0] * 6
-    for lump in lumps:
-        x, y, z = (lump.center[k] - center[k] for k in range(3))
+    for inertial in inertials:
+        x, y, z = (inertial.center[k] - center[k] for k in range(3))
         shift = (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)
-        total = [t + i + lump.mass * s for t, i, s in zip(total, lump.inertia, shift, strict=True)]
-    return Lump(mass, center, tuple(total))  # type: ignore[arg-type]
+        total = [t + i + inertial.mass * s for t, i, s in zip(total, inertial.inertia, shift, strict=True)]
+    return Inertial(mass, center, tuple(total))  # type: ignore[arg-type]
 
 
-def lump_of(geoms: Iterable[TreeGeom]) -> Lump:
-    """Return the lump that the pieces of a link make, in the link's frame."""
-    return together(piece_lump(geom.piece, geom.density) for geom in geoms if geom.density > 0.0)
+def inertial_of(geoms: Iterable[TreeGeom]) -> Inertial:
+    """Return the inertial that the pieces of a link make, in the link's frame."""
+    return together(piece_inertial(geom.piece, geom.density) for geom in geoms if geom.density > 0.0)
 
 
-def piece_lump(piece: Piece, density: float) -> Lump:
-    """Return the lump that a piece of that density [kg/m3] makes, in the frame of its body."""
+def piece_inertial(piece: Piece, density: float) -> Inertial:
+    """Return the inertial that a piece of that density [kg/m3] makes, in the frame of its body."""
     mass = density * piece.volume()
     if piece.kind in ("hull", "mesh"):
         return _hull(piece, mass).at(piece.pos, piece.quat)
-    return Lump(mass, (0.0, 0.0, 0.0), _solid(piece, mass)).at(piece.pos, piece.quat)
+    return Inertial(mass, (0.0, 0.0, 0.0), _solid(piece, mass)).at(piece.pos, piece.quat)
 
 
 def _solid(piece: Piece, mass: float) -> Tensor:
@@ -96,8 +96,8 @@ def _solid(piece: Piece, mass: float) -> Tensor:
     return (mass * (b + c), mass * (a + c), mass * (a + b), 0.0, 0.0, 0.0)
 
 
-def _hull(piece: Piece, mass: float) -> Lump:
-    """The lump of a polyhedron, from moments of the tetrahedra between its faces and the origin."""
+def _hull(piece: Piece, mass: float) -> Inertial:
+    """The inertial of a polyhedron, from moments of the tetrahedra between its faces and the origin."""
     volume = 0.0
     first, second = [0.0] * 3, [0.0] * 6  # of x, y, z; of xx, yy, zz, xy, xz, yz
     for i, j, k in piece.faces:
@@ -112,13 +112,13 @@ def _hull(piece: Piece, mass: float) -> Lump:
         for slot, (p, q) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
             second[slot] += six / 120 * (s[p] * s[q] + a[p] * a[q] + b[p] * b[q] + c[p] * c[q])
     if volume <= 0.0:
-        return Lump(mass, (0.0, 0.0, 0.0), _NONE)
+        return Inertial(mass, (0.0, 0.0, 0.0), _NONE)
     x, y, z = center = (first[0] / volume, first[1] / volume, first[2] / volume)
     means = [moment / volume for moment in second]
     xx, yy, zz = means[0] - x * x, means[1] - y * y, means[2] - z * z
     xy, xz, yz = means[3] - x * y, means[4] - x * z, means[5] - y * z
     moments = (yy + zz, xx + zz, xx + yy, -xy, -xz, -yz)
-    return Lump(mass, center, tuple(mass * moment for moment in moments))  # type: ignore[arg-type]
+    return Inertial(mass, center, tuple(mass * moment for moment in moments))  # type: ignore[arg-type]
 
 
 def _turned(inertia: Tensor, quat: Quaternion) -> Tensor:
