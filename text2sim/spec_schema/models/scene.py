@@ -37,8 +37,8 @@ class Contact(Model):
     max_pairs: Annotated[Integer, Field(ge=1, le=1_000_000)] | None = None
     """How many pairs of geometries may touch at once."""
     pairs: dict[Name, PairFriction] = Field(default_factory=dict)
-    """Friction of pairs, by names of your own: `ice: {between: [puck, rink], friction: 0.02}`. Other pairs rub with the
-    larger of their two coefficients. Where several mean the same pair, the last counts."""
+    """Friction of pairs of rigid bodies, by names of your own: `ice: {between: [puck, rink], friction: 0.02}`. Other
+    pairs rub with the larger of their two coefficients. Where several mean the same pair, the last counts."""
 
 
 class Solver(Model):
