@@ -10,7 +10,7 @@ import pytest
 
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.published.json_schema import build_schema
-from text2sim.spec_schema.published.reference_sections import PREFABS, VARIANTS
+from text2sim.spec_schema.published.reference_prose import PREFABS, VARIANTS
 from text2sim.spec_schema.text.canonical import format_text
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source

@@ -9,7 +9,8 @@ from functools import cache
 
 from text2sim.agents.condensed_pages import fields_named, kinds_brief, kinds_line_by_line, plain, section_brief
 from text2sim.spec_schema.published.language_reference import section_kinds
-from text2sim.spec_schema.published.reference_sections import INTRODUCTION, SECTIONS, Section
+from text2sim.spec_schema.published.reference_prose import INTRODUCTION
+from text2sim.spec_schema.published.reference_sections import SECTIONS, Section
 from text2sim.spec_schema.vocabulary.docstrings import model_doc
 
 OWN_COLORS = ("aluminium", "amber", "asphalt", "bone", "brass", "brick", "bronze", "clay", "concrete", "copper",

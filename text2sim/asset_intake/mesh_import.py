@@ -24,12 +24,11 @@ class EngineImport:
     """Seconds that it took."""
 
 
-def import_into_engine(file: Path, *, collision: str = "hull") -> EngineImport:
+def import_into_engine(file: Path) -> EngineImport:
     """Drop a mesh above a floor for five steps, through the compiler and the harness.
 
     Args:
         file: The mesh as a case would name it: .obj, .stl, .ply, .glb or .gltf.
-        collision: `hull` or `decompose`, as in a case.
 
     Raises:
         MachineError: if this machine cannot run the engine.
@@ -37,7 +36,7 @@ def import_into_engine(file: Path, *, collision: str = "hull") -> EngineImport:
     from text2sim.compiler.build import resolve_case
     from text2sim.compiler.masses import masses
 
-    shape = {"kind": "mesh", "file": file.name, "collision": collision}
+    shape = {"kind": "mesh", "file": file.name}
     body = {"kind": "rigid", "shape": shape, "place": {"above": "floor", "at": [0, 0], "clearance": 0.01}}
     scene = {"duration": STEPS * STEP, "dt": STEP, "statics": {"floor": {"shape": {"kind": "plane"}}}}
     try:

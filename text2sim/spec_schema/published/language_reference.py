@@ -18,7 +18,8 @@ from text2sim.spec_schema.models.base import Model
 from text2sim.spec_schema.models.bodies import Joint
 from text2sim.spec_schema.models.colors import NAMED, PALETTES
 from text2sim.spec_schema.models.sweep_models import MAX_RUNS
-from text2sim.spec_schema.published.reference_sections import INTRODUCTION, SECTIONS, Section
+from text2sim.spec_schema.published.reference_prose import INTRODUCTION
+from text2sim.spec_schema.published.reference_sections import SECTIONS, Section
 from text2sim.spec_schema.reuse.prefabs import MAX_DEPTH as NESTED
 from text2sim.spec_schema.reuse.prefabs import MAX_USES
 from text2sim.spec_schema.text.document import parse_document
@@ -60,13 +61,8 @@ def load_examples() -> dict[str, dict[str, str]]:
     return parse_document(read_source(Path(__file__).with_name("examples.yaml"))).data
 
 
-def section_text(section: Section, only: Collection[str] | None = None) -> str:
-    """Text of one section.
-
-    Args:
-        section: Which.
-        only: The kinds to describe in full; of others there is one line. All, if left out.
-    """
+def section_text(section: Section) -> str:
+    """Return the text of one section."""
     lines = [f"{'#' * section.level} {section.title}", ""]
     if section.intro:
         lines += [section.intro, ""]
@@ -86,13 +82,9 @@ def section_text(section: Section, only: Collection[str] | None = None) -> str:
         above = [other for other in shared if other is not base and issubclass(base, other)]
         lines += [f"Besides its own fields, {who}:", "", *_table(base, above)]
     for kind, model in kinds.items():
-        if only is not None and kind not in only:
-            continue
         lines += [f"{'#' * (section.level + 1)} `{kind}`", "", model_doc(model), ""]
         lines += _table(model, shared) + _yaml(examples[kind])
-    left_out = {kind: model for kind, model in kinds.items() if only is not None and kind not in only}
-    others = [f"- `{kind}`: {model_doc(model)}" for kind, model in left_out.items()]
-    return "\n".join([*lines, *(["Other kinds:", "", *others, ""] if others else [])])
+    return "\n".join(lines)
 
 
 def shared_bases(models: list[type[BaseModel]]) -> list[type[BaseModel]]:
