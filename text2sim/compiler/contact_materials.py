@@ -44,6 +44,13 @@ def contact_damping(
 
     The engine takes the means of the two bodies' values. A static without a restitution of its own takes the largest
     of the scene, so that a ball bounces with its own value on a floor that says nothing.
+
+    Args:
+        placed: Copies by static and body.
+        bounce: Restitution by copy, and by link with a material of its own.
+        statics: Names of statics.
+        settings: Of the solver.
+        step: Solver step [s].
     """
     if not bounce:
         return {}

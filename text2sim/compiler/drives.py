@@ -40,7 +40,18 @@ def add_drive(
     later: dict[tuple[str, str], list[LaterDrive]],
     later_targets: Targets,
 ) -> None:
-    """Add a drive of joints of one copy to those of a time or of events."""
+    """Add a drive of joints of one copy to those of a time or of events.
+
+    Args:
+        control: The drive.
+        copy: Whose joints it drives.
+        joints: Their names.
+        line: Of the case, for the program.
+        name: Of the control.
+        targets: Drives from a time on; added to.
+        later: Drives from an event on; added to.
+        later_targets: What these ask for; added to.
+    """
     mode, schedule = next((m, s) for m in ("position", "velocity", "force") if (s := getattr(control, m)) is not None)
     for joint in joints:
         if control.on is None:
@@ -59,7 +70,13 @@ def constructor_after(schedule: Schedule) -> Code:
 def joint_drives(
     targets: Targets, later: Mapping[tuple[str, str], list[LaterDrive]], initial: Mapping[str, Mapping[str, float]]
 ) -> list[JointDrive]:
-    """Return the drives of every joint. What only an event drives is held, or at rest, until then."""
+    """Return the drives of every joint. What only an event drives is held, or at rest, until then.
+
+    Args:
+        targets: Drives from a time on.
+        later: Drives from an event on, by copy and joint.
+        initial: Start positions [rad or m] by copy and joint.
+    """
     for key, rows in later.items():
         if key not in targets:
             first = initial.get(key[0], {}).get(key[1], 0.0) if rows[0].mode == "position" else 0.0

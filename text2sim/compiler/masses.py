@@ -60,6 +60,12 @@ def known_speeds(lowering: Lowering, groups: Iterable[Group], copies: Iterable[C
     """Return the largest speed [m/s] that start velocities and blows alone give copies of bodies, by their names.
 
     A blow J gives a body of mass m the speed J / m, wherever it strikes; blows add up, as if all went one way.
+
+    Args:
+        lowering: What the copies became.
+        groups: Their entities.
+        copies: Copies of bodies.
+        rows: Controls, lowered.
     """
     speeds = {row.entity: hypot(*row.linear) for row in rows.velocities}
     blows = [row for row in rows.wrenches if row.start == row.end]

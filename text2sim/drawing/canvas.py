@@ -54,7 +54,15 @@ class Canvas:
         dashes: Sequence[float] = (),
         clip: Box | None = None,
     ) -> None:
-        """Draw straight lines from point to point, as far as they lie in `clip`."""
+        """Draw straight lines from point to point, as far as they lie in `clip`.
+
+        Args:
+            points: Corners [pixels].
+            color: Of the line.
+            width: [pixels]
+            dashes: Lengths of strokes and gaps [pixels]; none for a full line.
+            clip: Box outside of which nothing is drawn [pixels].
+        """
         for a, b in zip(points, points[1:], strict=False):
             part = clipped(a, b, clip) if clip is not None else (a, b)
             if part is None:
@@ -72,13 +80,29 @@ class Canvas:
         self._draw.rounded_rectangle(corners, radius * FINE, fill=fill, outline=outline, width=FINE)
 
     def ring(self, center: Point, radius: float, color: Color, width: float = 1.5, fill: Color | None = None) -> None:
-        """Draw a circle."""
+        """Draw a circle.
+
+        Args:
+            center: [pixels]
+            radius: [pixels]
+            color: Of the line.
+            width: Of the line [pixels].
+            fill: Colour of the inside, if it has one.
+        """
         x, y = _fine(center)
         r = radius * FINE
         self._draw.ellipse((x - r, y - r, x + r, y + r), fill=fill, outline=color, width=round(width * FINE))
 
     def arrow(self, start: Point, end: Point, color: Color, width: float = 2.5, both: bool = False) -> None:
-        """Draw an arrow, white around it so that it is seen on everything."""
+        """Draw an arrow, white around it so that it is seen on everything.
+
+        Args:
+            start: [pixels]
+            end: Where its head is [pixels].
+            color: Of the arrow.
+            width: [pixels]
+            both: Whether it has a head at either end.
+        """
         length = hypot(end[0] - start[0], end[1] - start[1])
         if length < 1e-6:
             return

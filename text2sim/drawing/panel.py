@@ -84,7 +84,13 @@ class Panel:
 
 
 def fitted(name: str, bounds: tuple[np.ndarray, np.ndarray], box: tuple[int, int, int, int]) -> Panel:
-    """Return a panel in which everything within bounds is seen."""
+    """Return a panel in which everything within bounds is seen.
+
+    Args:
+        name: Of the panel: `top`, `front` or `side`.
+        bounds: Lowest and highest corner, each (3,) [m].
+        box: Left, upper, right and lower edge in the page [pixels].
+    """
     axes, (low, high) = AXES[name], bounds
     width, height = box[2] - box[0], box[3] - box[1]
     size = np.maximum(np.abs(axes[:2] @ (high - low)), 1e-6)

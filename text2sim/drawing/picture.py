@@ -53,7 +53,14 @@ class Picture:
 
 
 def paint(props: Stage, view: View, light: Light, style: Style) -> Picture:
-    """Draw a stage as a camera sees it."""
+    """Draw a stage as a camera sees it.
+
+    Args:
+        props: What is drawn.
+        view: The camera.
+        light: What lights it.
+        style: How it looks.
+    """
     return _Painter(props, view, light, style).paint()
 
 

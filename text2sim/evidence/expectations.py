@@ -72,7 +72,15 @@ class Finding:
 def judge_expectations(
     expect: Mapping[str, Expect], time: Array, series: Mapping[str, Series], events: EventLog, ending: Ending
 ) -> list[Finding]:
-    """Judge every expectation, in the order of the case."""
+    """Judge every expectation, in the order of the case.
+
+    Args:
+        expect: By name.
+        time: Of the frames [s], shape (F,).
+        series: Measures by name.
+        events: What happened.
+        ending: How the run ended.
+    """
     judge = _Judge(time, series, events, ending)
     return [judge.judge(name, row) for name, row in expect.items()]
 

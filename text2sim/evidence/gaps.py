@@ -178,7 +178,13 @@ def _measure(
 
 
 def nearest_cloud(cloud: Cloud, other: Cloud, limit: float | Array = np.inf) -> Nearest:
-    """Return the distance between the points of two bodies in each frame; never negative."""
+    """Return the distance between the points of two bodies in each frame; never negative.
+
+    Args:
+        cloud: Points of the one body.
+        other: Points of the other.
+        limit: Distance [m] from which on nothing is looked for; one for all frames, or shape (F,).
+    """
     from scipy.spatial import KDTree
 
     found = Nearest.within(len(cloud.points), limit)

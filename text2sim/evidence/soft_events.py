@@ -76,7 +76,13 @@ def _episodes(recording: RecordedCase, one: Target, other: Target) -> list[dict[
 
 
 def spans(value: Array, near: float, apart: float) -> list[tuple[int, int]]:
-    """Return (first, last) of the runs of frames that begin when a value is `near` and end before it is `apart`."""
+    """Return (first, last) of the runs of frames that begin when a value is `near` and end before it is `apart`.
+
+    Args:
+        value: One for each frame, shape (F,).
+        near: A run begins at this value or below.
+        apart: It ends at this value or above.
+    """
     rows, begin = [], None
     for frame, now in enumerate(value.tolist()):
         if begin is None and now <= near:
@@ -88,7 +94,14 @@ def spans(value: Array, near: float, apart: float) -> list[tuple[int, int]]:
 
 
 def passage(time: Array, value: Array, frame: int, level: float) -> float:
-    """Return the time [s] at which a value crosses a level between a frame and the next, linearly interpolated."""
+    """Return the time [s] at which a value crosses a level between a frame and the next, linearly interpolated.
+
+    Args:
+        time: Of the frames [s], shape (F,).
+        value: One for each frame, shape (F,).
+        frame: The frame before the crossing.
+        level: What is crossed.
+    """
     a, b = float(value[frame]), float(value[frame + 1])
     part = (level - a) / (b - a) if np.isfinite(a) and np.isfinite(b) and a != b else 1.0
     return float(time[frame] + min(max(part, 0.0), 1.0) * (time[frame + 1] - time[frame]))

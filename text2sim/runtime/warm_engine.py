@@ -119,7 +119,14 @@ class Engine:
         return False
 
     def simulate(self, order: int, program: Path, out: Path, limit: float) -> None:
-        """Let it simulate a program."""
+        """Let it simulate a program.
+
+        Args:
+            order: Number of the order.
+            program: The program's folder.
+            out: Folder of the run.
+            limit: Time [s] that the simulation may take.
+        """
         assert self._child is not None
         self._log_begin = self._log.stat().st_size if self._log.is_file() else 0
         self.job = Job(order, limit, worked=self._child.worked())

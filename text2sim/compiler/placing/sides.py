@@ -36,7 +36,14 @@ def stand_beside(place: Place, subject: Group, target: Group) -> Vec:
 
 
 def lined_up(subject: Group, target: Group, axis: int, end: End) -> float:
-    """Return the shift [m] along an axis of the world that brings two ends, or the middles, to the same level."""
+    """Return the shift [m] along an axis of the world that brings two ends, or the middles, to the same level.
+
+    Args:
+        subject: What is moved.
+        target: What it is lined up with.
+        axis: 0, 1 or 2.
+        end: Which ends, or the middles.
+    """
     (low, high), (bottom, top) = subject.bounds(), target.bounds()
     if end == "center":
         return (bottom[axis] + top[axis]) / 2 - (low[axis] + high[axis]) / 2

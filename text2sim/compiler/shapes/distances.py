@@ -95,6 +95,12 @@ def curve(points: Array, values: Array, *, smooth: bool, closed: bool = False) -
 
     Smooth: a Catmull-Rom spline, its parameter by the square root of distances, which makes no loops; values follow
     monotone cubics.
+
+    Args:
+        points: (n, k).
+        values: (n,).
+        smooth: Whether it is a spline; else it stays as it is.
+        closed: Whether it comes back to its first point.
     """
     if not smooth:
         return points, values

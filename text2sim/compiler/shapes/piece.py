@@ -108,6 +108,11 @@ def outer_polygon_radius(outer: float, inner: float, segments: int) -> float:
     The inner polygon goes round the inner circle, so that the free space never shrinks; the outer one lies
     in the outer circle, so that the body never grows. Only where that would leave less than half the
     thickness in the middle of a stave does the outer polygon grow, and then just enough.
+
+    Args:
+        outer: Outer radius of the wall [m].
+        inner: Inner radius of the wall [m].
+        segments: Staves around it.
     """
     return max(outer, (inner + (outer - inner) / 2) / math.cos(math.pi / segments))
 
@@ -154,7 +159,13 @@ def cone_piece(radius: float, height: float) -> Piece:
 
 
 def ring_pieces(radius: float, bar: float, segments: int) -> list[Piece]:
-    """Return a ring about z as capsules, whose joints lie on the circle."""
+    """Return a ring about z as capsules, whose joints lie on the circle.
+
+    Args:
+        radius: Of the circle at the middle of the bar [m].
+        bar: Radius of the bar [m].
+        segments: Capsules around the ring.
+    """
     points = [
         (radius * math.cos(2 * math.pi * k / segments), radius * math.sin(2 * math.pi * k / segments))
         for k in range(segments)

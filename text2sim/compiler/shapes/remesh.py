@@ -137,6 +137,11 @@ def evened(vertices: "np.ndarray", faces: "np.ndarray", edge: float) -> "tuple[n
     """Give a closed surface triangles of one size, if its own are smaller than wanted or have sharp angles.
 
     Where that would open or fold the surface, it is left as it is.
+
+    Args:
+        vertices: (n, 3) [m].
+        faces: (m, 3) int.
+        edge: Wanted length of edges [m].
     """
     import numpy as np
 

@@ -46,7 +46,15 @@ class SoftControls:
         return region_finder(region, copy.shape, self.scales.spacing(copy.body, solver), solver, self.folder)
 
     def hold(self, copy: Copy, held: "Held", until: list[float | str], line: int, name: str) -> Hold:
-        """One copy that is held by the world, or by links of other copies."""
+        """One copy that is held by the world, or by links of other copies.
+
+        Args:
+            copy: What is held.
+            held: By what, and how.
+            until: Times [s] and events that end it.
+            line: Of the case, for the program.
+            name: Of the control.
+        """
         attach = held.attach
         return Hold(
             entity=copy.name,
@@ -64,7 +72,14 @@ class SoftControls:
         )
 
     def push(self, copy: Copy, control: Force | Impulse, line: int, name: str) -> Push:
-        """A force on one copy, or a blow."""
+        """A force on one copy, or a blow.
+
+        Args:
+            copy: What is pushed.
+            control: The force or blow.
+            line: Of the case, for the program.
+            name: Of the control.
+        """
         pose = (copy.pos, copy.quat)
         if isinstance(control, Impulse):
             assert not isinstance(control.point, tuple)

@@ -61,6 +61,11 @@ def floor_height(copy: Copy) -> float | None:
 def surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) -> Surroundings:
     """Return what stands around deformable bodies.
 
+    Args:
+        placed: Copies by static and body.
+        travel: How far things are taken.
+        folder: The case's folder.
+
     Raises:
         AssetError: if a file of a shape cannot be used.
     """
@@ -116,6 +121,13 @@ def room(
 
 def way_of(copy: Copy, around: Surroundings, scene: Scene, travel: Travel, folder: Path) -> Bounds:
     """Return the box [m] of where a body gets by what holds it, throws it, pushes it and carries it, and by its fall.
+
+    Args:
+        copy: The body.
+        around: What stands around it.
+        scene: Gravity and duration.
+        travel: How far things are taken.
+        folder: The case's folder.
 
     Raises:
         AssetError: if a file of a shape cannot be used.

@@ -21,7 +21,13 @@ Rgba = tuple[float, float, float, float] | None
 
 
 def capsule_mass(radius: float, length: float, density: float) -> float:
-    """Mass [kg] of a capsule whose straight part is `length`: a cylinder and a ball."""
+    """Mass [kg] of a capsule whose straight part is `length`: a cylinder and a ball.
+
+    Args:
+        radius: [m]
+        length: [m]
+        density: [kg/m3]
+    """
     return density * (math.pi * radius**2 * length + 4 / 3 * math.pi * radius**3)
 
 
@@ -32,6 +38,13 @@ def ball_joint(
 
     An undamped tree of ball joints without armature diverges at ordinary time steps. What the author leaves out is
     scaled with the inertia `mass length^2` of the link: a part `armature` of it, and a part `damping` of it per second.
+
+    Args:
+        dynamics: What the author says.
+        mass: Of the link [kg].
+        length: Of the link [m].
+        damping: Part of the inertia, per second [1/s].
+        armature: Part of the inertia.
     """
     inertia = mass * length**2
     return TreeJoint(

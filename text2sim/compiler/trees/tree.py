@@ -180,7 +180,14 @@ def tree_pieces(
 
 
 def moved_frame(link: TreeLink, positions: Mapping[str, float], pos: Vec, quat: Quaternion) -> tuple[Vec, Quaternion]:
-    """Return a link's frame from its parent's, at positions of joints [rad or m] by name; the others are at 0."""
+    """Return a link's frame from its parent's, at positions of joints [rad or m] by name; the others are at 0.
+
+    Args:
+        link: The link.
+        positions: Of joints [rad or m], by name.
+        pos: Of the parent's frame [m].
+        quat: Orientation of the parent's frame.
+    """
     pos, quat = frame_apply(pos, quat, link.pos), quat_multiply(quat, link.quat)
     for name, joint in link.all_joints():
         start = positions.get(name, 0.0)
