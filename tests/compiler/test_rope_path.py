@@ -8,6 +8,7 @@ import pytest
 
 from text2sim.compiler.build import compile_case, resolve_case
 from text2sim.compiler.placing.placement import place_all
+from text2sim.compiler.trees.generators import link_of
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_case
 
@@ -44,6 +45,20 @@ def test_contacts_of_what_goes_round_something_are_stiff(tmp_path: Path, way: st
     settings = resolve_case(load_case(tmp_path)).settings
     assert (settings.solver, settings.cone) == ("cg", cone)
     assert settings.timeconst == pytest.approx(timeconst)
+
+
+@pytest.mark.parametrize("own", [None, 3e-4])
+def test_joints_of_what_is_laid_along_a_path_are_damped(tmp_path: Path, own: float | None):
+    """15 m l2 per second: with the 0.05 of other ropes, links that slide round a post spin until they fly apart."""
+    case_of(tmp_path, "[[-0.105, 0, 0], {round: wheel}, [0.105, 0, 0]]")
+    path = tmp_path / "case.yaml"
+    if own is not None:
+        path.write_text(path.read_text().replace("segments: 80", f"segments: 80, damping: {own}"))
+    lowering = resolve_case(load_case(tmp_path)).lowering
+    link = lowering.trees["line"].roots[0].children[0]
+    mass, length = link_of(place_all(load_case(tmp_path))[0]["line"][0].model)
+    assert link.joint is not None
+    assert link.joint.damping == pytest.approx(own or 15 * mass * length**2)
 
 
 def test_it_goes_over_one_pulley_and_under_the_next(tmp_path: Path):

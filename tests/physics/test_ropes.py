@@ -192,3 +192,38 @@ def test_light_ropes_over_a_pulley_and_round_a_post(simulate, agree):
     agree("a rope slips round a post [m/s2]", -acceleration(trial, "large"), capstan, within=0.06 * capstan)
     depth = max(trial.contact("line", "post")[2].max(), trial.contact("belt", "wheel")[2].max())
     assert depth < 0.0025, "half the radius of the rope"
+
+
+FINE = """
+scene: {duration: 0.35, dt: 0.005}
+bodies:
+  post:
+    kind: rigid
+    shape: {kind: cylinder, radius: 0.06, height: 0.1}
+    pose: {pos: [0, 0, 1.5], euler_deg: [90, 0, 0]}
+    material: {friction: 0.1}
+    mount: {kind: fixed}
+  line:
+    kind: rope
+    along: [[-0.065, 0.006, 1.0], {round: post, turns: 1}, [0.065, -0.006, 1.42]]
+    radius: 0.005
+    segments: 70
+    anchored: false
+    material: {mass: 0.02, friction: 0.01}
+  small: {kind: rigid, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [-0.065, 0.006, 0.94]}, material: {mass: 0.5}}
+  large: {kind: rigid, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [0.065, -0.006, 1.36]}, material: {mass: 3}}
+actions:
+  controls:
+    c: {kind: attach, body: line.link_0, to: small}
+    d: {kind: attach, body: line.link_69, to: large}
+"""
+
+
+def test_many_short_links_slide_round_a_post(simulate, agree):
+    """70 links of 0.3 g, of which each spins faster and faster unless its joints are damped; Euler-Eytelwein as above."""
+    trial = simulate(FINE)
+    grown = np.exp(0.1 * 3 * np.pi * 0.06 / 0.065)
+    capstan = G * (3 - 0.5 * grown) / (3 + 0.5 * grown)
+    agree("a fine rope slips round a post [m/s2]", -acceleration(trial, "large"), capstan, within=0.06 * capstan)
+    spins = np.abs(np.stack([trial.ang(f"line.link_{k}") for k in range(1, 69)]))
+    agree("links turn with the rope [rad/s]", spins.max(), 1.5 / 0.065, within=60)
