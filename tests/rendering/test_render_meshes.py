@@ -21,6 +21,13 @@ def agreement(mesh: Mesh) -> float:
     return float((flat[:, None] * mesh.normals[mesh.faces]).sum(axis=-1).min())
 
 
+def hull_faces(vertices: np.ndarray) -> np.ndarray:
+    hull = ConvexHull(vertices)
+    a, b, c = np.moveaxis(vertices[hull.simplices], 1, 0)
+    inward = (np.cross(b - a, c - a) * hull.equations[:, :3]).sum(axis=1) < 0
+    return np.where(inward[:, None], hull.simplices[:, ::-1], hull.simplices)
+
+
 def test_a_box_gets_round_edges_and_keeps_its_faces() -> None:
     mesh = presentable(BOX * (0.1, 0.05, 0.02), BOX_FACES)
     assert np.allclose(np.abs(mesh.vertices).max(axis=0), (0.1, 0.05, 0.02))
@@ -42,6 +49,28 @@ def test_a_coarse_cylinder_becomes_round() -> None:
     mesh = presentable(vertices, faces)
     assert 0.98 * np.pi * 0.004 < volume(mesh) < np.pi * 0.004
     assert agreement(mesh) > 0.95
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.2])  # about its middle, and about its centre of mass
+@pytest.mark.parametrize("tip", [1, -1])
+def test_a_cone_keeps_its_tip(shift: float, tip: int) -> None:
+    angle = np.linspace(0, 2 * np.pi, 48, endpoint=False)
+    ring = np.c_[0.17 * np.cos(angle), 0.17 * np.sin(angle), np.full(48, -0.4 + shift)]
+    vertices = np.concatenate([ring, [(0, 0, -0.4 + shift), (0, 0, 0.4 + shift)]]) * (1, 1, tip)
+    mesh = presentable(vertices, hull_faces(vertices))
+    assert agreement(mesh) > 0.95
+    z = mesh.vertices[:, 2] * tip
+    assert (z.min(), z.max()) == pytest.approx((-0.4 + shift, 0.4 + shift))
+    assert volume(mesh) == pytest.approx(np.pi * 0.17**2 * 0.8 / 3, rel=0.02)
+
+
+def test_the_tip_of_a_top_is_rounded_evenly() -> None:
+    """Its many faces meet in one point, and no one of their normals is that of the tip."""
+    angle = np.linspace(0, 2 * np.pi, 48, endpoint=False)
+    vertices = np.concatenate(
+        [[(0, 0, -0.06), (0, 0, 0.02)], np.c_[0.03 * np.cos(angle), 0.03 * np.sin(angle), 0 * angle]]
+    )
+    assert agreement(presentable(vertices, hull_faces(vertices))) > 0.9
 
 
 def test_a_thin_rod_is_no_ball() -> None:

@@ -24,6 +24,8 @@ SIDES = 96
 """Of cylinders."""
 SHARP = np.cos(np.radians(25.0))
 """Cosine of the angle between faces from which on they meet in an edge."""
+WOUND = 0.9
+"""Length of the mean of the normals of a curved face below which it goes round its corner: the tip of a cone."""
 PLANES = 400
 """Faces of a convex shape from which on its edges are left as they are: it is a scan, not a thing with edges."""
 LIMB_SIDES, LIMB_RINGS = 32, 7
@@ -59,8 +61,8 @@ def read_mesh(path: Path) -> Mesh:
 def presentable(vertices: Array, faces: Indices, uvs: Array | None = None) -> Mesh:
     """Return a mesh with smooth normals, and with bevelled edges if it is convex and has no texture."""
     if uvs is None and 4 < len(vertices) <= LARGEST:
-        made = _ball(vertices, faces) or _cylinder(vertices) or _capsule(vertices) or _bevelled(vertices, faces)
-        if made is not None:
+        round_one = _ball(vertices, faces) or _cylinder(vertices) or _cone(vertices) or _capsule(vertices)
+        if (made := round_one or _bevelled(vertices, faces)) is not None:
             return made
     shell = Shell(vertices, faces)
     worn = None if uvs is None else uvs[shell.worn]
@@ -116,6 +118,7 @@ def _cylinder(vertices: Array) -> Mesh | None:
     if (
         not flat
         or np.abs(radius[rim] - r).max() > 1e-4 * r
+        or not (vertices[rim, 2].min() < 0 < vertices[rim, 2].max())
         or len(np.unique(np.round(vertices[:, :2] / r, 4), axis=0)) < 12
     ):
         return None  # a square prism is not a cylinder
@@ -127,6 +130,33 @@ def _cylinder(vertices: Array) -> Mesh | None:
     slope = np.stack([np.sin(turn), -np.cos(turn)], axis=1)
     slopes = np.concatenate([[(0.0, -1.0)], slope, slope[::-1] * (1, -1), [(0.0, 1.0)]])
     return revolved(profile, slopes)
+
+
+def _cone(vertices: Array) -> Mesh | None:
+    """Return a cone about z with a bevelled rim, its tip up or down; None if the mesh is not a cone."""
+    radius, z = np.hypot(vertices[:, 0], vertices[:, 1]), vertices[:, 2]
+    r = float(radius.max())
+    rim = radius > 1e-6 * r
+    base, h = float(z[rim].mean()), float(np.ptp(z))
+    tip = float(z[np.abs(z - base).argmax()])
+    ends = np.minimum(np.abs(z - base), np.abs(z - tip)).max()
+    if (
+        h < 1e-6 * r
+        or max(np.ptp(z[rim]), ends) > 1e-5 * h
+        or np.abs(radius[rim] - r).max() > 1e-4 * r
+        or len(np.unique(np.round(vertices[rim, :2] / r, 4), axis=0)) < 12
+    ):
+        return None  # a pyramid is not a cone
+    slant = np.hypot(r, h)
+    edge = min(BEVEL * min(2 * r, h), WIDEST, h * r / (r + slant) / 2)
+    turn = np.linspace(-np.pi / 2, np.arctan2(r, h), STEPS + 1)  # from the base's normal to that of the side
+    slopes = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    rounded = (r - edge * (r + slant) / h, edge) + edge * slopes
+    profile = np.concatenate([[(0.0, 0.0)], rounded, [(0.0, h)]])
+    slopes = np.concatenate([[(0.0, -1.0)], slopes, slopes[-1:]])
+    if tip < base:
+        profile, slopes = profile[::-1] * (1, -1), slopes[::-1] * (1, -1)
+    return revolved(profile + (0.0, base), slopes)
 
 
 def _capsule(vertices: Array) -> Mesh | None:
@@ -240,6 +270,12 @@ def _directions(normals: Array) -> Array:
             groups.append([normal])
     means = np.array([np.mean(group, axis=0) for group in groups])
     length = np.linalg.norm(means, axis=1, keepdims=True)
+    axis = normals.mean(axis=0)
+    if length.min() < WOUND and np.linalg.norm(axis) > 1e-3:
+        axis = axis / np.linalg.norm(axis)
+        fans = [((STEPS - s) * normals + s * axis) / STEPS for s in range(STEPS + 1)]
+        ways = np.concatenate(fans)
+        return np.unique(np.round(ways / np.linalg.norm(ways, axis=1, keepdims=True), 6), axis=0)
     means = means[length[:, 0] > 0.5] / length[length[:, 0] > 0.5]
     if len(means) < 2:
         return means if len(means) else normals[:1]
