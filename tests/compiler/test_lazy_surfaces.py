@@ -36,6 +36,20 @@ def test_a_check_that_is_made_again_makes_no_surface(cases: Path) -> None:
     assert said == ["True\n", "False\n"]
 
 
+@pytest.mark.parametrize("case", ["brick_wall", "conveyor_sorter", "curtains"])
+def test_a_check_loads_no_library_of_meshes_and_builds_one_validator(cases: Path, case: str) -> None:
+    code = (
+        "import sys; from pathlib import Path; from text2sim.compiler.build import resolve_case;"
+        "from text2sim.spec_schema.load import load_case; from text2sim.lint import lint_case;"
+        "from text2sim.spec_schema.models.base import Model;"
+        f"lint_case(resolve_case(load_case(Path({str(cases / case)!r}))));"
+        "print(sorted({'trimesh', 'scipy', 'shapely'} & set(sys.modules)),"
+        " sorted(m.__name__ for m in Model.__subclasses__() if m.__pydantic_complete__))"
+    )
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120)
+    assert answer.stdout == "[] ['Case']\n"
+
+
 def test_what_is_remembered_changes_nothing(cases: Path) -> None:
     first, second = (resolve_case(load_case(cases / "crank_slider")).plan for _ in range(2))
     assert dict(first.files) == dict(second.files)

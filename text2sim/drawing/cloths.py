@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from trimesh import Trimesh
+import numpy as np
 
 from text2sim.compiler.shapes.pictures import PREVIEW, thumbnail
 from text2sim.compiler.shapes.sagging import is_bent
@@ -25,5 +25,11 @@ def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
         return None
     picture = None if shape.texture is None else thumbnail(shape.texture, folder, PREVIEW)
     net = soft_surface(shape, folder, max(shape.size) / (NETS if picture or is_bent(shape) else 1))
-    normals = Trimesh(net.vertices, net.faces, process=False).vertex_normals
+    normals = _normals(net.vertices, net.faces) if is_bent(shape) else np.tile([0.0, 0.0, 1.0], (len(net.vertices), 1))
     return [VisualMesh(net.vertices, net.faces, normals, uvs=net.uvs, picture=picture)]
+
+
+def _normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    from trimesh import Trimesh  # takes longer than a check that has no bent sheet
+
+    return Trimesh(vertices, faces, process=False).vertex_normals
