@@ -129,7 +129,7 @@ def test_the_critic_reads_who_did_work_and_nothing_that_is_within_bounds(tmp_pat
     }
     record = {"state": "finished", "time": 2.0, "duration": 2.0, "timings": {"simulate": 3.0}}
     told = evidence_text(tmp_path, evidence, record, ())
-    assert "2 of 2 s simulated, 1.5 s by the clock for each" in told
+    assert "2 of 2 s simulated, 1.5 s of wall time per simulated second" in told
     assert "work in all: motor `drum` 6.5 J, control `shove` -0.25 J; motors until then 8 J" in told
     assert "driven" in told
     for word in ("penetration", "joint_limits", "off_path", "speeds", "contacts", "idle"):

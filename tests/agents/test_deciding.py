@@ -232,7 +232,7 @@ def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path
         examined.warnings = [guess]
         made._considered(Attempt(2, CASE, "x"), examined)
     assert len(asked) == 1, "a guess is not told when it is known"
-    assert "took 31 s by the clock, 2.5 s for each simulated second" in made._left(made.made[0])
+    assert "took 31 s of wall time, of which 2.5 s per simulated second" in made._left(made.made[0])
 
 
 @pytest.mark.parametrize(

@@ -356,8 +356,8 @@ class AgentLoop:
             words.append(f"{minutes:.0f} minutes are left for everything")
         ran = [one for one in self.made if one.wall]
         if ran:
-            took = f"took {ran[-1].wall:.0f} s by the clock, {ran[-1].pace:.3g} s for each simulated second"
-            words.append(f"the run of attempt {ran[-1].number} {took}")
+            took = f"took {ran[-1].wall:.0f} s of wall time, of which {ran[-1].pace:.3g} s per simulated second"
+            words.append(f"the run of attempt {ran[-1].number} {took}, the rest for start, judging and film")
         return "; ".join(words) + "."
 
     def _history(self) -> str:

@@ -117,7 +117,7 @@ def _outcome(record: Mapping[str, Any]) -> str:
     reached = f"{record.get('time', 0):.3g} of {record.get('duration', 0):g} s simulated"
     message = f": {record['message']}" if record.get("message") else ""
     if seconds := (record.get("timings") or {}).get("simulate"):
-        reached += f", {_g(seconds / record['time'])} s by the clock for each" if record.get("time") else ""
+        reached += f", {_g(seconds / record['time'])} s of wall time per simulated second" if record.get("time") else ""
     return f"Run: {record.get('state')}, {reached}{message}"
 
 
