@@ -58,13 +58,16 @@ def test_the_end_of_two_plans_says_all_reasons() -> None:
 
 
 def test_a_loop_that_fails_says_why_under_what_is_unresolved() -> None:
-    loop = SimpleNamespace(outcome=lambda state, why: Outcome(state, why))
+    closed: list[bool] = []
+    attempts = SimpleNamespace(close=lambda: closed.append(True))
+    loop = SimpleNamespace(outcome=lambda state, why: Outcome(state, why), attempts=attempts)
 
     def way() -> Outcome:
         raise RoleFailed("planner", ["a", "b"])
 
     ended = AgentLoop.ending(loop, way)  # type: ignore[arg-type]
     assert (ended.state, ended.unresolved) == ("failed", ["a", "b"])
+    assert closed, "its engine is ended"
 
 
 def test_a_second_plan_that_fails_leaves_the_first_to_be_mended() -> None:

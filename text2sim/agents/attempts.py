@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from text2sim.agents.assembly import Examination
 from text2sim.agents.contract import numbered
@@ -20,6 +20,9 @@ from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.whole_files import replacing, write_atomically
+
+if TYPE_CHECKING:
+    from text2sim.runtime.warm_runner import WarmRunner
 
 LARGEST_INPUT = 100_000_000
 """Bytes of a file that comes with a request."""
@@ -118,6 +121,23 @@ class Attempts:
         self.case, self.folder = case, case / "generation" / "attempts"
         self._minutes: dict[int, list[float | None]] = {}
         """What an earlier process wrote down, by attempt."""
+        self._warm: WarmRunner | None = None
+
+    @property
+    def runner(self) -> "WarmRunner":
+        """Runs programs in an engine that stays warm from attempt to attempt; it starts with the first."""
+        if self._warm is None:
+            from text2sim.runtime.warm_runner import WarmRunner
+
+            self.folder.mkdir(parents=True, exist_ok=True)
+            self._warm = WarmRunner(self.folder.parent)
+        return self._warm
+
+    def close(self) -> None:
+        """End the engine."""
+        if self._warm is not None:
+            self._warm.close()
+            self._warm = None
 
     def of(self, number: int) -> Path:
         """The folder of an attempt."""
@@ -201,9 +221,15 @@ class Attempts:
 
         assert examined.loaded is not None
         lint = [{"rule": p.rule, "path": p.path, "message": p.message, "reason": None} for p in examined.warnings]
-        runs = self.case / "runs"
+        rest: dict[str, Any] = {
+            "runs": self.case / "runs",
+            "timeout": timeout,
+            "on_progress": on_progress,
+            "lint": lint,
+        }
         try:
-            result = run_case(examined.loaded, runs=runs, timeout=timeout, on_progress=on_progress, lint=lint)
+            # The Critic sees path-traced pictures: a preview film would take longer than most simulations.
+            result = run_case(examined.loaded, film=False, runner=self.runner, **rest)
         except RunError as error:
             attempt.state, attempt.problems = "failed", [str(error)]
             return
@@ -215,7 +241,8 @@ class Attempts:
         attempt.expect = {
             name: {k: row[k] for k in ("ok", "wanted", "why")} for name, row in result.expectations.items()
         }
-        attempt.pictures, frames, pictured = self._pictures(attempt, result.folder)
+        loaded = examined.loaded
+        attempt.pictures, frames, pictured = self._pictures(attempt, result.folder, lambda: run_case(loaded, **rest))
         bodies = [*examined.loaded.case.bodies, *examined.loaded.case.scene.statics]
         asked = [one for name in given for one in numbered(name, result.expectations)]
         told = vars(record) if record is not None else {}
@@ -265,7 +292,8 @@ class Attempts:
         from text2sim.harness.run import run_case
 
         def simulate(loaded: Any) -> tuple[str, Found]:
-            result = run_case(loaded, runs=self.case / "runs", timeout=timeout, on_progress=on_progress, film=False)
+            rest: dict[str, Any] = {"runs": self.case / "runs", "timeout": timeout, "on_progress": on_progress}
+            result = run_case(loaded, film=False, runner=self.runner, **rest)
             if result.stopped:
                 raise KeyboardInterrupt  # before any of it is stored
             return result.state, result.expectations
@@ -277,9 +305,9 @@ class Attempts:
             attempt.cites = sorted({*attempt.cites, "diagnostic:causes"})
             self.keep(attempt)
 
-    def _pictures(self, attempt: Attempt, run: Path) -> tuple[list[str], int, str]:
+    def _pictures(self, attempt: Attempt, run: Path, preview: Callable[[], Any]) -> tuple[list[str], int, str]:
         """Make the sheet of numbered frames for the Critic; return its file name, the number of frames, and a note."""
-        sheet, count, told = frame_sheet(run)
+        sheet, count, told = frame_sheet(run, preview)
         if sheet is None:
             return [], 0, ""
         folder = self.of(attempt.number)

@@ -101,8 +101,10 @@ class AgentLoop:
             raise KeyboardInterrupt from None
         except (RoleFailed, ModelError) as failed:
             ended = self.outcome("failed", str(failed))
-            ended.unresolved += [row for row in getattr(failed, "reasons", ()) if row not in ended.unresolved]
+            ended.unresolved = list(dict.fromkeys([*ended.unresolved, *getattr(failed, "reasons", ())]))
             return ended
+        finally:
+            self.attempts.close()
 
     def work(self, text: str, cause: str) -> Outcome:
         """Improve a case until it is accepted or a bound is reached.
@@ -171,7 +173,7 @@ class AgentLoop:
         return plan
 
     def _tell(self, plan: CasePlan) -> None:
-        told = {name: getattr(plan, name) for name in ("possible", "why", "assumptions", "says")}
+        told = {"possible": plan.possible, "why": plan.why, "assumptions": plan.assumptions, "says": plan.says}
         self.emit("planned", goal=plan.event, **told)
 
     # --- first version ----------------------------------------------------------------------------------------
@@ -354,8 +356,7 @@ class AgentLoop:
         words = [f"{self.limits.attempts - attempt.number} of {self.limits.attempts} attempts are left"]
         if minutes is not None:
             words.append(f"{minutes:.0f} minutes are left for everything")
-        ran = [one for one in self.made if one.wall]
-        if ran:
+        if ran := [one for one in self.made if one.wall]:
             took = f"took {ran[-1].wall:.0f} s of wall time, of which {ran[-1].pace:.3g} s per simulated second"
             words.append(f"the run of attempt {ran[-1].number} {took}, the rest for start, judging and film")
         return "; ".join(words) + "."

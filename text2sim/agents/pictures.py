@@ -1,7 +1,7 @@
 """Sheet of numbered frames of a run for the Critic, path-traced or from the preview."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import inf
 from pathlib import Path
 from time import monotonic
@@ -39,18 +39,24 @@ Row = tuple[str, str, Any, Any]
 """Camera, what is said of it, the picture, and a close view of it or None."""
 
 
-def frame_sheet(run: Path) -> tuple[Any, int, str]:
+def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[Any, int, str]:
     """Return a sheet of a run's frames with numbers and times, the number of frames, and a note.
 
     Shown are the ends of the main film, when expectations were decided and events came with what is just before and
     after, extremes of measures, the deepest overlap, and evenly what is left; what it is about is shown from near
     beside it, if it is small.
     (None, 0, "") if there are no pictures.
+
+    Args:
+        run: The run folder.
+        preview: Makes the preview, if it is needed and not there.
     """
     from text2sim.evidence.contact_sheet import contact_sheet
 
     rows, told = list(_traced(run, SECONDS)), TOLD
     if not rows:
+        if not (run / "video.mp4").is_file():
+            preview()
         rows, told = list(_filmed(run)) or list(_kept(run)), _left_out(run)
     if not rows:  # no preview without OpenGL
         rows, told = list(_traced(run, inf)), TOLD

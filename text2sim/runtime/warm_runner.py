@@ -59,7 +59,9 @@ class WarmRunner:
         return replace(done, outcome=replace(done.outcome, film_message=why), no_film=film.no_film)
 
     def close(self) -> None:
-        """End the engine."""
+        """End the engine, if it was ever started."""
+        if not self._orders:
+            return
         self._engine.end()
         until = monotonic() + FAREWELL
         while monotonic() < until and not self._engine.ended:

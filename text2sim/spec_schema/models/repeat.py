@@ -13,7 +13,7 @@ from text2sim.spec_schema.models.space import Region
 
 
 class Line(Model):
-    """Copies in a row."""
+    """Copies in a row. For any other row, such as an arch or a fan, `step: [0, 0, 0]`, and `i` in the body's `pose`."""
 
     kind: Literal["line"]
     count: Count
