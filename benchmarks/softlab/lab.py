@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,7 +18,7 @@ import numpy as np
 from text2sim.compiler.build import compile_case
 from text2sim.spec_schema.load import load_case
 
-PATIENCE = 540.0
+PATIENCE = 1800.0
 """Longest wait [s] for one case: a bare machine compiles the engine's kernels on the way."""
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -31,6 +32,8 @@ class Run:
     """What one run recorded. Arrays over frames are float64."""
 
     folder: Path
+    cpu: float = 0.0
+    """Processor seconds of the simulation, without building the scene."""
 
     @cached_property
     def layout(self) -> dict[str, Any]:
@@ -123,12 +126,13 @@ class Lab:
         if not self._keep:
             shutil.rmtree(self._folder, ignore_errors=True)
 
-    def run(self, text: str, name: str = "trial", **params: Any) -> Run:
+    def run(self, text: str, name: str = "trial", files: Mapping[str, str] | None = None, **params: Any) -> Run:
         """Simulate a case.
 
         Args:
             text: The case below `name`.
             name: For the folder.
+            files: Contents of files that the case names.
             params: Values for the names that the text uses in `${...}`.
 
         Raises:
@@ -140,13 +144,15 @@ class Lab:
         folder.mkdir(parents=True)
         head = {"text2sim": 1, "name": "trial", "params": params}
         lines = [f"{key}: {json.dumps(value)}" for key, value in head.items()]
+        for file, content in (files or {}).items():
+            (folder / file).write_text(content)
         (folder / "case.yaml").write_text("\n".join(lines) + "\n" + text)
         compile_case(load_case(folder), folder / "program")
         found = re.search(r'precision="(\d+)"', (folder / "program" / "scene.py").read_text())
-        self._serve(found.group(1) if found else "32", {"program": str(folder / "program"), "out": str(folder)})
-        return Run(folder)
+        order = {"program": str(folder / "program"), "out": str(folder)}
+        return Run(folder, self._serve(found.group(1) if found else "32", order))
 
-    def _serve(self, precision: str, order: dict[str, str]) -> None:
+    def _serve(self, precision: str, order: dict[str, str]) -> float:
         if precision not in self._workers:
             self._workers[precision] = subprocess.Popen(
                 [sys.executable, str(Path(__file__).with_name("worker.py"))],
@@ -165,8 +171,10 @@ class Lab:
             self._end(precision)
             said = (self._folder / f"worker_{precision}.log").read_text()[-2000:]
             raise RunFailed(f"the engine {'died' if ready else 'did not answer'}:\n{said}")
-        if error := json.loads(answer)["error"]:
-            raise RunFailed(error)
+        result = json.loads(answer)
+        if result["error"]:
+            raise RunFailed(result["error"])
+        return result["cpu"]
 
     def _end(self, precision: str) -> None:
         worker = self._workers.pop(precision)

@@ -317,7 +317,7 @@ class TestMeshes:
     @pytest.mark.parametrize("mount", ["free", "fixed", "hinge"])
     def test_pieces_are_the_engines_business_on_every_mount(self, mount: str, make: Make) -> None:
         plan = make(mesh_body(f"mount: {{kind: {mount}}}", "file: parts/bracket.obj, collision: decompose"))
-        assert plan.bodies[0].entities[0].options["decompose"] is True
+        assert plan.bodies[0].entities[0].options["contact"] == "decompose"
         assert 'contype="4" conaffinity="8"' in plan.files["models/m.xml"].decode()
 
     def test_meshes_of_one_body_touch_alike(self, problems: Callable[[str], list[Problem]]) -> None:

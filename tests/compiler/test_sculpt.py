@@ -136,7 +136,7 @@ def test_pieces_follow_the_parts() -> None:
     (hull,) = geometry.pieces(shape.model_copy(update={"collision": "hull"}), Path())
     assert hull.volume() > 1.5 * geometry.volume(shape, Path())
     (whole,) = geometry.pieces(shape.model_copy(update={"collision": "decompose"}), Path())
-    assert whole.decompose and whole.enclosed == pytest.approx(geometry.volume(shape, Path()))
+    assert whole.collision == "decompose" and whole.enclosed == pytest.approx(geometry.volume(shape, Path()))
 
 
 def test_limits_hold_before_anything_is_made() -> None:

@@ -135,6 +135,6 @@ def hostile_files(chance: random.Random) -> tuple[dict[str, Content], dict[str, 
         "kind": "mesh",
         "file": name,
         "scale": chance.choice((1, 0.001, 1e6)),
-        "collision": chance.choice(("hull", "decompose")),
+        "collision": chance.choice(("hull", "decompose", "exact")),
     }
     return files, {"kind": "rigid", "shape": shape, "pose": {"pos": [9, 0, 2]}}

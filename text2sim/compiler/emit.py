@@ -255,7 +255,7 @@ def _material_keys(entity: EntityPlan) -> list[str]:
 
 
 def _cells(entity: EntityPlan, *, turned: bool) -> dict[str, Any]:
-    flags: dict[str, Any] = {"fixed": False, "visualization": True, "decompose": None, "keep": ()}
+    flags: dict[str, Any] = {"fixed": False, "visualization": True, "contact": None, "keep": ()}
     flags |= {"collision": True, "maxvolume": None, "nobisect": True}
     return {
         **flags,

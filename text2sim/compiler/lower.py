@@ -240,12 +240,16 @@ class Lowering:
 
     def _entity_of(self, copy: Copy, made: Written, color: Rgba | None) -> EntityPlan:
         self._take_in(copy, made.tree, made.balls, made.pieces)
+        self.notes |= {f"{copy.body}: {note}": None for note in made.notes}
         own = copy.model.look
         surface = None if made.color is None or color is None else Surface(color, own.finish, dress=dress_of(own))
         seen = {part.rgba for link in made.tree.links() for part in (*link.geoms, *link.visuals)}
         looks = {} if surface else worn_by(copy)
         worn = tuple(Surface(rgba, one.finish, dress=dress_of(one)) for rgba, one in looks.items() if rgba in seen)
-        return EntityPlan(copy.name, "MJCF", dict(made.options), copy.pos, copy.quat, surface=surface, worn=worn)
+        return EntityPlan(
+            copy.name, "MJCF", dict(made.options), copy.pos, copy.quat, surface=surface, worn=worn,
+            material_options=dict(made.grid),
+        )  # fmt: skip
 
     def _take_in(self, copy: Copy, tree: Tree, balls: list[Ball], pieces: int) -> None:
         """Remember what the rest of the compiler asks about a tree."""
@@ -270,7 +274,7 @@ class Lowering:
         self.changes += file_changes(mechanism, model, copy.name)
         self.notes |= {f"{copy.body}: {note}": None for note in mechanism.notes}
         urdf = mechanism.kind == "urdf"
-        options: dict[str, Any] = {"file": self.models.add_mechanism(copy.body, mechanism), "decompose": False}
+        options: dict[str, Any] = {"file": self.models.add_mechanism(copy.body, mechanism), "contact": "hull"}
         if urdf:
             options["fixed"] = model.base != "free"
             options["keep"] = tuple(sorted({*self.named.get(copy.body, ())} & {*mechanism.link_names}))

@@ -29,8 +29,10 @@ def obstacles(plan: Plan) -> list[str]:
     found += sorted({f"bodies of the family {entity.family}" for entity in entities if entity.family != "rigid"})
     if any(entity.morph == "URDF" for entity in entities):
         found.append("URDF files")
-    if any(entity.options.get("decompose") for entity in entities):
+    if any(entity.options.get("contact") == "decompose" for entity in entities):
         found.append("shapes that are taken apart")
+    if any(entity.options.get("contact") == "exact" for entity in entities):
+        found.append("meshes that touch by their surface")
     if any(drive.later or len({segment.mode for segment in drive.segments}) > 1 for drive in plan.drives):
         found.append("drives that wait for events or change what they follow")
     if any(wrench.point is not None or wrench.local for wrench in plan.wrenches):

@@ -189,7 +189,7 @@ class Facts:
         return self._parts[copy.name]
 
     def _part(self, piece: Piece, pos: Vec, quat: Quaternion, moves: bool, link: str | None) -> Part:
-        mesh = load_mesh(str(piece.file), self.folder) if piece.decompose else None
+        mesh = load_mesh(str(piece.file), self.folder) if piece.collision in ("decompose", "exact") else None
         return Part(piece, pos, quat, moves, link, mesh)
 
     def box(self, copy: Copy) -> Bounds | None:

@@ -131,19 +131,21 @@ class TestMeshes:
         (found,) = overlaps(assets, self.bodies("", 0))
         assert found.severity == "error"
         assert found.message.endswith(
-            "(`ring.obj` touches by its convex hull; `collision: decompose` keeps its hollows)"
+            "(`ring.obj` touches by its convex hull; `collision: decompose` or `exact` keeps its hollows)"
         )
 
-    def test_what_is_taken_apart_keeps_its_hole(self, assets: Path) -> None:
-        assert overlaps(assets, self.bodies(", collision: decompose", 0)) == []
+    @pytest.mark.parametrize("collision", ["decompose", "exact"])
+    def test_what_is_taken_apart_keeps_its_hole(self, assets: Path, collision: str) -> None:
+        assert overlaps(assets, self.bodies(f", collision: {collision}", 0)) == []
 
     def test_rings_go_through_each_other(self, assets: Path) -> None:
         """The middle of each is in the bar of the other, but is not of the ring itself."""
         ring = "{kind: rigid, shape: {kind: mesh, file: ring.obj, collision: decompose}, pose: {pos: [%s, 0, 0.5], euler_deg: [%s, 0, 0]}}"
         assert overlaps(assets, f"bodies: {{a: {ring % (0, 0)}, b: {ring % (0.2, 90)}}}") == []
 
-    def test_its_surface_counts(self, assets: Path) -> None:
-        (found,) = overlaps(assets, self.bodies(", collision: decompose", 0.15))
+    @pytest.mark.parametrize("collision", ["decompose", "exact"])
+    def test_its_surface_counts(self, assets: Path, collision: str) -> None:
+        (found,) = overlaps(assets, self.bodies(f", collision: {collision}", 0.15))
         assert found.severity == "warning", "only the engine knows the pieces"
 
     def test_what_is_wholly_inside_counts(self, assets: Path) -> None:

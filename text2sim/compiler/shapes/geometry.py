@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
+from text2sim.compiler.shapes.distance_field import field_of
 from text2sim.compiler.shapes.extents import wall_radii
 from text2sim.compiler.shapes.hulls import hull_of
 from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces
@@ -16,6 +17,7 @@ from text2sim.compiler.shapes.rotation import (
 )
 from text2sim.compiler.shapes.sagging import sheet_pieces
 from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface
+from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.base import content_of
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Compound, Cup, Funnel, Mesh, Polyhedron, Sheet, Sketch, Text, Tube
@@ -134,9 +136,20 @@ def _mesh_piece(shape: Mesh, folder: Path) -> Piece:
     corners = tuple((x * scale, y * scale, z * scale) for x, y, z in mesh.hull_vertices.tolist())
     faces = tuple((a, b, c) for a, b, c in mesh.hull_faces.tolist())
     enclosed = mesh.volume * scale**3 if mesh.closed else 0.0
+    field = None
+    if shape.collision == "exact":
+        if not mesh.closed:
+            raise AssetError(
+                f"mesh file `{shape.file}` is open, or its triangles look to different sides: it has no inside, and so "
+                "no exact contact; close it, or take another `collision`"
+            )
+        try:
+            field = field_of(mesh.vertices * scale, mesh.faces, shape.cell)
+        except AssetError as error:
+            raise AssetError(f"mesh file `{shape.file}` {error}") from None
     return Piece(
         "mesh", size=(scale,), vertices=corners, faces=faces, file=shape.file, enclosed=enclosed,
-        decompose=shape.collision == "decompose",
+        collision=shape.collision, field=field,
     )  # fmt: skip
 
 

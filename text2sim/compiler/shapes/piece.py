@@ -1,4 +1,4 @@
-"""Convex pieces: what every shape becomes for contact."""
+"""Pieces, convex but for exact meshes: what every shape becomes for contact."""
 
 import math
 from collections.abc import Iterator
@@ -7,6 +7,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
+from text2sim.compiler.shapes.distance_field import Field
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
     Quaternion,
@@ -29,7 +30,7 @@ _WEDGE_FACES = (
 
 @dataclass(frozen=True)
 class Piece:
-    """A convex solid in its body's frame (`mesh`: what the engine makes of a file)."""
+    """A convex solid in its body's frame (`mesh`: what the engine makes of a file, or an exact surface)."""
 
     kind: str
     """box, sphere, cylinder, capsule, ellipsoid, hull or mesh."""
@@ -47,8 +48,10 @@ class Piece:
     """Of a mesh: path inside the case's folder."""
     enclosed: float = 0.0
     """Of a mesh: volume [m3] that its surface encloses; 0 if it is open, and its convex hull counts."""
-    decompose: bool = False
-    """Of a mesh: whether it touches by several convex pieces instead of its hull."""
+    collision: str = "hull"
+    """Of a mesh: `hull`, `decompose` (touches by several convex pieces) or `exact` (by its surface)."""
+    field: Field | None = None
+    """Of an exact mesh: the grid of its distances."""
     part: str | None = None
     """Of a compound: name of the part."""
 
@@ -239,6 +242,8 @@ def _thickness(piece: Piece) -> float:
         return min(piece.size)
     if piece.kind == "cylinder":
         return min(2 * piece.size[0], piece.size[1])
+    if piece.field is not None:
+        return piece.field.wall
     if piece.kind == "mesh":
         # The edges of a scanned hull say nothing about how thick it is.
         return min(max(axis) - min(axis) for axis in zip(*piece.vertices, strict=True))

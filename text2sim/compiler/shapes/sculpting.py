@@ -137,7 +137,7 @@ def pieces_of(shape: Sculpt) -> list[Piece]:
         faces = tuple((a, b, c) for a, b, c in net.tolist())
         if shape.collision == "decompose":
             piece = Piece("mesh", size=(1.0,), vertices=vertices, faces=faces, file=MARK + made.digest,
-                          enclosed=made.volume, decompose=True)  # fmt: skip
+                          enclosed=made.volume, collision="decompose")  # fmt: skip
         else:
             piece = Piece("hull", vertices=vertices, faces=faces)
         found.append(piece)

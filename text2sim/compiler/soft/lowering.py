@@ -18,6 +18,7 @@ from text2sim.compiler.soft.scales import SOFTNESS, Scales
 from text2sim.compiler.soft.solver_domain import extents_of
 from text2sim.compiler.soft.solvers import FAMILIES, solver_of
 from text2sim.compiler.trees.tree import Tree
+from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.scene import Scene
 from text2sim.spec_schema.models.soft_bodies import Cloth
 
@@ -70,6 +71,11 @@ class SoftLowering:
         material = getattr(model, "material", None)
         if entity.family != "rigid" or material is None:
             return entity
+        if self.model != "particle" and entity.options.get("contact") == "exact":
+            raise AssetError(
+                f"contact model `{self.model}` has no `collision: exact`; take `decompose`, or soft bodies of solver "
+                "mpm"
+            )
         if self.model == "ipc" and material.touch_soft:
             density, options = ipc.rigid(entity, material.friction, tree, entity.name.split("[")[0] in self.acted_on)
             return replace(entity, rho=density, material_options=entity.material_options | options)

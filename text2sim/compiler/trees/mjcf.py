@@ -127,7 +127,7 @@ class _Writer:
             attributes["rgba"] = _row(geom.rgba)
         if not geom.drawn:
             attributes["group"] = "3"
-        ET.SubElement(body, "geom", attributes | (self.apart if piece.decompose else self.masks))
+        ET.SubElement(body, "geom", attributes | (self.apart if piece.collision == "decompose" else self.masks))
 
     def visual(self, body: ET.Element, name: str, visual: object) -> None:
         file = self.meshes[visual.mesh.digest]  # type: ignore[attr-defined]

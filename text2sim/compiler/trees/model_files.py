@@ -11,6 +11,7 @@ from text2sim.assets.mechanism import Mechanism
 from text2sim.compiler.files import Files
 from text2sim.compiler.looks import Rgba
 from text2sim.compiler.shapes.casemesh import load_mesh
+from text2sim.compiler.shapes.distance_field import LEAST_NODES, Field
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.shapes.sculpting import MARK, sculpted_obj
 from text2sim.compiler.shapes.surface import learn_digests
@@ -41,12 +42,29 @@ class Written:
     """Around its pieces, in its own frame."""
     pieces: int
     """How many convex pieces it has."""
+    grid: dict[str, Any]
+    """Keyword arguments of the engine's material, where it touches by its surface."""
+    notes: tuple[str, ...]
+    """How it does."""
 
 
 def count_pieces(tree: Tree) -> int:
     """Return how many convex pieces a tree has."""
     geoms = [geom for link in tree.links() for geom in link.geoms] + list(tree.fixtures)
-    return sum(PIECES_OF_A_MESH if geom.piece.decompose else 1 for geom in geoms)
+    return sum(PIECES_OF_A_MESH if geom.piece.collision == "decompose" else 1 for geom in geoms)
+
+
+def _exact(fields: dict[str, Field | None]) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Keyword arguments of the engine's material for the fields of meshes, by file, and what is to be said of them."""
+    made = {file: field for file, field in fields.items() if field is not None}
+    if not made:
+        return {}, ()
+    grid = {
+        "sdf_cell_size": float(f"{min(field.cell for field in made.values()):.4g}"),
+        "sdf_min_res": LEAST_NODES,
+        "sdf_max_res": max(field.most for field in made.values()),
+    }
+    return grid, tuple(f"`{file}` touches by its surface, {field}" for file, field in made.items())
 
 
 @dataclass
@@ -67,7 +85,7 @@ class ModelFiles:
         """
         meshes: dict[str, str] = {}
         learn_digests(visual.mesh for link in tree.links() for visual in link.visuals)
-        decompose: set[bool] = set()
+        collisions: set[str] = set()
         for link in tree.links():
             for visual in link.visuals:
                 mesh, digest = visual.mesh, visual.mesh.digest
@@ -82,11 +100,9 @@ class ModelFiles:
                     meshes[f"{digest}.png"] = self._add(f"{digest[:12]}.png", lambda mesh=mesh: mesh.picture or b"")
             for piece in (geom.piece for geom in link.geoms if geom.piece.file is not None):
                 meshes[str(piece.file)] = self._mesh(str(piece.file))
-                decompose.add(piece.decompose)
-        if len(decompose) > 1:
-            raise AssetError(
-                "the engine takes apart all meshes of a body or none: give all of them the same `collision`"
-            )
+                collisions.add(piece.collision)
+        if len(collisions) > 1:
+            raise AssetError("the engine treats all meshes of a body alike: give all of them the same `collision`")
         # One colour for all is given to the entity, so that copies in several colours share one file.
         colors = {rgba for link in tree.links() for rgba in link_colors(link)} | {geom.rgba for geom in tree.fixtures}
         color = colors.pop() if len(colors) == 1 else None
@@ -98,9 +114,10 @@ class ModelFiles:
             path = f"models/{body}_{sha256(text).hexdigest()[:8]}.xml"
         self.files[path] = text
         options: dict[str, Any] = {"file": path}
-        if decompose:
-            options["decompose"] = decompose.pop()
-        return Written(tree, options, color, tree_balls(tree), count_pieces(tree))
+        if collisions:
+            options["contact"] = collisions.pop()
+        fields = {str(geom.piece.file): geom.piece.field for link in tree.links() for geom in link.geoms}
+        return Written(tree, options, color, tree_balls(tree), count_pieces(tree), *_exact(fields))
 
     def add_mechanism(self, body: str, mechanism: Mechanism) -> str:
         """Put a file's body into the program, in a folder of its own; return the path of the document."""

@@ -2,18 +2,27 @@
 
 from collections.abc import Iterator
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from text2sim.compiler.shapes.casemesh import load_mesh
+from text2sim.compiler.shapes.distance_field import FINE, Field
+from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.meshfile import MeshFile
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
+from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Articulated, Chain
 from text2sim.spec_schema.models.shapes import Compound, Mesh
 from text2sim.spec_schema.text.document import Path
 
+# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
+if TYPE_CHECKING:
+    import numpy as np
+
+CONVEX = 0.9999
+"""Part of its hull that a convex mesh fills."""
 MANY_TRIANGLES = 25_000
 """Triangles from which on taking a mesh apart is worth a word."""
 
@@ -79,10 +88,16 @@ def _surface(mesh: MeshFile) -> _Surface:
     keys = directed.min(axis=1) * len(mesh.vertices) + directed.max(axis=1)
     _, index, counts = np.unique(keys, return_inverse=True, return_counts=True)
     balance = np.bincount(index.ravel(), weights=ways)
-    a, b, c = (mesh.vertices[faces[:, k]] for k in range(3))
-    volume = float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
     closed = counts == 2
-    return _Surface(int((~closed).sum()), int((closed & (balance != 0)).sum()), volume)
+    return _Surface(int((~closed).sum()), int((closed & (balance != 0)).sum()), _volume(mesh.vertices, faces))
+
+
+def _volume(vertices: "np.ndarray", faces: "np.ndarray") -> float:
+    """Volume that triangles enclose, in the file's unit; negative where they look inward."""
+    import numpy as np
+
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
 
 
 def _open(facts: Facts) -> Iterator[Problem]:
@@ -155,6 +170,46 @@ def _slow(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("slow-mesh", (*use.where, "collision"), text)
 
 
+def _coarse(facts: Facts) -> Iterator[Problem]:
+    for use, field in _exact(facts):
+        if field.cell <= field.wall / 2 * (1 + 1e-6):
+            continue
+        through = field.cell >= field.wall
+        text = (
+            f"`{use.shape.file}` touches through a field with cells of {length(field.cell)}, and a quarter of its "
+            f"walls are thinner than {length(field.wall)}: what presses on them "
+            + ("goes through" if through else "may come out on the other side")
+        )
+        least = max(field.sides) / (FINE - 1)
+        if use.shape.cell is not None and least <= field.wall / 2:
+            text += f"; a `cell` of {length(field.wall / 2)} or less holds it"
+        else:
+            text += "; make them thicker, or take `collision: decompose`"
+        key = "cell" if use.shape.cell is not None else "collision"
+        yield facts.problem("coarse-field", (*use.where, key), text, severity="error" if through else None)
+
+
+def _needless(facts: Facts) -> Iterator[Problem]:
+    uses = [use for use, _ in _exact(facts)]
+    meshes = [load_mesh(use.shape.file, facts.folder) for use in uses]
+    if any(mesh.volume < CONVEX * _volume(mesh.hull_vertices, mesh.hull_faces) for mesh in meshes):
+        return
+    for use in uses:
+        text = (
+            f"`{use.shape.file}` is convex, and nothing else here touches by its surface: `collision: hull` is the same"
+        )
+        yield facts.problem("convex-exact", (*use.where, "collision"), text)
+
+
+def _exact(facts: Facts) -> Iterator[tuple[_Use, Field]]:
+    """Yield the meshes that touch by their surface, with their fields."""
+    for use in _uses(facts):
+        if use.shape.collision == "exact" and not use.filled:
+            (piece,) = pieces(use.shape, facts.folder)
+            if piece.field is not None:
+                yield use, piece.field
+
+
 RULES = (
     Rule(
         id="open-mesh",
@@ -217,5 +272,38 @@ bodies:
 """,
         fix="bodies: {ring: {shape: {file: null, collision: null, kind: torus, radius: 0.2, bar_radius: 0.05}}}",
         run=_slow,
+    ),
+    Rule(
+        id="coarse-field",
+        severity="warning",
+        title="The field of an exact mesh has cells that are too large for its walls.",
+        reason="""\
+With `collision: exact` the distance to the surface is known at the nodes of a grid, and interpolated between them. In a
+wall of less than two cells it never gets as deep as half of the wall, its gradient vanishes, and the engine no longer
+knows to which side to push. Thickness is measured along rays; a quarter of the surface has thinner walls. A cell larger
+than half of it is a warning, one larger than all of it an error.""",
+        way_out="Take a smaller `cell`, thicker walls, `collision: decompose`, or a hollow shape: `cup`, `tube`.",
+        example="""\
+bodies:
+  ring: {kind: rigid, shape: {kind: mesh, file: ring.obj, collision: exact, cell: 0.05}, pose: {pos: [0, 0, 0.5]}}
+""",
+        mended="bodies: {ring: {shape: {cell: 0.01}}}",
+        run=_coarse,
+        own_contact=True,
+    ),
+    Rule(
+        id="convex-exact",
+        severity="warning",
+        title="All meshes that are to touch by their surface are convex.",
+        reason="""\
+`collision: exact` is for hollows, holes and threads. Two convex bodies touch as hulls do in any case: the engine makes
+no use of their fields, which take time to make.""",
+        way_out="Leave `collision` out.",
+        example="""\
+bodies:
+  crate: {kind: rigid, shape: {kind: mesh, file: closed.obj, collision: exact}, pose: {pos: [0, 0, 0.5]}}
+""",
+        mended="bodies: {crate: {shape: {collision: hull}}}",
+        run=_needless,
     ),
 )

@@ -1,4 +1,4 @@
-"""Meshes that touch by several convex pieces, which only the engine finds: their surface stands for them (FCL)."""
+"""Meshes that touch by their surface, or by convex pieces that only the engine finds: their surface stands for them."""
 
 from functools import lru_cache
 from typing import Any
@@ -40,7 +40,8 @@ def way_out(a: Part, b: Part, direction: Vec) -> float:
 
 def roughness(*parts: Part) -> float:
     """Return how far [m] the engine's pieces may stand out of the surfaces of these."""
-    sizes = [max(b - a for a, b in zip(*part.box, strict=True)) for part in parts if part.mesh is not None]
+    rough = [part for part in parts if part.piece.collision == "decompose"]
+    sizes = [max(b - a for a, b in zip(*part.box, strict=True)) for part in rough]
     return ROUGH * max(sizes, default=0.0)
 
 

@@ -144,8 +144,8 @@ def _finding(
     else:
         text += f"; {length(way.length)} towards {way.words} frees `{a.name}`"
     hull = next((part.piece for part in overlap.pair if part.piece.kind == "mesh"), None)
-    if hull is not None and not hull.decompose:
-        text += f" (`{hull.file}` touches by its convex hull; `collision: decompose` keeps its hollows)"
+    if hull is not None and hull.collision == "hull":
+        text += f" (`{hull.file}` touches by its convex hull; `collision: decompose` or `exact` keeps its hollows)"
     return facts.problem("overlap", _pointer(facts, a, b), text, key=True, severity="error" if deep else None)
 
 
