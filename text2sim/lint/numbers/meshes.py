@@ -287,7 +287,7 @@ than half of it is a warning, one larger than all of it an error.""",
 bodies:
   ring: {kind: rigid, shape: {kind: mesh, file: ring.obj, collision: exact, cell: 0.05}, pose: {pos: [0, 0, 0.5]}}
 """,
-        mended="bodies: {ring: {shape: {cell: 0.01}}}",
+        fix="bodies: {ring: {shape: {cell: 0.01}}}",
         run=_coarse,
         own_contact=True,
     ),
@@ -303,7 +303,7 @@ no use of their fields, which take time to make.""",
 bodies:
   crate: {kind: rigid, shape: {kind: mesh, file: closed.obj, collision: exact}, pose: {pos: [0, 0, 0.5]}}
 """,
-        mended="bodies: {crate: {shape: {collision: hull}}}",
+        fix="bodies: {crate: {shape: {collision: hull}}}",
         run=_needless,
     ),
 )
