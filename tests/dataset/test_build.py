@@ -7,11 +7,12 @@ import pyarrow.parquet as pq
 import pytest
 
 from text2sim.cluster.run import Where
+from text2sim.dataset import simulate
 from text2sim.dataset.build import Tally, build, jobs_of
 from text2sim.dataset.check import check_dataset
 from text2sim.dataset.recipe import parse_recipe
 from text2sim.dataset.simulate import Made
-from text2sim.spec_schema.errors import RunError, SpecError
+from text2sim.spec_schema.errors import MachineError, RunError, SpecError
 from text2sim.spec_schema.text.source import Source
 
 CASE = """
@@ -118,3 +119,16 @@ def test_a_dataset_that_is_there_is_not_overwritten(recipe_folder: Path) -> None
             dropped={},
             tell=lambda *_: None,
         )
+
+
+def test_what_keeps_the_machine_from_running_is_no_reason_to_draw_again(
+    recipe_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def busy(*_: object, **__: object) -> None:
+        raise MachineError("drop is being run by another text2sim")
+
+    monkeypatch.setattr(simulate, "run_case", busy)
+    job, *_ = jobs_of(parse_recipe(Source(RECIPE, "recipe.yaml")), recipe_folder, recipe_folder, recipe_folder / "made")
+    with pytest.raises(MachineError, match="by another"):
+        simulate.make(job)
+    assert not [*(recipe_folder / "made").iterdir()], "it is done by the next build"

@@ -16,10 +16,11 @@ from text2sim.dataset.recipe import Recipe, Source
 from text2sim.harness.run import Runner, run_case
 from text2sim.harness.sources import package_code
 from text2sim.recording.record import write_atomically
+from text2sim.runtime.machine_check import needs_cuda
 from text2sim.runtime.program import run_program
 from text2sim.runtime.stop import Stop
 from text2sim.service.examined import Examined, examine
-from text2sim.spec_schema.errors import EngineError, Text2SimError
+from text2sim.spec_schema.errors import MachineError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import Overlay
 
 _ODD = re.compile(r"[^A-Za-z0-9_]+")
@@ -198,9 +199,9 @@ def _run(job: Job, row: Examined, key: str, drawn: list[dict[str, Any]], made: M
             if result.evidence is not None:
                 return result
             row.failure, stage = f"the run ended as {result.state}: {result.message}", "run"
-        except EngineError:  # not the case's fault
-            raise
         except Text2SimError as error:
+            if isinstance(error, MachineError) and not needs_cuda(row.loaded):  # not the draw's fault
+                raise
             row.blame(error)
             stage = "run"
     why = _errors(row)
