@@ -41,3 +41,19 @@ def test_an_engine_that_does_not_start_is_no_fault_of_the_case(tmp_path: Path) -
     for _ in range(2):
         with pytest.raises(EngineError, match="the engine does not start"):
             runner(tmp_path, flags=("--no-film",), limits=Limits(), stop=Stop(), clock=Clock(lambda _: None, 1.0))
+
+
+def test_an_engine_that_was_started_early_and_never_needed_ends(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "idle_engine.py").write_text("import sys\nsys.stdin.read()\n")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    runner = WarmRunner(tmp_path)
+    runner._engine._module = "idle_engine"
+    runner.start()
+    child = runner._engine._child
+    runner.start()
+    assert runner._engine._child is child, "one engine, however often it is asked to start"
+    begun = monotonic()
+    runner.close()
+    assert runner._engine.ended and monotonic() - begun < 5.0

@@ -65,6 +65,8 @@ class AgentLoop:
         """Whether the case is somebody's own, and only a version that was accepted may take its place."""
         self.style = False
         """Whether an accepted case is filmed in several ways, and the best is kept."""
+        self.prewarm = False
+        """Whether the engine starts while the Writers still write."""
         self.base = ""
         """Text of the case of which somebody wishes a change."""
         self._warned: set[tuple[str, str]] = set()
@@ -84,6 +86,8 @@ class AgentLoop:
         self._tell(plan)
         if plan.possible == "no":
             return Outcome("impossible", plan.why, plan=plan)
+        if self.prewarm:
+            self.attempts.runner.start()
         return self.work(self._drafted(), "first version")
 
     def require(self, requirements: dict[str, Requirement]) -> None:

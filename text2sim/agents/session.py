@@ -127,12 +127,13 @@ class Session:
         except (OSError, ValueError, TypeError) as error:
             raise RunError(f"{file}: nothing to go on with ({error})") from None
 
-    def run(self, listener: Listener, stop: Callable[[], bool] = lambda: False) -> Outcome:
+    def run(self, listener: Listener, stop: Callable[[], bool] = lambda: False, *, prewarm: bool = False) -> Outcome:
         """Run the loop to its end.
 
         Args:
             listener: Called with every event.
             stop: Polled; returns whether to give up.
+            prewarm: Whether to start the engine while the models still write the first version.
 
         Raises:
             MachineError: If this machine cannot run simulations.
@@ -156,7 +157,7 @@ class Session:
         loop = AgentLoop(
             self.case, request, desk, deck, journal, Limits(wish.attempts, wish.sim_timeout, budget.minutes_left)
         )
-        loop.style = wish.style
+        loop.style, loop.prewarm = wish.style, prewarm
         outcome: Outcome | None = None
         try:
             if wish.kind == "generate":

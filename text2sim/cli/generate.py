@@ -231,7 +231,7 @@ def _work(session: "Session", as_json: bool, film: Quality, film_minutes: float 
     with Stop() as stop, looking_on(session.case.name, quiet=as_json) as listener:
         try:
             with stop.gently():
-                outcome = session.run(listener, lambda: stop.count > 0)
+                outcome = session.run(listener, lambda: stop.count > 0, prewarm=True)
         except KeyboardInterrupt:
             spent = f"{session.account.total().tokens:,} tokens"
             say(f"stopped after {spent}; with `--resume {shown(session.case)}` it goes on from here", to=sys.stderr)

@@ -35,7 +35,13 @@ class WarmRunner:
     def __init__(self, folder: Path) -> None:
         self._inbox: queue.Queue[Any] = queue.Queue()
         self._engine = Engine(folder, self._inbox, RENEW, live=False)
-        self._orders = 0
+        self._started, self._orders = False, 0
+
+    def start(self) -> None:
+        """Start the engine, unless it was; the first program then finds it ready."""
+        if not self._started:
+            self._started = True
+            self._engine.start()
 
     def __call__(
         self,
@@ -60,7 +66,7 @@ class WarmRunner:
 
     def close(self) -> None:
         """End the engine, if it was ever started."""
-        if not self._orders:
+        if not self._started:
             return
         self._engine.end()
         until = monotonic() + FAREWELL
@@ -99,8 +105,7 @@ class WarmRunner:
             EngineError: if it does not start.
         """
         engine = self._engine
-        if not self._orders:
-            engine.start()
+        self.start()
         self._orders += 1
         precision = "64" if 'precision="64"' in (program / "scene.py").read_text("utf-8") else "32"
         sent, result = False, None
