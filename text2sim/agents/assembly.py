@@ -73,6 +73,12 @@ def case_text(plan: CasePlan, request: str, params: Mapping[str, Any], sections:
     """Assemble a case in canonical form.
 
     The Planner's measures, events and expectations precede those of the Action Writer and override them.
+
+    Args:
+        plan: The plan.
+        request: What was asked for; its first 2000 characters become `prompt`.
+        params: Parameters of the case by name.
+        sections: Sections by name, as their Writers wrote them.
     """
     actions = whole_actions(plan, sections.get("actions") or {})
     # `${` in the request is text, not an expression.

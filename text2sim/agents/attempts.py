@@ -278,13 +278,25 @@ class Attempts:
             raise KeyboardInterrupt
 
     def look_up(self, attempt: Attempt, plan: CasePlan, loaded: LoadedCase) -> None:
-        """Compute the facts that the plan binds to requirements, except those about causes (see `compare`)."""
+        """Compute the facts that the plan binds to requirements, except those about causes (see `compare`).
+
+        Args:
+            attempt: The attempt; its facts are replaced and stored.
+            plan: The plan that binds facts to requirements.
+            loaded: The case of the attempt.
+        """
         about_causes = [row for row in attempt.facts if row["told"].startswith("without ")]
         attempt.facts = [*kept(found(plan.facts, loaded, self.case / attempt.run)), *about_causes]
         self.keep(attempt)
 
     def compare(self, attempt: Attempt, plan: CasePlan, timeout: float, on_progress: Callable[[Any], None]) -> None:
         """Rerun a successful attempt without each of its causes, and add the effects to its evidence.
+
+        Args:
+            attempt: The attempt; the effects are added to it and stored.
+            plan: The plan that names the causes.
+            timeout: Limit of each run [s].
+            on_progress: Is called with the progress of each run.
 
         Raises:
             KeyboardInterrupt: If the user stopped one of these runs.

@@ -73,7 +73,13 @@ def kept(attempt: Attempt) -> list[str]:
 
 
 def only_looks(before: str, after: str, path: Path) -> bool:
-    """Whether two versions of a case have the same physics, measures and expectations."""
+    """Whether two versions of a case have the same physics, measures and expectations.
+
+    Args:
+        before: Text of the earlier version.
+        after: Text of the later version.
+        path: Path of the case file.
+    """
     try:
         return physics(before, path) == physics(after, path)
     except Text2SimError:

@@ -103,7 +103,7 @@ def _bound(request: Request, plan: CasePlan, facts: Sequence[Fact]) -> str:
     return "\n".join(lines)
 
 
-def patch_faults(patch: Patch, case: str, contract: Contract, path: Path) -> list[str]:
+def _patch_faults(patch: Patch, case: str, contract: Contract, path: Path) -> list[str]:
     """Return the reasons why a patch cannot be applied to a case; empty if it can."""
     try:
         revision = revise(Source(case, str(path)), path, patch.operations, patch.section)
@@ -127,7 +127,7 @@ def _faults(critique: Critique, request: Request, exhibit: Exhibit, contract: Co
     if critique.verdict == "repair" and not critique.failures and not _short_of(critique, request):
         wrong.append("/failures: what is to be repaired?")
     for number, patch in enumerate(critique.patches if exhibit.case else (), 1):
-        wrong += [f"patch {number}: {reason}" for reason in patch_faults(patch, exhibit.case, contract, path)]
+        wrong += [f"patch {number}: {reason}" for reason in _patch_faults(patch, exhibit.case, contract, path)]
     return wrong
 
 
@@ -171,7 +171,7 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
     """A judgement without its unusable parts, with its score; it passes only if all requirements are met."""
     patches, refused = [], []
     for patch in critique.patches if exhibit.case else ():
-        faults = patch_faults(patch, exhibit.case, contract, path)
+        faults = _patch_faults(patch, exhibit.case, contract, path)
         if faults:
             refused.append(f"on {patch.section} ({patch.why}): {faults[0]}")
         else:

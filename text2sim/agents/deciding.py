@@ -69,6 +69,11 @@ def decide(
         deck: The Debug Cards.
         path: Path of the case file.
         anew: Whether the Planner may make a new plan.
+
+    Raises:
+        RoleFailed: If no part of an answer is usable.
+        BudgetSpent: If the budget is used up.
+        ModelError: If the model cannot be reached.
     """
     last: list[Decision] = []
 
@@ -117,7 +122,17 @@ def _sound_part(decision: Decision, faults: Callable[[Decision], list[str]]) -> 
 def decision_faults(
     decision: Decision, agreement: Agreement, case: str, report: Report, deck: "DealtCards", path: Path, *, anew: bool
 ) -> list[str]:
-    """Describe the parts of a decision that are impossible, have no effect, or weaken the request."""
+    """Describe the parts of a decision that are impossible, have no effect, or weaken the request.
+
+    Args:
+        decision: The decision.
+        agreement: The plan and its contract.
+        case: Text of the attempt.
+        report: Report on the attempt.
+        deck: The Debug Cards.
+        path: Path of the case file.
+        anew: Whether the Planner may make a new plan.
+    """
     work = [key for key in decision.model_fields_set - {"action", "why"} if getattr(decision, key)]
     if decision.action == "give_up":
         return []
@@ -283,7 +298,17 @@ def _listed(lines: Sequence[str]) -> str:
 def open_case(
     desk: Conversation, request: Request, agreement: Agreement, case: str, evidence: str, path: Path, *, keep: bool
 ) -> Opening:
-    """Have the Planner open work on an existing case; with `keep`, all its expectations must stay."""
+    """Have the Planner open work on an existing case; with `keep`, all its expectations must stay.
+
+    Args:
+        desk: The conversation with the models.
+        request: The request.
+        agreement: The plan and its contract.
+        case: Text of the case.
+        evidence: What its last run showed, in words.
+        path: Path of the case file.
+        keep: Whether all its expectations must stay.
+    """
     there = agreement.plan.checks
 
     def check(opening: Opening) -> None:

@@ -111,6 +111,9 @@ def distill(desk: Conversation, case: Path, out: Path) -> list[str]:
 
     Returns:
         Ids of the written cards; `text2sim cards verify` runs them.
+
+    Raises:
+        RunError: If no attempt of the loop failed and a later one passed, or the folder of a card exists already.
     """
     attempts = attempts_of(case)
     outcomes = {one.outcome for one in attempts.values()} - {None}

@@ -44,7 +44,11 @@ def _amended(loop: AgentLoop, text: str, run_first: bool) -> Outcome:
 
 
 def planned(text: str, fallback: str) -> CasePlan:
-    """Derive a plan from an existing case."""
+    """Derive a plan from an existing case.
+
+    Raises:
+        RunError: If the case does not have a form that the agents can work with.
+    """
     try:
         data = revising.data_of(text)
         actions, duration = data.get("actions") or {}, (data.get("scene") or {}).get("duration")

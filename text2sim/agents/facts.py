@@ -74,7 +74,13 @@ def false(facts: Iterable[Fact]) -> dict[str, str]:
 
 
 def claim_faults(claims: Claims, requirements: Iterable[str], bodies: Iterable[str]) -> list[str]:
-    """Describe the unknown names in a plan's claims."""
+    """Describe the unknown names in a plan's claims.
+
+    Args:
+        claims: Claims by requirement.
+        requirements: Names of requirements.
+        bodies: Names of bodies in the plan.
+    """
     bodies, requirements = list(bodies), list(requirements)
     wrong = [f"/facts/{name}: there is no requirement `{name}`" for name in claims if name not in requirements]
     for name, rows in claims.items():

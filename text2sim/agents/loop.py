@@ -96,7 +96,11 @@ class AgentLoop:
         self.emit("requirements", rows={name: one.what for name, one in requirements.items()})
 
     def ending(self, way: Callable[[], Outcome]) -> Outcome:
-        """Run an entry point of the loop, and turn whatever ends it into an outcome."""
+        """Run an entry point of the loop, and turn whatever ends it into an outcome.
+
+        Raises:
+            KeyboardInterrupt: If the user stopped it.
+        """
         try:
             return way()
         except BudgetSpent as spent:

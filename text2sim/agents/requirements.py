@@ -46,8 +46,16 @@ Requirements = Mapping[str, Requirement]
 def take_apart(desk: Conversation, text: str, images: tuple[Image, ...] = ()) -> dict[str, Requirement]:
     """Have a model list the requirements of a request, and another check for omissions.
 
+    Args:
+        desk: The conversation with the models.
+        text: The request.
+        images: Pictures that belong to the request.
+
     Returns:
         Requirements by name; empty if no answer was usable.
+
+    Raises:
+        StoppedError: If the user stopped it.
     """
     reader = ROLES["reader"]
 

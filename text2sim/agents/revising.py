@@ -51,6 +51,12 @@ def with_patches(
 
     So is one that would break the contract.
 
+    Args:
+        text: Text of the case.
+        patches: Each with `section`, `operations` and `why`.
+        path: Path of the case file.
+        contract: What patches must not break; None allows everything.
+
     Returns:
         The text, and the reasons for skipped patches.
     """
@@ -122,7 +128,13 @@ def with_waivers(text: str, waive: Mapping[str, str]) -> str:
 
 
 def with_checks(text: str, checks: Fragments, drop: Sequence[str] = ()) -> str:
-    """Put measures, events and expectations into a case; they replace those of the same name."""
+    """Put measures, events and expectations into a case; they replace those of the same name.
+
+    Args:
+        text: Text of the case.
+        checks: Measures, events and expectations to put in.
+        drop: Names of expectations to remove.
+    """
     before = data_of(text)
     actions = mapping(before, "actions")
     for part in FROZEN_PARTS:

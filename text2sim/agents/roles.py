@@ -78,6 +78,12 @@ def system_prompt(role: Role, prompt: str = "", **values: Any) -> str:
 
 
 def writer_prompt(role: Role, rules: str, *, change: bool = False) -> str:
-    """Return the system prompt of a section's Writer, for writing it, or for changing it."""
+    """Return the system prompt of a section's Writer, for writing it, or for changing it.
+
+    Args:
+        role: The Writer.
+        rules: Rules of the language for its section.
+        change: Whether it changes a section that exists.
+    """
     duty = render("write", section=role.owns, duty=render(role.duty), example=role.example, rules=rules, change=change)
     return render("system", title=role.title, duty=duty)

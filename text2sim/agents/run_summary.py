@@ -69,7 +69,14 @@ def _without_series(part: str) -> str:
 
 
 def judgement(number: int, cause: str, critique: Mapping[str, Any] | None, fates: Sequence[str]) -> str:
-    """Describe the Critic's judgement of an attempt, and the fate of each of its patches."""
+    """Describe the Critic's judgement of an attempt, and the fate of each of its patches.
+
+    Args:
+        number: Number of the attempt.
+        cause: Why the attempt was made.
+        critique: The Critic's answer; None if it could not judge.
+        fates: What became of each of its patches, in their order.
+    """
     if critique is None:
         return f"Attempt {number} ({cause}) could not be judged."
     rows = [f"Attempt {number} ({cause}): {critique['verdict']}, {critique['score']:g} of 100. {critique['summary']}"]
@@ -100,7 +107,13 @@ def attempts_table(attempts: Sequence[tuple[int, Mapping[str, Any]]]) -> str:
 
 
 def citable(evidence: Mapping[str, Any] | None, frames: int, bodies: Iterable[str]) -> frozenset[str]:
-    """Return the citable items of a run's evidence."""
+    """Return the citable items of a run's evidence.
+
+    Args:
+        evidence: Evidence of the run; None if there is none.
+        frames: Number of pictures that were shown.
+        bodies: Names of bodies.
+    """
     cites = {"run"} | {f"frame:{k}" for k in range(1, frames + 1)} | {f"body:{name}" for name in bodies}
     if evidence is not None:
         for part, word in (("expect", "expect"), ("measures", "measure"), ("events", "event")):

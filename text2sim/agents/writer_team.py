@@ -78,7 +78,13 @@ class Workshop:
     def mended(
         self, text: str, owners: Mapping[str, Sequence[str]], instruction: str
     ) -> tuple[str, dict[str, list[str]]]:
-        """Have owners mend what is wrong in their sections; return the text, and what they say others have to mend."""
+        """Have owners mend what is wrong in their sections; return the text, and what they say others have to mend.
+
+        Args:
+            text: Text of the case.
+            owners: What is wrong, by the section that has to change.
+            instruction: What the Writers are asked to do.
+        """
         return self._asked(text, {name: (instruction, tuple(rows), "") for name, rows in owners.items()})
 
     def routed(self, text: str, routes: Sequence[Route], keep: Sequence[str] = ()) -> str:

@@ -87,7 +87,12 @@ def check_mechanism(what: Path | Mapping[str, Any], folder: Path | None = None) 
 
 
 def preview(what: Path | Mapping[str, Any], folder: Path | None = None, size: tuple[int, int] = (640, 480)) -> bytes:
-    """Return a picture of a mechanism at its start, as a PNG; arguments as above.
+    """Return a picture of a mechanism at its start, as a PNG.
+
+    Args:
+        what: An MJCF or URDF file, or the data of an `articulated` body.
+        folder: The folder in which all of its files lie; that of the file if None.
+        size: Width and height of the picture [pixels].
 
     Raises:
         AssetError: if it cannot be used.

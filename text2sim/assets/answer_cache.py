@@ -51,7 +51,13 @@ def packed(array: "np.ndarray") -> str:
 
 
 def unpacked(text: str, kind: str, columns: int) -> "np.ndarray | None":
-    """Return an array (n, columns) of kind `f8` or `i8`, or None if that is not what the text says."""
+    """Return an array (n, columns) of kind `f8` or `i8`, or None if that is not what the text says.
+
+    Args:
+        text: The array in base64.
+        kind: Type of its numbers, `f8` or `i8`.
+        columns: Its columns.
+    """
     import numpy as np
 
     try:

@@ -21,6 +21,11 @@ _DAE_PICTURE = re.compile(rb"(<init_from[^>]*>)([^<]*)(</init_from>)")
 def inside(source: AssetFolder, path: Path, text: str) -> Path:
     """Return a path with links followed, which must lie in that folder.
 
+    Args:
+        source: The folder.
+        path: The path.
+        text: The path as the author wrote it, for the message.
+
     Raises:
         AssetError: if it leads out of it.
     """

@@ -135,7 +135,11 @@ def motor(model, i: int) -> dict | None:
 
 
 def geom(model, i: int) -> dict:
-    """Return one geom; a mesh by the corners of its convex hull, in the geom's frame."""
+    """Return one geom; a mesh by the corners of its convex hull, in the geom's frame.
+
+    Raises:
+        ValueError: if the engine has no such geom, or it is a plane.
+    """
     kind = GEOMS.get(int(model.geom_type[i]))
     name = model.body(int(model.geom_bodyid[i])).name
     if kind is None:

@@ -144,6 +144,11 @@ def parse_manifest(source: Source) -> Manifest:
 def register(case: Path, name: str, asset: Asset) -> Manifest:
     """Put an asset into the manifest of a case, in the place of one of that name, and return what it then says.
 
+    Args:
+        case: Folder of the case.
+        name: Name of the asset.
+        asset: Its row.
+
     Raises:
         SpecError: if the manifest that lies there, or what it would become, is not valid.
     """

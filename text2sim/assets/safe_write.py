@@ -85,6 +85,11 @@ def read_file(path: Path) -> bytes:
 def keep(folder: Path, file: str, content: bytes) -> Path:
     """Put a file into a case's folder in one step, and return where it lies.
 
+    Args:
+        folder: Folder of the case.
+        file: Path in that folder.
+        content: What the file is to hold.
+
     Raises:
         AssetError: if its place is outside of the folder, or a link.
     """

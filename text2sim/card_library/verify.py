@@ -98,6 +98,14 @@ def verify_card(
 ) -> Verdict:
     """Check a card, run its cases, and compare what comes of them with what it says; see `verify_cards`.
 
+    Args:
+        entry: The card.
+        runs: Folder of runs.
+        timeout: Limit of each run [s].
+        simulate: Whether cases are run; else they are only linted.
+        force: Whether cases are run again that have been run already.
+        stop: Ends the run in progress, if given.
+
     Raises:
         MachineError: if this machine cannot run a case.
     """

@@ -63,7 +63,13 @@ def export_cases(
 def examined(
     cases: "Iterable[Path]", runs: Path, overlay: "Overlay | None" = None
 ) -> "tuple[list[Examined], dict[int, list[Task]]]":
-    """Check cases that are to be exported; return them, and the runs that each sound one needs, by its number."""
+    """Check cases that are to be exported; return them, and the runs that each sound one needs, by its number.
+
+    Args:
+        cases: Paths of cases or folders of them.
+        runs: Folder of runs.
+        overlay: What is laid over each case.
+    """
     from text2sim.cluster.estimate import measured
     from text2sim.cluster.task import Task
     from text2sim.engine_benchmark.reference import tasks_of
@@ -87,7 +93,15 @@ def examined(
 def exported(
     rows: "Sequence[Examined]", tasks: "Mapping[int, list[Task]]", out: Path, where: "Where", *, quiet: bool
 ) -> "Iterator[tuple[Examined, Path, dict[str, Any] | None]]":
-    """Run what `examined` returned, and export it; yield each case, its folder, and its benchmark if there is one."""
+    """Run what `examined` returned, and export it; yield each case, its folder, and its benchmark if there is one.
+
+    Args:
+        rows: The cases.
+        tasks: Their runs by the number of the case.
+        out: Output folder; each case gets a folder in it.
+        where: Where the runs take place.
+        quiet: Whether no progress is printed.
+    """
     from text2sim.cli.many import told
     from text2sim.engine_benchmark.export import export
     from text2sim.spec_schema.errors import Text2SimError

@@ -40,6 +40,9 @@ def rewrite_cases(
         report: Says of a file, and its new text, what changed; not asked with `as_json`.
         keep: Write nothing; the exit code says whether a file would change.
         as_json: Print one JSON document.
+
+    Raises:
+        typer.Exit: Always.
     """
     from text2sim.revision.files import rewrite
     from text2sim.spec_schema.text.source import read_source

@@ -35,7 +35,17 @@ EVERY = 15.0
 
 
 def where_of(workers: int, ray: str, store: str, runs: Path) -> "Where | None":
-    """Where tasks run according to the options; None for sequentially in this process."""
+    """Where tasks run according to the options; None for sequentially in this process.
+
+    Args:
+        workers: Number of tasks that run at once here.
+        ray: Address of a Ray cluster; none if empty.
+        store: Folder or URL that all its nodes reach; a folder in `runs` if empty.
+        runs: Folder of runs.
+
+    Raises:
+        typer.BadParameter: if there is a store and no cluster.
+    """
     from text2sim.cluster.run import Where
 
     if store and not ray:
@@ -46,7 +56,15 @@ def where_of(workers: int, ray: str, store: str, runs: Path) -> "Where | None":
 def attempts(
     rows: "Sequence[Examined]", where: "Where | None", *, quiet: bool, runs: Path, **options: Any
 ) -> "Iterator[tuple[Examined, RunResult | None]]":
-    """Run loaded cases, and yield each, in order, with its result; see `attempt`."""
+    """Run loaded cases, and yield each, in order, with its result; see `attempt`.
+
+    Args:
+        rows: The cases.
+        where: Where they run; None runs them here, one after another.
+        quiet: Whether no progress is printed.
+        runs: Folder of runs.
+        **options: Options of `attempt`.
+    """
     from text2sim.cli.attempt import attempt
 
     if where is None:
@@ -129,7 +147,13 @@ def trace(chosen: "Chosen", where: "Where", arguments: dict[str, Any], pictures:
 
 
 def told(tasks: "Sequence[Task]", where: "Where", *, quiet: bool) -> "Iterator[Done]":
-    """Run tasks; print an estimate before, and progress on the way."""
+    """Run tasks; print an estimate before, and progress on the way.
+
+    Args:
+        tasks: The tasks.
+        where: Where they run.
+        quiet: Whether nothing is printed.
+    """
     from text2sim.cli.output import say
     from text2sim.cluster.estimate import in_words
     from text2sim.cluster.run import run_tasks, slots

@@ -11,6 +11,11 @@ if TYPE_CHECKING:
 def propose(chosen: "Chosen", *, write: bool, as_json: bool) -> None:
     """Print a camera and light for a run, and with `write` put them into its case.
 
+    Args:
+        chosen: The run, and its case if that is known.
+        write: Whether the case is changed.
+        as_json: Whether JSON is printed.
+
     Raises:
         RunError: if they are to be written and no case is given.
         SpecError: if the case would be invalid with them.

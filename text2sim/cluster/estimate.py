@@ -38,7 +38,13 @@ def measured(runs: Path) -> dict[str, Needs]:
 
 
 def needs_of(loaded: "LoadedCase", known: dict[str, Needs], *, gpu: bool) -> Needs:
-    """What the simulation of a case occupies: as measured, or a guess."""
+    """What the simulation of a case occupies: as measured, or a guess.
+
+    Args:
+        loaded: The case.
+        known: What runs took before, by name of the case.
+        gpu: Whether a GPU was asked for.
+    """
     from text2sim.runtime.machine_check import needs_cuda
 
     seen = known.get(loaded.case.name, Needs())

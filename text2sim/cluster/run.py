@@ -37,6 +37,11 @@ def slots(where: Where) -> int:
 def run_tasks(tasks: Sequence[Task], where: Where, stop: Stop) -> Iterator[Done]:
     """Carry tasks out, and yield what comes of each as soon as it is known.
 
+    Args:
+        tasks: The tasks.
+        where: Where they run.
+        stop: Ends those in progress; no others begin.
+
     Raises:
         RunError: if the store cannot be used.
         MachineError: if there is no such cluster.

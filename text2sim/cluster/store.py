@@ -84,6 +84,11 @@ class Store:
     def keep(self, key: str, result: dict[str, Any], tree: Tree) -> None:
         """Write down what came of a task.
 
+        Args:
+            key: Key of the task.
+            result: What it returned, as JSON.
+            tree: Its files, by content.
+
         Raises:
             RunError: if the store cannot be reached.
         """

@@ -18,7 +18,13 @@ Targets = dict[tuple[str, str], list[Target]]
 
 
 def joints_named(copy: Copy, part: str | None, trees: Mapping[str, Tree]) -> list[str]:
-    """Return the names of the joints that a drive means: one, or all hinges and sliders that a pattern fits."""
+    """Return the names of the joints that a drive means: one, or all hinges and sliders that a pattern fits.
+
+    Args:
+        copy: The copy.
+        part: Name of a joint, or a pattern with `*`; None for a body on a hinge or slider.
+        trees: Trees of links by copy.
+    """
     if part is None or "*" not in part or copy.name not in trees:
         return [part or copy.body]
     moving = [

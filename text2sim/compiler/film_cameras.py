@@ -140,7 +140,13 @@ def resolve_target(target: Any, ground: Ground) -> Vec:
 
 
 def check_targets(loaded: LoadedCase, placed: dict[str, list[Copy]], points: BodyPoints) -> list[Problem]:
-    """Return what is wrong with the regions that cameras and lights look at."""
+    """Return what is wrong with the regions that cameras and lights look at.
+
+    Args:
+        loaded: The case.
+        placed: Copies by static and body.
+        points: Finds points of regions.
+    """
     problems = []
     ground = Ground(placed, (), {}, points, 1.0)
     render = loaded.case.render

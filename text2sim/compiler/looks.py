@@ -158,6 +158,12 @@ def one_color(shape: Any) -> bool:
 
 
 def colors_of(shape: Any, look: Look, copy: Copy) -> list[Rgba]:
-    """Return the colours of a body and of its parts, as a copy has them."""
+    """Return the colours of a body and of its parts, as a copy has them.
+
+    Args:
+        shape: Shape of the body.
+        look: Look of the body.
+        copy: The copy.
+    """
     looks = [part.look for part in shape.parts.values()] if isinstance(shape, Compound | Sculpt) else []
     return [rgba_of(one, copy) for one in (look, *looks) if one is not None]

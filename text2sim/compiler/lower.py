@@ -95,7 +95,11 @@ class Lowering:
 
     @singledispatchmethod
     def entity(self, model: Any, copy: Copy) -> EntityPlan:
-        """Return the entity for one copy of a body or static."""
+        """Return the entity for one copy of a body or static.
+
+        Raises:
+            TypeError: if there is no entity for this kind of model.
+        """
         raise TypeError(f"no entity for {type(model).__name__}")
 
     @entity.register

@@ -32,7 +32,13 @@ def start_of(schedule: Schedule) -> float:
 
 
 def value_at(schedule: Schedule, t: float, before: float = 0.0) -> float:
-    """Value of a schedule at time t [s]; `before` stands in for a ramp's missing `from`."""
+    """Value of a schedule at time t [s]; `before` stands in for a ramp's missing `from`.
+
+    Args:
+        schedule: The schedule.
+        t: Time of the simulation [s].
+        before: Value before a ramp that has no `from`.
+    """
     if isinstance(schedule, Ramp):
         first = before if schedule.from_ is None else schedule.from_
         u = min(max((t - schedule.start) / (schedule.end - schedule.start), 0.0), 1.0)

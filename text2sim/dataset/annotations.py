@@ -169,7 +169,13 @@ class Annotator:
         return (np.where((now.ids >= 0)[..., None], colors, background) * 255).round().astype(np.uint8)
 
     def row(self, now: Seen, wanted: Sequence[str], touches: "Touches | None") -> dict[str, Any]:
-        """Return the numbers of a picture, as the table of frames has them."""
+        """Return the numbers of a picture, as the table of frames has them.
+
+        Args:
+            now: The picture.
+            wanted: Kinds of annotations of the recipe.
+            touches: Contacts of the run; None if it has no record of them.
+        """
         frame, view = now.frame, now.view
         found: dict[str, Any] = {"frame": frame.k, "camera": frame.camera, "time": frame.t, "speed": frame.speed}
         if "cameras" in wanted:

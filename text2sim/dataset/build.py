@@ -54,6 +54,7 @@ def jobs_of(recipe: Recipe, root: Path, runs: Path, out: Path) -> list[Job]:
 
     Raises:
         SpecError: with what is wrong with a case, or if it lacks a variant or a sweep.
+        RunError: if a case cannot be read.
     """
     jobs, problems = [], []
     for name, source in recipe.sources.items():
@@ -110,6 +111,7 @@ def build(
     Raises:
         RunError: if the folder is there, or nothing came of any job.
         SpecError: with what is wrong with a case.
+        MachineError: if this machine, or the cluster, cannot run a case.
     """
     if target.exists():
         raise RunError(f"{target} is there already; name another folder, or remove it")

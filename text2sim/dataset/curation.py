@@ -85,7 +85,13 @@ def decoded(path: Path, size: tuple[int, int]) -> list[list[int]]:
 
 
 def annotation_faults(path: "Path | io.BytesIO", row: dict[str, Any], frames: list[dict[str, Any]]) -> list[str]:
-    """Return what contradicts itself in the annotations of an item."""
+    """Return what contradicts itself in the annotations of an item.
+
+    Args:
+        path: The file of the annotations, or its content.
+        row: Row of the item.
+        frames: Rows of its frames.
+    """
     if isinstance(path, Path) and not path.is_file():
         return []
     found = []

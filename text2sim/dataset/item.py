@@ -89,7 +89,7 @@ def make_item(key: str, run: Path, plan: Any, loaded: LoadedCase, recipe: Recipe
     (out / "case.yaml").write_bytes((run / "expanded.yaml").read_bytes())
     row = {"key": key, **_about_case(loaded, record), **_about_run(record, evidence)}
     row |= {"things": annotator.things, "parts": annotator.parts, "quality": recipe.film.quality}
-    row |= {"energy_gain": energy_gain(evidence.get("energy"), states, loaded.data)}
+    row |= {"energy_gain": _energy_gain(evidence.get("energy"), states, loaded.data)}
     row |= {"width": recipe.film.size[0], "height": recipe.film.size[1], "frames": len(pictures)}
     row |= {"fps": recording.film["fps"], "film_digest": _digest(out / "film.mp4")}
     row |= {"states_digest": _digest(out / "states.npz")}
@@ -237,7 +237,7 @@ def _about_run(record: RunRecord, evidence: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def energy_gain(energy: dict[str, Any] | None, states: RunStates, case: dict[str, Any]) -> float | None:
+def _energy_gain(energy: dict[str, Any] | None, states: RunStates, case: dict[str, Any]) -> float | None:
     """Return what energy a run gained beyond all work, as a part of its largest kinetic energy or of the work.
 
     None where the account leaves something out, which springs do as well.

@@ -152,6 +152,11 @@ def ask(item: Mapping[str, Any], frames: Sequence[Row], folder: Path) -> list[Ro
     """Return what can be asked about an item: `kind`, `question`, `right` and `evidence`.
 
     What is right has to be balanced against the same questions about other items before it is asked, see `balanced`.
+
+    Args:
+        item: Row of the item.
+        frames: Rows of its frames.
+        folder: Folder of the dataset.
     """
     scene = Scene(item, frames, folder)
     if sorted(scene.times) != scene.times:  # a replay: what has happened by a picture is not what it shows

@@ -150,7 +150,11 @@ def read_recipe(path: Path) -> Recipe:
 
 
 def parse_recipe(text: Text) -> Recipe:
-    """Return the recipe that a text says; see `read_recipe`."""
+    """Return the recipe that a text says; see `read_recipe`.
+
+    Raises:
+        SpecError: if it is not a valid recipe.
+    """
     document = parse_document(text)
     data: Any = document.data
     if not isinstance(data, dict):

@@ -98,7 +98,20 @@ def work(
     number: int,
     runs: str,
 ) -> dict[str, Any]:
-    """Do a job where it is sent to; its items, and what is said of them, are written to `place.output`."""
+    """Do a job where it is sent to; its items, and what is said of them, are written to `place.output`.
+
+    Args:
+        place: Where the task runs: its inputs and output.
+        recipe: The recipe, as JSON.
+        source: Name of its source.
+        file: File of the case, in the folder of the case.
+        name: Name of the case.
+        variants: Variants that are laid over the case.
+        sets: Values that are laid over the case, as `path=value`.
+        point: Names of a sweep and a point of it, if there is one.
+        number: Number of the draw.
+        runs: Folder of runs.
+    """
     base = Overlay(tuple(variants), tuple(sets), (point[0], point[1]) if point else None)
     case = place.inputs["case"] / file
     told = Recipe.model_validate(recipe)

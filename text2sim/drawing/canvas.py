@@ -75,7 +75,14 @@ class Canvas:
         self._draw.polygon([_fine(p) for p in points], fill=fill)
 
     def box(self, box: Box, fill: Color | None = None, outline: Color | None = None, radius: float = 0.0) -> None:
-        """Draw a rectangle."""
+        """Draw a rectangle.
+
+        Args:
+            box: Left, upper, right and lower edge [pixels].
+            fill: Its colour; empty if None.
+            outline: Colour of its edge; none if None.
+            radius: Radius of its corners [pixels].
+        """
         corners = tuple(value * FINE for value in box)
         self._draw.rounded_rectangle(corners, radius * FINE, fill=fill, outline=outline, width=FINE)
 
@@ -117,7 +124,14 @@ class Canvas:
                 self._head(start, (-ux, -uy), head + more, ink)
 
     def turn(self, center: Point, radius: float, color: Color, way: int) -> None:
-        """Draw three quarters of a circle that end in an arrow; `way` 1 is anticlockwise, -1 clockwise."""
+        """Draw three quarters of a circle that end in an arrow; `way` 1 is anticlockwise, -1 clockwise.
+
+        Args:
+            center: Centre of the circle [pixels].
+            radius: Its radius [pixels].
+            color: Its colour.
+            way: 1 is anticlockwise, -1 clockwise.
+        """
         angles = [0.1 * k for k in range(48)]
         points = [(center[0] + radius * cos(a), center[1] - way * radius * sin(a)) for a in angles]
         ahead = (-sin(angles[-1]), -way * cos(angles[-1]))
@@ -133,17 +147,38 @@ class Canvas:
     def text(
         self, place: Point, text: str, size: float = 14, color: Color = INK, bold: bool = False, anchor: str = "la"
     ) -> None:
-        """Write a line; `anchor` is that of Pillow: `la` has its upper left corner at the place."""
+        """Write a line; `anchor` is that of Pillow: `la` has its upper left corner at the place.
+
+        Args:
+            place: Where the anchor lies [pixels].
+            text: The line.
+            size: Size of the font [pixels].
+            color: Its colour.
+            bold: Whether it is bold.
+            anchor: Which point of the text lies there, as in Pillow: `la` is its upper left corner.
+        """
         self._draw.text(_fine(place), text, fill=color, font=font(size, bold), anchor=anchor)
 
 
 def text_width(text: str, size: float = 14, bold: bool = False) -> float:
-    """Return the length [pixels] of a line of text."""
+    """Return the length [pixels] of a line of text.
+
+    Args:
+        text: The line.
+        size: Size of the font [pixels].
+        bold: Whether it is bold.
+    """
     return font(size, bold).getlength(text) / FINE
 
 
 def shortened(text: str, width: float, size: float = 14) -> str:
-    """Return as much of a text as fits."""
+    """Return as much of a text as fits.
+
+    Args:
+        text: The text; runs of blanks become one.
+        width: What it may take [pixels].
+        size: Size of the font [pixels].
+    """
     text = " ".join(text.split())
     if text_width(text, size) <= width:
         return text
@@ -155,7 +190,13 @@ def shortened(text: str, width: float, size: float = 14) -> str:
 
 
 def clipped(a: Point, b: Point, box: Box) -> tuple[Point, Point] | None:
-    """Return the part of a line that lies in a box, None if there is none (Liang and Barsky)."""
+    """Return the part of a line that lies in a box, None if there is none (Liang and Barsky).
+
+    Args:
+        a: One end of the line.
+        b: Its other end.
+        box: Left, upper, right and lower edge.
+    """
     if not all(map(isfinite, (*a, *b))):
         return None
     first, last = 0.0, 1.0

@@ -94,7 +94,13 @@ def layout(resolution: "Resolution", variant: str = "") -> bytes:
 
 
 def write_layout(resolution: "Resolution", path: Path, variant: str = "") -> None:
-    """Write the page into a file, and the folder that it is to be in if need be; see `layout`."""
+    """Write the page into a file, and the folder that it is to be in if need be; see `layout`.
+
+    Args:
+        resolution: The resolved case.
+        path: The file.
+        variant: What was chosen of the case, to be said in the title.
+    """
     content = layout(resolution, variant)
     path.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(path, content)

@@ -88,7 +88,7 @@ def cylinder(sides: int) -> Triangles:
     return _without_slivers(lathe(profile, slopes, sides))
 
 
-def capsule(radius: float, length: float, sides: int) -> Triangles:
+def _capsule(radius: float, length: float, sides: int) -> Triangles:
     """Return a capsule about z."""
     steps = max(sides // 4, 2)
     caps = [math.pi / 2 * (k / steps) for k in range(steps + 1)]
@@ -109,7 +109,7 @@ def _without_slivers(mesh: Triangles) -> Triangles:
 def solid(piece: Piece, sides: int) -> Triangles:
     """Return the surface of a convex piece in its own frame; see `unit` for what is only scaled."""
     if piece.kind == "capsule":
-        return capsule(piece.size[0], piece.size[1], sides)
+        return _capsule(piece.size[0], piece.size[1], sides)
     corners = np.array(piece.vertices, float)
     if piece.faces:
         return flat(corners[np.array(piece.faces)])
@@ -149,7 +149,13 @@ def scale_of(kind: str, size: tuple[float, ...]) -> tuple[float, float, float] |
 
 
 def drawn(mesh: VisualMesh, most: int, *, picture: bool = True) -> Triangles:
-    """Return a surface of the compiler with at most some `most` triangles."""
+    """Return a surface of the compiler with at most some `most` triangles.
+
+    Args:
+        mesh: The surface.
+        most: Number of triangles from which on it is simplified.
+        picture: Whether it is coloured by its picture, if it has one.
+    """
     vertices, normals, faces = mesh.vertices, mesh.normals, mesh.faces
     uvs = mesh.uvs if picture and mesh.picture is not None else None
     if len(faces) > most:

@@ -14,7 +14,15 @@ LABELS = 14
 
 
 def draw_labels(canvas: Canvas, panel: Panel, picture: Picture, props: Stage, texts: dict[str, str]) -> list[Label]:
-    """Name what is seen in a panel; return the labels."""
+    """Name what is seen in a panel; return the labels.
+
+    Args:
+        canvas: The page.
+        panel: The panel.
+        picture: What the panel shows.
+        props: What was drawn, in the order of the picture's owners.
+        texts: Texts by body; others are not named.
+    """
     names = list(texts)
     body_of = np.array([names.index(prop.body) if prop.body in texts else -1 for prop in props] + [-1])
     seen, through = body_of[picture.owner], body_of[picture.glazed]

@@ -62,7 +62,15 @@ class Panel:
         self.blocked[y, x] = True
 
     def write(self, canvas: Canvas, place: tuple[float, float], text: str, color: Color, *, bold: bool = False) -> None:
-        """Write a short note, or near by if the place is taken; nothing else is written over it."""
+        """Write a short note, or near by if the place is taken; nothing else is written over it.
+
+        Args:
+            canvas: The page.
+            place: Upper left corner of the text [pixels].
+            text: The note.
+            color: Its colour.
+            bold: Whether it is bold.
+        """
         width, height = text_width(text, 12, bold), 15.0
         x = min(max(place[0], self.left + 5), self.box[2] - width - 5)
         y, box = place[1], (x, place[1], x, place[1])
@@ -106,13 +114,25 @@ def nice_step(span: float, most: int) -> float:
 
 
 def ticks(low: float, high: float, most: int) -> list[float]:
-    """Return round numbers between two others."""
+    """Return round numbers between two others.
+
+    Args:
+        low: The lower number.
+        high: The upper number.
+        most: How many there may be, about.
+    """
     step = nice_step(high - low, most)
     return [k * step for k in range(ceil(low / step - 1e-9), floor(high / step + 1e-9) + 1)]
 
 
 def ground(panel: Panel, pixels: np.ndarray, props: Stage) -> np.ndarray:
-    """Return the background (height, width, 3) of a panel: white, a tint where there is a ground, and lines."""
+    """Return the background (height, width, 3) of a panel: white, a tint where there is a ground, and lines.
+
+    Args:
+        panel: The panel.
+        pixels: Its picture, shape (height, width, …).
+        props: What there is to draw.
+    """
     height, width = pixels.shape[:2]
     back = np.full((height, width, 3), 1.0, np.float32)
     for prop in props:
@@ -140,7 +160,13 @@ def composed(picture: Picture, back: np.ndarray) -> np.ndarray:
 
 
 def draw_frame(canvas: Canvas, panel: Panel, title: str) -> None:
-    """Draw axes with ticks and the title."""
+    """Draw axes with ticks and the title.
+
+    Args:
+        canvas: The page.
+        panel: The panel.
+        title: Its title.
+    """
     left, upper, right, lower = panel.box
     canvas.box((left - 0.5, upper - 0.5, right + 0.5, lower + 0.5), outline=(150, 156, 164))
     for axis, length in ((0, right - left), (1, lower - upper)):
@@ -187,7 +213,13 @@ def draw_scale(canvas: Canvas, panel: Panel) -> None:
 
 
 def draw_ground_lines(canvas: Canvas, panel: Panel, props: Stage) -> None:
-    """Draw every ground that is seen from its edge, hatched below."""
+    """Draw every ground that is seen from its edge, hatched below.
+
+    Args:
+        canvas: The page.
+        panel: The panel.
+        props: What there is to draw.
+    """
     for prop in (prop for prop in props if prop.plane):
         normal = panel.view.axes @ _normal(prop.triangles)
         if abs(normal[2]) > 0.2:

@@ -119,6 +119,11 @@ class Raster:
         """Return the shares (3, n) of a triangle's corners at points of the picture [pixels], and depths (n,) [m].
 
         Depths count from the eye along the view, in parallel projection from the view's origin.
+
+        Args:
+            triangle: Numbers of triangles, shape (n,).
+            x: Columns of the points, shape (n,) [pixels].
+            y: Rows of the points, shape (n,) [pixels].
         """
         weights = self._weights[triangle].astype(np.float32)
         found = np.empty((3, len(triangle)), np.float32)

@@ -39,7 +39,13 @@ class Marks:
 
 
 def draw_marks(canvas: Canvas, panel: Panel, marks: Marks) -> None:
-    """Draw joints, arrows, cameras and the domain."""
+    """Draw joints, arrows, cameras and the domain.
+
+    Args:
+        canvas: The page.
+        panel: The panel.
+        marks: What to draw.
+    """
     if marks.domain is not None:
         _draw_domain(canvas, panel, marks.domain)
     for number, camera in enumerate(marks.cameras):
@@ -151,7 +157,14 @@ def _inside(point: Sequence[float], box: Box) -> bool:
 
 
 def draw_legend(canvas: Canvas, left: float, y: float, marks: Marks) -> None:
-    """Explain the signs that are used."""
+    """Explain the signs that are used.
+
+    Args:
+        canvas: The page.
+        left: Left edge of the legend [pixels].
+        y: Middle of its line [pixels].
+        marks: What was drawn.
+    """
     x = left
     kinds = {joint.kind for joint in marks.joints}
     arrows = {arrow.kind for arrow in marks.arrows}

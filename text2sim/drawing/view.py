@@ -79,6 +79,11 @@ def look(pos: Sequence[float], target: Sequence[float], up: Sequence[float] = (0
     """Return the axes of a camera, as the engine turns it.
 
     Straight up or down, +y is up, as in the language; at itself, it looks along -y.
+
+    Args:
+        pos: Position of the camera [m].
+        target: Point that it looks at [m].
+        up: Direction that is up in the picture.
     """
     back = np.asarray(pos, float) - np.asarray(target, float)
     length = float(np.linalg.norm(back))

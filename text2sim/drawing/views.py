@@ -30,6 +30,11 @@ def cameras(resolution: "Resolution") -> dict[str, dict[str, Any]]:
 def camera_pose(resolution: "Resolution", name: str, t: float = 0.0) -> CameraPose:
     """Return the pose of a camera at a time [s] of the simulation, all bodies where they start.
 
+    Args:
+        resolution: The resolved case.
+        name: Name of the camera.
+        t: Time of the simulation [s].
+
     Raises:
         KeyError: if there is no such camera.
     """
@@ -47,7 +52,17 @@ def field_of_view(camera: Mapping[str, Any]) -> float:
 
 
 def film_view(resolution: "Resolution", name: str, size: tuple[int, int], t: float = 0.0) -> View:
-    """Return a camera of the case as a view of the film's proportions, as large as fits into `size` [pixels]."""
+    """Return a camera of the case as a view of the film's proportions, as large as fits into `size` [pixels].
+
+    Args:
+        resolution: The resolved case.
+        name: Name of the camera.
+        size: Largest width and height [pixels].
+        t: Time of the simulation [s].
+
+    Raises:
+        KeyError: if there is no such camera.
+    """
     camera, pose = cameras(resolution)[name], camera_pose(resolution, name, t)
     wide, tall = resolution.plan.render["resolution"]
     shrink = min(size[0] / wide, size[1] / tall)

@@ -10,7 +10,14 @@ from text2sim.engine_benchmark.mujoco_door import mujoco
 
 
 def simulate(folder: Path, scene: dict[str, Any], times: list[float], step: float) -> dict[str, NDArray[np.floating]]:
-    """Simulate a benchmark; see `trial.Adapter`."""
+    """Simulate a benchmark; see `trial.Adapter`.
+
+    Args:
+        folder: Folder of the benchmark.
+        scene: Content of its `benchmark.json`.
+        times: Times at which states are wanted [s].
+        step: Time step [s].
+    """
     mj = mujoco()
     model = mj.MjModel.from_xml_path(str(folder / "scene.xml"))
     model.opt.timestep = step

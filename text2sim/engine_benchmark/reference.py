@@ -41,7 +41,14 @@ class Runs:
 
 
 def tasks_of(loaded: LoadedCase, plan: Plan, runs: Path, known: dict[str, Needs]) -> list[Task]:
-    """Runs of a case at its own time step, and at steps that are halved; `known` is what such runs took before."""
+    """Runs of a case at its own time step, and at steps that are halved; `known` is what such runs took before.
+
+    Args:
+        loaded: The case.
+        plan: Its plan.
+        runs: Folder of runs.
+        known: What runs took before, by name of the case.
+    """
     over, tasks = loaded.overlay, []
     for halvings in HALVINGS:
         sets = [f"scene.dt={plan.dt / 2**halvings!r}", f"scene.substeps={plan.settings.substeps}"]
@@ -55,6 +62,11 @@ def tasks_of(loaded: LoadedCase, plan: Plan, runs: Path, known: dict[str, Needs]
 
 def collect(loaded: LoadedCase, names: list[str], done: Sequence[Done]) -> Runs:
     """Read what came of the runs of `tasks_of`, in that order.
+
+    Args:
+        loaded: The case.
+        names: Names of the measures that serve as observables.
+        done: Finished tasks, the longest time step first.
 
     Raises:
         RunError: if one did not finish, or an observable has no value.
@@ -77,6 +89,11 @@ def collect(loaded: LoadedCase, names: list[str], done: Sequence[Done]) -> Runs:
 
 def observed(folder: Path, loaded: LoadedCase, names: list[str]) -> tuple[dict[str, tuple[Array, str]], Array]:
     """Observables of a recording, with their units, and the times [s] of its frames.
+
+    Args:
+        folder: The run folder.
+        loaded: The case.
+        names: Names of the measures that serve as observables.
 
     Raises:
         RunError: if one has no value.

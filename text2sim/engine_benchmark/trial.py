@@ -47,13 +47,13 @@ def main() -> None:
     for name, shape in (shapes | {"joint_pos": (frames, joints), "joint_vel": (frames, joints)}).items():
         if np.shape(made[name]) != shape:
             sys.exit(f"the adapter's `{name}` has the shape {np.shape(made[name])}, not {shape}")
-    write_states(out, scene, made)
+    _write_states(out, scene, made)
     unit = 1 if sys.platform == "darwin" else 1024
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
     (out / "trial.json").write_text(json.dumps({"seconds": seconds, "memory": memory}))
 
 
-def write_states(out: Path, scene: dict[str, Any], made: dict[str, Any]) -> None:
+def _write_states(out: Path, scene: dict[str, Any], made: dict[str, Any]) -> None:
     """Write states in the form of a recording, so that measures are worked out as of any run."""
     (out / "states").mkdir(parents=True, exist_ok=True)
     (out / "geometry").mkdir(exist_ok=True)

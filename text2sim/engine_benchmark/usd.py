@@ -13,7 +13,13 @@ ROOT = "/benchmark"
 
 
 def write_usd(model: Any, plan: Plan, path: Path) -> None:
-    """Write bodies, shapes, masses, joints, limits, motors and gravity of a model, as it stands at its start."""
+    """Write bodies, shapes, masses, joints, limits, motors and gravity of a model, as it stands at its start.
+
+    Args:
+        model: The model, as MuJoCo has it.
+        plan: The plan of the case.
+        path: The file.
+    """
     _Stage(model, plan, path).write()
 
 

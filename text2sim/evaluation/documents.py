@@ -26,10 +26,10 @@ def read_model(path: Path, model: type[M], what: str) -> tuple[M, Document]:
     Raises:
         SpecError: With all problems of the file.
     """
-    return parsed(read_source(path), model, what)
+    return _parsed(read_source(path), model, what)
 
 
-def parsed(source: Source, model: type[M], what: str) -> tuple[M, Document]:
+def _parsed(source: Source, model: type[M], what: str) -> tuple[M, Document]:
     """Parse a text into a model; see `read_model`."""
     document = parse_document(check_source(source))
     data: Any = document.data

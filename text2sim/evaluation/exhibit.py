@@ -87,6 +87,15 @@ def bind_facts(desk: Callable[[], Conversation], prompt: Prompt, shown: Exhibit,
 
     The model is asked once for each result; all judges read the same facts. Without a case, or an answer, there are
     none.
+
+    Args:
+        desk: Opens a conversation with the models.
+        prompt: The prompt.
+        shown: What judges see; facts and notes are added to it.
+        made: The result.
+
+    Raises:
+        StoppedError: If the user stopped it.
     """
     run = made.path("run")
     if shown.loaded is None or run is None or prompt.requirements is None:

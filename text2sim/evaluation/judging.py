@@ -121,6 +121,7 @@ class Judging:
         Raises:
             StoppedError: If the user stopped it.
             BudgetSpent: If the budget is used up.
+            RunError: If a judge sees no pictures.
         """
         for model in self.models:
             if not judge_endpoint(model, "").vision:
@@ -163,7 +164,7 @@ class Judging:
         return rows
 
     def _turns(self, name: str, method: str) -> list[Turn]:
-        return turns(name, method, len(self.models), self.repeats)
+        return _turns(name, method, len(self.models), self.repeats)
 
     def _judged(self, turn: Turn, prompt: Prompt, made: Made | None, shown: Exhibit) -> Judgement:
         def plain(state: State, why: str) -> Judgement:
@@ -218,7 +219,7 @@ def _visual(desk: Conversation, turn: Turn, prompt: Prompt, shown: Exhibit) -> J
     return Judgement(turn, prompt.digest(), "judged", visual_score(reply), reply=reply.model_dump(), shown=seen)
 
 
-def turns(prompt: str, method: str, judges: int, repeats: int) -> list[Turn]:
+def _turns(prompt: str, method: str, judges: int, repeats: int) -> list[Turn]:
     """Return the judgements of a result that are due."""
     return [
         Turn(prompt, method, kind, judge, repeat)
@@ -256,7 +257,7 @@ def read_judgements(out: Path) -> tuple[dict[str, Any], list[Judgement]]:
             rows.append(row)
     there = {row.turn for row in rows}
     for name, method in product(record["judged"], record["methods"]):
-        for turn in turns(name, method, len(record["models"]), record["repeats"]):
+        for turn in _turns(name, method, len(record["models"]), record["repeats"]):
             if turn not in there:
                 rows.append(Judgement(turn, record["prompts"][name], "not_judged", None, "nobody has judged it yet"))
     return record, rows

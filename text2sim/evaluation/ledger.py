@@ -73,7 +73,14 @@ def read_ledger(cards: Path) -> Ledger:
 
 
 def enter(cards: Path, card: str, account: Account, prompts: dict[str, Prompt]) -> None:
-    """Update the record of a card; its earlier debts stay."""
+    """Update the record of a card; its earlier debts stay.
+
+    Args:
+        cards: Folder of the cards.
+        card: Id of the card.
+        account: What is known of it now.
+        prompts: Prompts that it was learned from, by name.
+    """
     before = read_ledger(cards)
     if (known := before.cards.get(card)) is not None:
         owed = [*known.owes, *(debt for debt in account.owes if debt not in known.owes)]

@@ -65,6 +65,11 @@ def spread_within(rows: Iterable[Judgement], kind: Kind, method: str) -> float |
     r"""Return the RMS standard deviation within cases: \sqrt{mean_i s_i^2}, s_i^2 the variance (n - 1) of repeats.
 
     A case is one prompt by one judge; those with a single repeat do not count. None if there are no others.
+
+    Args:
+        rows: The judgements.
+        kind: Which judgements: `physical` or `visual`.
+        method: Name of the method.
     """
     found: dict[tuple[str, int], list[float]] = defaultdict(list)
     for row in _counted(rows, kind):
@@ -92,7 +97,13 @@ def estimate(values: Sequence[float]) -> Estimate | None:
 
 
 def paired(scores: Mapping[Key, float], method: str, other: str) -> Estimate | None:
-    """Return the mean difference, `method` minus `other`, over the prompts on which both were judged."""
+    """Return the mean difference, `method` minus `other`, over the prompts on which both were judged.
+
+    Args:
+        scores: Scores by method and prompt.
+        method: Name of the first method.
+        other: Name of the second method.
+    """
     mine = {prompt: score for (name, prompt), score in scores.items() if name == method}
     theirs = {prompt: score for (name, prompt), score in scores.items() if name == other}
     return estimate([mine[prompt] - theirs[prompt] for prompt in mine if prompt in theirs])
@@ -108,7 +119,14 @@ def repeats_agree(rows: Iterable[Judgement], kind: Kind) -> Agreement | None:
 
 
 def judges_agree(rows: Iterable[Judgement], kind: Kind, one: int, other: int) -> Agreement | None:
-    """Return the agreement of two judges, repeat by repeat."""
+    """Return the agreement of two judges, repeat by repeat.
+
+    Args:
+        rows: The judgements.
+        kind: Which judgements: `physical` or `visual`.
+        one: Number of a judge.
+        other: Number of another judge.
+    """
     found = {(row.turn.method, row.turn.prompt, row.turn.repeat, row.turn.judge): row for row in _asked(rows, kind)}
     pairs = [
         (row, found[*key[:3], other]) for key, row in found.items() if key[3] == one and (*key[:3], other) in found

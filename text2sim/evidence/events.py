@@ -111,7 +111,13 @@ def _order(row: Occurrence) -> tuple[Any, ...]:
 
 
 def episode_rows(episodes: Episodes, first: Sequence[Target], second: Sequence[Target]) -> list[Occurrence]:
-    """Return touches as occurrences. `impulse` is what the first of `between` received from the second [N s]."""
+    """Return touches as occurrences. `impulse` is what the first of `between` received from the second [N s].
+
+    Args:
+        episodes: The touches.
+        first: Targets on one side, in the order of `Episodes.pair`.
+        second: Targets on the other side.
+    """
     plain = {column.name: getattr(episodes, column.name).tolist() for column in fields(episodes)}
     return [
         {

@@ -99,7 +99,14 @@ class Nearest:
         return cls(np.full(frames, limit, float), np.full((frames, 3), np.nan), np.full(frames, -1))
 
     def take(self, frames: Array, values: Array, points: Array, of: int) -> None:
-        """Add distances (n,) of points (n, 3) in frames (n,), sorted by frame."""
+        """Add distances (n,) of points (n, 3) in frames (n,), sorted by frame.
+
+        Args:
+            frames: Frames of the distances, shape (n,), growing.
+            values: Distances, shape (n,) [m]; nan where there is none.
+            points: Points of the body, world, shape (n, 3) [m].
+            of: Number of the solid that they are distances to.
+        """
         if not len(frames):
             return
         values = np.where(np.isnan(values), np.inf, values)

@@ -90,6 +90,12 @@ def world_frames(states: RunStates, link: int, solid: Solid, step: int = 1) -> t
     """Return positions [m] (F, 3) and rotation matrices (F, 3, 3) of a solid's frame in the world, every `step` frames.
 
     Positions are nan after its body has left the scene.
+
+    Args:
+        states: The recorded states.
+        link: Number of the link.
+        solid: A solid of the link.
+        step: Take one frame in so many.
     """
     quat = states.quat[::step, link].astype(float)
     turn = rotate(quat[:, None], np.eye(3)[None]).swapaxes(1, 2)

@@ -39,6 +39,11 @@ def soft_episodes(recording: RecordedCase, first: Sequence[Target], second: Sequ
 
     `gap` is the smallest of the touch [m], `penetration` the largest depth of a point in a solid [m], `pos` where it
     began [m]. A pair named by both sides is listed once.
+
+    Args:
+        recording: The recording.
+        first: Targets on one side.
+        second: Targets on the other side.
     """
     rows, done = [], set()
     for one in first:

@@ -60,6 +60,11 @@ def region_path(recording: RecordedCase, target: Target, region: BodyRegion) -> 
     The points are those inside the region at the start, in the body's own frame; a side contains a layer
     below the outermost point, as for attachments.
 
+    Args:
+        recording: The recording.
+        target: The body.
+        region: The region.
+
     Raises:
         SoftMeasureError: if the body is not deformable, or has no points in the region.
     """
@@ -71,7 +76,11 @@ def region_path(recording: RecordedCase, target: Target, region: BodyRegion) -> 
 
 
 def region_rows(body: Deformable, region: BodyRegion) -> Array:
-    """Return the indices of a body's points in a region at the start; see `region_path`."""
+    """Return the indices of a body's points in a region at the start; see `region_path`.
+
+    Raises:
+        SoftMeasureError: if no point lies in the region, or the body is flat and has no such side.
+    """
     points = body.own
     if region.nearest is not None:
         return np.array([np.linalg.norm(points - region.nearest, axis=1).argmin()])

@@ -19,6 +19,7 @@ def workplace(path: Path) -> Iterator[Path]:
 
     Raises:
         RunError: if nothing can be written there.
+        OSError: From the body of the `with`; a file in the folder has the name that it would get.
     """
     try:
         folder = Path(tempfile.mkdtemp(prefix=".text2sim-", dir=path.parent))
@@ -37,7 +38,11 @@ def workplace(path: Path) -> Iterator[Path]:
 
 
 def put(made: Path, path: Path) -> None:
-    """Move a file to its place in one step."""
+    """Move a file to its place in one step.
+
+    Raises:
+        RunError: if there is a folder of this name.
+    """
     if path.is_dir():
         raise RunError(f"{path} is a folder; name a file")
     os.replace(made, path)
@@ -45,6 +50,11 @@ def put(made: Path, path: Path) -> None:
 
 def save_picture(source: Path, path: Path, largest: int = MOST_TEXELS) -> bool:
     """Write a picture of a run as a PNG of at most `largest` pixels on each side; return whether it has holes.
+
+    Args:
+        source: The picture.
+        path: The file to write.
+        largest: Largest length of a side [pixels].
 
     Raises:
         RunError: if it is no picture, or one that is far too large.

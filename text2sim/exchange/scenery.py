@@ -134,7 +134,11 @@ class Scenery:
             raise RunError(f"{folder}: its geometry is damaged ({error})") from error
 
     def mesh(self, path: Path) -> Mesh:
-        """Return a mesh of a piece."""
+        """Return a mesh of a piece.
+
+        Raises:
+            RunError: if its file is damaged.
+        """
         if path not in self._meshes:
             try:
                 self._meshes[path] = read_mesh(path) if self._detailed else _plain_mesh(path)

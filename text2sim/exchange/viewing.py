@@ -58,7 +58,13 @@ def camera_tracks(recording: FilmRecord) -> dict[str, Track]:
 
 
 def facing(pos: Array, target: Array, up: Array | tuple[float, float, float] = (0.0, 0.0, 1.0)) -> Array:
-    """Return the orientation (w, x, y, z) of something that looks from a place to another along its -z."""
+    """Return the orientation (w, x, y, z) of something that looks from a place to another along its -z.
+
+    Args:
+        pos: Its position, shape (3,) [m].
+        target: Point that it looks at, shape (3,) [m].
+        up: Direction that is up, shape (3,).
+    """
     from scipy.spatial.transform import Rotation
 
     right, upwards, ahead = (np.asarray(way) for way in basis(pos, target, up))

@@ -75,7 +75,12 @@ def _beyond_states(folder: Path, record: RunRecord, wanted: Wanted) -> tuple[Wor
 
 @contextmanager
 def staging(parent: Path) -> Iterator[Path]:
-    """A folder beside the final place, from which things are moved there in one step; gone afterwards."""
+    """A folder beside the final place, from which things are moved there in one step; gone afterwards.
+
+    Raises:
+        RunError: if the folder cannot be made.
+        OSError: From the body of the `with`; a file in the folder has the name that it would get.
+    """
     try:
         parent.mkdir(parents=True, exist_ok=True)
         _sweep(parent)
@@ -106,7 +111,11 @@ def _sweep(parent: Path) -> None:
 
 
 def install_run(staged: Path, folder: Path) -> None:
-    """Put a fresh run folder in place; what was recorded there stays as `<name>.previous` until that is complete."""
+    """Put a fresh run folder in place; what was recorded there stays as `<name>.previous` until that is complete.
+
+    Raises:
+        RunError: if there is a symbolic link in its place.
+    """
     if folder.is_symlink():
         raise RunError(f"{folder} is a symbolic link; remove it, or choose another --runs")
     if any((folder / "states").glob("chunk_*.npz")):

@@ -93,6 +93,11 @@ class Jobs:
     def start(self, case: str, what: str, work: Work) -> Job:
         """Begin a run, or return the one that is just this and still runs.
 
+        Args:
+            case: Name of the case.
+            what: What is run: two jobs with the same text are one.
+            work: Does it, and returns the answer.
+
         Raises:
             RunError: if another one runs.
         """

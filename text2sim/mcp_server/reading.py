@@ -18,12 +18,26 @@ PARTS = ("summary", "text", "resolved")
 
 
 def check(workspace: Workspace, case: str, overlay: Overlay, *, settings: bool, offset: int) -> Answer:
-    """Find everything that is wrong with a case."""
+    """Find everything that is wrong with a case.
+
+    Args:
+        workspace: The workspace.
+        case: The case.
+        overlay: What is laid over it.
+        settings: Whether derived solver settings are listed, too.
+        offset: Number of the first problem to list.
+    """
     return Answer(verdict(examine(workspace.case_file(case), overlay=overlay), offset, settings=settings))
 
 
 def verdict(row: Examined, offset: int = 0, *, settings: bool = False) -> dict[str, Any]:
-    """Return what there is to say of a case that was examined."""
+    """Return what there is to say of a case that was examined.
+
+    Args:
+        row: The case.
+        offset: Number of the first problem to list.
+        settings: Whether derived solver settings are listed, too.
+    """
     errors = sum(problem.severity == "error" for problem in row.problems)
     page = paged(problem_rows(row.problems, row.sources), offset)
     document: dict[str, Any] = {"case": row.name, "file": str(row.path), "ok": row.ok}
@@ -42,7 +56,16 @@ def verdict(row: Examined, offset: int = 0, *, settings: bool = False) -> dict[s
 
 
 def show(workspace: Workspace, case: str, overlay: Overlay, *, part: str, picture: bool, offset: int) -> Answer:
-    """Say what a case is, and draw how it starts."""
+    """Say what a case is, and draw how it starts.
+
+    Args:
+        workspace: The workspace.
+        case: The case.
+        overlay: What is laid over it.
+        part: `summary`, `text`, `resolved`, or the name of a body.
+        picture: Whether a picture of the start is added.
+        offset: Number of the first character of the page.
+    """
     file = workspace.case_file(case)
     if part == "text":
         source = read_source(file)

@@ -23,6 +23,14 @@ MAX_TIMEOUT = 3600.0
 def start(workspace: Workspace, jobs: Jobs, case: str, overlay: Overlay, *, timeout: float, film: bool) -> Answer | Job:
     """Begin to run a case; the answer is that of `check` if it is not fit to be run.
 
+    Args:
+        workspace: The workspace.
+        jobs: Runs it.
+        case: The case.
+        overlay: What is laid over it.
+        timeout: Limit of the run [s].
+        film: Whether it is filmed.
+
     Raises:
         RunError: if something else runs.
     """

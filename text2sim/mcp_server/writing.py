@@ -26,7 +26,13 @@ MAX_UNDO = 3_000
 
 
 def new(workspace: Workspace, case: str, template: str) -> Answer:
-    """Write a case to start from."""
+    """Write a case to start from.
+
+    Args:
+        workspace: The workspace.
+        case: The case to write.
+        template: The case to copy; a small one if empty.
+    """
     folder = workspace.case_folder(case)
     workspace.refuse_runs(folder)
     source = workspace.case_file(template).parent if template else None
@@ -85,7 +91,16 @@ def _checked(text: str, file: Path) -> Examined:
 def patch(
     workspace: Workspace, case: str, operations: list[dict[str, Any]], owner: str, *, dry_run: bool, replaces: str
 ) -> Answer:
-    """Apply operations to a case: all of them, or none."""
+    """Apply operations to a case: all of them, or none.
+
+    Args:
+        workspace: The workspace.
+        case: The case.
+        operations: Operations of JSON Patch.
+        owner: The one section that may change; every section if empty.
+        dry_run: Whether the file stays as it is.
+        replaces: Digest of the text that the caller has read; not compared if empty.
+    """
     given = Source(json.dumps(operations, ensure_ascii=False), "operations")
     if len(given.text) > MAX_PATCH:
         return refusal(f"the patch has {len(given.text)} characters; {MAX_PATCH} are allowed")

@@ -53,6 +53,11 @@ class Chunks:
     def columns(self, name: str, first: int, last: int) -> Array:
         """Return the columns `first` to `last` of an array (F, n, 3): no other is copied into memory.
 
+        Args:
+            name: Name of the array.
+            first: First column.
+            last: Column after the last.
+
         Raises:
             RunError: if a chunk was damaged since it was looked at.
         """
@@ -149,7 +154,7 @@ def array_shape(archive: zipfile.ZipFile, name: str) -> tuple[int, ...]:
     """Return the shape of an array of numbers, from its header.
 
     Raises:
-        One of `DAMAGED`: if it is missing, or not as long as its header says.
+        ValueError: or another of `DAMAGED`, if it is missing, or not as long as its header says.
     """
     member = archive.getinfo(f"{name}.npy")
     with archive.open(member) as stream:

@@ -78,6 +78,12 @@ def reach(states: RunStates, geometry: Geometry, links: Sequence[int], axis: str
 
     The coordinate of a corner c of a link at p with rotation R is p.a + c.(R^T a), so that one product of the
     corners with the turned axis serves a whole link.
+
+    Args:
+        states: The recorded states.
+        geometry: Corners of links.
+        links: Numbers of the links.
+        axis: `x`, `y` or `z`.
     """
     low, high = np.full(states.frames, np.inf), np.full(states.frames, -np.inf)
     direction = np.array(AXES[axis])

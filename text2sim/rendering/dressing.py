@@ -129,7 +129,13 @@ def shifted(mesh: Mesh, body: str, size: float | None) -> Mesh:
 
 
 def toned(color: tuple[float, float, float], body: str, finish: str) -> tuple[float, float, float]:
-    """Return the colour of a copy, slightly lighter or darker than that of the others."""
+    """Return the colour of a copy, slightly lighter or darker than that of the others.
+
+    Args:
+        color: Its colour, RGB from 0 to 1.
+        body: Name of the copy, which decides about the tone.
+        finish: Its finish.
+    """
     most = WEAR if finish in GROWN else EVEN_WEAR
     factor = 1 + most * random.Random(f"tone {body}").uniform(-1, 1)
     red, green, blue = (min(factor * x, 1.0) for x in color)

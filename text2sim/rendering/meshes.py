@@ -59,7 +59,13 @@ def read_mesh(path: Path) -> Mesh:
 
 
 def presentable(vertices: Array, faces: Indices, uvs: Array | None = None) -> Mesh:
-    """Return a mesh with smooth normals, and with bevelled edges if it is convex and has no texture."""
+    """Return a mesh with smooth normals, and with bevelled edges if it is convex and has no texture.
+
+    Args:
+        vertices: Vertices, shape (n, 3) [m].
+        faces: Triangles, shape (m, 3).
+        uvs: Texture coordinates, shape (n, 2).
+    """
     if uvs is None and 4 < len(vertices) <= LARGEST:
         round_one = _ball(vertices, faces) or _cylinder(vertices) or _cone(vertices) or _capsule(vertices)
         if (made := round_one or _bevelled(vertices, faces)) is not None:

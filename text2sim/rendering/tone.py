@@ -56,7 +56,13 @@ def linear(srgb: Array) -> Array:
 
 
 def over(picture: Array, alpha: Array, color: tuple[float, float, float] | Array) -> Array:
-    """Composite a picture (h, w, 3) over a plain colour or another picture, both in sRGB, by its alpha."""
+    """Composite a picture (h, w, 3) over a plain colour or another picture, both in sRGB, by its alpha.
+
+    Args:
+        picture: The picture, shape (h, w, 3), sRGB.
+        alpha: Its alpha, shape (h, w), 0 to 1.
+        color: The colour, or another picture, shape (h, w, 3), sRGB.
+    """
     return picture * alpha[..., None] + np.asarray(color) * (1 - alpha[..., None])
 
 

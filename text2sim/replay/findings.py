@@ -19,7 +19,14 @@ EVENTS = 600
 
 
 def pack_findings(folder: Path, case: Case, blob: Blob, notes: list[str]) -> dict[str, Any]:
-    """Pack what was measured and found; what is missing is left out."""
+    """Pack what was measured and found; what is missing is left out.
+
+    Args:
+        folder: The run folder.
+        case: The case.
+        blob: Takes the arrays.
+        notes: Sentences about what was left out; added to.
+    """
     evidence = read_evidence(folder) or {}
     time, columns = read_measures(folder)
     every = math.ceil(max(len(time), 1) / ROWS)

@@ -41,6 +41,11 @@ def thinned(count: int, most: int) -> Array:
 def pack_links(scenery: Scenery, blob: Blob, notes: list[str]) -> tuple[dict[str, Any], dict[int, int], Array]:
     """Pack the poses of links that are seen to move.
 
+    Args:
+        scenery: What is shown.
+        blob: Takes the arrays.
+        notes: Sentences about what was left out; added to.
+
     Returns:
         What the page has to know; the place of each such link; the frames that were taken.
     """
@@ -56,7 +61,14 @@ def pack_links(scenery: Scenery, blob: Blob, notes: list[str]) -> tuple[dict[str
 
 
 def pack_figures(scenery: Scenery, blob: Blob, pictures: Pictures, notes: list[str]) -> list[dict[str, Any]]:
-    """Pack all that deforms: surfaces whole, of particles as many as there is room for."""
+    """Pack all that deforms: surfaces whole, of particles as many as there is room for.
+
+    Args:
+        scenery: What is shown.
+        blob: Takes the arrays.
+        pictures: Takes the pictures of surfaces.
+        notes: Sentences about what was left out; added to.
+    """
     figures = list(scenery.figures)
     surfaces = sorted((f for f in figures if f.faces is not None), key=lambda f: f.size)
     while sum(f.size for f in surfaces) * POINT * FEW > SOFT:
@@ -99,7 +111,15 @@ def _packed(figure: Figure, points: Array, every: int, blob: Blob, pictures: Pic
 
 
 def pack_contacts(folder: Path, scenery: Scenery, taken: Array, blob: Blob, notes: list[str]) -> dict[str, Any] | None:
-    """Pack the contacts between links: of each pair, the strongest since the frame before."""
+    """Pack the contacts between links: of each pair, the strongest since the frame before.
+
+    Args:
+        folder: The run folder.
+        scenery: What is shown.
+        taken: Numbers of the frames that were taken, shape (n,).
+        blob: Takes the arrays.
+        notes: Sentences about what was left out; added to.
+    """
     states = RunStates.load(folder)
     pos, force, pairs = (states.contact(name) for name in ("pos", "normal_force", "links"))
     steps = np.rint(scenery.times[taken] / states.dt).astype(np.int64)

@@ -46,7 +46,13 @@ def _flat_rows(entry: Entry, path: Path) -> Iterator[str]:
 
 
 def driver_side(path: FilePath, name: str, label: str) -> Side | None:
-    """A version that git has put into a file of its own; None if there was none, or it is no YAML."""
+    """A version that git has put into a file of its own; None if there was none, or it is no YAML.
+
+    Args:
+        path: File that git has written.
+        name: Path of the file in the repository.
+        label: What the version is called in messages.
+    """
     try:
         source = read_source(path)
         return text_side(Source(source.text, label), label, FilePath(name)) if source.text.strip() else None
@@ -55,7 +61,13 @@ def driver_side(path: FilePath, name: str, label: str) -> Side | None:
 
 
 def text_difference(old: FilePath, new: FilePath, name: str) -> list[str]:
-    """The lines that differ, for what has no meaning that could be compared."""
+    """The lines that differ, for what has no meaning that could be compared.
+
+    Args:
+        old: File of the earlier version.
+        new: File of the later version.
+        name: Path of the file in the repository.
+    """
     before, after = (_lines(path) for path in (old, new))
     return [row.rstrip("\n") for row in difflib.unified_diff(before, after, f"a/{name}", f"b/{name}")]
 

@@ -11,6 +11,11 @@ from text2sim.spec_schema.whole_files import write_atomically
 def rewrite(file: Path, source: Source, text: str) -> None:
     """Put a text in the place of the file that `source` was read from; its mode stays.
 
+    Args:
+        file: The file.
+        source: What was read from it.
+        text: The new text.
+
     Raises:
         RunError: If the file is a symbolic link, or was changed by somebody else since it was read.
     """

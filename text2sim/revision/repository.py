@@ -39,6 +39,11 @@ class _Blob:
 def run_git(arguments: list[str], folder: Path, data: bytes = b"") -> bytes:
     """Return what a git command prints.
 
+    Args:
+        arguments: Arguments of the command.
+        folder: Folder in which it runs.
+        data: Its standard input.
+
     Raises:
         RunError: If it fails.
         MachineError: If there is no git, or the disk takes nothing.

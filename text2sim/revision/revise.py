@@ -69,7 +69,7 @@ def revise(source: Source, path: Path, operations: Sequence[Operation], owner: s
     data = parse_document(source).data
     wanted = apply_operations(data, operations)
     if owner is not None:
-        check_ownership(data, wanted, operations, owner)
+        _check_ownership(data, wanted, operations, owner)
     text = edit_source(source, operations)
     try:
         found = _examine(text, path)
@@ -95,7 +95,7 @@ def revise(source: Source, path: Path, operations: Sequence[Operation], owner: s
     )
 
 
-def check_ownership(data: Any, wanted: Any, operations: Sequence[Operation], owner: str) -> None:
+def _check_ownership(data: Any, wanted: Any, operations: Sequence[Operation], owner: str) -> None:
     """Refuse a patch that changes more than one section.
 
     Raises:

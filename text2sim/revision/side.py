@@ -85,14 +85,14 @@ def open_side(text: str, overlay: Overlay) -> Iterator[Side]:
     place = parse_place(text)
     overlay = Overlay(place.variants) + overlay
     if not place.revision:
-        yield read_side(place.path, text, overlay)
+        yield _read_side(place.path, text, overlay)
         return
     with tempfile.TemporaryDirectory(prefix="text2sim-") as folder:
         repository = find_commit(place.path, place.revision)
-        yield read_side(extract(repository, place.path, Path(folder)), text, overlay)
+        yield _read_side(extract(repository, place.path, Path(folder)), text, overlay)
 
 
-def read_side(path: Path, label: str, overlay: Overlay = NOTHING) -> Side:
+def _read_side(path: Path, label: str, overlay: Overlay = NOTHING) -> Side:
     """Read a file or folder that is there; see `open_side`."""
     file = path / CASE_FILE if path.is_dir() else path
     run = path if path.is_dir() and (path / "run.json").is_file() else None
@@ -107,7 +107,17 @@ def read_side(path: Path, label: str, overlay: Overlay = NOTHING) -> Side:
 
 
 def text_side(source: Source, label: str, file: Path, overlay: Overlay = NOTHING) -> Side:
-    """A text as if it stood in a file; see `open_side`."""
+    """A text as if it stood in a file; see `open_side`.
+
+    Args:
+        source: The text.
+        label: What it is called in messages.
+        file: The file that it would stand in.
+        overlay: What is laid over the case.
+
+    Raises:
+        SpecError: If the text is no YAML, or the overlay does not fit it.
+    """
     written = parse_document(source)
     data = written.data
     try:

@@ -174,7 +174,7 @@ class CommandLoop:
                 self._running[1].append(0)
 
 
-def simulate(warm: Warm, commands: CommandLoop, order: dict[str, Any]) -> dict[str, Any]:
+def _simulate(warm: Warm, commands: CommandLoop, order: dict[str, Any]) -> dict[str, Any]:
     """Carry out an order; return what came of it."""
     number, folder, out = order["order"], Path(order["program"]), Path(order["out"])
     scene, program = None, None
@@ -218,7 +218,7 @@ def main() -> None:
     first = True
     while (order := commands.orders.get()) is not None:
         gc.disable()
-        answer = simulate(warm, commands, order)
+        answer = _simulate(warm, commands, order)
         commands.tell(order=order["order"], **answer)
         # Now that nobody waits for it.
         gc.enable()

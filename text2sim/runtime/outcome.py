@@ -126,7 +126,13 @@ def read_status(path: Path) -> dict[str, Any]:
 
 
 def read_end(path: Path, begin: int = 0, limit: int = 200_000) -> str:
-    """Return the end of a log, from byte `begin` on at the earliest."""
+    """Return the end of a log, from byte `begin` on at the earliest.
+
+    Args:
+        path: The log.
+        begin: First byte that may be read.
+        limit: Most bytes that are read.
+    """
     try:
         with path.open("rb") as stream:
             size = stream.seek(0, 2)

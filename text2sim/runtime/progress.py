@@ -86,7 +86,13 @@ class Clock:
         return self.timings
 
     def tell(self, t: float, *, duration: float | None = None, note: str = "") -> None:
-        """Report the time `t` [s] that the running phase has reached, of `duration` if it has its own."""
+        """Report the time `t` [s] that the running phase has reached, of `duration` if it has its own.
+
+        Args:
+            t: Time that the phase has reached [s].
+            duration: Its length, if it has its own [s].
+            note: What is being done.
+        """
         now = monotonic()
         duration = duration or self.duration
         if (self._phase, t, note) == self._last:

@@ -130,7 +130,13 @@ class Examined:
 
 
 def examine(path: Path, *, plan: bool = True, overlay: Overlay = NOTHING) -> Examined:
-    """Read a case, and plan and lint it if asked to; whatever its author did wrong ends up in `problems`."""
+    """Read a case, and plan and lint it if asked to; whatever its author did wrong ends up in `problems`.
+
+    Args:
+        path: The case: its file or folder.
+        plan: Whether it is planned and linted.
+        overlay: What is laid over it.
+    """
     from text2sim.spec_schema.load import load_case
 
     found = Examined(case_file(path), overlay)

@@ -36,7 +36,16 @@ def load_case(path: FilePath | str, overlay: Overlay = NOTHING) -> LoadedCase:
 
 
 def load_text(text: str, path: FilePath | str = CASE_FILE, overlay: Overlay = NOTHING) -> LoadedCase:
-    """Load a case from text, as if it stood in the file `path`; see `load_case`."""
+    """Load a case from text, as if it stood in the file `path`; see `load_case`.
+
+    Args:
+        text: The text.
+        path: The file that it would stand in.
+        overlay: What is laid over the case.
+
+    Raises:
+        SpecError: With everything that is wrong.
+    """
     return _load(check_source(Source(text, str(path))), FilePath(path), overlay)
 
 

@@ -80,7 +80,13 @@ class Answers:
         return self._base.execute(f"SELECT assignment, ({count}) FROM person WHERE id = ?", (person,)).fetchone()
 
     def give(self, person: str, trial: int, levels: Mapping[str, int | None]) -> None:
-        """Keep the answers to a comparison; what was answered before stays."""
+        """Keep the answers to a comparison; what was answered before stays.
+
+        Args:
+            person: Id of the person.
+            trial: Number of the comparison.
+            levels: Answers by question, from -2, A is much better, to 2; None: cannot judge.
+        """
         rows = [(person, trial, question, level, time.time()) for question, level in levels.items()]
         with self._base:
             self._base.executemany("INSERT OR IGNORE INTO answer VALUES (?, ?, ?, ?, ?)", rows)

@@ -38,7 +38,13 @@ class Judge:
         threading.Thread(target=_import, name="imports", daemon=True).start()
 
     def judge(self, key: Key, folder: Path, case: "Case") -> None:
-        """Judge a take, unless that was done, or another is being judged."""
+        """Judge a take, unless that was done, or another is being judged.
+
+        Args:
+            key: What tells this take from others.
+            folder: The run folder.
+            case: The case.
+        """
         if self._busy is None and (self.judged is None or self.judged.key != key):
             self._busy = key
             threading.Thread(target=self._work, args=(key, folder, case), name="judge", daemon=True).start()

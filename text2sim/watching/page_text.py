@@ -29,7 +29,13 @@ def refusal(checked: Checked) -> dict[str, Any]:
 
 
 def closing(take: LiveRun, evidence: dict[str, Any] | None, no_scene: str) -> dict[str, Any]:
-    """How a take ended, and what was found."""
+    """How a take ended, and what was found.
+
+    Args:
+        take: The take.
+        evidence: Its evidence; None if it could not be judged.
+        no_scene: Why there is nothing to show; empty if there is something.
+    """
     if take.state != "finished" or evidence is None:
         words, good = take.message or take.state.replace("_", " "), False
     else:

@@ -62,4 +62,10 @@ class Listener(Protocol):
         """Something went wrong; `problem` says at which line of the case, if that is known."""
 
     def done(self, take: "LiveRun", evidence: dict[str, Any] | None, no_scene: str) -> None:
-        """States, judgement and scene are up to date; `no_scene` says why there is none."""
+        """States, judgement and scene are up to date; `no_scene` says why there is none.
+
+        Args:
+            take: The take.
+            evidence: Its evidence; None if it could not be judged.
+            no_scene: Why there is nothing to show; empty if there is something.
+        """

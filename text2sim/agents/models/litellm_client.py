@@ -63,7 +63,11 @@ class LiteLLMEndpoint:
         self._schema = held if name.schema is None else name.schema
 
     def complete(self, request: Request, stop: Callable[[], bool]) -> Reply:
-        """Call the model, with retries after transient errors; see `Endpoint.complete`."""
+        """Call the model, with retries after transient errors; see `Endpoint.complete`.
+
+        Raises:
+            ModelError: If the call failed, also after all retries.
+        """
         schema = self._schema and request.schema is not None
         start, tried = time.monotonic(), 0
         while True:

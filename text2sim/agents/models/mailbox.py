@@ -113,7 +113,12 @@ class Replay:
         self._folder = folder
 
     def complete(self, request: Request, stop: Callable[[], bool]) -> Reply:
-        """Return the stored reply to the call of this role and number; see `Endpoint.complete`."""
+        """Return the stored reply to the call of this role and number; see `Endpoint.complete`.
+
+        Raises:
+            StoppedError: If the user stopped it.
+            ModelError: If there is no stored reply.
+        """
         if stop():
             raise StoppedError("the replay was stopped")
         path = next(iter(_reply_paths(self._folder, request)), None)

@@ -79,7 +79,11 @@ class Targets:
         return self._groups[selector]
 
     def partner(self, entry: Entry, index: int) -> Group:
-        """What one copy is placed in relation to: its partner of the same number, if brackets name several."""
+        """What one copy is placed in relation to: its partner of the same number, if brackets name several.
+
+        Raises:
+            PlaceError: if brackets name another number of copies than there are.
+        """
         place: Place = entry.models[index].place
         selector, key = place.target, place.relation
         if not _pairs(entry, selector):

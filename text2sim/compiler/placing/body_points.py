@@ -33,6 +33,11 @@ class BodyPoints:
     def on_link(self, copy: Copy, part: str | None, point: Vec | BodyRegion | None) -> Vec | None:
         """Return a point [m] in the frame of a link (of the first one, if none is named).
 
+        Args:
+            copy: The copy.
+            part: Name of the link; the first one if None.
+            point: A point [m] in the frame of the link, or a region of it.
+
         Raises:
             RegionError: if nothing lies in the region.
         """
@@ -46,6 +51,11 @@ class BodyPoints:
 
     def in_world(self, copy: Copy, part: str | None, region: BodyRegion | None) -> Vec:
         """Return where a copy, a link of it, or the middle of a region of either is at the start [m].
+
+        Args:
+            copy: The copy.
+            part: Name of a link; the whole copy if None.
+            region: The region; the origin of the copy or link if None.
 
         Raises:
             RegionError: if nothing lies in the region.

@@ -23,6 +23,11 @@ _FREE = 1e-6
 def region_point(target: Group, region: BodyRegion, key: str) -> Vec:
     """Return the middle [m] of a region of one body, in the world.
 
+    Args:
+        target: The body.
+        region: The region.
+        key: Key of the relation that an error points at.
+
     Raises:
         PlaceError: if it is a plane, or several bodies, or nothing lies in the region.
     """
@@ -52,6 +57,9 @@ def footing(
         target: What it is placed on.
         middle: The subject's own point.
         height: The shift in z that goes with a shift in x and y.
+
+    Raises:
+        PlaceError: if the target is a plane, or nothing lies in the region.
     """
     region = place.at
     assert isinstance(region, BodyRegion)
@@ -124,6 +132,9 @@ def slide(place: Place, subject: Group, target: Group, start: Vec) -> Vec:
         subject: What is placed.
         target: What has the walls.
         start: Shift [m] to where it stands free.
+
+    Raises:
+        PlaceError: if there is no wall on a side.
     """
     pushes = _pushes(place, target)
     x, y, z = start

@@ -16,6 +16,14 @@ def stand_beside(place: Place, subject: Group, target: Group) -> Vec:
     """Return the shift [m] to a side: the planes across the direction that just hold the two are `clearance` apart.
 
     Across, their middles agree, in height their lowest points, unless `align` says otherwise.
+
+    Args:
+        place: The relation, with `direction`, `clearance` [m] and `align`.
+        subject: What is placed.
+        target: What it stands beside.
+
+    Raises:
+        PlaceError: if the target is a plane.
     """
     if target.planes:
         raise PlaceError("a plane has no sides", place.relation)
@@ -54,6 +62,14 @@ def touch(place: Place, subject: Group, target: Group) -> Vec:
     """Return the shift [m] of a subject that comes from far away on the side `direction`, until it touches.
 
     It comes straight, its middle towards the target's middle, or towards the middle of a region of it.
+
+    Args:
+        place: The relation, with `direction`, `clearance` [m] and `align`.
+        subject: What is placed.
+        target: What it touches.
+
+    Raises:
+        PlaceError: if it passes the target, or cannot reach or align with a plane.
     """
     d = _unit(place)
     here = subject.middle()

@@ -169,7 +169,15 @@ def _limb(part: SculptLimb) -> Form:
 
 
 def round_cone(p: Array, a: Array, b: Array, r: float, s: float) -> Array:
-    """Distance of points (n, 3) from the hull of two balls, at `a` with radius `r` and at `b` with `s`."""
+    """Distance of points (n, 3) from the hull of two balls, at `a` with radius `r` and at `b` with `s`.
+
+    Args:
+        p: Points, shape (n, 3) [m].
+        a: Middle of the first ball, shape (3,) [m].
+        b: Middle of the second ball, shape (3,) [m].
+        r: Radius of the first ball [m].
+        s: Radius of the second ball [m].
+    """
     way, away = b - a, p - a
     square, fall = float(way @ way), r - s
     room = square - fall * fall

@@ -117,6 +117,11 @@ _SYMMETRIC = {"box", "sphere", "cylinder", "capsule", "ellipsoid", "torus", "tub
 def extents(shape: Any, quat: Quaternion, folder: Path) -> Bounds:
     """Return the exact bounds [m] of a shape about its body's origin, turned by `quat`.
 
+    Args:
+        shape: The shape.
+        quat: Orientation of the body (w, x, y, z).
+        folder: Folder of the case, for files of shapes.
+
     Raises:
         AssetError: if a mesh file cannot be used.
         ValueError: for a plane, which has no end.

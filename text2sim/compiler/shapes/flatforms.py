@@ -57,7 +57,13 @@ def _area(cell: list[tuple[float, float]]) -> float:
 
 
 def reach(shape: Text | Sketch, u: Vec, folder: Path) -> float:
-    """Return the largest `u . x` over all points x [m] of letters or a drawing."""
+    """Return the largest `u . x` over all points x [m] of letters or a drawing.
+
+    Args:
+        shape: Letters or a drawing.
+        u: Direction, a unit vector in the body's frame.
+        folder: Folder of the case, for fonts and drawings.
+    """
     from shapely import get_coordinates
 
     hull = get_coordinates(whole(shape, folder).convex_hull).tolist()

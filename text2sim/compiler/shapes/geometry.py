@@ -205,6 +205,10 @@ def volume(shape: Any, folder: Path) -> float:
 
     Parts of a compound that overlap count twice; a mesh that is not closed counts as its
     convex hull.
+
+    Raises:
+        AssetError: if a file of the shape cannot be used.
+        ValueError: if the shape is a plane.
     """
     kind = shape.kind
     if kind == "compound":

@@ -40,6 +40,11 @@ class Letter:
 def letters(text: str, font: str | None, folder: Path) -> "list[Letter]":
     """Return the letters of a text, blanks left out; lines begin at x = 0, each below the one before.
 
+    Args:
+        text: The text.
+        font: Font file; the built-in font if None.
+        folder: Folder of the case, for the font file.
+
     Raises:
         AssetError: if the font cannot be used, or lacks a letter, or there is nothing but blanks.
     """

@@ -99,7 +99,13 @@ class Grid:
     counts: tuple[int, int, int]
 
     def box(self, low: Array, high: Array, more: float) -> tuple[slice, slice, slice]:
-        """Nodes within a box that is grown by `more` [m]."""
+        """Nodes within a box that is grown by `more` [m].
+
+        Args:
+            low: Lowest corner of the box, shape (3,) [m].
+            high: Highest corner of the box, shape (3,) [m].
+            more: How far the box is grown on all sides [m].
+        """
         first = np.clip(np.floor((low - more - self.low) / self.cell), 0, self.counts).astype(int)
         last = np.clip(np.ceil((high + more - self.low) / self.cell) + 1, 0, self.counts).astype(int)
         return slice(first[0], last[0]), slice(first[1], last[1]), slice(first[2], last[2])
@@ -173,7 +179,13 @@ def _up(value: float) -> float:
 
 
 def fillet(a: Array, b: Array, radius: float) -> Array:
-    """Join two fields with a fillet: of that radius where their surfaces meet at right angles."""
+    """Join two fields with a fillet: of that radius where their surfaces meet at right angles.
+
+    Args:
+        a: Signed distances [m], any shape.
+        b: Signed distances [m] of the same shape.
+        radius: Radius of the fillet [m].
+    """
     if radius <= 0:
         return np.minimum(a, b)
     return np.maximum(radius, np.minimum(a, b)) - np.hypot(np.maximum(radius - a, 0), np.maximum(radius - b, 0))
@@ -243,11 +255,11 @@ def cast(shape: Sculpt) -> Cast:
     vertices = grid.low + grid.cell * vertices.astype(float)
     vertices, looks, faces = _bordered(parts, vertices, faces.astype(np.int64), grid)
     vertices, faces, looks = _simpler(vertices, faces, looks, grid.cell, parts)
-    pieces = convex_pieces(shape, parts, vertices, faces, lambda p: sampled(values, grid, p), grid.cell)
+    pieces = convex_pieces(shape, parts, vertices, faces, lambda p: _sampled(values, grid, p), grid.cell)
     return Cast(vertices, faces, _slopes(values, grid, vertices), looks, pieces)
 
 
-def sampled(values: Array, grid: Grid, p: Array) -> Array:
+def _sampled(values: Array, grid: Grid, p: Array) -> Array:
     """The field at points (n, 3), between its nodes; beyond them, large."""
     from scipy.ndimage import map_coordinates
 
@@ -257,7 +269,7 @@ def sampled(values: Array, grid: Grid, p: Array) -> Array:
 def _slopes(values: Array, grid: Grid, p: Array) -> Array:
     step = 0.75 * grid.cell
     found = np.stack(
-        [sampled(values, grid, p + step * way) - sampled(values, grid, p - step * way) for way in np.eye(3)], 1
+        [_sampled(values, grid, p + step * way) - _sampled(values, grid, p - step * way) for way in np.eye(3)], 1
     )
     return found / np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-12)
 

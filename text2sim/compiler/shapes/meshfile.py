@@ -97,6 +97,11 @@ def case_path(file: str, folder: Path, what: str, suffixes: tuple[str, ...], mos
 def open_mesh(path: Path, root: Path, **options: Any) -> Any:
     """Return what trimesh makes of a file; whatever that refers to must lie in the folder `root`.
 
+    Args:
+        path: The file.
+        root: Folder that everything it refers to must lie in.
+        **options: Options of `trimesh.load`.
+
     Raises:
         AssetError: if it cannot be read.
     """

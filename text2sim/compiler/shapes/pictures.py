@@ -77,6 +77,11 @@ def pixels_of(path: Path) -> int:
 def thumbnail(file: str, folder: Path, side: int) -> bytes:
     """Return a picture of a case as a .png in three channels, at most `side` pixels long.
 
+    Args:
+        file: The picture, relative to the case.
+        folder: Folder of the case.
+        side: Largest length of a side [pixels].
+
     Raises:
         AssetError: if it cannot be used.
     """

@@ -66,7 +66,13 @@ class Piece:
         return {}
 
     def at(self, pos: Vec, quat: Quaternion, part: str | None = None) -> "Piece":
-        """Return the piece in the frame around (`pos`, `quat`)."""
+        """Return the piece in the frame around (`pos`, `quat`).
+
+        Args:
+            pos: Origin of the piece's present frame in the other one [m].
+            quat: Orientation of that frame (w, x, y, z).
+            part: Name of its part of the body; stays as it is if None.
+        """
         part = part or self.part
         if self.kind == "hull":
             return replace(self, vertices=tuple(frame_apply(pos, quat, v) for v in self.vertices), part=part)

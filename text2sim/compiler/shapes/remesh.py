@@ -247,11 +247,11 @@ class Rows:
 @lru_cache(maxsize=16)
 def _read_places(path: Path, root: Path, _mtime: int, _size: int, rows: Rows) -> "tuple[np.ndarray | None, int]":
     if path.suffix.lower() not in WHOLE:
-        return confined(find_places, path, root, rows.vertices)
+        return confined(_find_places, path, root, rows.vertices)
     import numpy as np
 
     def ask() -> dict[str, Any]:
-        uvs, seams = confined(find_places, path, root, rows.vertices)
+        uvs, seams = confined(_find_places, path, root, rows.vertices)
         return {"uvs": packed(np.zeros((0, 2)) if uvs is None else uvs), "seams": seams}
 
     with path.open("rb") as stream:
@@ -261,7 +261,7 @@ def _read_places(path: Path, root: Path, _mtime: int, _size: int, rows: Rows) ->
     return (uvs, 0) if uvs is not None and len(uvs) == len(rows.vertices) else (None, found["seams"])
 
 
-def find_places(path: Path, root: Path, vertices: "np.ndarray") -> "tuple[np.ndarray | None, int]":
+def _find_places(path: Path, root: Path, vertices: "np.ndarray") -> "tuple[np.ndarray | None, int]":
     """Return where in its picture vertices lie, (n, 2), if each has one place, and else how many have several."""
     import numpy as np
 

@@ -66,7 +66,7 @@ class Arc:
         return [*found, self.point(self.end)]
 
 
-def straight(a: Point, b: Point, edge: float) -> list[Point]:
+def _straight(a: Point, b: Point, edge: float) -> list[Point]:
     """Points from `a` to `b`, both included: rows of a net with the given edge [m]."""
     rows = max(round(math.dist(a, b) / (edge * ROW)), 1)
     return [*((a[0] + (b[0] - a[0]) * k / rows, a[1] + (b[1] - a[1]) * k / rows) for k in range(rows)), b]
@@ -79,7 +79,7 @@ def profile_of(parts: Sequence[Part], edge: float) -> list[Point]:
     """Return the points of a profile whose parts follow each other."""
     found: list[Point] = []
     for part in parts:
-        row = part.points(edge) if isinstance(part, Arc) else straight(part[0], part[1], edge)
+        row = part.points(edge) if isinstance(part, Arc) else _straight(part[0], part[1], edge)
         found += row if not found else row[1:]
     return found
 

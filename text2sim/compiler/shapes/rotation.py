@@ -157,6 +157,12 @@ def vector_times(a: Sequence[float], factor: float) -> Vec:
 
 
 def frame_apply(pos: Sequence[float], quat: Quaternion, point: Sequence[float]) -> Vec:
-    """Return a point [m] of the frame at (`pos`, `quat`) in the frame around it."""
+    """Return a point [m] of the frame at (`pos`, `quat`) in the frame around it.
+
+    Args:
+        pos: Origin of the frame [m].
+        quat: Orientation of the frame (w, x, y, z).
+        point: The point in the frame [m].
+    """
     x, y, z = point if quat == IDENTITY else quat_rotate(quat, point)
     return (pos[0] + x, pos[1] + y, pos[2] + z)

@@ -117,7 +117,13 @@ def shrunk(whole: Solid, factor: float) -> Solid:
 
 
 def solids(pieces: Iterable[Piece], pos: Sequence[float], quat: Quaternion) -> list[Solid]:
-    """Return a body's pieces where the body is."""
+    """Return a body's pieces where the body is.
+
+    Args:
+        pieces: Pieces in the body's frame.
+        pos: Position of the body [m].
+        quat: Orientation of the body (w, x, y, z).
+    """
     return [Solid(piece, pos, quat) for piece in pieces]
 
 

@@ -72,7 +72,13 @@ class Space:
         return self._world((r * flat * math.cos(angle), r * flat * math.sin(angle), r * z))
 
     def holds(self, p: Vec, points: Sequence[Vec], rounding: float) -> bool:
-        """Whether points [m] about `p`, thickened by `rounding` [m], are inside."""
+        """Whether points [m] about `p`, thickened by `rounding` [m], are inside.
+
+        Args:
+            p: Origin that the points are given about [m].
+            points: Points relative to `p` [m].
+            rounding: Radius of a ball around each point [m].
+        """
         x, y, z = self._local((p[0] - self.middle[0], p[1] - self.middle[1], p[2] - self.middle[2]))
         hx, hy, hz = (h - rounding for h in self.half)
         square = max(self.radius - rounding, 0.0) ** 2

@@ -70,7 +70,13 @@ class VisualMesh:
         return content.hexdigest()
 
     def at(self, pos: Vec, quat: Quaternion, part: str | None) -> "VisualMesh":
-        """Return the surface in the frame around (`pos`, `quat`)."""
+        """Return the surface in the frame around (`pos`, `quat`).
+
+        Args:
+            pos: Origin of the surface's present frame in the other one [m].
+            quat: Orientation of that frame (w, x, y, z).
+            part: Name of the part of the body that it becomes.
+        """
         import numpy as np
 
         turn = np.array(quat_to_rows(quat)).T
@@ -125,7 +131,13 @@ class LazyMesh(VisualMesh):
         return self._made.normals
 
     def at(self, pos: Vec, quat: Quaternion, part: str | None) -> VisualMesh:
-        """Return the surface in the frame around (`pos`, `quat`)."""
+        """Return the surface in the frame around (`pos`, `quat`).
+
+        Args:
+            pos: Origin of the surface's present frame in the other one [m].
+            quat: Orientation of that frame (w, x, y, z).
+            part: Name of the part of the body that it becomes.
+        """
         return LazyMesh(lambda: self._made.at(pos, quat, part), f"{self.key} at {pos} {quat}", part)
 
 

@@ -115,6 +115,11 @@ def held_copies(loaded: LoadedCase, name: str, copies: dict[str, list[Copy]]) ->
     """Return the copies that an `attach` of a deformable body holds, each with what holds it.
 
     One copy is held by all that are named together. Several are held all by one, or one by one.
+
+    Args:
+        loaded: The case.
+        name: Name of the control.
+        copies: Copies by static and body.
     """
     attach = loaded.case.actions.controls[name]
     assert isinstance(attach, Attach)
@@ -141,7 +146,13 @@ def ends_of(loaded: LoadedCase, name: str) -> list[float | str]:
 
 
 def lower_field(control: ANY_FIELD, line: int, name: str) -> Field:
-    """Return the row of a field."""
+    """Return the row of a field.
+
+    Args:
+        control: The field.
+        line: Line of the case, for the program.
+        name: Name of the control.
+    """
     start, end = span_of(control.during, FOREVER)
     scale = None if control.scale == 1.0 else constructor(control.scale)
     drift = control.drift if isinstance(control, Turbulence) and any(control.drift) else None

@@ -67,7 +67,16 @@ class SoftLowering:
         return entity, (middle, dist(low, high) / 2)
 
     def coupled(self, entity: EntityPlan, model: Any, tree: Tree | None) -> EntityPlan:
-        """Return a rigid entity with what the coupler must know of it: deformable bodies feel its friction."""
+        """Return a rigid entity with what the coupler must know of it: deformable bodies feel its friction.
+
+        Args:
+            entity: The entity.
+            model: The body or static that it comes from.
+            tree: Its tree of links, if it has one.
+
+        Raises:
+            AssetError: if the contact model does not know `collision: exact`.
+        """
         material = getattr(model, "material", None)
         if entity.family != "rigid" or material is None:
             return entity

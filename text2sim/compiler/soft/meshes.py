@@ -25,6 +25,13 @@ class MeshFiles:
     def write(self, body: str, shape: Any, edge: float, quat: Quaternion = IDENTITY, *, coarsen: bool = True) -> str:
         """Put the surface of a body into the program, turned by `quat`, and return its path.
 
+        Args:
+            body: Name of the body, which names the file.
+            shape: Shape of the body.
+            edge: Wanted length of the edges of triangles [m].
+            quat: Orientation (w, x, y, z) that is applied to the surface.
+            coarsen: Whether a finer surface is made coarser.
+
         Raises:
             AssetError: if its file cannot be used, or there would be too many triangles.
         """

@@ -54,6 +54,11 @@ class Scales:
 def scales(scene: Scene, placed: dict[str, list[Copy]], folder: Path) -> Scales:
     """Choose what the author left open.
 
+    Args:
+        scene: The scene.
+        placed: Copies by static and body.
+        folder: Folder of the case, for files of shapes.
+
     Raises:
         AssetError: if a file of a shape cannot be used.
     """

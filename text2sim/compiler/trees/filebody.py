@@ -100,7 +100,13 @@ def _joint_models(
 
 
 def file_motors(mechanism: Mechanism, body: Articulated, entity: str) -> list[Motor]:
-    """Return the motors that the case puts on joints of a file's body; those of the file are in the file."""
+    """Return the motors that the case puts on joints of a file's body; those of the file are in the file.
+
+    Args:
+        mechanism: What the file holds.
+        body: The body of the case.
+        entity: Name of the entity.
+    """
     motors = []
     for joint in mechanism.joints:
         change = joint_change(body, joint.name)
@@ -112,7 +118,13 @@ def file_motors(mechanism: Mechanism, body: Articulated, entity: str) -> list[Mo
 
 
 def file_changes(mechanism: Mechanism, body: Articulated, entity: str) -> list[JointChange]:
-    """Return how the case changes the passive joints of a file's body."""
+    """Return how the case changes the passive joints of a file's body.
+
+    Args:
+        mechanism: What the file holds.
+        body: The body of the case.
+        entity: Name of the entity.
+    """
     rows = [
         JointChange(entity, joint.name, change.damping, change.friction, change.armature, change.spring)
         for joint in mechanism.joints

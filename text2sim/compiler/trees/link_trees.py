@@ -42,6 +42,11 @@ def tree_of(model: Any, folder: Path) -> Tree:
 def tree_extents(model: Any, quat: Quaternion, folder: Path) -> Bounds:
     """Return the bounds [m] of a tree of links at the start, about its origin, turned by `quat`.
 
+    Args:
+        model: The body or static.
+        quat: Orientation of the tree (w, x, y, z).
+        folder: Folder of the case, for its files.
+
     Raises:
         AssetError: if one of its files cannot be used.
     """

@@ -150,7 +150,13 @@ class StandingLink(NamedTuple):
 
 
 def tree_links(tree: Tree, pos: Vec = (0.0, 0.0, 0.0), quat: Quaternion = IDENTITY) -> list[StandingLink]:
-    """Return every link of a tree that stands at (`pos`, `quat`), all joints at their start positions."""
+    """Return every link of a tree that stands at (`pos`, `quat`), all joints at their start positions.
+
+    Args:
+        tree: The tree.
+        pos: Position of its origin [m].
+        quat: Its orientation (w, x, y, z).
+    """
     found = []
     queue = [(link, pos, quat, False) for link in tree.roots]
     while queue:

@@ -36,7 +36,13 @@ def grip(facts: Facts) -> float:
 
 
 def hardest(parts: list[Part], target: Part, velocity: Vec) -> tuple[float, float, float]:
-    """Speed [m/s], room [m] and thickness [m] along the normal of the target along which it is passed first."""
+    """Speed [m/s], room [m] and thickness [m] along the normal of the target along which it is passed first.
+
+    Args:
+        parts: Pieces of what moves.
+        target: The piece that may be passed.
+        velocity: Relative velocity [m/s].
+    """
     best = (0.0, math.inf, math.inf)
     for normal in _normals(target, velocity):
         speed = abs(sum(v * n for v, n in zip(velocity, normal, strict=True)))

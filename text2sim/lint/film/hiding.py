@@ -10,7 +10,14 @@ RAYS = 6
 
 
 def maybe_hidden(facts: Facts, shot: Shot, name: str, balls: Balls) -> bool:
-    """Return whether from all points of a subject the way to the camera goes through the box of something else."""
+    """Return whether from all points of a subject the way to the camera goes through the box of something else.
+
+    Args:
+        facts: The case.
+        shot: The camera at a time.
+        name: Name of the subject.
+        balls: Balls around its parts: middle [m], radius [m].
+    """
     step = max(len(balls) // RAYS, 1)
     boxes = [box for copy in facts.copies.values() if copy.body != name and (box := facts.box(copy)) is not None]
     return all(any(_meets(box, shot.pos, center) for box in boxes) for center, _ in balls[::step])
@@ -31,7 +38,13 @@ def _meets(box: tuple[Vec, Vec], start: Vec, end: Vec) -> bool:
 
 
 def hidden_behind(facts: Facts, seeing: list[Shot], name: str) -> str:
-    """Say what hides a subject from all these cameras; nothing if something of it is seen."""
+    """Say what hides a subject from all these cameras; nothing if something of it is seen.
+
+    Args:
+        facts: The case.
+        seeing: Cameras that look towards the subject.
+        name: Name of the subject.
+    """
     from text2sim.legibility.layout import at_start
 
     copies = {copy.name for copy in facts.placed[name]}

@@ -75,7 +75,13 @@ class Shot:
 
 
 def shots(facts: Facts, t: float, offset: Offset = _still) -> list[Shot]:
-    """Return all cameras at a time [s] of the simulation."""
+    """Return all cameras at a time [s] of the simulation.
+
+    Args:
+        facts: The case.
+        t: Time of the simulation [s].
+        offset: Where things have come to.
+    """
     return [shot(facts, name, t, offset) for name in facts.plan.render["cameras"]]
 
 
@@ -100,7 +106,13 @@ def some(pictures: list[Frame], most: int) -> list[Frame]:
 
 
 def films(facts: Facts, name: str, t: float) -> bool:
-    """Whether a camera takes pictures about a time [s]."""
+    """Whether a camera takes pictures about a time [s].
+
+    Args:
+        facts: The case.
+        name: Name of the camera.
+        t: Time of the simulation [s].
+    """
     step = facts.plan.render["speed"] / facts.plan.render["fps"]
     times = [frame.t for frame in taken(facts)[name]]
     return bool(times) and min(times) - step <= t <= max(times) + step

@@ -66,7 +66,13 @@ def middle_of(balls: Balls) -> Vec:
 
 
 def offset_of(facts: Facts, name: str, t: float) -> Vec:
-    """Return how far [m] a copy has probably come at a time [s], if that is simple to say; else nothing."""
+    """Return how far [m] a copy has probably come at a time [s], if that is simple to say; else nothing.
+
+    Args:
+        facts: The case.
+        name: Name of the copy.
+        t: Time of the simulation [s].
+    """
     copy = facts.copies[name]
     if isinstance(copy.model, Driven):
         return displacement(copy.model.motion, t)

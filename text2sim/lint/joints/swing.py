@@ -65,7 +65,15 @@ class Swing:
 
 
 def pull_of(kind: str, axis: Vec, anchor: Vec, inertial: Inertial, gravity: Vec) -> tuple[float, float]:
-    """Return gravity's pull on a joint, as `Swing.pull` has it."""
+    """Return gravity's pull on a joint, as `Swing.pull` has it.
+
+    Args:
+        kind: Kind of the joint: `hinge` or `slider`.
+        axis: Its axis, a unit vector.
+        anchor: A point on the axis [m].
+        inertial: Mass and centre of mass of what it carries.
+        gravity: [m/s2]
+    """
     weight = tuple(inertial.mass * g for g in gravity)
     if kind == "slider":
         return (vector_dot(axis, weight), 0.0)

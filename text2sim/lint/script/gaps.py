@@ -9,7 +9,13 @@ from text2sim.lint.parts import Ground, lowest_of
 
 
 def gap(facts: Facts, a: Copy, b: Copy) -> float:
-    """Return a lower bound [m] of the distance of two copies; 0 if they may touch, or nothing is known."""
+    """Return a lower bound [m] of the distance of two copies; 0 if they may touch, or nothing is known.
+
+    Args:
+        facts: The case.
+        a: A copy.
+        b: Another copy.
+    """
     here, there = facts.box(a), facts.box(b)
     if here is not None and there is not None:
         sides = (max(0.0, p - s, r - q) for p, q, r, s in zip(*here, *there, strict=True))

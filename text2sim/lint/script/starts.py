@@ -20,7 +20,13 @@ MAX_PAIRS = 10_000
 
 
 def start_of(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
-    """Return the value of a measure in the first frame; None if it is not known."""
+    """Return the value of a measure in the first frame; None if it is not known.
+
+    Args:
+        facts: The case.
+        measure: The measure.
+        targets: What it is measured of.
+    """
     if measure.kind in UNDEFORMED:
         return UNDEFORMED[measure.kind]
     if measure.kind == "volume" and measure.relative:
@@ -37,7 +43,13 @@ def start_of(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | N
 
 
 def resting(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
-    """Return the value of a measure while nothing moves; None if it is not known."""
+    """Return the value of a measure while nothing moves; None if it is not known.
+
+    Args:
+        facts: The case.
+        measure: The measure.
+        targets: What it is measured of.
+    """
     if not targets or any(not target.known for target in targets):
         return None
     if measure.change_from is not None:

@@ -19,7 +19,13 @@ class Gaps:
         self.left = TESTS
 
     def between(self, a: Copy, b: Copy, most: float) -> float:
-        """Distance [m] of two copies at the start, 0 if they overlap; `most` and more is `most`."""
+        """Distance [m] of two copies at the start, 0 if they overlap; `most` and more is `most`.
+
+        Args:
+            a: A copy.
+            b: Another copy.
+            most: Distance from which on it does not matter [m].
+        """
         box_a, box_b = self.facts.box(a), self.facts.box(b)
         if box_a is None or box_b is None or apart(box_a, box_b, -most):
             return most
@@ -34,6 +40,12 @@ class Gaps:
         return best
 
     def to_plane(self, copy: Copy, ground: Ground, most: float) -> float:
-        """Height [m] of the lowest point of a copy over a plane, negative below; `most` and more is `most`."""
+        """Height [m] of the lowest point of a copy over a plane, negative below; `most` and more is `most`.
+
+        Args:
+            copy: The copy.
+            ground: The plane.
+            most: Height from which on it does not matter [m].
+        """
         depth = max((ground.depth(part) for part in self.facts.parts(copy)), default=-math.inf)
         return min(-depth, most)

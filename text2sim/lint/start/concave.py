@@ -16,7 +16,13 @@ HALVINGS = 14
 
 
 def inside(a: Part, b: Part, step: Vec = (0.0, 0.0, 0.0)) -> bool:
-    """Whether two pieces, of which one is such a mesh, overlap when `a` is moved by `step` [m]."""
+    """Whether two pieces, of which one is such a mesh, overlap when `a` is moved by `step` [m].
+
+    Args:
+        a: A piece.
+        b: Another piece.
+        step: How far `a` is moved [m].
+    """
     import fcl
 
     x, y, z = a.pos
@@ -28,7 +34,13 @@ def inside(a: Part, b: Part, step: Vec = (0.0, 0.0, 0.0)) -> bool:
 
 
 def way_out(a: Part, b: Part, direction: Vec) -> float:
-    """Return a way [m] along a direction after which two pieces that overlap do so no longer."""
+    """Return a way [m] along a direction after which two pieces that overlap do so no longer.
+
+    Args:
+        a: The piece that is moved.
+        b: The piece that it overlaps.
+        direction: Direction in which it is moved, a unit vector.
+    """
     far = sum((q - p) * d for p, q, d in zip(a.solid.center, b.solid.center, direction, strict=True))
     low, high = 0.0, far + a.solid.ball + b.solid.ball
     for _ in range(HALVINGS):

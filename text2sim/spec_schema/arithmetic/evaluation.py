@@ -40,7 +40,11 @@ COMPARISONS: dict[type[ast.AST], Callable[[Any, Any], bool]] = {
 
 
 def evaluate(node: ast.expr, names: Mapping[str, Value]) -> Value:
-    """Value of a checked tree; see `Expression.evaluate`."""
+    """Value of a checked tree; see `Expression.evaluate`.
+
+    Raises:
+        ExpressionError: If the expression has no value.
+    """
     if isinstance(node, ast.Constant):
         return node.value  # type: ignore[return-value]  # _check_constant has seen it
     if isinstance(node, ast.Name):

@@ -62,7 +62,11 @@ FUNCTIONS = (*_OF_NUMBERS, *_OF_LISTS, "len")
 
 
 def call(name: str, arguments: list[Value]) -> Value:
-    """Call a function of the list."""
+    """Call a function of the list.
+
+    Raises:
+        ExpressionError: If the arguments do not fit, or there is no value.
+    """
     if name == "len":
         if len(arguments) != 1:
             raise ExpressionError("len takes one list")

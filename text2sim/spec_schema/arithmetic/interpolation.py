@@ -30,7 +30,11 @@ class Interpolation:
         self.names = frozenset().union(*(part.names for part in self.parts if isinstance(part, Expression)))
 
     def evaluate(self, names: Mapping[str, Value]) -> Value:
-        """Return the value; see `Expression.evaluate`."""
+        """Return the value; see `Expression.evaluate`.
+
+        Raises:
+            ExpressionError: If an expression in it has no value, or the text becomes too long.
+        """
         if self.whole:
             part = self.parts[0]
             assert isinstance(part, Expression)
@@ -88,7 +92,11 @@ def _closing(text: str, start: int) -> int:
 
 
 def as_text(value: Value) -> str:
-    """What a value is inside text."""
+    """What a value is inside text.
+
+    Raises:
+        ExpressionError: If it is a list.
+    """
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float):

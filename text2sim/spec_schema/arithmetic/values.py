@@ -20,21 +20,33 @@ class ExpressionError(ValueError):
 
 
 def number(value: object) -> int | float:
-    """The value, if it is a number; booleans are none."""
+    """The value, if it is a number; booleans are none.
+
+    Raises:
+        ExpressionError: If it is not a number.
+    """
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ExpressionError(f"{show(value)} is not a number")
     return value
 
 
 def bounded(value: int | float) -> int | float:
-    """The number, if it is finite and not too large; 0 for what rounding has left of it."""
+    """The number, if it is finite and not too large; 0 for what rounding has left of it.
+
+    Raises:
+        ExpressionError: If it is nan or too large.
+    """
     if not abs(value) <= MAX_NUMBER:
         raise ExpressionError(f"the result is larger than {MAX_NUMBER:g}")
     return value if abs(value) >= MIN_NUMBER else type(value)(0)
 
 
 def bounded_list(items: list[Any]) -> list[Any]:
-    """The list, if it holds not too much: lists of lists of lists grow fast."""
+    """The list, if it holds not too much: lists of lists of lists grow fast.
+
+    Raises:
+        ExpressionError: If it holds more.
+    """
     if count_items(items) > MAX_ITEMS:
         raise ExpressionError(f"the list has more than {MAX_ITEMS} items")
     return items
@@ -53,7 +65,11 @@ def count_items(value: object) -> int:
 
 
 def truth(value: Value) -> bool:
-    """Whether a condition holds."""
+    """Whether a condition holds.
+
+    Raises:
+        ExpressionError: If it is neither a boolean nor a number.
+    """
     if isinstance(value, bool | int | float):
         return bool(value)
     raise ExpressionError(f"{show(value)} is neither true nor false")

@@ -106,7 +106,13 @@ class Amendment:
         self.put(path, _loose(moved))
 
     def set(self, entry: Entry, value: Any, path: tuple[str, ...]) -> None:
-        """Give an entry another value; what is the same in both stays as it is written."""
+        """Give an entry another value; what is the same in both stays as it is written.
+
+        Args:
+            entry: The entry.
+            value: Its new value.
+            path: Where it stands.
+        """
         if isinstance(value, dict) and entry.mapping:
             for child in list(entry.value):
                 if child.key not in value:

@@ -15,6 +15,11 @@ def edit_text(text: str, operations: Sequence[Operation], file: str = "case.yaml
 
     The result is in canonical form, with the comments; a patch without operations changes nothing.
 
+    Args:
+        text: Text of the case.
+        operations: The patch.
+        file: Name of the file, for messages.
+
     Raises:
         SpecError: If the text is not YAML that the language accepts, before or after. It need not be a valid case.
         PatchError: If the patch cannot be applied.

@@ -148,7 +148,13 @@ def _take_theirs(conflicts: list[Conflict]) -> Iterator[Operation]:
 
 
 def marked(ours: str, theirs: str, marker: int) -> str:
-    """Return two texts in one, with conflict markers around the lines in which they differ."""
+    """Return two texts in one, with conflict markers around the lines in which they differ.
+
+    Args:
+        ours: The one text.
+        theirs: The other text.
+        marker: Length of a conflict marker.
+    """
     mine, others = ours.splitlines(keepends=True), theirs.splitlines(keepends=True)
     newline = "\r\n" if mine and mine[0].endswith("\r\n") else "\n"
     rows: list[str] = []

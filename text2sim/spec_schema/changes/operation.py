@@ -49,7 +49,11 @@ def split_pointer(text: object) -> Steps:
 
 
 def checked_form(operation: Any) -> str:
-    """Return the `op` of an operation that has the members it needs, and no others."""
+    """Return the `op` of an operation that has the members it needs, and no others.
+
+    Raises:
+        Refusal: If it does not.
+    """
     if not isinstance(operation, dict):
         raise Refusal('an operation is a mapping such as {"op": "remove", "path": "/bodies/ball"}', "op")
     if "op" not in operation:
@@ -69,7 +73,11 @@ def checked_form(operation: Any) -> str:
 
 
 def steps_of(operation: Operation, member: str) -> Steps:
-    """Steps of the pointer in a member of an operation."""
+    """Steps of the pointer in a member of an operation.
+
+    Raises:
+        Refusal: If it is not a pointer.
+    """
     try:
         return split_pointer(operation[member])
     except ValueError as error:
@@ -77,7 +85,17 @@ def steps_of(operation: Operation, member: str) -> Steps:
 
 
 def index_of(path: Steps, items: list[Any], last: int, member: str = "path") -> int:
-    """Index that the last step of a path means in a list; `last` is the largest that is allowed."""
+    """Index that the last step of a path means in a list; `last` is the largest that is allowed.
+
+    Args:
+        path: The path.
+        items: The list.
+        last: Largest index that is allowed.
+        member: Member of the operation that holds the path, for the message.
+
+    Raises:
+        Refusal: If the step is no index, or too large.
+    """
     step, place = path[-1], place_of(path[:-1])
     if step == "-":
         raise Refusal(f"`-` stands for an item that is to be added; {place} has {len(items)} items", member)
@@ -95,7 +113,11 @@ def place_of(path: Steps) -> str:
 
 
 def measure(value: Any, depth: int = 0) -> tuple[int, int]:
-    """Number of values in a value, and how deep they are nested; refuses what the language cannot write."""
+    """Return the number of values in a value, and how deep they are nested.
+
+    Raises:
+        Refusal: If the language cannot write it.
+    """
     if depth > MAX_DEPTH:
         raise Refusal(f"it is nested more than {MAX_DEPTH} deep", "value")
     if isinstance(value, dict | list):
@@ -118,7 +140,11 @@ def measure(value: Any, depth: int = 0) -> tuple[int, int]:
 
 
 def check_text(text: object, member: str) -> None:
-    """Refuse a key or text that cannot stand in a case."""
+    """Refuse a key or text that cannot stand in a case.
+
+    Raises:
+        Refusal: If it cannot.
+    """
     if not isinstance(text, str):
         raise Refusal(f"a key is a text (got {text!r:.40})", member)
     if len(text) > MAX_SCALAR:

@@ -84,7 +84,7 @@ def check_joint(table: NameTable, where: Path, member: Member, purpose: str) -> 
     model, name = member.model, member.name
     if isinstance(model, Articulated):
         if member.part is None:
-            joints = [f"{name}.{link}" for link in moving_joints(table, name, model)]
+            joints = [f"{name}.{link}" for link in _moving_joints(table, name, model)]
             listed = f": {', '.join(joints)}" if 0 < len(joints) <= 12 else ""
             table.report(
                 where,
@@ -111,12 +111,12 @@ def check_joint(table: NameTable, where: Path, member: Member, purpose: str) -> 
         message = f"`{name}` ({kind}) has no hinge or slider to {purpose}"
     near: list[str] = []
     if isinstance(model, Articulated):
-        near = [f"{name}.{link}" for link in moving_joints(table, name, model)]
+        near = [f"{name}.{link}" for link in _moving_joints(table, name, model)]
     table.report(where, message, "no-joint", nearest(member.text, near))
     return None
 
 
-def moving_joints(table: NameTable, body: str, model: Articulated) -> list[str]:
+def _moving_joints(table: NameTable, body: str, model: Articulated) -> list[str]:
     """Names of the hinges and sliders of an articulated body."""
     joints = {name: link.joint for name, link in (model.links or {}).items()}
     if body in table.parts:

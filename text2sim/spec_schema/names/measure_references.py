@@ -66,7 +66,13 @@ def check_contacts_recorded(table: NameTable, where: Path) -> None:
 
 
 def check_carrier(table: NameTable, where: Path, thing: measures.Measure | events.Event) -> None:
-    """Report a region that nothing could carry along."""
+    """Report a region that nothing could carry along.
+
+    Args:
+        table: The table; problems are added to it.
+        where: Path of the measure or event.
+        thing: The measure or event.
+    """
     carrier = getattr(getattr(thing, "region", None), "moves_with", None)
     member = table.find(carrier, (*where, "region", "moves_with")) if carrier is not None else None
     if member is not None and (member.count > 1 or deforms(member)):

@@ -95,7 +95,16 @@ class NameTable:
         key: bool = False,
         severity: Severity = "error",
     ) -> None:
-        """Add a problem."""
+        """Add a problem.
+
+        Args:
+            where: Path of what is wrong.
+            message: What is wrong.
+            rule: Id of the rule.
+            hint: What was probably meant.
+            key: Whether it is the key that is wrong, and not its value.
+            severity: `error` or `warning`.
+        """
         self.problems.append(self.loaded.problem(where, message, key=key, rule=rule, hint=hint, severity=severity))
 
     def find(

@@ -18,7 +18,14 @@ def deforms(member: Member) -> bool:
 
 
 def check_push_kind(table: NameTable, where: Path, control: Impulse | Force | Torque, member: Member) -> None:
-    """Report what a force, torque or blow says that its body does not have."""
+    """Report what a force, torque or blow says that its body does not have.
+
+    Args:
+        table: The table; problems are added to it.
+        where: Path of the control.
+        control: The control.
+        member: What it acts on.
+    """
     if not deforms(member):
         for key in ("region", "drag"):
             if getattr(control, key, None):
@@ -85,7 +92,14 @@ def check_attach_kind(table: NameTable, where: Path, control: Attach, body: Memb
 
 
 def check_release_moment(table: NameTable, where: Path, control: Release, attach: Attach) -> None:
-    """Report a release that comes too early, or on nothing."""
+    """Report a release that comes too early, or on nothing.
+
+    Args:
+        table: The table; problems are added to it.
+        where: Path of the release.
+        control: The release.
+        attach: What it releases.
+    """
     events = table.loaded.case.actions.events
     if control.on is not None and control.on not in events:
         message = f"there is no event `{control.on}`"

@@ -75,13 +75,26 @@ def check_soft_measure(table: NameTable, where: Path, measure: measures.Measure,
 
 
 def check_other_side(table: NameTable, where: Path, measure: measures.Measure, other: Member) -> None:
-    """Report a body that deforms where contact forces between rigid bodies are meant (`by`)."""
+    """Report a body that deforms where contact forces between rigid bodies are meant (`by`).
+
+    Args:
+        table: The table; problems are added to it.
+        where: Path of the measure.
+        measure: The measure.
+        other: What `by` names.
+    """
     if measure.kind in FORCES and deforms(other):
         table.report((*where, "by"), _untold(other), "contacts-not-recorded")
 
 
 def check_gap(table: NameTable, where: Path, gap: measures.Gap) -> None:
-    """Check both sides of a gap: one has to deform, and it has to be another than the other."""
+    """Check both sides of a gap: one has to deform, and it has to be another than the other.
+
+    Args:
+        table: The table; problems are added to it.
+        where: Path of the measure.
+        gap: The measure.
+    """
     first, second = table.find(gap.of, (*where, "of")), table.find(gap.to, (*where, "to"))
     if first is None or second is None:
         return

@@ -15,7 +15,13 @@ WORLD = "world"
 
 
 def check_tree(table: NameTable, name: str, body: Articulated) -> None:
-    """Check the links, joints, loops and start positions of one body."""
+    """Check the links, joints, loops and start positions of one body.
+
+    Args:
+        table: The table; problems are added to it.
+        name: Name of the body.
+        body: The body.
+    """
     root: Path = ("bodies", name)
     links = body.links
     if links is None:
@@ -36,7 +42,13 @@ def check_tree(table: NameTable, name: str, body: Articulated) -> None:
 
 
 def check_mount(table: NameTable, name: str, body: Rigid) -> None:
-    """Check that a body on a hinge or slider starts within the range of its joint."""
+    """Check that a body on a hinge or slider starts within the range of its joint.
+
+    Args:
+        table: The table; problems are added to it.
+        name: Name of the body.
+        body: The body.
+    """
     if isinstance(body.mount, HingeMount | SliderMount):
         _check_range(table, ("bodies", name, "mount", _range_field(body.mount)), body.mount, 0.0)
 

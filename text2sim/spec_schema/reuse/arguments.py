@@ -104,6 +104,11 @@ def check_arguments(
 
     What differs from copy to copy is judged by copy 0 here.
 
+    Args:
+        document: The expanded document.
+        resolver: Values of parameters.
+        arguments: Arguments of prefabs.
+
     Returns:
         The problems, and the bodies and statics that they went into.
     """
@@ -126,7 +131,14 @@ def check_arguments(
 
 
 def judge(document: Document, resolver: Resolver, argument: Argument, variables: Mapping[str, Any]) -> Problem | None:
-    """What is wrong with an argument, for one copy."""
+    """What is wrong with an argument, for one copy.
+
+    Args:
+        document: The expanded document.
+        resolver: Values of parameters.
+        argument: The argument.
+        variables: Variables of the copy.
+    """
     try:
         check_value(argument.param, _value(argument.data, resolver.scope(variables)))
     except Cascade:
@@ -137,7 +149,16 @@ def judge(document: Document, resolver: Resolver, argument: Argument, variables:
 
 
 def locate(document: Document, path: Path, node: Node, message: str, *, rule: str, hint: str | None = None) -> Problem:
-    """A problem at a node of a document that may no longer be in it."""
+    """A problem at a node of a document that may no longer be in it.
+
+    Args:
+        document: The document.
+        path: Path of the node.
+        node: The node.
+        message: What is wrong.
+        rule: Id of the rule.
+        hint: What was probably meant.
+    """
     if node.origin is not None:
         message += f" ({node.origin})"
     return Problem(pointer(path), message, node.line, node.column, document.source.file, hint, rule)

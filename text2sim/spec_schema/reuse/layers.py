@@ -74,7 +74,7 @@ def build(document: Document, folder: FilePath, overlay: Overlay) -> Layers:
     problems = _check_sections(document, faces)
     if overlay:
         try:
-            document = lay_over(document, overlay, faces)
+            document = _lay_over(document, overlay, faces)
         except SpecError as error:
             raise SpecError([*problems, *error.problems]) from None
     layers = Layers(document, problems)
@@ -130,11 +130,20 @@ def _check_sections(document: Document, faces: Faces) -> list[Problem]:
 
 
 def overlaid(document: Document, folder: FilePath, overlay: Overlay) -> Document:
-    """Lay everything over a case whose prefabs stay as they are used; see `lay_over`."""
-    return lay_over(document, overlay, _Faces(document, folder))
+    """Lay everything over a case whose prefabs stay as they are used; see `_lay_over`.
+
+    Args:
+        document: The document.
+        folder: Folder of the case, for files of prefabs.
+        overlay: What is laid over it.
+
+    Raises:
+        SpecError: If a part of the overlay is not there, or leads nowhere.
+    """
+    return _lay_over(document, overlay, _Faces(document, folder))
 
 
-def lay_over(document: Document, overlay: Overlay, faces: Faces) -> Document:
+def _lay_over(document: Document, overlay: Overlay, faces: Faces) -> Document:
     """Lay variants, a point and single values over a case.
 
     Raises:

@@ -28,7 +28,13 @@ _WORD = re.compile(r"[A-Za-z_]\w*")
 
 
 def check_names(document: Document, section: str, problems: list[Problem]) -> dict[str, Any]:
-    """Return the entries of a section that is a mapping by name, and report what is not."""
+    """Return the entries of a section that is a mapping by name, and report what is not.
+
+    Args:
+        document: The document.
+        section: Name of the section.
+        problems: Problems so far; added to.
+    """
     found = document.data.get(section)
     if not isinstance(found, dict):
         if section in document.data:

@@ -63,7 +63,13 @@ def without_nulls(tree: Tree) -> Tree:
 
 
 def mapping(like: Node, parts: dict[str, Tree], keys: dict[str, tuple[int, int]] | None = None) -> Tree:
-    """A mapping of parts at the place of a node; keys stand where they stand in it, or where `keys` says."""
+    """A mapping of parts at the place of a node; keys stand where they stand in it, or where `keys` says.
+
+    Args:
+        like: The node.
+        parts: Its parts by key.
+        keys: Line and column of each key; those of the node if None.
+    """
     node = like.copy()
     places = like.keys if keys is None else keys
     node.children = {key: part.node for key, part in parts.items()}
@@ -75,6 +81,11 @@ def put(tree: Tree, path: Path, value: Tree | None) -> Tree:
     """The value with one part of it set, or taken away; mappings on the way to it are made.
 
     The lists on the way must be there, and long enough.
+
+    Args:
+        tree: The value.
+        path: Path of the part.
+        value: The new part; None removes it.
     """
     if not path:
         assert value is not None

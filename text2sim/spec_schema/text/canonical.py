@@ -77,7 +77,13 @@ def dump_case(case: Case | Mapping[str, Any]) -> str:
 
 
 def dump_layout(root: Entry, head: list[str], foot: list[str]) -> str:
-    """Write a document with the comments above and below everything in canonical form."""
+    """Write a document with the comments above and below everything in canonical form.
+
+    Args:
+        root: The document.
+        head: Lines of comments above it.
+        foot: Lines of comments below it.
+    """
     lines = [*head, *_Writer().document(root)]
     if foot:
         lines += ["", *foot]

@@ -78,7 +78,16 @@ class Document:
         hint: str | None = None,
         severity: Severity = "error",
     ) -> Problem:
-        """A problem at a place of the document."""
+        """A problem at a place of the document.
+
+        Args:
+            path: The place.
+            message: What is wrong.
+            key: Whether it is the key that is wrong, and not its value.
+            rule: Id of the rule.
+            hint: What was probably meant.
+            severity: `error` or `warning`.
+        """
         line, column = self.place(path, key=key)
         origin = self.origin(path)
         if origin is not None:

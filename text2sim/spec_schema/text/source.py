@@ -42,7 +42,13 @@ class Source:
         return line, index - self._starts[line - 1] + 1
 
     def error(self, index: int, message: str, rule: str) -> SpecError:
-        """A problem of the whole document, located at a character."""
+        """A problem of the whole document, located at a character.
+
+        Args:
+            index: Number of the character.
+            message: What is wrong.
+            rule: Id of the rule.
+        """
         line, column = self.place(index)
         return SpecError([Problem("", message, line, column, self.file, rule=rule)])
 
@@ -75,7 +81,11 @@ def read_source(path: Path, file: str | None = None) -> Source:
 
 
 def decode_source(data: bytes, file: str = "case.yaml") -> Source:
-    """Decode and check the bytes of a file; see `read_source`."""
+    """Decode and check the bytes of a file; see `read_source`.
+
+    Raises:
+        SpecError: If the file is too large, is not UTF-8, or has a character that is not allowed.
+    """
     if len(data) > MAX_BYTES:
         problem = Problem("", f"the file is larger than {MAX_BYTES // 1_000_000} MB", file=file, rule="too-large")
         raise SpecError([problem])
@@ -91,7 +101,11 @@ def decode_source(data: bytes, file: str = "case.yaml") -> Source:
 
 
 def check_source(source: Source) -> Source:
-    """Refuse text that is too large or has characters that do not belong; return it otherwise."""
+    """Refuse text that is too large or has characters that do not belong; return it otherwise.
+
+    Raises:
+        SpecError: If it does.
+    """
     if len(source.text) > MAX_BYTES:
         raise source.error(0, f"the text is larger than {MAX_BYTES // 1_000_000} MB", "too-large")
     found = _FORBIDDEN.search(source.text)

@@ -30,7 +30,13 @@ _MEANT: dict[tuple[type[BaseModel], str], Slot] = {
 
 
 def meant(model: type[BaseModel], key: str, slot: Slot) -> Slot:
-    """What a field of a model really holds, where its type says less."""
+    """What a field of a model really holds, where its type says less.
+
+    Args:
+        model: The model.
+        key: Name of the field, as authors write it.
+        slot: What its type says.
+    """
     return _MEANT.get((model, key), slot)
 
 

@@ -77,7 +77,13 @@ def structure_of(value: object) -> str:
 
 
 def slot_of(annotation: Any, metadata: Iterable[Any] = (), discriminator: str | None = None) -> Slot:
-    """Take a type hint apart."""
+    """Take a type hint apart.
+
+    Args:
+        annotation: The type hint.
+        metadata: What pydantic has already taken from it.
+        discriminator: Key that tells the members of a union apart.
+    """
     notes = list(metadata)
     while True:
         if get_origin(annotation) is Annotated:
