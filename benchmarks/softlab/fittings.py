@@ -41,6 +41,16 @@ bodies:
     pose: {pos: [0.0003, 0, 0.127], euler_deg: [1, 0, 0]}
     material: {friction: 0.3}
 """,
+    "plank": """
+scene:
+  duration: 0.5
+  dt: 0.005
+  substeps: 2
+  statics:
+    part: {shape: {kind: mesh, file: channel.obj, collision: %s}, pose: {pos: [0, 0, 0.5]}, material: {friction: 0.5}}
+bodies:
+  probe: {kind: rigid, shape: {kind: box, size: [0.12, 0.03, 0.02]}, pose: {pos: [0, 0, 0.5303]}}
+""",
     "bolt": """
 scene: {duration: 1.0, dt: 0.005, substeps: 2, contact: {friction_cone: pyramidal}}
 bodies:
@@ -62,6 +72,10 @@ TRIALS = (
     ("bowl", "exact", 0.0),
     ("washer", "decompose", 0.0),
     ("washer", "exact", 0.0),
+    ("plank", "decompose", 0.0),
+    ("plank", "exact", 0.0),
+    ("plank_16", "exact", 0.0),
+    ("plank_32", "exact", 0.0),
     ("bolt", "decompose", 0.0),
     ("bolt", "exact", 0.8e-3),
     ("bolt", "exact", 0.4e-3),
@@ -88,10 +102,14 @@ class Fit:
 def measure(lab: Lab, scene: str, collision: str, cell: float) -> Fit:
     """Run one trial."""
     said = f"{collision}, cell: {cell:g}" if cell else collision
-    files = {f"{one.__name__}.obj": str(one().export(file_type="obj")) for one in PARTS[scene]}
-    text = SCENES[scene].replace("%s", said) + "waive: {overlap: it is a trial, lone-body: it is a trial}\n"
+    kind, _, divided = scene.partition("_")
+    made = {one.__name__: one() for one in PARTS[kind]}
+    if divided:
+        made = {name: finer(mesh, int(divided)) for name, mesh in made.items()}
+    files = {f"{name}.obj": str(mesh.export(file_type="obj")) for name, mesh in made.items()}
+    text = SCENES[kind].replace("%s", said) + "waive: {overlap: it is a trial, lone-body: it is a trial}\n"
     run = lab.run(text, scene, files)
-    sunk, end = LOOKS[scene](run)
+    sunk, end = LOOKS[kind](run)
     return Fit(scene, collision, cell, sunk, end, run.cpu / float(run.time[-1]))
 
 
@@ -109,6 +127,12 @@ def _in_washer(run: Run) -> tuple[float, str]:
     beside = np.where(inside, np.hypot(along[..., 0], along[..., 1]), 0.0).max()
     end = run.center("probe")[-1, 2]
     return float(beside + PEG - HOLE), "fell through" if end < 0.05 else f"stuck at {1e3 * end:.0f} mm"
+
+
+def _across(run: Run) -> tuple[float, str]:
+    """The lower side of the plank is laid on the walls at 0.52 m."""
+    below = 0.53 - run.center("probe")[:, 2]
+    return float(below.max()), "fell through" if below[-1] > 0.01 else "lies still"
 
 
 def _on_bolt(run: Run) -> tuple[float, str]:
@@ -195,6 +219,19 @@ def nut() -> trimesh.Trimesh:
     return trimesh.boolean.difference([blank, tap])
 
 
+def channel() -> trimesh.Trimesh:
+    """A trough of 100 mm, open above and at its ends, with walls of 10 mm."""
+    outer, inner = trimesh.creation.box((0.1, 0.06, 0.04)), trimesh.creation.box((0.08, 0.1, 0.04))
+    inner.apply_translation([0, 0, 0.01])
+    return trimesh.boolean.difference([outer, inner])
+
+
+def finer(mesh: trimesh.Trimesh, parts: int) -> trimesh.Trimesh:
+    """Return a mesh with triangles divided until no edge is longer than some part of its longest side."""
+    made = trimesh.remesh.subdivide_to_size(mesh.vertices, mesh.faces, float(mesh.extents.max()) / parts)
+    return _outward(trimesh.Trimesh(*made[:2]))
+
+
 def _outward(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     mesh.merge_vertices()
     mesh.fix_normals()
@@ -202,10 +239,17 @@ def _outward(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
 
 
 PARTS: dict[str, tuple[Callable[[], trimesh.Trimesh], ...]] = {
-    "bowl": (bowl,), "washer": (washer,), "bolt": (bolt, nut)
+    "bowl": (bowl,), "washer": (washer,), "plank": (channel,), "bolt": (bolt, nut)
 }  # fmt: skip
-LOOKS: dict[str, Callable[[Run], tuple[float, str]]] = {"bowl": _in_bowl, "washer": _in_washer, "bolt": _on_bolt}
+LOOKS: dict[str, Callable[[Run], tuple[float, str]]] = {
+    "bowl": _in_bowl,
+    "washer": _in_washer,
+    "plank": _across,
+    "bolt": _on_bolt,
+}
 WORDS = {
     "bowl": "a ball falls 30 mm to the bottom of a bowl", "washer": "a peg of 20 mm falls through a washer of 22 mm",
+    "plank": "a plank on both walls of a channel of 16 vertices",
+    "plank_16": "the same, divided to edges of a 16th of its length", "plank_32": "to edges of a 32nd",
     "bolt": "an M24 nut, free to slide, on a bolt that turns",
 }  # fmt: skip

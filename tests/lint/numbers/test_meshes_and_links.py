@@ -33,6 +33,25 @@ class TestMeshes:
         (found,) = findings(assets, "open-mesh", body)
         assert found.path == "/bodies/c/shape/parts/a/shape/file"
 
+    def test_walls_take_two_cells(self, assets: Path) -> None:
+        """The bar of the ring is 80 mm thick."""
+        ring = MESH.format("ring.obj, collision: exact, cell: %g", "")
+        assert findings(assets, "coarse-field", ring % 0.035) == []
+        (found,) = findings(assets, "coarse-field", ring % 0.06)
+        assert (found.severity, found.path) == ("warning", "/bodies/box/shape/cell")
+        assert findings(assets, "coarse-field", ring % 0.09)[0].severity == "error"
+
+    def test_one_hollow_mesh_is_reason_enough_for_exact_contact(self, assets: Path) -> None:
+        crate = MESH.format("closed.obj, collision: exact", "")
+        assert len(findings(assets, "convex-exact", crate)) == 1
+        ring = MESH.replace("box:", "ring:").format("ring.obj, collision: exact", "").replace("0.5]", "5]")
+        assert findings(assets, "convex-exact", crate, ring) == []
+
+    def test_a_surface_of_many_triangles_has_vertices_everywhere(self, assets: Path) -> None:
+        assert findings(assets, "few-vertices", MESH.format("ring.obj, collision: exact", "")) == []
+        (found,) = findings(assets, "few-vertices", MESH.format("channel.obj, collision: exact", ""))
+        assert found.path == "/bodies/box/shape/collision"
+
     def test_only_what_is_taken_apart_is_slow(self, assets: Path) -> None:
         assert findings(assets, "slow-mesh", MESH.format("fine.obj", "")) == []
 
