@@ -37,6 +37,20 @@ def test_what_is_wrong_goes_back_and_the_next_answer_counts(tmp_path: Path) -> N
     assert "/n: has to be a whole number" in third[-1].text
 
 
+def test_a_long_answer_is_mended_by_what_changes(tmp_path: Path) -> None:
+    long = f"n: three\nkept: {'x' * 2_500}\ninner: {{old: 1, stays: 2}}"
+    model = Scripted({"critic": [fenced(long), fenced("changes: {n: 3, inner: {old: null, new: [4]}}")]})
+    seen: list[Any] = []
+    assert desk(tmp_path, model).ask("critic", "s", "q", lambda data: seen.append(data) or number(data)) == 3
+    assert "`changes`" in model.asked[-1].messages[-1].text
+    assert seen[-1] == {"n": 3, "kept": "x" * 2_500, "inner": {"stays": 2, "new": [4]}}
+
+
+def test_changes_of_an_answer_that_cannot_be_read_are_no_answer(tmp_path: Path) -> None:
+    model = Scripted({"critic": [fenced("n: [1," + "x" * 2_500), fenced("changes: {n: 3}"), fenced("n: 5")]})
+    assert desk(tmp_path, model).ask("critic", "s", "q", number) == 5
+
+
 def test_a_role_that_never_answers_well_has_failed(tmp_path: Path) -> None:
     model = Scripted({"critic": ["No.", fenced("n: x"), fenced("- 1")]})
     with pytest.raises(RoleFailed, match="critic gave no usable answer"):

@@ -69,6 +69,18 @@ def test_a_sound_plan_passes() -> None:
     assert faults(PLAN) == []
 
 
+def test_a_shape_may_be_several_words() -> None:
+    """Its Writer decides: another round of the plan costs a minute and thousands of tokens."""
+    assert faults(PLAN, bodies__mug={"kind": "rigid", "shape": "box and cylinders"}) == []
+
+
+def test_all_that_is_wrong_goes_back_at_once() -> None:
+    rows = faults(
+        PLAN, bodies__jelly__shape="blob", checks__measures__kept={"kind": "extent", "of": "jelly", "axis": "z"}
+    )
+    assert any("/bodies/jelly/shape" in row for row in rows) and any("`stat` is missing" in row for row in rows), rows
+
+
 @pytest.mark.parametrize("name", ["layer", "i", "n", "row", "column", "u", "k", "pi", "sin"])
 def test_names_that_expressions_know(name: str) -> None:
     (row,) = faults(PLAN, **{f"params__{name}": 1})

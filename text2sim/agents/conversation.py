@@ -27,6 +27,16 @@ ECHO = 12_000
 """Characters of a refused answer that go back with what is wrong."""
 SHOWN = 12
 """Errors that are sent back at once."""
+CHANGES = "changes"
+"""Key of an answer that only says what is different from the refused one."""
+LONG = 2_000
+"""Characters of an answer above which that is offered: it is shorter and quicker than all of it again."""
+IN_FULL = "Answer again, in full, in one fenced ```yaml block."
+PARTLY = (
+    "Answer in one fenced ```yaml block with the one key `changes`, and under it only the keys that change, each at "
+    "its place: mappings are merged, any other value, lists too, takes the place of the old one, and null removes a "
+    "key. (Or answer again, in full.)"
+)
 
 
 class Wrong(Exception):
@@ -114,6 +124,7 @@ class Conversation:
         """
         messages = [Message("system", system), Message("user", question, tuple(images))]
         reasons: list[str] = []
+        before: Any = None
         looks = round_ = 0
         while round_ < rounds:
             reply = self.reply(role, messages)
@@ -123,14 +134,18 @@ class Conversation:
                     looks += 1
                     messages += [Message("assistant", _echo(reply)), Message("user", more(names) + NOW)]
                     continue
+                if isinstance(before, dict) and isinstance(data, dict) and set(data) == {CHANGES}:
+                    data = merged(before, data[CHANGES])
+                before = data
                 return read(data)
             except ReplyError as error:
-                reasons = [str(error)]
+                reasons, before = [str(error)], None
             except Wrong as error:
                 reasons = error.reasons
             round_ += 1
             self._emit("answer_refused", role=role, round=round_, reasons=reasons[:SHOWN])
-            messages += [Message("assistant", _echo(reply)), Message("user", _complaint(reasons))]
+            way = PARTLY if isinstance(before, dict) and len(reply) > LONG else IN_FULL
+            messages += [Message("assistant", _echo(reply)), Message("user", _complaint(reasons, way))]
         raise RoleFailed(role, reasons)
 
     def reply(self, role: str, messages: Sequence[Message]) -> str:
@@ -222,7 +237,20 @@ def _models_in(kind: Any) -> list[type[BaseModel]]:
     return [model for part in get_args(kind) for model in _models_in(part)]
 
 
-def _complaint(reasons: Sequence[str]) -> str:
+def merged(data: Any, changes: Any) -> Any:
+    """Return data with changes laid over it (JSON merge patch, RFC 7396): null removes a key."""
+    if not isinstance(changes, dict):
+        return changes
+    made = dict(data) if isinstance(data, dict) else {}
+    for key, value in changes.items():
+        if value is None:
+            made.pop(key, None)
+        else:
+            made[key] = merged(made.get(key), value)
+    return made
+
+
+def _complaint(reasons: Sequence[str], way: str) -> str:
     rows = "\n".join(f"- {' '.join(reason.split())[:600]}" for reason in reasons[:SHOWN])
     more = f"\n- … and {len(reasons) - SHOWN} more" if len(reasons) > SHOWN else ""
-    return f"This cannot be used:\n\n{rows}{more}\n\nAnswer again, in full, in one fenced ```yaml block.\n"
+    return f"This cannot be used:\n\n{rows}{more}\n\n{way}\n"

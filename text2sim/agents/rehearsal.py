@@ -47,17 +47,17 @@ def plan_faults(plan: CasePlan, path: Path) -> list[str]:
         plan: The plan.
         path: Future path of the case file.
     """
-    wrong = [*_kind_faults(plan), *_word_faults(plan)]
-    if wrong:
-        return wrong  # measures can only be checked once the kinds of bodies are known
+    words = [*_shape_faults(plan), *_word_faults(plan)]
+    if wrong := list(_kind_faults(plan)):
+        return wrong + words  # measures can only be checked once the kinds of bodies are known
     try:
         loaded = load_text(_text(plan, plan.checks, 0), path)
         from text2sim.spec_schema.names.references import check_references
 
         problems = check_references(loaded)
     except SpecError as error:
-        return list(_rows(error.problems))
-    if wrong := list(_rows(problems)):
+        return [*words, *(row for row in _rows(error.problems) if row not in words)]
+    if wrong := [*words, *(row for row in _rows(problems) if row not in words)]:
         return wrong
     wrong = _by_definition(plan, path)
     named = {row.split(":")[0].split("/")[3] for row in wrong if row.startswith("/checks/expect/")}
@@ -78,15 +78,22 @@ def _rows(problems: Iterable[Problem]) -> Iterator[str]:
 
 
 def _kind_faults(plan: CasePlan) -> Iterator[str]:
-    prefabs, shapes, mounts = _prefabs(), shape_kinds(), mount_kinds()
+    kinds, mounts = [*body_kinds(), "static", *_prefabs()], mount_kinds()
     for name, body in plan.bodies.items():
-        kinds = [*body_kinds(), "static", *prefabs]
         if body.kind not in kinds:
             yield _unknown(f"/bodies/{name}/kind", body.kind, kinds, "static, a kind of body or a prefab")
-        if body.shape and body.shape not in shapes and body.shape not in prefabs:
-            yield _unknown(f"/bodies/{name}/shape", body.shape, shapes, "a kind of shape")
         if body.mount and body.mount not in mounts:
             yield _unknown(f"/bodies/{name}/mount", body.mount, mounts, "a mount")
+
+
+def _shape_faults(plan: CasePlan) -> Iterator[str]:
+    """Faults of what the Writers decide in the end: a shape may be several words, such as `box and cylinders`."""
+    shapes = shape_kinds()
+    known = {*shapes, *_prefabs()}
+    for name, body in plan.bodies.items():
+        words = re.findall(r"[a-z][a-z_]*", body.shape.lower())
+        if body.shape and not known & {*words, *(word.removesuffix("s") for word in words)}:
+            yield _unknown(f"/bodies/{name}/shape", body.shape, shapes, "a kind of shape")
     for mode in plan.mode:
         if mode not in MODES:
             yield _unknown("/mode", mode, MODES, "a mode")

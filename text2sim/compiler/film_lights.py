@@ -36,11 +36,13 @@ def _softbox(direction: Vec, strength: float, color: str = "white") -> Softbox:
 
 
 STUDIOS = {
-    # One large key beside the camera, a cool edge from behind, and little else: high fill looks chalky.
+    # One large key beside the camera, a cool edge from behind, a dim wall in front, which flat metal mirrors, and
+    # little else: high fill looks chalky.
     "studio": Studio(
         {
             "key": _softbox((0.75, 0.45, -1.0), 3.2, "#fff6ec"),
             "rim": _softbox((-0.6, -0.9, -1.4), 1.1, "#d6e4ff"),
+            "front": Sun.model_construct(kind="sun", direction=(-0.25, 1.0, -0.3), strength=0.3, angle_deg=50.0),
             "fill": Environment.model_construct(kind="environment", color="#eef3fa", horizon="#dfe3e8", strength=0.12),
         },
         "cyclorama",

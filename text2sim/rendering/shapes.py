@@ -11,6 +11,10 @@ from text2sim.rendering.tone import linear
 
 Array = NDArray[np.floating]
 
+DARKEST, DARKEST_METAL = 0.025, 0.2
+"""Least linear brightness of a surface: black paint throws back some 3 % of the light, dull dark steel 20 %. What
+throws back less is a hole in the picture, whose form nobody sees."""
+
 
 def mesh_shape(
     name: str,
@@ -57,6 +61,7 @@ def mesh_shape(
 def shaded(color: tuple[float, float, float], finish: str) -> tuple[Array, Array]:
     """Return the linear colour of a finish, and what its texture blends it with, each of shape (3,)."""
     made = linear(np.asarray(color, float))
+    made = made + max(0.0, (DARKEST_METAL if finish_of(finish).metallic else DARKEST) - float(made.max()))
     return made, np.clip(made * finish_of(finish).shade, 0.0, 1.0)
 
 

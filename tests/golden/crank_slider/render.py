@@ -50,6 +50,13 @@ LIGHTS = {
         "distance": 2.41,
         "size": 0.844,
     },
+    "front": {
+        "kind": "sun",
+        "strength": 0.3,
+        "color": (1.0, 1.0, 1.0),
+        "direction": (-0.5506, 0.8714, -0.3),
+        "angle": 0.87266,
+    },
     "fill": {
         "kind": "environment",
         "strength": 0.12,

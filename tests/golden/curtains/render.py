@@ -48,6 +48,13 @@ LIGHTS = {
         "distance": 9.67,
         "size": 3.384,
     },
+    "front": {
+        "kind": "sun",
+        "strength": 0.3,
+        "color": (1.0, 1.0, 1.0),
+        "direction": (-0.4327, 0.9356, -0.3),
+        "angle": 0.87266,
+    },
     "fill": {
         "kind": "environment",
         "strength": 0.12,

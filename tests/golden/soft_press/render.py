@@ -49,6 +49,13 @@ LIGHTS = {
         "distance": 2.551,
         "size": 0.893,
     },
+    "front": {
+        "kind": "sun",
+        "strength": 0.3,
+        "color": (1.0, 1.0, 1.0),
+        "direction": (-0.657, 0.7943, -0.3),
+        "angle": 0.87266,
+    },
     "fill": {
         "kind": "environment",
         "strength": 0.12,
