@@ -138,7 +138,7 @@ def apart(a: Bounds, b: Bounds, slack: float = 0.0) -> bool:
 
 
 def near(boxes: list[Bounds], slack: float = 0.0) -> Iterator[tuple[int, int]]:
-    """Yield the pairs of boxes that are not `apart`, by their numbers, the smaller first.
+    """Yield the pairs of boxes that are not `apart` by `slack` [m], by their numbers, the smaller first.
 
     They are sorted into a grid of cells of twice their usual size, so that far pairs are never looked at; of thousands
     that are all in one place, the first `MOST_PAIRS` are.
@@ -147,10 +147,11 @@ def near(boxes: list[Bounds], slack: float = 0.0) -> Iterator[tuple[int, int]]:
         return
     sizes = sorted(max(b - a for a, b in zip(low, high, strict=True)) for low, high in boxes)
     cell = 2.0 * sizes[len(sizes) // 2] or sizes[-1] or 1.0
+    gap = max(-slack, 0.0)  # that boxes may have between them
     cells: dict[tuple[int, int, int], list[int]] = {}
     large: list[int] = []
     for index, (low, high) in enumerate(boxes):
-        ranges = [(int(a // cell), int(b // cell)) for a, b in zip(low, high, strict=True)]
+        ranges = [(int((a - gap) // cell), int((b + gap) // cell)) for a, b in zip(low, high, strict=True)]
         (a, b), (c, d), (e, f) = ranges
         if (b - a + 1) * (d - c + 1) * (f - e + 1) > MANY_CELLS:
             large.append(index)

@@ -42,3 +42,16 @@ def test_a_box_on_the_ground_and_one_in_the_air(tmp_path, height, turn, tilted):
     found = findings(tmp_path, "on-edge", LEVEL % (height, turn))
     assert len(found) == tilted
     assert all("45 deg" in problem.message for problem in found)
+
+
+CARDS = """\
+bodies:
+  left: {kind: rigid, shape: {kind: box, size: [0.01, 0.2, 0.3]}, pose: {pos: [-0.043659, 0, %s], euler_deg: [0, 15, 0]}}
+  right: {kind: rigid, shape: {kind: box, size: [0.01, 0.2, 0.3]}, pose: {pos: [%s, 0, %s], euler_deg: [0, -15, 0]}}
+"""
+
+
+@pytest.mark.parametrize(("x", "tilted"), [(0.043659, False), (0.0441, False), (0.2, True)])
+def test_cards_whose_upper_edges_meet_lean_on_each_other(tmp_path, x, tilted):
+    found = findings(tmp_path, "on-edge", CARDS % (0.146183, x, 0.146183))
+    assert len(found) == 2 * tilted

@@ -37,7 +37,7 @@ def _edges(facts: Facts) -> Iterator[Problem]:
         if facts.loose(copy) and (box := _single_box(facts, copy)) is not None
     }
     neighbours: dict[str, list[Copy]] = {name: [] for name in boxes}
-    for one, other in facts.near(RESTING) if boxes else ():
+    for one, other in facts.near(-RESTING) if boxes else ():
         for a, b in ((one, other), (other, one)):
             if a.name in boxes:
                 neighbours[a.name].append(b)
