@@ -200,6 +200,7 @@ def test_before_a_run_what_is_promised_and_the_case_stay_together(
         tmp_path, Request("A ball falls."), desk(tmp_path, model), DealtCards(None, quiet), quiet, Limits()
     )
     made.path, made.agreement = path, agreed()[0]
+    made.mending.agreement = made.agreement
     monkeypatch.setattr(made, "_decided", lambda *given, **more: decision)
     monkeypatch.setattr(
         made.workshop, "routed", lambda text, routes, keep=(): text.replace("radius: 0.1", "radius: -1")
@@ -221,12 +222,14 @@ def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path
         tmp_path, Request("A ball."), desk(tmp_path, Scripted({})), DealtCards(None, quiet), quiet, Limits()
     )
     made.path, made.agreement = path, agreed()[0]
+    made.mending.agreement = made.agreement
     made.agreement.plan.keeps = ["low"]
     made.workshop.mended = lambda text, owners, instruction: (asked.append(owners), (text, {}))[1]  # type: ignore
     assert ESTIMATE in {rule.id for rule in RULES}
     guess = Problem("/bodies/ball", "about 9 s of wall time for each simulated second", 1, 1, rule=ESTIMATE)
     for pace in (0.0, 2.5):
-        made._warned.clear()
+        made._told.clear()
+        made.mending._warned.clear()
         made.made = [Attempt(1, CASE, "first version", wall=31.0, pace=pace)]
         examined = examine(CASE, path)
         examined.warnings = [guess]

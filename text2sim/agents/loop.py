@@ -1,13 +1,13 @@
 """Loop of the agents: plan, write, check, run, judge, decide, until a case is accepted or the budget is used up."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
 
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
-from text2sim.agents.assembly import Examination, case_text, examine, owner_of, said
+from text2sim.agents.assembly import Examination, case_text
 from text2sim.agents.attempts import ESTIMATE, Attempt, Attempts
 from text2sim.agents.cinematography import Cinematography, styled
 from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed
@@ -17,21 +17,14 @@ from text2sim.agents.dealt_cards import DealtCards, signs
 from text2sim.agents.deciding import Report, decide
 from text2sim.agents.journal import Emit
 from text2sim.agents.loop_result import Limits, Outcome, State
+from text2sim.agents.mending import Mending
 from text2sim.agents.models.exchange import ModelError, StoppedError
 from text2sim.agents.planning import Request, Tried, make_plan, plan_text
 from text2sim.agents.rehearsal import held_at_start
 from text2sim.agents.replies import CasePlan, Decision, Fragments, Route
 from text2sim.agents.requirements import Requirement, take_apart
 from text2sim.agents.writer_team import Workshop
-from text2sim.spec_schema.errors import Problem
 
-MENDS = 3
-"""Times that owners may mend what the check finds, before it is the Planner's turn."""
-MEND = "Mend what the check found in your section, and change nothing else."
-CONSIDER = (
-    "These are warnings: it can be run as it is. Mend what is true of them, and change nothing else; answer "
-    "`patch: []` if all of it is meant."
-)
 STANDSTILL = 2
 """Attempts after the best one that may bring nothing, once everything expected has come true,"""
 FILMED = 5
@@ -61,6 +54,7 @@ class AgentLoop:
         self.made: list[Attempt] = []
         self.agreement = Agreement(CasePlan.model_construct(name=case.name, event="", checks=Fragments()), emit)
         self.workshop = Workshop(desk, deck, self.agreement, request, self.path, emit)
+        self.mending = Mending(self.workshop, self.agreement, self.path, emit)
         self.only_if_accepted = False
         """Whether the case is somebody's own, and only a version that was accepted may take its place."""
         self.style = False
@@ -69,7 +63,8 @@ class AgentLoop:
         """Whether the engine starts while the Writers still write."""
         self.base = ""
         """Text of the case of which somebody wishes a change."""
-        self._warned: set[tuple[str, str]] = set()
+        self._told: set[tuple[str, str]] = set()
+        """Doubts that the Planner was asked about, by kind and name."""
         self.progress = lambda now: emit("progress", live=True, phase=now.phase, t=now.t, duration=now.duration)
 
     # --- ways in ----------------------------------------------------------------------------------------------
@@ -208,7 +203,9 @@ class AgentLoop:
     def _try(self, attempt: Attempt) -> Report:
         """Check, repair and run an attempt, and have it judged."""
         self.emit("attempt", number=attempt.number, cause=attempt.cause, changes=attempt.changes[:20])
-        examined, problems = self._sound(attempt)
+        examined, problems = self.mending.checked(attempt)
+        if not problems:
+            examined = self._considered(attempt, examined)
         rules = frozenset(problem.rule for problem in [*examined.errors, *examined.warnings])
         if problems:
             attempt.problems = problems
@@ -252,48 +249,18 @@ class AgentLoop:
         self.attempts.keep(attempt)
         return report
 
-    def _sound(self, attempt: Attempt) -> tuple[Examination, list[str]]:
-        """Check an attempt and send its problems to their owners, a few times; return those that remain."""
-        told: dict[str, list[str]] = {}
-        for mend in range(MENDS + 1):
-            examined = examine(attempt.text, self.path)
-            self.workshop.derived = examined.derived or self.workshop.derived
-            errors = examined.errors or self.agreement.breaches(examined)
-            if not errors and not told:
-                return self._considered(attempt, examined), []
-            owners = self._owners(errors, told)
-            if mend == MENDS or "plan" in owners:
-                self.workshop.referred += [row for rows in told.values() for row in rows]
-                return (examined if errors else self._considered(attempt, examined)), [said(one) for one in errors]
-            self.emit("mending", number=attempt.number, problems=[said(problem) for problem in errors][:20])
-            before = attempt.text
-            attempt.text, told = self.workshop.mended(before, owners, MEND)
-            self.workshop.referred += told.pop("plan", [])
-            if attempt.text == before and not told:  # asking the same again would give the same answers
-                return (examined if errors else self._considered(attempt, examined)), [said(one) for one in errors]
-        raise AssertionError("the last round returns")
-
     def _considered(self, attempt: Attempt, examined: Examination) -> Examination:
-        """Give owners one chance to fix the lint's warnings: that is cheaper before a run than after it."""
+        """Have warnings mended and doubts settled; how long a run takes is known after the first one."""
         known = {ESTIMATE} if any(one.pace for one in self.made) else set()
-        fresh = [p for p in examined.warnings if (p.rule, p.path) not in self._warned and p.rule not in known]
-        self._warned |= {(p.rule, p.path) for p in fresh}
-        owners = self._owners(fresh, {})
-        doubts = [said(p) for p in fresh if owner_of(p, self.agreement.pointers) == "plan" and "/actions/" in p.path]
-        owners.pop("plan", None)
-        if owners:
-            self.emit("mending", number=attempt.number, problems=[said(problem) for problem in fresh][:20])
-            text = self.workshop.passed_on(*self.workshop.mended(attempt.text, owners, CONSIDER))
-            examined = self._taken(attempt, text, examined)
-        return self._doubted(attempt, examined, doubts)
+        return self._doubted(attempt, *self.mending.considered(attempt, examined, known))
 
     def _doubted(self, attempt: Attempt, examined: Examination, doubts: list[str]) -> Examination:
         """Ask the Planner once, before the run, about problems of the expectations themselves."""
         assert examined.loaded is not None
         plan = self.agreement.plan
         held = held_at_start(examined.loaded, [name for name in self.agreement.names if name not in plan.keeps])
-        fresh = {name: row for name, row in held.items() if ("held-at-start", name) not in self._warned}
-        self._warned |= {("held-at-start", name) for name in fresh}
+        fresh = {name: row for name, row in held.items() if ("held-at-start", name) not in self._told}
+        self._told |= {("held-at-start", name) for name in fresh}
         doubts = [*doubts, *fresh.values(), *self._too_dear(attempt, examined)]
         if not doubts:
             return examined
@@ -305,7 +272,7 @@ class AgentLoop:
         agreed, (alone, _) = copy(self.agreement), self.agreement.changed(attempt.text, decision)
         text, _ = self._revised(attempt, decision)
         for version in (text, alone):  # contract and case change together
-            if (taken := self._taken(attempt, version, examined)) is not examined:
+            if (taken := self.mending.taken(attempt, version, examined)) is not examined:
                 return taken
         self.agreement.take_back(agreed)
         self.workshop.referred.append(f"Not done before the run, because it left the case wrong: {decision.why}")
@@ -314,30 +281,16 @@ class AgentLoop:
     def _too_dear(self, attempt: Attempt, examined: Examination) -> list[str]:
         """Say once, before the first run, that it may take too much of the time that is left."""
         now = self.limits.minutes_left()
-        if now is None or "dear" in {rule for rule, _ in self._warned} or any(one.pace for one in self.made):
+        if now is None or "dear" in {rule for rule, _ in self._told} or any(one.pace for one in self.made):
             return []
         left, needed = self.attempts.minutes_left(attempt, now), examined.seconds / 60
         if left is None or needed <= DEAR * left:
             return []
-        self._warned.add(("dear", ""))
+        self._told.add(("dear", ""))
         estimate = (
             f"a run is estimated at {needed:.0f} minutes (within a factor of three) of the {left:.0f} that are left"
         )
         return [f"{estimate}, and several may be needed: shorten it, coarsen the cells, or take a cheaper solver"]
-
-    def _taken(self, attempt: Attempt, text: str, before: Examination) -> Examination:
-        """Adopt a repaired text, unless it is worse."""
-        mended = examine(text, self.path)
-        if mended.errors or self.agreement.breaches(mended):
-            return before
-        attempt.text = text
-        return mended
-
-    def _owners(self, errors: Sequence[Problem], told: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-        owners: dict[str, list[str]] = {name: list(rows) for name, rows in told.items()}
-        for problem in errors:
-            owners.setdefault(owner_of(problem, self.agreement.pointers), []).append(said(problem))
-        return owners
 
     # --- what is done next ------------------------------------------------------------------------------------
 

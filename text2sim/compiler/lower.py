@@ -1,6 +1,6 @@
 """Copies of bodies and statics become entities of the engine."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import singledispatchmethod
 from pathlib import Path
@@ -13,31 +13,27 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.extents import extents
-from text2sim.compiler.shapes.piece import Piece, piece_ball, piece_thickness
+from text2sim.compiler.shapes.piece import piece_ball, piece_thickness
 from text2sim.compiler.shapes.rotation import frame_apply, quat_conjugate, quat_rotate, vector_unit
-from text2sim.compiler.shapes.surface import VisualMesh
 from text2sim.compiler.trees import generators
 from text2sim.compiler.trees.articulated import articulated_tree
 from text2sim.compiler.trees.filebody import file_changes, file_motors, mechanism_tree
 from text2sim.compiler.trees.joints import joint_of
 from text2sim.compiler.trees.model_files import Ball, ModelFiles, Written, count_pieces
+from text2sim.compiler.trees.shaped_links import geoms_of, shaped_link
 from text2sim.compiler.trees.tree import (
-    Inertia,
     Tree,
     TreeGeom,
     TreeJoint,
     TreeLink,
-    TreeVisual,
     tree_balls,
     with_torques,
 )
 from text2sim.spec_schema.models.base import content_of
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
-from text2sim.spec_schema.models.materials import DENSITY, Look, Material
+from text2sim.spec_schema.models.materials import Look, Material
 from text2sim.spec_schema.models.motion import Oscillate, Spin
 from text2sim.spec_schema.models.scene import Static
-from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Compound, Part
 from text2sim.spec_schema.models.soft_bodies import Cloth, Granular, Liquid, Rope, Snow, Soft
 
 if TYPE_CHECKING:
@@ -144,7 +140,8 @@ class Lowering:
         if model.payload is not None:
             shape = model.payload.shape
             look = model.payload.look or model.look
-            geoms = self._geoms(shape, model.payload.material, look, copy)
+            geoms = geoms_of(shape, model.payload.material, look, copy, self.folder)
+            self._take_in_thickness(geoms)
             low, high = extents(shape, (1.0, 0.0, 0.0, 0.0), self.folder)
             payload = (geoms, float(high[2]))
         tree = generators.chain_tree(model, vector_unit(model.direction), rgba, payload)
@@ -312,64 +309,16 @@ class Lowering:
             self.mechanisms[key] = load_mechanism(self.folder, file, base=base)
         return self.mechanisms[key]
 
-    # --- links ------------------------------------------------------------------------------------------------
-
     def _link(self, copy: Copy, material: Material, look: Look) -> TreeLink:
         return self._shaped(copy.shape, material, look, copy, copy.body)
 
     def _shaped(self, shape: Any, material: Material, look: Look, copy: Copy, link: str) -> TreeLink:
-        """A link without joints, where its frame is."""
-        geoms = self._geoms(shape, material, look, copy)
-        made = TreeLink(link, geoms=geoms, inertia=_inertia(shape, geoms))
-        visuals = geometry.visual_mesh(shape, self.folder)
-        if not look.visible:
-            return replace(made, geoms=tuple(_hidden(g) for g in geoms))
-        if not visuals:
-            return made
-        parts: dict[Any, Any] = shape.parts if isinstance(shape, Compound | Sculpt) else {}
-        drawn = tuple(
-            _drawn(mesh, (parts[mesh.part].look if mesh.part in parts else None) or look, copy) for mesh in visuals
-        )
-        meshed = {mesh.part for mesh in visuals} | {None for _ in (shape,) if isinstance(shape, Sculpt)}
-        shown = tuple(_hidden(g) if g.piece.part in meshed else g for g in geoms)
-        return replace(made, geoms=shown, visuals=drawn)
+        made = shaped_link(shape, material, look, copy, link, self.folder)
+        self._take_in_thickness(made.geoms)
+        return made
 
-    def _geoms(self, shape: Any, material: Material, look: Look, copy: Copy) -> tuple[TreeGeom, ...]:
-        parts = shape.parts if isinstance(shape, Compound) else {}
-        pieces = geometry.pieces(shape, self.folder)
-        self.thinnest = min(self.thinnest, *(piece_thickness(piece) for piece in pieces))
-        densities = self._densities(shape, pieces, material)
-        found = []
-        for piece in pieces:
-            part = parts.get(piece.part) if piece.part else None
-            rgba = rgba_of((part.look if part is not None else None) or look, copy)
-            density = densities[piece.part, piece.kind]
-            found.append(TreeGeom(piece, density, material.friction, rgba, torques=material.torques))
-        return tuple(found)
-
-    def _densities(self, shape: Any, pieces: list[Piece], material: Material) -> dict[tuple[str | None, str], float]:
-        """Density [kg/m3] of the pieces by part (None: of a shape without parts) and kind.
-
-        Capsules overlap in a ring, and staves lack a little of a round wall: their density makes up for it, so that
-        the whole weighs what the shape does. Of a mesh, the pieces are what there is.
-        """
-        compound = isinstance(shape, Compound)
-        parts: dict[Any, Part] = shape.solids if compound else {None: Part.model_construct(shape=shape)}
-        densities, total = {}, 0.0
-        for name, part in parts.items():
-            made: dict[str, float] = {}
-            for piece in pieces:
-                if piece.part == name:
-                    made[piece.kind] = made.get(piece.kind, 0.0) + piece.volume()
-            meant = sum(made.values()) if part.shape.kind == "mesh" else geometry.volume(part.shape, self.folder)
-            own = part.density or material.density or DENSITY
-            exact = made.pop("cylinder", 0.0)  # the floor of a cup is what it stands for
-            densities[name, "cylinder"] = own
-            densities |= {(name, kind): own * (meant - exact) / sum(made.values()) for kind in made}
-            total += own * meant
-        if material.mass is None:
-            return densities
-        return {key: density * material.mass / total for key, density in densities.items()}
+    def _take_in_thickness(self, geoms: Iterable[TreeGeom]) -> None:
+        self.thinnest = min(self.thinnest, *(piece_thickness(geom.piece) for geom in geoms))
 
     def _motor(self, entity: str, joint: str, mount: Any) -> None:
         actuator = getattr(mount, "actuator", None)
@@ -379,27 +328,3 @@ class Lowering:
     def _local(self, copy: Copy, axis: Any) -> tuple[float, float, float]:
         """A world axis in the copy's frame."""
         return quat_rotate(quat_conjugate(copy.quat), vector_unit(axis))
-
-
-def _inertia(shape: Any, geoms: tuple[TreeGeom, ...]) -> Inertia | None:
-    """What a sculpt weighs: its surface says it, as its pieces overlap. They have its mass all the same."""
-    if not isinstance(shape, Sculpt):
-        return None
-    from text2sim.compiler.shapes.sculpting import sculpted
-
-    made = sculpted(shape)
-    mass = sum(geom.density * geom.piece.volume() for geom in geoms)
-    xx, yy, zz, xy, xz, yz = (moment * mass / made.volume for moment in made.inertia)
-    return Inertia(mass, made.center, (xx, yy, zz, xy, xz, yz))
-
-
-def _drawn(mesh: VisualMesh, look: Look, copy: Copy) -> TreeVisual:
-    """A surface in its own colours, if it has them and the case says no other."""
-    if look.color is None and (mesh.picture is not None or mesh.rgba is not None):
-        return TreeVisual(mesh, mesh.rgba)
-    plain = mesh if mesh.picture is None and mesh.uvs is None else replace(mesh, picture=None, uvs=None)
-    return TreeVisual(plain, rgba_of(look, copy))
-
-
-def _hidden(geom: TreeGeom) -> TreeGeom:
-    return replace(geom, drawn=False)

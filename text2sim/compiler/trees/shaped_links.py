@@ -1,0 +1,121 @@
+"""Links that have a shape: its pieces with their densities, and its surface with its colours."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from text2sim.compiler.looks import rgba_of
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.surface import VisualMesh
+from text2sim.compiler.trees.tree import Inertia, TreeGeom, TreeLink, TreeVisual
+from text2sim.spec_schema.models.materials import DENSITY, Look, Material
+from text2sim.spec_schema.models.sculpts import Sculpt
+from text2sim.spec_schema.models.shapes import Compound, Part
+
+
+def shaped_link(shape: Any, material: Material, look: Look, copy: Copy, name: str, folder: Path) -> TreeLink:
+    """Return a link without joints, where its frame is.
+
+    Args:
+        shape: The shape.
+        material: What it is made of, unless a part says its own density.
+        look: What it looks like, unless a part has its own look.
+        copy: The copy whose link it is: palettes give each its colour.
+        name: Of the link.
+        folder: The case's folder.
+
+    Raises:
+        AssetError: if a file of the shape cannot be used.
+    """
+    geoms = geoms_of(shape, material, look, copy, folder)
+    made = TreeLink(name, geoms=geoms, inertia=_inertia(shape, geoms))
+    visuals = geometry.visual_mesh(shape, folder)
+    if not look.visible:
+        return replace(made, geoms=tuple(_hidden(g) for g in geoms))
+    if not visuals:
+        return made
+    parts: dict[Any, Any] = shape.parts if isinstance(shape, Compound | Sculpt) else {}
+    drawn = tuple(
+        _drawn(mesh, (parts[mesh.part].look if mesh.part in parts else None) or look, copy) for mesh in visuals
+    )
+    meshed = {mesh.part for mesh in visuals} | {None for _ in (shape,) if isinstance(shape, Sculpt)}
+    shown = tuple(_hidden(g) if g.piece.part in meshed else g for g in geoms)
+    return replace(made, geoms=shown, visuals=drawn)
+
+
+def geoms_of(shape: Any, material: Material, look: Look, copy: Copy, folder: Path) -> tuple[TreeGeom, ...]:
+    """Return the convex pieces of a shape with density [kg/m3], friction and colour; see `shaped_link`.
+
+    Args:
+        shape: The shape.
+        material: What it is made of.
+        look: What it looks like.
+        copy: The copy whose shape it is.
+        folder: The case's folder.
+
+    Raises:
+        AssetError: if a file of the shape cannot be used.
+    """
+    parts = shape.parts if isinstance(shape, Compound) else {}
+    pieces = geometry.pieces(shape, folder)
+    densities = _densities(shape, pieces, material, folder)
+    found = []
+    for piece in pieces:
+        part = parts.get(piece.part) if piece.part else None
+        rgba = rgba_of((part.look if part is not None else None) or look, copy)
+        density = densities[piece.part, piece.kind]
+        found.append(TreeGeom(piece, density, material.friction, rgba, torques=material.torques))
+    return tuple(found)
+
+
+def _densities(
+    shape: Any, pieces: list[Piece], material: Material, folder: Path
+) -> dict[tuple[str | None, str], float]:
+    """Density [kg/m3] of the pieces by part (None: of a shape without parts) and kind.
+
+    Capsules overlap in a ring, and staves lack a little of a round wall: their density makes up for it, so that
+    the whole weighs what the shape does. Of a mesh, the pieces are what there is.
+    """
+    compound = isinstance(shape, Compound)
+    parts: dict[Any, Part] = shape.solids if compound else {None: Part.model_construct(shape=shape)}
+    densities, total = {}, 0.0
+    for name, part in parts.items():
+        made: dict[str, float] = {}
+        for piece in pieces:
+            if piece.part == name:
+                made[piece.kind] = made.get(piece.kind, 0.0) + piece.volume()
+        meant = sum(made.values()) if part.shape.kind == "mesh" else geometry.volume(part.shape, folder)
+        own = part.density or material.density or DENSITY
+        exact = made.pop("cylinder", 0.0)  # the floor of a cup is what it stands for
+        densities[name, "cylinder"] = own
+        densities |= {(name, kind): own * (meant - exact) / sum(made.values()) for kind in made}
+        total += own * meant
+    if material.mass is None:
+        return densities
+    return {key: density * material.mass / total for key, density in densities.items()}
+
+
+def _inertia(shape: Any, geoms: tuple[TreeGeom, ...]) -> Inertia | None:
+    """What a sculpt weighs: its surface says it, as its pieces overlap. They have its mass all the same."""
+    if not isinstance(shape, Sculpt):
+        return None
+    from text2sim.compiler.shapes.sculpting import sculpted
+
+    made = sculpted(shape)
+    mass = sum(geom.density * geom.piece.volume() for geom in geoms)
+    xx, yy, zz, xy, xz, yz = (moment * mass / made.volume for moment in made.inertia)
+    return Inertia(mass, made.center, (xx, yy, zz, xy, xz, yz))
+
+
+def _drawn(mesh: VisualMesh, look: Look, copy: Copy) -> TreeVisual:
+    """A surface in its own colours, if it has them and the case says no other."""
+    if look.color is None and (mesh.picture is not None or mesh.rgba is not None):
+        return TreeVisual(mesh, mesh.rgba)
+    plain = mesh if mesh.picture is None and mesh.uvs is None else replace(mesh, picture=None, uvs=None)
+    return TreeVisual(plain, rgba_of(look, copy))
+
+
+def _hidden(geom: TreeGeom) -> TreeGeom:
+    return replace(geom, drawn=False)
