@@ -1,17 +1,21 @@
 """A dataset that is really built: drawn, refused, simulated, filmed, and loaded."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pyarrow.parquet as pq
 import pytest
 
 from text2sim.cluster.run import Where
+from text2sim.cluster.task import STOPPED
 from text2sim.dataset import simulate
 from text2sim.dataset.build import Tally, build, jobs_of
 from text2sim.dataset.check import check_dataset
 from text2sim.dataset.recipe import parse_recipe
 from text2sim.dataset.simulate import Made
+from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import MachineError, RunError, SpecError
 from text2sim.spec_schema.text.source import Source
 
@@ -132,3 +136,21 @@ def test_what_keeps_the_machine_from_running_is_no_reason_to_draw_again(
     with pytest.raises(MachineError, match="by another"):
         simulate.make(job)
     assert not [*(recipe_folder / "made").iterdir()], "it is done by the next build"
+
+
+def test_a_job_that_is_asked_to_stop_films_nothing_and_is_done_by_the_next_build(
+    recipe_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stop = Stop()
+
+    def interrupted(*_: object, **__: object) -> SimpleNamespace:
+        stop.request()
+        return SimpleNamespace(evidence={"verdict": "failed"}, state="interrupted")
+
+    monkeypatch.setattr(simulate, "run_case", interrupted)
+    monkeypatch.setattr(simulate, "make_item", lambda *_: pytest.fail("what was stopped is filmed"))
+    job, *_ = jobs_of(parse_recipe(Source(RECIPE, "recipe.yaml")), recipe_folder, recipe_folder, recipe_folder / "made")
+    with pytest.raises(RunError, match=STOPPED):
+        simulate.make(replace(job, stop=stop))
+    assert stop.count == 1
+    assert not [*(recipe_folder / "made").iterdir()]

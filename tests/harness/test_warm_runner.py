@@ -2,8 +2,10 @@
 
 import os
 import queue
+from contextlib import suppress
 from pathlib import Path
 from time import monotonic, sleep
+from typing import Any
 
 import pytest
 
@@ -57,3 +59,37 @@ def test_an_engine_that_was_started_early_and_never_needed_ends(
     begun = monotonic()
     runner.close()
     assert runner._engine.ended and monotonic() - begun < 5.0
+
+
+BUILDS = """
+import json, sys, time
+print(json.dumps({"ready": True, "memory": 1}), flush=True)
+order = json.loads(sys.stdin.readline())
+print(json.dumps({"order": order["order"], "phase": "build"}), flush=True)
+time.sleep(600)
+"""
+
+
+@pytest.mark.parametrize("live", [False, True])
+def test_a_build_that_is_asked_to_stop_is_waited_for_only_if_somebody_edits(
+    live: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(warm_engine, "STOP_LIMIT", 0.3)
+    (tmp_path / "building_engine.py").write_text(BUILDS)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    inbox: queue.Queue[Any] = queue.Queue()
+    engine = Engine(tmp_path, inbox, 10**10, "building_engine", live=live)
+    engine.start()
+    result, until = None, monotonic() + 20.0
+    while result is None and monotonic() < until:
+        if engine.idle:
+            engine.simulate(1, tmp_path, tmp_path, 100.0)
+        with suppress(queue.Empty):
+            news = inbox.get(timeout=0.05)
+            engine.take(news.child, news.data)
+        if engine.job is not None and engine.job.begun and engine.job.cancelled is None:
+            engine.cancel()
+            until = monotonic() + 2.0
+        result = engine.guard()
+    engine.kill()
+    assert (result or {}).get("state") == (None if live else "interrupted")

@@ -129,10 +129,12 @@ def build(
     with Stop() as stop:
         for done in run_tasks([task for task, _ in tasks.values()], where, stop):
             job = tasks[id(done.task)][1]
+            if done.stopped:
+                continue
             if done.machine:
                 raise MachineError(done.error)
             failed = {"key": job.key, "stage": "error", "why": [done.error], "drawn": []}
-            made = read_made(job) if done.result and not done.result["again"] else Made([], [failed])
+            made = Made([], [failed]) if done.result is None else read_made(job)
             writer.add(made)
             tell(writer.tally, made)
         if stop.count:

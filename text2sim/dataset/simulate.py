@@ -7,7 +7,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from text2sim.cluster.task import Needs, Place, Task
+from text2sim.cluster.task import STOPPED, Needs, Place, Task
 from text2sim.dataset.curation import is_doubtful, refusals
 from text2sim.dataset.draws import Values, draw, generator, number_at, overlay_of
 from text2sim.dataset.item import Item, make_item
@@ -20,7 +20,7 @@ from text2sim.runtime.machine_check import needs_cuda
 from text2sim.runtime.program import run_program
 from text2sim.runtime.stop import Stop
 from text2sim.service.examined import Examined, examine
-from text2sim.spec_schema.errors import MachineError, Text2SimError
+from text2sim.spec_schema.errors import MachineError, RunError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import Overlay
 
 _ODD = re.compile(r"[^A-Za-z0-9_]+")
@@ -119,19 +119,22 @@ def work(
     kept = Path(runs) if Path(runs).parent.is_dir() else place.output / ".runs"
     job = Job(told, source, case, name, base, number, kept, place.output, place.runner, place.stop)
     make(job)
-    return {"again": place.stop.count > 0}
+    return {}
 
 
 def make(job: Job) -> None:
-    """Do a job, unless an earlier build did. What its author can put right ends up among what is refused."""
+    """Do a job, unless an earlier build did. What its author can put right ends up among what is refused.
+
+    Raises:
+        RunError: if somebody asked to stop before it was done.
+    """
     job.out.mkdir(parents=True, exist_ok=True)
     done, digest = job.out / f"{job.key}.json", _digest(job)
     if done.is_file() and json.loads(done.read_text("utf-8"))["digest"] == digest:
         return
     made = _make(job)
-    if job.stop is None or not job.stop.count:
-        rows = [asdict(item) | {"folder": ""} for item in made.items]
-        write_atomically(done, json.dumps({"digest": digest, "items": rows, "refused": made.refused}))
+    rows = [asdict(item) | {"folder": ""} for item in made.items]
+    write_atomically(done, json.dumps({"digest": digest, "items": rows, "refused": made.refused}))
 
 
 def read_made(job: Job) -> Made:
@@ -204,19 +207,22 @@ def _simulated(job: Job, source: Source, made: Made) -> tuple[Examined, Path, li
 
 def _run(job: Job, row: Examined, key: str, drawn: list[dict[str, Any]], made: Made) -> Any:
     """Simulate a case that the check lets through; None with the reason in `made` if it does not, or if that fails."""
+    _heed(job.stop)
     stage = "check"
     if row.ok and row.loaded is not None:
         try:
             lint, how = row.findings(), {"runner": job.runner, "stop": job.stop}
             result = run_case(row.loaded, runs=job.runs, film=False, lint=lint, **how)
-            if result.evidence is not None:
-                return result
-            row.failure, stage = f"the run ended as {result.state}: {result.message}", "run"
         except Text2SimError as error:
             if isinstance(error, MachineError) and not needs_cuda(row.loaded):  # not the draw's fault
                 raise
             row.blame(error)
             stage = "run"
+        else:
+            _heed(job.stop)  # what was stopped has evidence, too
+            if result.evidence is not None:
+                return result
+            row.failure, stage = f"the run ended as {result.state}: {result.message}", "run"
     why = _errors(row)
     made.refused.append({"key": key, "stage": stage, "why": why, "drawn": drawn})
     return None
@@ -228,6 +234,7 @@ def _films(
     """Make the items of one run; return the key of the first, None if that is refused."""
     first: str | None = None
     for number in range(source.films):
+        _heed(job.stop)
         name = f"{key}-film{number}" if number else key
         seen, told = row, drawn
         if number:
@@ -252,6 +259,11 @@ def _films(
         item.questions = ask(item.row, item.frames, item.folder)
         first = first or name
     return first
+
+
+def _heed(stop: Stop | None) -> None:
+    if stop is not None and stop.count:
+        raise RunError(STOPPED)
 
 
 def _change(row: Examined, changed: Values) -> tuple[str, Any, float | None]:

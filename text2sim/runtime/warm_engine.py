@@ -19,7 +19,7 @@ BUILD_LIMIT = 900.0
 PATIENCE = 10.0
 """Wall time over these limits, at most: on a machine that others use, a process may wait longer than it works."""
 STOP_LIMIT = 5.0
-"""Time [s] that a simulation has to stop, once it is asked to."""
+"""Time [s] that a simulation has to stop, once it is asked to; a build, too, if nobody waits for the next."""
 DEATHS = 3
 """Deaths in a row, before it was ready, after which there is no use in another start."""
 MEMORY_POLL = 0.5
@@ -184,7 +184,8 @@ class Engine:
         if job is None:
             return None
         if job.cancelled is not None:
-            limit = STOP_LIMIT if job.phase == "simulate" else BUILD_LIMIT
+            # Whoever edits a case comes back to it, and wants the kernels that are being compiled.
+            limit = BUILD_LIMIT if self._live and job.phase == "build" else STOP_LIMIT
             if now - job.cancelled > limit:
                 return self._kill("timeout" if job.overdue else "interrupted", "it did not stop when it was asked to")
         elif job.phase == "simulate" and now - job.since > job.limit:
