@@ -8,7 +8,6 @@ from itertools import pairwise
 from math import pi, radians, sin
 
 from text2sim.compiler.literal import Code, literal
-from text2sim.compiler.shapes.rotation import Vec, vector_unit
 from text2sim.spec_schema.models.motion import (
     Constant,
     Oscillate,
@@ -16,7 +15,6 @@ from text2sim.spec_schema.models.motion import (
     Ramp,
     Schedule,
     Sine,
-    Spin,
     Steps,
     Waypoints,
 )
@@ -64,36 +62,6 @@ def value_at(schedule: Schedule, t: float, before: float = 0.0) -> float:
         rest = first + u * u * (3 - 2 * u) * (last - first)
         return rest + step * u * (1 - u) * (a * (1 - u) - b * u)
     return schedule.value if isinstance(schedule, Constant) else schedule
-
-
-def displacement(motion: Waypoints | Oscillate | Spin, t: float) -> Vec:
-    """How far [m] a driven body is from its start pose at time t [s], in the world; nothing for one that only turns."""
-    if isinstance(motion, Spin):
-        return (0.0, 0.0, 0.0)
-    if isinstance(motion, Oscillate):
-        x, y, z = vector_unit(motion.axis)
-        way = motion.amplitude * sin(2 * pi * motion.frequency * t)
-        return (way * x, way * y, way * z)
-    last = len(motion.times) - 1
-    k = min(max(bisect_right(motion.times, t) - 1, 0), last - 1)
-    (start, end), (a, b) = motion.times[k : k + 2], motion.positions[k : k + 2]
-    u = min(max((t - start) / (end - start), 0.0), 1.0)
-    u = u * u * (3 - 2 * u) if motion.ease == "smooth" else u
-    x, y, z = (p + u * (q - p) for p, q in zip(a, b, strict=True))
-    return (x, y, z)
-
-
-def path_of(motion: Waypoints | Oscillate, duration: float) -> list[tuple[float, Vec]]:
-    """Return the corners of a driven body's way within a run [s]: time [s] and offset [m] from the start pose.
-
-    Of an oscillation they are the ends of its first swing.
-    """
-    if isinstance(motion, Oscillate):
-        turns = [0.25 / motion.frequency, 0.75 / motion.frequency]
-    else:
-        turns = list(motion.times)
-    times = [0.0, *(t for t in turns if 0.0 < t < duration), duration]
-    return [(t, displacement(motion, t)) for t in times]
 
 
 def extremes(schedule: Schedule) -> tuple[float, float]:

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.compiler.schedules import displacement, value_at
+from text2sim.compiler.prescribed import displacement
+from text2sim.compiler.schedules import value_at
 from text2sim.compiler.shapes.rotation import vector_unit
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.selection import Target, base_name

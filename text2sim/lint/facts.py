@@ -12,13 +12,14 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Plan
 from text2sim.compiler.settings import Settings
 from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.boxes import Bounds, union
 from text2sim.compiler.shapes.casemesh import load_mesh
-from text2sim.compiler.shapes.extents import Bounds, extents
+from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_rotate
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.compiler.trees.tree import Tree, tree_links
-from text2sim.lint.parts import Ground, Part, near, union
+from text2sim.lint.parts import Ground, Part, near
 from text2sim.lint.rule import SEVERITIES
 from text2sim.spec_schema.errors import Problem, Severity
 from text2sim.spec_schema.loaded import LoadedCase

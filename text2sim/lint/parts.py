@@ -1,13 +1,13 @@
 """The convex pieces by which bodies touch, where they stand at the start, with their bounds."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.extents import Bounds
+from text2sim.compiler.shapes.boxes import Bounds, apart
 from text2sim.compiler.shapes.meshfile import MeshFile
 from text2sim.compiler.shapes.piece import Piece, piece_thickness
 from text2sim.compiler.shapes.rotation import (
@@ -105,36 +105,6 @@ class Ground(NamedTuple):
 def lowest_of(box: Bounds, up: Vec) -> float:
     """Return the lowest height [m] of a box along a unit vector."""
     return sum(u * (low if u > 0 else high) for u, low, high in zip(up, *box, strict=True))
-
-
-def union(boxes: Iterable[Bounds]) -> Bounds | None:
-    """Return the corners of the smallest box around boxes."""
-    boxes = list(boxes)
-    if not boxes:
-        return None
-    low = tuple(min(low[k] for low, _ in boxes) for k in range(3))
-    high = tuple(max(high[k] for _, high in boxes) for k in range(3))
-    return low, high  # type: ignore[return-value]
-
-
-def apart(a: Bounds, b: Bounds, slack: float = 0.0) -> bool:
-    """Whether two boxes do not overlap, or by no more than `slack` [m] along some axis.
-
-    Args:
-        a: A box: its lowest and highest corner [m].
-        b: Another box.
-        slack: Overlap that does not count [m].
-    """
-    (a0, a1, a2), (a3, a4, a5) = a
-    (b0, b1, b2), (b3, b4, b5) = b
-    return (
-        a3 - b0 <= slack
-        or b3 - a0 <= slack
-        or a4 - b1 <= slack
-        or b4 - a1 <= slack
-        or a5 - b2 <= slack
-        or b5 - a2 <= slack
-    )
 
 
 def near(boxes: list[Bounds], slack: float = 0.0) -> Iterator[tuple[int, int]]:

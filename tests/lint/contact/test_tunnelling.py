@@ -7,8 +7,8 @@ import pytest
 from lint_support import data_of, findings
 
 from text2sim.compiler.build import resolve_case
-from text2sim.lint.contact.flight import flight_of
 from text2sim.lint.facts import Facts
+from text2sim.lint.motion.flight import flight_of
 from text2sim.spec_schema.load import load_text
 
 PLATE = "scene: {gravity: [0, 0, 0], dt: 0.01, substeps: %d, statics: {plate: {shape: {kind: box, size: [1, %s, 1]}, pose: {pos: [0, 2, 0.5], euler_deg: %s}}}}"

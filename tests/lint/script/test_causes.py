@@ -8,7 +8,7 @@ from lint_support import data_of, findings
 
 from text2sim.compiler.build import resolve_case
 from text2sim.lint.facts import Facts
-from text2sim.lint.script.initial_rest import all_still
+from text2sim.lint.motion.initial_rest import all_still
 from text2sim.spec_schema.load import load_text
 
 BALL = """

@@ -4,10 +4,10 @@ import random
 
 import pytest
 
-from text2sim.compiler.shapes.extents import Bounds
+from text2sim.compiler.shapes.boxes import Bounds, apart, union
 from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces
 from text2sim.compiler.shapes.rotation import quat_from_euler_deg
-from text2sim.lint.parts import Part, apart, near, union
+from text2sim.lint.parts import Part, near
 from text2sim.lint.start.escape import AXES, Effort, inside, overlap_of, plain
 
 

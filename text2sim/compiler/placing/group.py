@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable
 
-from text2sim.compiler.shapes.extents import Bounds
+from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
     Quaternion,

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from text2sim.compiler.shapes.extents import Bounds
+from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
     Quaternion,

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.hulls import MANY_VERTICES
 from text2sim.compiler.shapes.piece import outer_polygon_radius
@@ -14,9 +15,6 @@ from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, 
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Compound, Cone, Cup, Ellipsoid, Funnel, Mesh, Sketch, Text, Tube
-
-Bounds = tuple[Vec, Vec]
-"""Lowest and highest corner [m] of an upright box."""
 
 TreeExtents = Callable[[Any, Quaternion, Path], Bounds]
 """Bounds of a body that is a tree of links, about its origin, turned by a quaternion."""

@@ -4,7 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from text2sim.compiler.shapes.extents import Bounds, TreeExtents, body_extents, extents
+from text2sim.compiler.shapes.boxes import Bounds
+from text2sim.compiler.shapes.extents import TreeExtents, body_extents, extents
 from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.extents import Bounds
+from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.materials import DAMPING
 from text2sim.compiler.soft.scales import Scales

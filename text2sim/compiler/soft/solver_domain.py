@@ -8,10 +8,11 @@ from math import dist, prod, sqrt
 from pathlib import Path
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.extents import Bounds, extents
+from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, apart, around, grown, moved, swept
+from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate
 from text2sim.compiler.soft.solvers import is_soft
-from text2sim.compiler.soft.travel import FARTHEST, NOWHERE, Travel
+from text2sim.compiler.soft.travel import FARTHEST, Travel
 from text2sim.compiler.trees.link_trees import tree_extents
 from text2sim.spec_schema.models.scene import Scene
 
@@ -48,7 +49,7 @@ def extents_of(copy: Copy, folder: Path) -> Bounds:
         low, high = tree_extents(copy.model, copy.quat, folder)
     else:
         low, high = extents(copy.shape, copy.quat, folder)
-    return _moved(low, copy.pos), _moved(high, copy.pos)
+    return moved((low, high), copy.pos)
 
 
 def floor_height(copy: Copy) -> float | None:
@@ -69,7 +70,7 @@ def surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) ->
     Raises:
         AssetError: if a file of a shape cannot be used.
     """
-    solids, floors, moved = [], [], []
+    solids, floors, carried = [], [], []
     for copies in placed.values():
         for copy in copies:
             if is_soft(copy.model):
@@ -81,16 +82,16 @@ def surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) ->
             box = extents_of(copy, folder)
             if copy.name in travel.spins:
                 radius = max(dist(copy.pos, (x, y, z)) for x, y, z in product(*zip(*box, strict=True)))
-                box = _grown((copy.pos, copy.pos), radius)
+                box = grown((copy.pos, copy.pos), radius)
             ways = travel.motors.get(copy.name, NOWHERE)
-            solids.append(_swept(box, ways))
+            solids.append(swept(box, ways))
             if ways != NOWHERE:
-                moved.append((box, ways))
-    return Surroundings(tuple(solids), tuple(floors), tuple(moved))
+                carried.append((box, ways))
+    return Surroundings(tuple(solids), tuple(floors), tuple(carried))
 
 
 def room(
-    copies: list[Copy], around: Surroundings, scene: Scene, travel: Travel, folder: Path, margin: float, volume: float
+    copies: list[Copy], there: Surroundings, scene: Scene, travel: Travel, folder: Path, margin: float, volume: float
 ) -> Bounds:
     """Return a box [m] that deformable bodies stay in.
 
@@ -98,7 +99,7 @@ def room(
 
     Args:
         copies: The bodies.
-        around: What else there is.
+        there: What else there is.
         scene: Gravity and duration.
         travel: How far things are taken.
         folder: The case's folder.
@@ -108,23 +109,23 @@ def room(
     Raises:
         AssetError: if a file of a shape cannot be used.
     """
-    own = [_swept(extents_of(copy, folder), travel.holds.get(copy.name, NOWHERE)) for copy in copies]
+    own = [swept(extents_of(copy, folder), travel.holds.get(copy.name, NOWHERE)) for copy in copies]
     boxes = [extents_of(copy, folder) for copy in copies]
-    reach = max(_spread(c.model.kind, box, _fall(*box, around, scene)[2]) for c, box in zip(copies, boxes, strict=True))
+    reach = max(_spread(c.model.kind, box, _fall(*box, there, scene)[2]) for c, box in zip(copies, boxes, strict=True))
     length = max(max(b - a for a, b in zip(*box, strict=True)) for box in boxes)
     for part in (1.0, 0.5, 0.25):
-        box = _room(copies, own, around, scene, travel, margin, length, part * reach)
+        box = _room(copies, own, there, scene, travel, margin, length, part * reach)
         if prod(b - a for a, b in zip(*box, strict=True)) <= volume:
             break
     return box
 
 
-def way_of(copy: Copy, around: Surroundings, scene: Scene, travel: Travel, folder: Path) -> Bounds:
+def way_of(copy: Copy, there: Surroundings, scene: Scene, travel: Travel, folder: Path) -> Bounds:
     """Return the box [m] of where a body gets by what holds it, throws it, pushes it and carries it, and by its fall.
 
     Args:
         copy: The body.
-        around: What stands around it.
+        there: What stands around it.
         scene: Gravity and duration.
         travel: How far things are taken.
         folder: The case's folder.
@@ -132,39 +133,37 @@ def way_of(copy: Copy, around: Surroundings, scene: Scene, travel: Travel, folde
     Raises:
         AssetError: if a file of a shape cannot be used.
     """
-    box = _swept(extents_of(copy, folder), travel.holds.get(copy.name, NOWHERE))
-    x, y, z = _fall(*box, around, scene, math.inf)
+    box = swept(extents_of(copy, folder), travel.holds.get(copy.name, NOWHERE))
+    x, y, z = _fall(*box, there, scene, math.inf)
     middle = (box[0][0] + box[1][0]) / 2, (box[0][1] + box[1][1]) / 2
-    below = [
-        b[2] for a, b in around.solids if all(a[k] < middle[k] < b[k] for k in (0, 1)) and b[2] <= box[0][2] + NEAR
-    ]
+    below = [b[2] for a, b in there.solids if all(a[k] < middle[k] < b[k] for k in (0, 1)) and b[2] <= box[0][2] + NEAR]
     z = max(z, min(max(below, default=-FARTHEST) - box[0][2], 0.0)) if z < 0.0 else z
-    return _flown(copy, box, (x, y, z), around, scene, travel, math.inf)
+    return _flown(copy, box, (x, y, z), there, scene, travel, math.inf)
 
 
 def _flown(
-    copy: Copy, box: Bounds, fall: Vec, around: Surroundings, scene: Scene, travel: Travel, farthest: float = FARTHEST
+    copy: Copy, box: Bounds, fall: Vec, there: Surroundings, scene: Scene, travel: Travel, farthest: float = FARTHEST
 ) -> Bounds:
-    floors = [floor for floor in around.floors if floor <= box[0][2] + NEAR]
-    box = _swept(box, _box(travel.flights.get(copy.name)))
-    box = _swept(box, _box(_thrown(travel.starts.get(copy.name), fall, scene, farthest)))
-    fallen = _swept(box, _box(fall))
-    for start, ways in around.moved:
-        if _meet(_grown(_swept(start, ways), NEAR), fallen):
-            fallen = _union([fallen, _taken(copy.model.kind, fallen, start, ways)])
+    floors = [floor for floor in there.floors if floor <= box[0][2] + NEAR]
+    box = swept(box, _box(travel.flights.get(copy.name)))
+    box = swept(box, _box(_thrown(travel.starts.get(copy.name), fall, scene, farthest)))
+    fallen = swept(box, _box(fall))
+    for start, ways in there.moved:
+        if not apart(grown(swept(start, ways), NEAR), fallen):
+            fallen = around([*fallen, *_taken(copy.model.kind, fallen, start, ways)])
     (x, y, z), high = fallen
     return (x, y, max([z, *floors])), high
 
 
 def _taken(kind: str, box: Bounds, start: Bounds, ways: Bounds) -> Bounds:
     """Where a solid takes what lies on it, or in its way, on its ways from where it starts."""
-    there = _swept(box, ways)
+    taken = swept(box, ways)
     if start[1][2] <= box[0][2] + NEAR:
-        return there  # it carries it
+        return taken  # it carries it
     # What it pushes is in front of it: a whole body, or no more than it can heap up.
     size = 0.0 if kind in ("granular", "liquid", "snow") else max(b - a for a, b in zip(*box, strict=True))
-    front = _grown(_swept(start, ways), size)
-    return _pick(max, there[0], front[0]), _pick(min, there[1], front[1])
+    front = grown(swept(start, ways), size)
+    return _pick(max, taken[0], front[0]), _pick(min, taken[1], front[1])
 
 
 def _thrown(velocity: Vec | None, fall: Vec, scene: Scene, farthest: float) -> Vec | None:
@@ -202,25 +201,23 @@ def _spread(kind: str, box: Bounds, fall: float) -> float:
     return max(x, y, tall) / 2 + 0.5 * (tall + abs(fall))
 
 
-def _meet(a: Bounds, b: Bounds) -> bool:
-    return all(a[0][k] < b[1][k] and b[0][k] < a[1][k] for k in range(3))
-
-
 def _room(
     copies: list[Copy],
     own: list[Bounds],
-    around: Surroundings,
+    there: Surroundings,
     scene: Scene,
     travel: Travel,
     margin: float,
     length: float,
     reach: float,
 ) -> Bounds:
-    fall = _fall(*_union(own), around, scene)
-    low, high = _union([_flown(c, box, fall, around, scene, travel) for c, box in zip(copies, own, strict=True)])
+    whole = around(corner for box in own for corner in box)
+    fall = _fall(*whole, there, scene)
+    flown = [_flown(c, box, fall, there, scene, travel) for c, box in zip(copies, own, strict=True)]
+    low, high = around(corner for box in flown for corner in box)
     box = (low[0] - reach, low[1] - reach, low[2]), (high[0] + reach, high[1] + reach, high[2])
-    box = _union([box, *_near(box, around, reach)])
-    floors = [floor for floor in around.floors if floor <= _union(own)[0][2] + margin]
+    box = around([*box, *(corner for near in _near(box, there, reach) for corner in near)])
+    floors = [floor for floor in there.floors if floor <= whole[0][2] + margin]
     low, high = box
     # A cloth hangs below what holds it, wherever else something stands that is lower.
     hanging = [
@@ -233,7 +230,7 @@ def _room(
     return (low[0] - margin, low[1] - margin, bottom - margin), (high[0] + margin, high[1] + margin, top + margin)
 
 
-def _fall(low: Vec, high: Vec, around: Surroundings, scene: Scene, farthest: float = FARTHEST) -> Vec:
+def _fall(low: Vec, high: Vec, there: Surroundings, scene: Scene, farthest: float = FARTHEST) -> Vec:
     """Way [m] that gravity takes bodies: to the floor, or to what stands lowest, or as far as they are followed."""
     size = sum(g * g for g in scene.gravity) ** 0.5
     if size == 0.0:
@@ -241,49 +238,28 @@ def _fall(low: Vec, high: Vec, around: Surroundings, scene: Scene, farthest: flo
     free = min(0.5 * size * scene.duration**2, farthest)
     x, y, z = (free * g / size for g in scene.gravity)
     if z < 0.0:
-        floors = [floor for floor in around.floors if floor < high[2]]
-        below = [a[2] for a, _ in around.solids if a[2] < low[2]]
+        floors = [floor for floor in there.floors if floor < high[2]]
+        below = [a[2] for a, _ in there.solids if a[2] < low[2]]
         if floors or below:
             # Of a floor, all of the way: it is no farther than it looks, and time may be enough.
             z = min((max(floors) if floors else min(below)) - low[2], 0.0)
     return (x, y, z)
 
 
-def _near(box: Bounds, around: Surroundings, reach: float) -> list[Bounds]:
+def _near(box: Bounds, there: Surroundings, reach: float) -> list[Bounds]:
     """What stands in a box, as far as it lies within `reach` of it."""
-    far = _grown(box, reach)
+    far = grown(box, reach)
     return [
         (_pick(max, a, far[0]), _pick(min, b, far[1]))
-        for a, b in around.solids
+        for a, b in there.solids
         if all(a[k] < box[1][k] and b[k] > box[0][k] for k in range(3))
     ]
 
 
 def _box(way: Vec | None) -> Bounds:
     """The box around a way and its beginning."""
-    way = way or (0.0, 0.0, 0.0)
-    return _pick(min, way, (0.0, 0.0, 0.0)), _pick(max, way, (0.0, 0.0, 0.0))
-
-
-def _swept(box: Bounds, ways: Bounds) -> Bounds:
-    """A box, and where it comes to on ways that lie in another box around zero."""
-    return _moved(box[0], ways[0]), _moved(box[1], ways[1])
-
-
-def _grown(box: Bounds, by: float) -> Bounds:
-    return _moved(box[0], (-by, -by, -by)), _moved(box[1], (by, by, by))
-
-
-def _union(boxes: list[Bounds]) -> Bounds:
-    low, high = boxes[0]
-    for a, b in boxes[1:]:
-        low, high = _pick(min, low, a), _pick(max, high, b)
-    return low, high
+    return around([(0.0, 0.0, 0.0), way or (0.0, 0.0, 0.0)])
 
 
 def _pick(choose: Callable[[float, float], float], a: Vec, b: Vec) -> Vec:
     return (choose(a[0], b[0]), choose(a[1], b[1]), choose(a[2], b[2]))
-
-
-def _moved(point: Vec, by: Vec) -> Vec:
-    return (point[0] + by[0], point[1] + by[1], point[2] + by[2])

@@ -5,20 +5,20 @@ anything that the scene could do. What could do something is counted here, gener
 """
 
 from collections.abc import Iterable
-from itertools import pairwise
-from math import hypot, pi, sqrt
+from math import hypot, sqrt
 from pathlib import Path
 from typing import Any
 
 from text2sim.compiler.controls import Rows
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.prescribed import top_speed
 from text2sim.compiler.schedules import largest
 from text2sim.compiler.soft.setup import MAX_SPEED
 from text2sim.compiler.soft.solver_domain import extents_of, floor_height
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
-from text2sim.spec_schema.models.motion import Oscillate, Spin, Waypoints
+from text2sim.spec_schema.models.motion import Spin
 from text2sim.spec_schema.models.scene import Scene
 
 TIMES, ALWAYS = 5.0, 10.0
@@ -90,17 +90,11 @@ def _driven(copy: Copy, duration: float, folder: Path) -> float:
     if not isinstance(copy.model, Driven):
         return 0.0
     motion = copy.model.motion
-    if isinstance(motion, Oscillate):
-        return 2 * pi * motion.frequency * motion.amplitude
-    if isinstance(motion, Waypoints):
-        # `smooth` is half as fast again in the middle.
-        rows = pairwise(zip(motion.times, motion.positions, strict=True))
-        return max(1.5 * hypot(*(q - p for p, q in zip(a, b, strict=True))) / (t - s) for (s, a), (t, b) in rows)
     if isinstance(motion, Spin):
         low, high = extents_of(copy, folder)
         radius = max(hypot(*(x - c for x, c in zip(corner, copy.pos, strict=True))) for corner in (low, high))
         return largest(motion.speed, duration) * radius
-    return 0.0
+    return top_speed(motion)
 
 
 def _push(push: Any, masses: dict[str, float], duration: float) -> float:

@@ -7,20 +7,20 @@ from math import dist
 
 from text2sim.compiler.controls import Rows
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.prescribed import displacements
 from text2sim.compiler.schedules import largest, value_at
-from text2sim.compiler.shapes.extents import Bounds
+from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, around
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_unit
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid, SliderMount
 from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.fields import Attraction, Vortex, Wind
-from text2sim.spec_schema.models.motion import Oscillate, Schedule, Spin, Waypoints
+from text2sim.spec_schema.models.motion import Schedule, Spin
 
 LOOKS = 200
 """Moments at which a schedule is looked at."""
 FARTHEST = 2.0
 """How far [m] a body is followed that nothing stops."""
-NOWHERE: Bounds = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def travel(
     motors: dict[str, Bounds] = {}
     for copy in copies.values():
         if isinstance(copy.model, Driven):
-            motors[copy.name] = _driven(copy)
+            motors[copy.name] = displacements(copy.model.motion)
     for (name, joint), targets in rows.targets.items():
         axis = _slider(copies[name], joint)
         if axis is None:
@@ -69,12 +69,12 @@ def travel(
         asked = [*targets, *rows.later_targets.get((name, joint), [])]  # an event may come at the very start
         low, high = _reach([(mode, schedule) for _, mode, schedule, *_ in asked], duration)
         ends = [(axis[0] * s, axis[1] * s, axis[2] * s) for s in (low, high)]
-        motors[name] = _around([*motors.get(name, NOWHERE), *ends])
+        motors[name] = around([*motors.get(name, NOWHERE), *ends])
     holds: dict[str, Bounds] = {}
     for hold in rows.holds:
         corners = [corner for name in hold.to for corner in motors.get(name, NOWHERE)]
         if corners:
-            holds[hold.entity] = _around([*holds.get(hold.entity, NOWHERE), *corners])
+            holds[hold.entity] = around([*holds.get(hold.entity, NOWHERE), *corners])
     flights: dict[str, Vec] = {}
     starts = {row.entity: row.linear for row in rows.velocities if row.entity in masses}
     for push in rows.pushes:
@@ -91,7 +91,7 @@ def travel(
     for control in controls:
         for name in masses:
             _blow(flights, control, copies[name], duration)
-    spins = {name for name, copy in copies.items() if isinstance(copy.model, Driven) and _spins(copy)}
+    spins = {name for name, copy in copies.items() if isinstance(getattr(copy.model, "motion", None), Spin)}
     return Travel(motors, frozenset(spins), holds, flights, starts)
 
 
@@ -120,20 +120,6 @@ def _blow(flights: dict[str, Vec], field: Control, copy: Copy, duration: float) 
     _fly(flights, copy.name, (y * sign, -x * sign, 0.0), min(abs(field.swirl) * square, FARTHEST) / size if size else 0)
 
 
-def _spins(copy: Copy) -> bool:
-    return isinstance(copy.model.motion, Spin)
-
-
-def _driven(copy: Copy) -> Bounds:
-    motion = copy.model.motion
-    if isinstance(motion, Oscillate):
-        x, y, z = (abs(c) * motion.amplitude for c in vector_unit(motion.axis))
-        return (-x, -y, -z), (x, y, z)
-    if isinstance(motion, Waypoints):
-        return _around([(0.0, 0.0, 0.0), *motion.positions])
-    return NOWHERE
-
-
 def _slider(copy: Copy, joint: str) -> Vec | None:
     """Direction, in the world, of the slider that a drive moves; None for a joint of another kind."""
     model = copy.model
@@ -156,8 +142,3 @@ def _reach(targets: list[tuple[str, Schedule]], duration: float) -> tuple[float,
                 position += value_at(schedule, (a + b) / 2) * (b - a)
                 values.append(position)
     return max(min(values), -FARTHEST), min(max(values), FARTHEST)
-
-
-def _around(points: Iterable[Vec]) -> Bounds:
-    x, y, z = zip(*points, strict=True)
-    return (min(x), min(y), min(z)), (max(x), max(y), max(z))

@@ -8,7 +8,7 @@ from text2sim.compiler.lower import Lowering
 from text2sim.compiler.placing.patterns import SINGLE
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.selection import SELECTOR
-from text2sim.compiler.shapes.extents import Bounds
+from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
 from text2sim.compiler.trees.filebody import mechanism_parts

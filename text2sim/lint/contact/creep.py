@@ -5,13 +5,13 @@ from collections.abc import Iterator
 from itertools import combinations, islice
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_cross
 from text2sim.compiler.slopes import tilted
 from text2sim.compiler.soft.solvers import is_soft
-from text2sim.lint.contact.flight import RESTING
 from text2sim.lint.contact.sliding import friction_between
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import apart
+from text2sim.lint.motion.flight import RESTING
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem

@@ -4,43 +4,31 @@ Nothing stops a driven body, and it collides with nothing that never moves (`cle
 looked at in steps of half the thickness of its pieces, turns in steps of some degrees.
 """
 
-import math
 from collections.abc import Iterator
-from itertools import pairwise
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.schedules import path_of, value_at
+from text2sim.compiler.prescribed import Moment, moments
+from text2sim.compiler.shapes.boxes import apart, union
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
-    Quaternion,
-    Vec,
-    quat_from_axis_angle,
     quat_multiply,
     quat_rotate,
-    vector_unit,
 )
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Part, apart, union
+from text2sim.lint.parts import Part
 from text2sim.lint.rule import Rule
 from text2sim.lint.start.escape import Effort, inside, overlap_of
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.models.base import AXES
 from text2sim.spec_schema.models.bodies import Driven
-from text2sim.spec_schema.models.motion import Spin
 
 LOOKED_AT = 8
 """Copies of a driven body that are looked at."""
-STEPS = 60
-"""Poses of a way or a turn that are looked at, at most."""
 SLACK = 0.002
 """Depth [m] that is a close fit, no blunder; and as a part of the thickness of a piece:"""
 CLOSE = 0.05
 EFFORT = 4000
 """Steps that depths may take in a case."""
-
-Moment = tuple[float, Vec, Quaternion]
-"""A time [s], and how the body has moved [m] and turned about its origin by then."""
 
 
 def _driven_through(facts: Facts) -> Iterator[Problem]:
@@ -64,17 +52,20 @@ def _driven_through(facts: Facts) -> Iterator[Problem]:
 def _struck(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[Copy, float, float]]:
     """What a driven copy is sent into, when it is there deepest [s], and how deep [m]."""
     parts = facts.parts(copy)
-    moments = list(_moments(facts, copy, parts))
-    if not parts or not moments:
+    if not parts:
+        return
+    stride = min(part.thickness for part in parts) / 2
+    path = list(moments(copy.model.motion, facts.case.scene.duration, stride))
+    if not path:
         return
     allowed = max(SLACK, CLOSE * min(part.thickness for part in parts))
     for ground in facts.planes:
-        depths = [(max(ground.depth(part) for part in _moved(copy, parts, moment)), -moment[0]) for moment in moments]
+        depths = [(max(ground.depth(part) for part in _moved(copy, parts, moment)), -moment[0]) for moment in path]
         depth, t = max(depths)
         under = max(ground.depth(part) for part in parts)
         if depth > allowed and under <= allowed and ground.beside(copy.pos) < 0.0:
             yield ground.copy, -t, depth
-    way = union(part.box for moment in moments[:: max(1, len(moments) // 12)] for part in _moved(copy, parts, moment))
+    way = union(part.box for moment in path[:: max(1, len(path) // 12)] for part in _moved(copy, parts, moment))
     for other in _fixtures(facts, copy):
         box = facts.box(other)
         if box is None or way is None or apart(way, box):
@@ -82,8 +73,8 @@ def _struck(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[Copy, fl
         theirs = facts.parts(other)
         if any(inside(a, b) for a in parts for b in theirs):
             continue
-        found = (_depth(copy, parts, moment, theirs, effort) for moment in moments)
-        depth, t = max(((depth, -moment[0]) for depth, moment in zip(found, moments, strict=True)), default=(0.0, 0.0))
+        found = (_depth(copy, parts, moment, theirs, effort) for moment in path)
+        depth, t = max(((depth, -moment[0]) for depth, moment in zip(found, path, strict=True)), default=(0.0, 0.0))
         if depth > allowed:
             yield other, -t, depth
 
@@ -116,37 +107,6 @@ def _moved(copy: Copy, parts: list[Part], moment: Moment) -> list[Part]:
             (a, b, c), quat = (p + d, q + e, r + f), quat_multiply(turn, quat)
         found.append(Part(part.piece, (a + x, b + y, c + z), quat, part.moves, part.link, part.mesh))
     return found
-
-
-def _moments(facts: Facts, copy: Copy, parts: list[Part]) -> Iterator[Moment]:
-    """Moments of a motion within the run, near enough to each other that no piece is missed."""
-    motion, duration = copy.model.motion, facts.case.scene.duration
-    stride = min((part.thickness for part in parts), default=1.0) / 2
-    if isinstance(motion, Spin):
-        axis = vector_unit(AXES[motion.axis] if isinstance(motion.axis, str) else motion.axis)
-        low = high = angle = 0.0
-        ends = [(0.0, 0.0), (0.0, 0.0)]
-        for k in range(200):
-            t = duration * (k + 1) / 200
-            angle += value_at(motion.speed, t - duration / 400) * duration / 200
-            if angle < low or angle > high:
-                low, high = min(low, angle), max(high, angle)
-                ends[angle > 0] = (angle, t)
-        for last, t in ends:
-            last = max(-2 * math.pi, min(last, 2 * math.pi))
-            for k in range(1, STEPS + 1) if last else ():
-                turned = last * k / STEPS
-                yield t * k / STEPS, (0.0, 0.0, 0.0), quat_from_axis_angle(axis, turned)
-        return
-    corners = path_of(motion, duration)
-    total = sum(math.dist(a, b) for (_, a), (_, b) in pairwise(corners)) or 1.0
-    for (start, a), (end, b) in pairwise(corners):
-        far = math.dist(a, b)
-        count = max(1, math.ceil(min(far / stride, STEPS * far / total)))
-        for k in range(1, count + 1):
-            u = k / count
-            x, y, z = (p + u * (q - p) for p, q in zip(a, b, strict=True))
-            yield start + u * (end - start), (x, y, z), IDENTITY
 
 
 _STAMP = """\

@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Velocity
+from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.rotation import Vec, vector_cross
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.compiler.soft.solvers import is_soft
-from text2sim.lint.contact.flight import RESTING
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import apart
+from text2sim.lint.motion.flight import RESTING
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem

@@ -2,16 +2,17 @@
 
 import math
 from collections.abc import Iterator
-from itertools import pairwise
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.prescribed import strokes
 from text2sim.compiler.schedules import extremes
+from text2sim.compiler.shapes.boxes import Bounds, apart, grown, swept
 from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_times, vector_unit
 from text2sim.lint.contact.passing import Pass, grip, hardest
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Part, apart
+from text2sim.lint.parts import Part
 from text2sim.spec_schema.models.bodies import Driven
-from text2sim.spec_schema.models.motion import Oscillate, Spin, Waypoints
+from text2sim.spec_schema.models.motion import Spin
 
 LOOKED_AT = 24
 """Copies of a driven body that are looked at."""
@@ -32,13 +33,13 @@ def sweeping(facts: Facts) -> Iterator[Pass]:
 def _sweeping(facts: Facts, copy: Copy, free: list[Copy]) -> Iterator[Pass]:
     """What a driven body sweeps over too fast to hold it."""
     for part in facts.parts(copy):
-        for velocity, swept in _motions(copy, part):
+        for velocity, around in _motions(copy, part):
             quick = math.hypot(*velocity)
             if quick * grip(facts) <= part.thickness / 2:
                 continue
             for other in free:
                 box = facts.box(other)
-                if box is None or apart(swept, box):
+                if box is None or apart(around, box):
                     continue
                 for piece in facts.parts(other):
                     speed, room, thickness = hardest([part], piece, velocity)
@@ -47,23 +48,10 @@ def _sweeping(facts: Facts, copy: Copy, free: list[Copy]) -> Iterator[Pass]:
                         break
 
 
-def _motions(copy: Copy, part: Part) -> Iterator[tuple[Vec, tuple[Vec, Vec]]]:
+def _motions(copy: Copy, part: Part) -> Iterator[tuple[Vec, Bounds]]:
     """Highest velocities [m/s] of a piece of a driven body, each with the box that is swept meanwhile."""
     motion = copy.model.motion
-    low, high = part.box
-    if isinstance(motion, Oscillate):
-        axis = vector_unit(motion.axis)
-        speed = 2 * math.pi * motion.frequency * motion.amplitude
-        ends = [tuple(s * motion.amplitude * c for c in axis) for s in (-1, 1)]
-        yield vector_times(axis, speed), _swept(low, high, *ends)
-    elif isinstance(motion, Waypoints):
-        peak = 1.5 if motion.ease == "smooth" else 1.0
-        rows = list(zip(motion.times, motion.positions, strict=True))
-        for (t, a), (end, b) in pairwise(rows):
-            step = tuple((q - p) * peak / (end - t) for p, q in zip(a, b, strict=True))
-            if any(step):
-                yield step, _swept(low, high, a, b)  # type: ignore[misc]
-    elif isinstance(motion, Spin):
+    if isinstance(motion, Spin):
         axis, rate = vector_unit(motion.axis), max(map(abs, extremes(motion.speed)))
         x, y, z = copy.pos
         for way in WAYS:
@@ -72,12 +60,7 @@ def _motions(copy: Copy, part: Part) -> Iterator[tuple[Vec, tuple[Vec, Vec]]]:
             reach = math.hypot(*arm) + part.solid.rounding
             velocity = vector_times(vector_cross(axis, arm), rate)
             if any(velocity):
-                yield velocity, _swept(copy.pos, copy.pos, (-reach,) * 3, (reach,) * 3)
-
-
-def _swept(low: Vec, high: Vec, *offsets: tuple[float, ...]) -> tuple[Vec, Vec]:
-    """The box around a box that is moved by these offsets."""
-    return (
-        tuple(a + min(offset[k] for offset in offsets) for k, a in enumerate(low)),
-        tuple(b + max(offset[k] for offset in offsets) for k, b in enumerate(high)),
-    )  # type: ignore[return-value]
+                yield velocity, grown((copy.pos, copy.pos), reach)
+        return
+    for velocity, ways in strokes(motion):
+        yield velocity, swept(part.box, ways)

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.soft.solvers import is_soft
-from text2sim.lint.contact.flight import flight_of
 from text2sim.lint.contact.passing import Pass, grip, hardest, width
 from text2sim.lint.contact.sweeping import sweeping
 from text2sim.lint.facts import Facts
+from text2sim.lint.motion.flight import flight_of
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem

@@ -6,8 +6,9 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.cameras import blamed
-from text2sim.lint.film.shots import films, shots
-from text2sim.lint.film.subjects import drawn, end_of, middle_of, offset_of, subjects
+from text2sim.lint.film.shots import Offset, films, shots
+from text2sim.lint.film.subjects import drawn, middle_of, subjects
+from text2sim.lint.motion.whereabouts import whereabouts
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import vector
 from text2sim.spec_schema.errors import Problem
@@ -37,20 +38,17 @@ def _leaves(facts: Facts) -> Iterator[Problem]:
 def _lost(facts: Facts, copy: Copy) -> tuple[float, Vec] | None:
     """When [s] and where a copy leaves every camera's picture, if that is for a good part of its way."""
     render = facts.plan.render
-    start, end = render["start"], min(end_of(facts, copy), render["end"])
+    start, end = render["start"], min(whereabouts(facts).known_until(copy), render["end"])
     if end <= start or not facts.balls(copy):
         return None
     middle, radius = middle_of(facts.balls(copy)), min(radius for _, radius in facts.balls(copy))
     times = [start + (end - start) * k / (MOMENTS - 1) for k in range(MOMENTS)]
 
-    def offset(name: str, t: float) -> Vec:
-        return offset_of(facts, name, t)
-
     lost = []
     for t in times:
-        step = offset(copy.name, t)
+        step = whereabouts(facts).offset(copy, t)
         there = (middle[0] + step[0], middle[1] + step[1], middle[2] + step[2])
-        views = [view for view in shots(facts, t, offset) if films(facts, view.name, t)]
+        views = [view for view in shots(facts, t, _offset(facts)) if films(facts, view.name, t)]
         if views and not any(view.shows(there, radius) for view in views):
             lost.append((t, there))
     if not lost or len(lost) == MOMENTS:
@@ -62,10 +60,14 @@ def _lost(facts: Facts, copy: Copy) -> tuple[float, Vec] | None:
     return lost[0]
 
 
+def _offset(facts: Facts) -> Offset:
+    return lambda name, t: whereabouts(facts).offset(facts.copies[name], t)
+
+
 def _leaving(facts: Facts, copy: Copy, t: float, there: Vec) -> Problem:
     driven = isinstance(copy.model, Driven)
     word = "is driven" if driven else "flies" if any(facts.velocities.get(copy.name, ())) else "falls"
-    views = shots(facts, t, lambda name, t: offset_of(facts, name, t))
+    views = shots(facts, t, _offset(facts))
     needed = [angle for shot in views if (angle := shot.needed(there)) is not None]
     text = (
         f"`{copy.name}`, which the script is about, {word} out of every camera's picture after {t:.2g} s, at "

@@ -1,15 +1,11 @@
-"""Subjects of a case: the bodies that its script names, and where they are likely to go."""
+"""Subjects of a case: the bodies that its script names, and what is drawn of them."""
 
 import re
 from collections.abc import Iterator
 from typing import Any
 
-from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.schedules import displacement
 from text2sim.compiler.shapes.rotation import Vec
-from text2sim.lint.contact.flight import flight_of
 from text2sim.lint.facts import Facts
-from text2sim.spec_schema.models.bodies import Driven
 
 Balls = list[tuple[Vec, float]]
 """Middles and radii [m]."""
@@ -63,26 +59,3 @@ def middle_of(balls: Balls) -> Vec:
     """Return the mean of the middles of balls."""
     x, y, z = (sum(axis) / len(balls) for axis in zip(*(center for center, _ in balls), strict=True))
     return x, y, z
-
-
-def offset_of(facts: Facts, name: str, t: float) -> Vec:
-    """Return how far [m] a copy has probably come at a time [s], if that is simple to say; else nothing.
-
-    Args:
-        facts: The case.
-        name: Name of the copy.
-        t: Time of the simulation [s].
-    """
-    copy = facts.copies[name]
-    if isinstance(copy.model, Driven):
-        return displacement(copy.model.motion, t)
-    flight = flight_of(facts, copy)
-    return flight.offset(min(t, flight.end)) if flight is not None else (0.0, 0.0, 0.0)
-
-
-def end_of(facts: Facts, copy: Copy) -> float:
-    """Return the time [s] up to which it is known where a copy is."""
-    if isinstance(copy.model, Driven):
-        return facts.case.scene.duration
-    flight = flight_of(facts, copy)
-    return flight.end if flight is not None and flight.moves else 0.0

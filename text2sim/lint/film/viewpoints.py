@@ -3,12 +3,13 @@
 import math
 from collections.abc import Iterator
 
+from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.cameras import EARLY
 from text2sim.lint.film.shots import shot, some, taken
-from text2sim.lint.parts import Part, apart
+from text2sim.lint.parts import Part
 from text2sim.lint.rule import Rule
 from text2sim.lint.start.escape import inside
 from text2sim.lint.words import length

@@ -14,12 +14,12 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Weld
 from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
 from text2sim.compiler.trees.tree import StandingLink, tree_links
-from text2sim.lint.contact.flight import flight_of
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.inertials import Inertial, together
 from text2sim.lint.joints.motors import Powered
 from text2sim.lint.joints.swing import Swing, pull_of
+from text2sim.lint.motion.whereabouts import whereabouts
 
 MOVED = 1e-6
 """A change of a target [rad or m] that is none."""
@@ -112,10 +112,8 @@ def _inertial(motor: Powered, name: str, t: float) -> Inertial:
     """Mass of a load where its fall has brought it by a time [s]."""
     facts = motor.mechanics.facts
     copy = facts.copies[name]
-    inertial, flight = motor.mechanics.inertial(copy), flight_of(facts, copy)
-    if flight is None:
-        return inertial
-    x, y, z = (c + d for c, d in zip(inertial.center, flight.offset(min(t, flight.end)), strict=True))
+    inertial = motor.mechanics.inertial(copy)
+    x, y, z = (c + d for c, d in zip(inertial.center, whereabouts(facts).offset(copy, t), strict=True))
     return replace(inertial, center=(x, y, z))
 
 

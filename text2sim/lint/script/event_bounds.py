@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from text2sim.lint.facts import Facts
-from text2sim.lint.script.reach import never_meet, reach_of
+from text2sim.lint.motion.reach import never_meet, reach_of
 from text2sim.lint.script.starts import depth_inside
 from text2sim.lint.script.targets import Target, targets_of
 from text2sim.lint.script.values import values_of

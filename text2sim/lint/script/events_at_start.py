@@ -6,9 +6,9 @@ from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.lint.facts import Facts
+from text2sim.lint.motion.initial_rest import all_still
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.event_bounds import happening_of
-from text2sim.lint.script.initial_rest import all_still
 from text2sim.lint.script.starts import depth_inside
 from text2sim.lint.script.targets import targets_of
 from text2sim.lint.script.values import values_of

@@ -3,7 +3,7 @@
 from math import sqrt
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.extents import Bounds
+from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Ground, lowest_of
 

@@ -11,11 +11,11 @@ from collections.abc import Iterator
 from math import ceil, dist, inf
 
 from text2sim.compiler.plan import Wrench
+from text2sim.compiler.shapes.boxes import union
 from text2sim.compiler.shapes.rotation import frame_apply
 from text2sim.compiler.trees.tree import tree_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.motors import amount, at_least, one_each
-from text2sim.lint.parts import union
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, vector
 from text2sim.spec_schema.errors import Problem

@@ -11,8 +11,8 @@ from math import inf
 from typing import Any
 
 from text2sim.lint.facts import Facts
+from text2sim.lint.motion.causes import Causes, causes_of
 from text2sim.lint.rule import Rule
-from text2sim.lint.script.causes import Causes, causes_of
 from text2sim.lint.script.gaps import gap
 from text2sim.lint.script.outcomes import asked_of, bound_of
 from text2sim.lint.script.starts import depth_inside

@@ -7,15 +7,14 @@ from functools import cached_property
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.extents import Bounds
+from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.softmesh import solid_volume
+from text2sim.compiler.soft.lowering import mass
 from text2sim.compiler.soft.scales import PARTICLE, Scales, scales, sheet_size, thickness
 from text2sim.compiler.soft.solvers import contact_model, is_soft, solver_of
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Ground, apart
-
-HIGHEST = 1e4
-"""Nothing is thought to get farther [m] than this."""
+from text2sim.lint.motion.whereabouts import whereabouts
+from text2sim.lint.parts import Ground
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,11 +96,7 @@ class SoftFacts:
 
     def mass(self, body: SoftBody) -> float:
         """Mass [kg]."""
-        material = body.model.material
-        if body.model.kind == "cloth":
-            a, b = sheet_size(body.copy.shape, self.facts.folder)
-            return material.area_density * a * b
-        return material.density * self.volume(body)
+        return mass(body.copy, self.facts.folder)
 
     def points(self, body: SoftBody) -> int:
         """About how many particles or elements make a body; see `compiler.soft.scales` for the volume of each."""
@@ -131,72 +126,6 @@ class SoftFacts:
         """The planes that deformable bodies feel."""
         return [ground for ground in self.facts.planes if touches_soft(ground.copy.model)]
 
-    def reach(self, copy: Copy) -> Bounds:
-        """Return a box [m] that a copy hardly leaves: where it starts, where it falls, where it is driven to."""
-        if copy.name not in self._reaches:
-            self._reaches[copy.name] = self._reach(copy)
-        return self._reaches[copy.name]
-
-    @cached_property
-    def _reaches(self) -> dict[str, Bounds]:
-        return {}
-
-    def _reach(self, copy: Copy) -> Bounds:
-        facts, scene = self.facts, self.scene
-        box = facts.box(copy)
-        assert box is not None, copy.name
-        if not facts.moves(copy):
-            return box
-        size = max(high - low for low, high in zip(*box, strict=True))
-        side = size / 2
-        motion = getattr(copy.model, "motion", None)
-        if motion is not None:
-            return _grown(box, _travel(motion) + side)
-        if not (facts.free(copy) or is_soft(copy.model)):
-            return _grown(box, 2 * size)
-        pull = scene.gravity
-        t = scene.duration
-        v = facts.velocities.get(copy.name, (0.0, 0.0, 0.0))
-        pushed = self._pushed(copy)
-        floor = self._floor
-        low, high = [], []
-        for axis in range(3):
-            a, b = box[0][axis], box[1][axis]
-            fly = abs(v[axis]) * t
-            fall = min(abs(pull[axis]) * t * t / 2, HIGHEST)
-            a -= side + (fly if v[axis] < 0 else 0.0) + (fall if pull[axis] < 0 else 0.0) + pushed[0][axis]
-            b += side + (fly if v[axis] > 0 else 0.0) + (fall if pull[axis] > 0 else 0.0) + pushed[1][axis]
-            low.append(max(a, floor - size) if axis == 2 and pull[2] < 0 else a)
-            high.append(b)
-        return (low[0], low[1], low[2]), (high[0], high[1], high[2])
-
-    def _pushed(self, copy: Copy) -> tuple[list[float], list[float]]:
-        """How far [m] forces may carry a deformable copy down and up each axis."""
-        ways: tuple[list[float], list[float]] = ([0.0] * 3, [0.0] * 3)
-        body = next((body for body in self.bodies if body.copy is copy), None)
-        forces = [c for c in self.facts.case.actions.controls.values() if c.kind == "force"]
-        for control in forces:
-            if body is None or control.body.split("[")[0] != copy.body:
-                continue
-            for axis, force in enumerate(control.force):
-                far = 0.5 * abs(force) / self.mass(body) * self.scene.duration**2
-                if control.drag:
-                    far = min(far, abs(force) / control.drag * self.scene.duration)
-                ways[force > 0][axis] += min(far, HIGHEST)
-        return ways
-
-    @cached_property
-    def _floor(self) -> float:
-        """Height [m] below which nothing is."""
-        boxes = [box for copy in self.facts.copies.values() if (box := self.facts.box(copy)) is not None]
-        heights = [low[2] for low, _ in boxes]
-        heights += [ground.level / ground.up[2] for ground in self.facts.planes if ground.up[2] > 0.5]
-        return max(min(heights, default=0.0), -HIGHEST)
-
-    def meet(self, a: Copy, b: Copy) -> bool:
-        """Whether two copies could come to each other; judged generously."""
-        return not apart(self.reach(a), self.reach(b))
-
     def comes_down_on(self, upper: Copy, lower: Copy) -> bool:
         """Whether a copy starts over another one (or in it), with nothing said of what lies between."""
         a, b = self.facts.box(upper), self.facts.box(lower)
@@ -207,14 +136,14 @@ class SoftFacts:
 
     def meets_plane(self, body: SoftBody, ground: Ground) -> bool:
         """Whether a body could come to a plane."""
-        low, high = self.reach(body.copy)
+        low, high = whereabouts(self.facts).box(body.copy)
         return sum(u * (a if u > 0 else b) for u, a, b in zip(ground.up, low, high, strict=True)) <= ground.level
 
     def pairs(self, *solvers: str) -> Iterator[tuple[SoftBody, Copy]]:
         """Yield the pairs of bodies of some solvers with rigid copies that they could come to."""
         for body in self.of(*solvers):
             for copy in self.rigid:
-                if self.meet(body.copy, copy):
+                if whereabouts(self.facts).meet(body.copy, copy):
                     yield body, copy
 
 
@@ -226,17 +155,3 @@ def soft_facts(facts: Facts) -> SoftFacts:
 def touches_soft(model: Any) -> bool:
     """Whether deformable bodies feel a rigid one."""
     return getattr(getattr(model, "material", None), "touch_soft", True)
-
-
-def _travel(motion: Any) -> float:
-    """How far [m] a driven body gets."""
-    if motion.kind == "oscillate":
-        return abs(motion.amplitude)
-    if motion.kind == "waypoints":
-        return max((math.hypot(*position) for position in motion.positions), default=0.0)
-    return 0.0
-
-
-def _grown(box: Bounds, by: float) -> Bounds:
-    (a, b, c), (d, e, f) = box
-    return (a - by, b - by, c - by), (d + by, e + by, f + by)

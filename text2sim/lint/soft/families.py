@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.lint.facts import Facts
+from text2sim.lint.motion.whereabouts import whereabouts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
 from text2sim.spec_schema.errors import Problem
@@ -102,7 +103,7 @@ def _could_meet(soft: SoftFacts, body: SoftBody, other: Copy) -> bool:
     for ground in soft.planes:
         if ground.copy is other:
             return soft.meets_plane(body, ground)
-    return soft.meet(body.copy, other)
+    return whereabouts(soft.facts).meet(body.copy, other)
 
 
 def _finding(facts: Facts, soft: SoftFacts, body: SoftBody, other: Copy, family: str) -> Problem:

@@ -3,9 +3,10 @@
 import math
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.gjk import distance
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Ground, apart
+from text2sim.lint.parts import Ground
 
 TESTS = 4000
 """Pairs of pieces that are measured in a case, at most; what is left counts as far."""

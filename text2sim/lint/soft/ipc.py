@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.sagging import SHEET
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Part, apart
+from text2sim.lint.parts import Part
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftFacts, soft_facts, touches_soft
 from text2sim.lint.soft.gaps import Gaps

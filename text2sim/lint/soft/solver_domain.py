@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from text2sim.compiler.shapes.extents import Bounds
+from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.soft.solver_domain import surroundings, way_of
 from text2sim.compiler.soft.travel import travel
 from text2sim.lint.facts import Facts

@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.boxes import apart
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Part, apart
+from text2sim.lint.parts import Part
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
 from text2sim.lint.soft.families import TOUCHING

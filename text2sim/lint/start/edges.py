@@ -6,8 +6,8 @@ from math import acos, degrees
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec, quat_multiply, quat_rotate
-from text2sim.lint.contact.flight import RESTING
 from text2sim.lint.facts import Facts
+from text2sim.lint.motion.flight import RESTING
 from text2sim.lint.parts import Part
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.gaps import Gaps

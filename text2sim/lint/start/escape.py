@@ -7,6 +7,7 @@ when the piece is swept back until it touches (`compiler.sweep`).
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from text2sim.compiler.shapes.boxes import apart, union
 from text2sim.compiler.shapes.gjk import distance
 from text2sim.compiler.shapes.rotation import (
     Vec,
@@ -18,7 +19,7 @@ from text2sim.compiler.shapes.rotation import (
     vector_times,
 )
 from text2sim.compiler.shapes.sweep import sweep
-from text2sim.lint.parts import Part, apart, union
+from text2sim.lint.parts import Part
 from text2sim.lint.start import concave
 
 AXES: dict[Vec, str] = {

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec, vector_dot
 from text2sim.compiler.soft.solvers import is_soft
-from text2sim.lint.contact.flight import flight_of
 from text2sim.lint.facts import Facts
+from text2sim.lint.motion.flight import flight_of
 from text2sim.lint.parts import Ground, lowest_of
 from text2sim.lint.rule import Rule
 from text2sim.lint.start.overlap import GENTLE, LEAST, push_speed

@@ -4,8 +4,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.boxes import apart
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Part, apart
+from text2sim.lint.parts import Part
 from text2sim.lint.rule import Rule
 from text2sim.lint.start.concave import roughness
 from text2sim.lint.start.escape import GLANCES, Effort, Overlap, Way, inside, moved_part, overlap_of, plain

@@ -4,9 +4,10 @@ import math
 from collections.abc import Iterator
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.extents import Bounds
-from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_dot, vector_unit
+from text2sim.compiler.shapes.boxes import Bounds, apart, grown
+from text2sim.compiler.shapes.rotation import Vec, vector_dot
 from text2sim.lint.facts import Facts
+from text2sim.lint.motion.whereabouts import whereabouts
 from text2sim.lint.parts import lowest_of
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import more_copies, vector
@@ -26,12 +27,13 @@ def _falls_for_ever(facts: Facts) -> Iterator[Problem]:
     down: Vec = (gravity[0] / pull, gravity[1] / pull, gravity[2] / pull)
     if any(vector_dot(ground.up, down) < -1e-6 for ground in facts.planes):
         return
+    up: Vec = (-down[0], -down[1], -down[2])
     meant, held = facts.meant_to_leave, _held(facts)
     resting = [(copy, box) for copy in facts.copies.values() if not facts.loose(copy) and (box := facts.box(copy))]
     for name in facts.case.bodies:
         if name in meant or name in held:
             continue
-        lost = [copy for copy in facts.placed[name] if facts.loose(copy) and not _caught(facts, copy, down, resting)]
+        lost = [copy for copy in facts.placed[name] if facts.loose(copy) and not _caught(facts, copy, up, resting)]
         if lost:
             text = (
                 f"nothing is below `{lost[0].name}`{more_copies(len(lost))}: it falls for ever, {fall:.3g} m in "
@@ -57,31 +59,14 @@ def _held(facts: Facts) -> set[str]:
     return {name.split("[")[0] for name in names}
 
 
-def _caught(facts: Facts, copy: Copy, down: Vec, resting: list[tuple[Copy, Bounds]]) -> bool:
-    """Whether something that is held lies lower than a copy and as near as it may get; judged generously."""
+def _caught(facts: Facts, copy: Copy, up: Vec, resting: list[tuple[Copy, Bounds]]) -> bool:
+    """Whether something that is held lies lower than a copy, and where it may get; judged generously."""
     box = facts.box(copy)
     if box is None:
         return True
-    up = (-down[0], -down[1], -down[2])
-    side = vector_unit(vector_cross(down, (1.0, 0.0, 0.0) if abs(down[0]) < 0.9 else (0.0, 1.0, 0.0)))
-    axes = (side, vector_cross(down, side))
-    own = _size(box) + math.hypot(*facts.velocities.get(copy.name, (0.0, 0.0, 0.0))) * facts.case.scene.duration
-    top = -lowest_of(box, down)
-    for other, held in resting:
-        reach = own + (_size(held) if facts.moves(other) else 0.0)
-        if lowest_of(held, up) < top and math.hypot(*(_gap(axis, box, held) for axis in axes)) <= reach:
-            return True
-    return False
-
-
-def _size(box: Bounds) -> float:
-    return math.dist(*box)
-
-
-def _gap(axis: Vec, a: Bounds, b: Bounds) -> float:
-    """Distance [m] between two boxes along an axis; 0 if they overlap there."""
-    back = (-axis[0], -axis[1], -axis[2])
-    return max(lowest_of(a, axis) + lowest_of(b, back), lowest_of(b, axis) + lowest_of(a, back), 0.0)
+    # It may topple by its own length, and roll.
+    reach, top = grown(whereabouts(facts).box(copy), math.dist(*box)), -lowest_of(box, (-up[0], -up[1], -up[2]))
+    return any(lowest_of(held, up) < top and not apart(reach, whereabouts(facts).box(other)) for other, held in resting)
 
 
 RULES = (

@@ -8,11 +8,11 @@ not turn it, or if its motor holds it where it starts. Whatever is not as simple
 from math import hypot
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.lint.contact.flight import RESTING
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.joints.swing import Swing
+from text2sim.lint.motion.flight import RESTING
 from text2sim.lint.parts import Part
 from text2sim.lint.start.escape import upright
 from text2sim.spec_schema.models.bodies import DEFORMABLE

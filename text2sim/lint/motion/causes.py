@@ -15,15 +15,16 @@ from functools import cached_property
 from itertools import pairwise
 from math import dist, inf
 
-from text2sim.compiler.schedules import extremes, start_of
+from text2sim.compiler.prescribed import sets_out
+from text2sim.compiler.schedules import extremes
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
-from text2sim.lint.script.initial_rest import all_still
+from text2sim.lint.motion.initial_rest import all_still
 from text2sim.lint.script.starts import norm
 from text2sim.spec_schema.models.bodies import DEFORMABLE, Driven
 from text2sim.spec_schema.models.controls import Force, Impulse
-from text2sim.spec_schema.models.motion import Constant, Motion, Piecewise, Ramp, Sine, Spin, Steps, Waypoints
+from text2sim.spec_schema.models.motion import Sine, Steps
 
 LEVER = 4.0
 """How many times as fast as its middle the far end of a body may be after a push beside the middle."""
@@ -152,7 +153,7 @@ class Causes:
         for body, model in facts.case.bodies.items():
             if isinstance(model, Driven):
                 for copy in facts.placed[body]:
-                    yield _sets_out(copy.model.motion), body, None
+                    yield sets_out(copy.model.motion), body, None
         for weld in facts.rows.welds:
             if not weld.on:
                 yield weld.at, weld.control, Push(weld.at, weld.at, 0.0)
@@ -175,26 +176,3 @@ def _moves(span: Span, rest: float) -> float | None:
     if isinstance(span.schedule, Steps):
         return next((t for t, value in corners if value != still), None)
     return next((t for (t, _), (_, value) in pairwise(corners) if value != still), None)
-
-
-def _sets_out(motion: Motion) -> float:
-    """When [s] a driven body leaves its place."""
-    if isinstance(motion, Waypoints):
-        return _leaves(motion.times, [0.0 if p == (0.0, 0.0, 0.0) else 1.0 for p in motion.positions])
-    if not isinstance(motion, Spin) or isinstance(motion.speed, Sine):
-        return 0.0
-    speed = motion.speed
-    if isinstance(speed, Steps):
-        return 0.0 if speed.values[0] else next((t for t, v in zip(speed.times, speed.values, strict=True) if v), inf)
-    if isinstance(speed, Piecewise):
-        return _leaves(speed.times, speed.values)
-    if isinstance(speed, Ramp):
-        return 0.0 if speed.from_ else start_of(speed)
-    return 0.0 if (speed.value if isinstance(speed, Constant) else speed) else inf
-
-
-def _leaves(times: list[float], values: list[float]) -> float:
-    """Time [s] at which straight lines between values leave 0."""
-    if values[0]:
-        return 0.0
-    return next((t for t, value in zip(times, values[1:], strict=False) if value), inf)

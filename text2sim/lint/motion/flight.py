@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.extents import Bounds
+from text2sim.compiler.shapes.boxes import Bounds, apart, moved, union
 from text2sim.compiler.shapes.rotation import Vec, vector_dot
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Ground, Part, apart, union
+from text2sim.lint.parts import Ground, Part
 
 RESTING = 0.002
 """What has something so near [m] below it does not fall."""
@@ -103,7 +103,7 @@ class _Flights:
         """Everything that is not apart from the box around the whole way, with room for what it rests on."""
         times = {0.0, duration}
         times |= {t for a, b in zip(v, g, strict=True) if b and 0 < (t := -a / b) < duration}  # turning points
-        low, high = union(_moved(box, _at(v, g, t)) for t in times) or box
+        low, high = union(moved(box, _at(v, g, t)) for t in times) or box
         room: Bounds = tuple(c - RESTING for c in low), tuple(c + RESTING for c in high)  # type: ignore[assignment]
         return [(other, its) for other, its in self._about(room) if other is not copy and not apart(its, room)]
 
@@ -178,7 +178,7 @@ class _Flights:
         if length < 1e-12:
             return None
         direction: Vec = (step[0] / length, step[1] / length, step[2] / length)
-        swept = union((_moved(box, a), _moved(box, b)))
+        swept = union((moved(box, a), moved(box, b)))
         best: tuple[float, Copy, Part] | None = None
         for other, its in near:
             if swept is None or apart(swept, its):
@@ -230,9 +230,3 @@ def _at(v: Vec, g: Vec, t: float) -> Vec:
 
 def _velocity(v: Vec, g: Vec, t: float) -> Vec:
     return (v[0] + g[0] * t, v[1] + g[1] * t, v[2] + g[2] * t)
-
-
-def _moved(box: Bounds, by: Vec) -> Bounds:
-    (a, b, c), (d, e, f) = box
-    x, y, z = by
-    return (a + x, b + y, c + z), (d + x, e + y, f + z)

@@ -1,0 +1,57 @@
+"""Upright boxes: around points, moved, grown, swept, and whether they are apart."""
+
+from collections.abc import Iterable
+
+from text2sim.compiler.shapes.rotation import Vec
+
+Bounds = tuple[Vec, Vec]
+"""Lowest and highest corner [m]."""
+NOWHERE: Bounds = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+"""The displacements of what stays where it is."""
+
+
+def around(points: Iterable[Vec]) -> Bounds:
+    """Return the box around points, of which there is at least one."""
+    x, y, z = zip(*points, strict=True)
+    return (min(x), min(y), min(z)), (max(x), max(y), max(z))
+
+
+def moved(box: Bounds, by: Vec) -> Bounds:
+    """Return a box moved by a vector [m]."""
+    return swept(box, (by, by))
+
+
+def grown(box: Bounds, by: float) -> Bounds:
+    """Return a box with so much more [m] on every side."""
+    (a, b, c), (d, e, f) = box
+    return (a - by, b - by, c - by), (d + by, e + by, f + by)
+
+
+def swept(box: Bounds, ways: Bounds) -> Bounds:
+    """Return the box of everything that a box covers on displacements that lie in another box."""
+    ((a, b, c), (d, e, f)), ((x, y, z), (u, v, w)) = box, ways
+    return (a + x, b + y, c + z), (d + u, e + v, f + w)
+
+
+def union(boxes: Iterable[Bounds]) -> Bounds | None:
+    """Return the smallest box around boxes; None if there are none."""
+    boxes = list(boxes)
+    if not boxes:
+        return None
+    low = tuple(min(low[k] for low, _ in boxes) for k in range(3))
+    high = tuple(max(high[k] for _, high in boxes) for k in range(3))
+    return low, high  # type: ignore[return-value]
+
+
+def apart(a: Bounds, b: Bounds, slack: float = 0.0) -> bool:
+    """Whether two boxes do not overlap, or by no more than `slack` [m] along some axis."""
+    (a0, a1, a2), (a3, a4, a5) = a
+    (b0, b1, b2), (b3, b4, b5) = b
+    return (
+        a3 - b0 <= slack
+        or b3 - a0 <= slack
+        or a4 - b1 <= slack
+        or b4 - a1 <= slack
+        or a5 - b2 <= slack
+        or b5 - a2 <= slack
+    )
