@@ -423,6 +423,17 @@ def test_a_loop_that_goes_on_tells_the_minutes_that_it_told(tmp_path: Path) -> N
     assert Attempts(tmp_path).minutes_left(Attempt(2, "text", "x"), None) is None
 
 
+def test_a_loop_that_goes_on_recalls_a_run_although_the_planner_was_asked_before_it(tmp_path: Path) -> None:
+    ran = Attempt(1, "text", "x", state="finished", run="runs/a", wall=30.0)
+    first = Attempts(tmp_path)
+    first.minutes_left(ran, 30.0)
+    first.keep(ran)
+    again, second = Attempt(1, "text", "x"), Attempts(tmp_path)
+    second.minutes_left(again, 9.0)
+    assert second.recall(again)
+    assert (again.state, again.run, again.wall) == ("finished", "runs/a", 30.0)
+
+
 # --- a case that is there already ------------------------------------------------------------------------------------
 
 

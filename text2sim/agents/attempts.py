@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -56,8 +57,6 @@ class Attempt:
     """What the run took by the clock [s]; 0 if there was none."""
     pace: float = 0.0
     """What a simulated second took by the clock [s]; 0 if there was no run."""
-    minutes_left: list[float | None] = field(default_factory=list)
-    """Minutes that were left each time when the Planner was asked about it; None without a bound."""
     critique: dict[str, Any] | None = None
     fates: list[str] = field(default_factory=list)
     """What became of each of the Critic's patches."""
@@ -120,7 +119,8 @@ class Attempts:
     def __init__(self, case: Path) -> None:
         self.case, self.folder = case, case / "generation" / "attempts"
         self._minutes: dict[int, list[float | None]] = {}
-        """What an earlier process wrote down, by attempt."""
+        """Minutes that were left each time when the Planner was asked about an attempt; None without a bound."""
+        self._asked: Counter[int] = Counter()
         self._warm: WarmRunner | None = None
 
     @property
@@ -145,7 +145,6 @@ class Attempts:
 
     def keep(self, attempt: Attempt) -> None:
         """Write an attempt's files."""
-        self._told_before(attempt.number)
         folder = self.of(attempt.number)
         folder.mkdir(parents=True, exist_ok=True)
         write_atomically(folder / "case.yaml", attempt.text)
@@ -161,17 +160,21 @@ class Attempts:
             attempt: The attempt that the Planner is asked about.
             now: Minutes left by the clock; None without a limit.
         """
-        told, count = self._told_before(attempt.number), len(attempt.minutes_left)
-        attempt.minutes_left.append(told[count] if count < len(told) else now)
-        self.keep(attempt)
-        return attempt.minutes_left[-1]
+        told, asked = self._told(attempt.number), self._asked[attempt.number]
+        if len(told) <= asked:
+            told.append(now)
+            # A file of its own: the attempt's may hold what came of it, which a resumed loop is about to recall.
+            self.of(attempt.number).mkdir(parents=True, exist_ok=True)
+            write_atomically(self.of(attempt.number) / "minutes.json", json.dumps(told) + "\n")
+        self._asked[attempt.number] += 1
+        return told[asked]
 
-    def _told_before(self, number: int) -> list[float | None]:
+    def _told(self, number: int) -> list[float | None]:
         if number not in self._minutes:
             try:
-                told = json.loads((self.of(number) / "attempt.json").read_text("utf-8"))["minutes_left"]
+                told = json.loads((self.of(number) / "minutes.json").read_text("utf-8"))
                 self._minutes[number] = [one if one is None else float(one) for one in told]
-            except (OSError, ValueError, KeyError, TypeError):
+            except (OSError, ValueError, TypeError):
                 self._minutes[number] = []
         return self._minutes[number]
 

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 _UNSEEN = frozenset({"render", "files", "notes", "warnings", "why", "line", "surface", "worn", "control"})
 """Fields that change no simulation: looks, lines of the case, film, notes."""
+REGIONS = "_looks.npz"
+"""End of the names of files that say where parts have looks of their own."""
 _PAINT = re.compile(rb' rgba="[^"]*"')
 """Colours in model files."""
 
@@ -21,7 +23,9 @@ _PAINT = re.compile(rb' rgba="[^"]*"')
 def sim_digest(plan: "Plan") -> str:
     """Return the digest of what the simulation depends on."""
     seen = {
-        path: _PAINT.sub(b"", content) if path.endswith(".xml") else content for path, content in plan.files.items()
+        path: _PAINT.sub(b"", content) if path.endswith(".xml") else content
+        for path, content in plan.files.items()
+        if not path.endswith(REGIONS)
     }
     return _digest({"plan": _plain(plan, _UNSEEN) | {"files": _plain(seen, _UNSEEN)}, "compiler": __version__})
 
@@ -30,7 +34,9 @@ def render_digest(plan: "Plan") -> str:
     """Return the digest of what the film depends on besides the states."""
     entities = [e for g in (*plan.statics, *plan.bodies) for e in g.entities]
     surfaces = [_plain([e.surface, e.worn], frozenset()) for e in entities]
-    models = {path: _plain(content, frozenset()) for path, content in plan.files.items() if path.endswith(".xml")}
+    models = {
+        path: _plain(content, frozenset()) for path, content in plan.files.items() if path.endswith((".xml", REGIONS))
+    }
     return _digest({"render": plan.render, "surfaces": surfaces, "models": models, "compiler": __version__})
 
 

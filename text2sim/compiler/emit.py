@@ -121,7 +121,7 @@ def _looks(plan: Plan) -> bytes:
 
 
 def _look(entity: EntityPlan, surface: Surface) -> dict[str, Any]:
-    return {
+    look = {
         "color": list(surface.rgba[:3]),
         "opacity": surface.rgba[3],
         "finish": surface.finish,
@@ -129,6 +129,9 @@ def _look(entity: EntityPlan, surface: Surface) -> dict[str, Any]:
         "picture": surface.picture,
         **surface.dress,
     }
+    if surface.regions is None:
+        return look
+    return look | {"regions": surface.regions, "parts": [part and _look(entity, part) for part in surface.parts]}
 
 
 def _format(texts: dict[str, str]) -> dict[str, str]:

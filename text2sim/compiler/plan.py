@@ -25,6 +25,10 @@ class Surface:
     """How the engine is to draw it, where its own choice costs time; None for its own."""
     dress: dict[str, Any] = field(default_factory=dict)
     """Pattern, label, and whether copies are alike, for those who draw them; empty if there is nothing to say."""
+    regions: str | None = None
+    """Of what deforms: path in the program's folder of the regions in which its parts have looks of their own."""
+    parts: "tuple[Surface | None, ...]" = ()
+    """These looks, by number of the part; None where it has that of the body."""
 
 
 @dataclass(frozen=True)

@@ -328,7 +328,8 @@ class _Run:
         self.record.write(self.folder)
         self.clock.enter("judge")
         try:
-            self.evidence = judge(self.folder, self.loaded.case)
+            judge(self.folder, self.loaded.case)
+            self.evidence = read_evidence(self.folder)  # as a later process finds it, in the same order
         except RunError as error:
             self.record.notes.append(f"nothing could be judged: {error}")
             return

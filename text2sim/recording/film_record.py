@@ -68,6 +68,10 @@ class SoftPart:
     """What the layout says of it."""
     geometry: Path
     look: SurfaceLook
+    regions: Path | None = None
+    """Where its parts have looks of their own."""
+    parts: tuple[SurfaceLook | None, ...] = ()
+    """These, by number of the part; None where it has that of the body."""
 
 
 @dataclass(frozen=True)
@@ -207,10 +211,14 @@ def _soft(folder: Path, states: States, looks: dict[str, Any]) -> list[SoftPart]
     if not rows:
         return []
     painted = json.loads((folder / "geometry" / "soft_index.json").read_text("utf-8"))
-    return [
-        SoftPart(
-            row["body"], row["kind"], row, folder / "geometry" / f"soft_{k}.npz",
-            _look(folder, looks.get(row["body"]), paint),
-        )
-        for k, (row, paint) in enumerate(zip(rows, painted, strict=True))
-    ]  # fmt: skip
+    made = []
+    for k, (row, paint) in enumerate(zip(rows, painted, strict=True)):
+        look = looks.get(row["body"])
+        regions, parts = None, ()
+        if look is not None and look.get("regions"):
+            regions = folder / "program" / look["regions"]
+            parts = tuple(part and _look(folder, part, paint) for part in look["parts"])
+        geometry = folder / "geometry" / f"soft_{k}.npz"
+        own = _look(folder, look, paint)
+        made.append(SoftPart(row["body"], row["kind"], row, geometry, own, regions, parts))
+    return made

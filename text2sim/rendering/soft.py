@@ -12,7 +12,7 @@ from text2sim.rendering.meshes import Mesh, boxed_uvs
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.rigid import read_picture
 from text2sim.rendering.shapes import mesh_shape, shaded
-from text2sim.templates.shading import LETS_GO, Shell, enclosed, smooth_normals
+from text2sim.templates.shading import LETS_GO, Shell, enclosed, parts_worn, smooth_normals
 from text2sim.templates.soft_states import SoftStates
 
 Array = NDArray[np.floating]
@@ -58,15 +58,23 @@ class Surface:
         if picture is None and look.dress is not None:
             flat = uvs if part.kind == "cloth" else None
             uvs, layer = self._dressed(at_rest, None if flat is None else self._metric(at_rest, flat), look)
-        elif picture is None and needs_uvs(look.finish):
+        elif picture is None and any(needs_uvs(worn.finish) for worn in (look, *filter(None, part.parts))):
             uvs = self._metric(at_rest, uvs)
         self._uvs = uvs
-        color, shade = shaded(look.color, look.finish)
-        self._colors, self._shades = (np.broadcast_to(c, (len(self._own), 3)) for c in (color, shade))
-        opacity = 1.0 if finish_of(look.finish).kind != "solid" else look.opacity
-        self._bsdf = material(
-            look.finish, opacity=opacity, two_sided=part.kind == "cloth", picture=picture, layer=layer
-        )
+        both = part.kind == "cloth"
+        self._coats = [
+            (np.ones(len(self._faces), bool), look, _material(look, two_sided=both, picture=picture, layer=layer))
+        ]
+        if part.regions is not None:
+            placed = np.asarray(part.row["pos"]), np.asarray(part.row["quat"])
+            worn = parts_worn(part.regions, at_rest, arrays["faces"], *placed)
+            own = np.isin(worn, [k for k, one in enumerate(part.parts) if one is not None], invert=True)
+            self._coats[0] = (own, *self._coats[0][1:])
+            self._coats += [
+                (worn == k, one, _material(one, two_sided=both))
+                for k, one in enumerate(part.parts)
+                if one is not None and (worn == k).any()
+            ]
 
     def _dressed(self, at_rest: Array, flat: Array | None, look: SurfaceLook) -> tuple[Array, Layer]:
         """Return texture coordinates in metres for a pattern, and the layer, which deforms with the body.
@@ -104,12 +112,23 @@ class Surface:
     def shapes(self, vertices: Array, bsdf: Any = None) -> dict[str, Any]:
         """Return its mesh with these vertices [m]."""
         normals = self._shell.normals(vertices)[self._corners]
-        faces = self._faces if self._gap is None else self._faces[self._shell.whole(vertices, self._gap)]
-        made = mesh_shape(
-            self.name, bsdf or self._bsdf, vertices[self._own], faces, normals,
-            colors=self._colors, shades=self._shades, uvs=self._uvs,
-        )  # fmt: skip
-        return {self.name: made}
+        whole = True if self._gap is None else self._shell.whole(vertices, self._gap)
+        found = {}
+        for k, (mine, look, own) in enumerate(self._coats):
+            if not (drawn := mine & whole).any():
+                continue
+            color, shade = (np.broadcast_to(c, (len(self._own), 3)) for c in shaded(look.color, look.finish))
+            name = f"{self.name}_{k}"
+            found[name] = mesh_shape(
+                name, bsdf or own, vertices[self._own], self._faces[drawn], normals,
+                colors=color, shades=shade, uvs=self._uvs,
+            )  # fmt: skip
+        return found
+
+
+def _material(look: SurfaceLook, **rest: Any) -> Any:
+    opacity = 1.0 if finish_of(look.finish).kind != "solid" else look.opacity
+    return material(look.finish, opacity=opacity, **rest)
 
 
 class Grains:

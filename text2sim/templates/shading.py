@@ -1,5 +1,7 @@
 """How what deforms is drawn: normals of its surface, and which of its particles can be seen."""
 
+from pathlib import Path
+
 import numpy as np
 
 SMOOTH = np.cos(np.radians(40.0))  # of the angle between triangles that are shaded as one surface
@@ -44,6 +46,25 @@ class Shell:
         A body of particles has let go there: what would be drawn spans a gap.
         """
         return (_lengths(vertices, self._own) < self._rest + gap).all(axis=1)
+
+
+def parts_worn(regions: Path, vertices: np.ndarray, faces: np.ndarray, pos, quat) -> np.ndarray:
+    """Returns the number of the part whose look each triangle has, shape (f,); -1 is the body itself.
+
+    Args:
+        regions: File of centers of triangles in the body's frame [m], and their parts.
+        vertices: At rest, in the world, shape (n, 3) [m].
+        faces: Shape (f, 3).
+        pos: Where the body's frame was placed [m].
+        quat: How it was turned (w, x, y, z).
+    """
+    from scipy.spatial import KDTree
+    from scipy.spatial.transform import Rotation
+
+    turn = Rotation.from_quat(quat, scalar_first=True)
+    with np.load(regions) as file:
+        _, nearest = KDTree(file["centers"]).query(turn.inv().apply(vertices[faces].mean(axis=1) - pos))
+        return file["parts"][nearest]
 
 
 def _lengths(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

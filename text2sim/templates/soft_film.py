@@ -10,9 +10,10 @@ import numpy as np
 from genesis.ext import pyrender
 from genesis.utils.mesh import create_sphere
 from genesis.utils.particle import particles_to_mesh
-from shading import LETS_GO, Shell, enclosed, smooth_normals
+from shading import LETS_GO, Shell, enclosed, parts_worn, smooth_normals
 from soft_states import SoftStates
 
+HERE = Path(__file__).resolve().parent
 FINISH = {"metallicFactor": 0.2, "roughnessFactor": 0.8}  # as the rasterizer has it for rigid bodies
 SHADES = {"granular": (0.86, 1.0, 1.12), "snow": (0.96, 1.0)}  # of the color, which tell grains apart
 GRAIN = 0.62  # radius of a drawn particle, in distances between particles: they fill a heap without gaps
@@ -46,6 +47,7 @@ class SoftFilm:
 
     def _make(self) -> list:
         looks = json.loads((self._geometry / "soft_index.json").read_text())
+        self._worn = json.loads((HERE / "looks.json").read_text())
         figures = []
         for k, (row, at_rest) in enumerate(zip(self._states.rows, self._places((0, 0, 0.0)), strict=True)):
             arrays = np.load(self._geometry / f"soft_{k}.npz")
@@ -53,6 +55,9 @@ class SoftFilm:
                 uvs = arrays["uvs"] if "uvs" in arrays else None
                 material = _material(looks[k], self._geometry)
                 figures.append(_Surface(self._scene, row, material, Shell(at_rest, arrays["faces"]), uvs))
+                if (worn := self._worn.get(row["body"], {})).get("regions"):
+                    parts = parts_worn(HERE / worn["regions"], at_rest, arrays["faces"], row["pos"], row["quat"])
+                    figures[-1].wear([worn, *(part or worn for part in worn["parts"])], parts)
             else:
                 figures.append((_Liquid if row["kind"] == "liquid" else _Grains)(self._scene, row, looks[k]))
         return figures
@@ -105,9 +110,16 @@ class _Surface(_Figure):
 
     def __init__(self, scene, row: dict, material, shell: Shell, uvs: np.ndarray | None):
         super().__init__(scene, row)
-        self._material, self._shell, self._uvs = material, shell, uvs
+        self._material, self._shell, self._uvs, self._colors = material, shell, uvs, None
         self._gap = LETS_GO * row["spacing"] if row["kind"] == "soft" and row["solver"] == "mpm" else np.inf
         self._whole = np.ones(len(shell.faces), bool)
+
+    def wear(self, looks: list[dict], parts: np.ndarray) -> None:
+        """Gives each vertex the color of a part whose triangles it belongs to; `looks` begin with that of the body."""
+        colors = np.array([[*look["color"], look["opacity"]] for look in looks], np.float32)
+        self._colors = np.empty((len(self._shell.worn), 4), np.float32)
+        self._colors[self._shell.faces] = colors[parts + 1][:, None]
+        self._material = _material({"color": [1.0, 1.0, 1.0, float(colors[:, 3].min())]})
 
     def show(self, vertices: np.ndarray) -> None:
         shell = self._shell
@@ -125,6 +137,7 @@ class _Surface(_Figure):
             normals=normals,
             indices=shell.faces[self._whole],
             # Pictures begin at the upper left.
+            color_0=self._colors,
             texcoord_0=None if uvs is None else uvs * np.array([1, -1]) + np.array([0, 1]),
             material=self._material,
             double_sided=self._row["kind"] == "cloth",

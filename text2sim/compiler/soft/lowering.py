@@ -5,7 +5,7 @@ from math import dist
 from pathlib import Path
 from typing import Any
 
-from text2sim.compiler.looks import dress_of, finish_of_body, rgba_of
+from text2sim.compiler.looks import dress_of, finish_of_body, one_color, rgba_of
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, SoftFacts, Surface
 from text2sim.compiler.shapes.rotation import IDENTITY, Vec
@@ -20,6 +20,8 @@ from text2sim.compiler.soft.solvers import FAMILIES, solver_of
 from text2sim.compiler.trees.tree import Tree
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.scene import Scene
+from text2sim.spec_schema.models.sculpts import Sculpt
+from text2sim.spec_schema.models.shapes import Compound
 from text2sim.spec_schema.models.soft_bodies import Cloth
 
 PRIMITIVES = {"box": "Box", "sphere": "Sphere", "cylinder": "Cylinder"}
@@ -56,7 +58,7 @@ class SoftLowering:
             options,
             copy.pos,
             IDENTITY if turned else copy.quat,
-            surface=self._surface(model, copy, solver),
+            surface=self._surface(model, copy, solver, spacing),
             family=FAMILIES[solver],
             material=material,
             material_options=values,
@@ -105,23 +107,36 @@ class SoftLowering:
             return PRIMITIVES[shape.kind], {name: value for name, value in shape if name != "kind"}, False
         if FAMILIES[solver] != "fem":
             # The engine cuts a cloth anew by itself, and follows the triangles of the file for the picture.
-            path = self.meshes.write(copy.body, shape, spacing, coarsen=solver == "mpm")
-            return "Mesh", {"file": path}, False
+            return "Mesh", {"file": self.meshes.write(copy.body, shape, spacing, coarsen=_melts(shape, solver))}, False
         # The engine turns the vertices of a fem body about their mean, which is not known before it made them.
         options: dict[str, Any] = {"file": self.meshes.write(copy.body, shape, spacing, copy.quat)}
         if model.kind == "soft":
             options |= tet_options(spacing)
         return "Mesh", options, True
 
-    def _surface(self, model: Any, copy: Copy, solver: str) -> Surface:
-        texture = getattr(copy.shape, "texture", None)
+    def _surface(self, model: Any, copy: Copy, solver: str, spacing: float) -> Surface:
+        shape, regions, parts = copy.shape, None, ()
+        texture = getattr(shape, "texture", None)
+        if model.kind == "soft" and isinstance(shape, Compound | Sculpt) and not one_color(shape):
+            regions = self.meshes.part_looks(copy.body, shape, spacing, coarsen=_melts(shape, solver))
+            looks = [part.look for part in shape.parts.values()]
+            parts = tuple(look and Surface(rgba_of(look, copy), look.finish) for look in looks)
         return Surface(
             rgba_of(model.look, copy),
             finish_of_body(model),
             picture=self.meshes.picture(texture) if texture is not None else None,
             mode="particle" if solver == "mpm" else None,
             dress=dress_of(model.look),
+            regions=regions,
+            parts=parts,
         )
+
+
+def _melts(shape: Any, solver: str) -> bool:
+    """Whether triangles smaller than wanted are melted together: not where borders of looks follow them."""
+    if solver == "mpm":
+        return not (isinstance(shape, Sculpt) and not one_color(shape))
+    return FAMILIES[solver] == "fem"
 
 
 def mass(copy: Copy, folder: Path) -> float:

@@ -5,6 +5,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from text2sim.compiler.digests import REGIONS
+from text2sim.compiler.shapes.part_looks import part_looks
 from text2sim.compiler.shapes.pictures import PREVIEW, picture_path, thumbnail
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion
 from text2sim.compiler.shapes.softmesh import soft_surface, write_obj
@@ -43,6 +45,25 @@ class MeshFiles:
         path = f"models/{body}.obj"
         if self.files.get(path, content) != content:
             path = f"models/{body}_{sha256(content).hexdigest()[:8]}.obj"
+        self.files[path] = content
+        return path
+
+    def part_looks(self, body: str, shape: Any, edge: float, *, coarsen: bool) -> str:
+        """Put the regions of a body's parts into the program, and return their path.
+
+        Args:
+            body: Name of the body, which names the file.
+            shape: Its compound or sculpted shape.
+            edge: Wanted length of the edges of triangles [m].
+            coarsen: Whether a finer surface is made coarser.
+
+        Raises:
+            AssetError: if the surface cannot be made.
+        """
+        content = part_looks(shape, soft_surface(shape, self.folder, edge, coarsen=coarsen), self.folder, edge)
+        path = f"models/{body}{REGIONS}"
+        if self.files.get(path, content) != content:
+            path = f"models/{body}_{sha256(content).hexdigest()[:8]}{REGIONS}"
         self.files[path] = content
         return path
 
