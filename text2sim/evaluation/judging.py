@@ -59,9 +59,9 @@ class Turn:
 
     @property
     def code(self) -> str:
-        """Its anonymous name, which does not reveal the method."""
-        hidden = sha256(self.method.encode()).hexdigest()[:6]
-        return f"{self.prompt}-{hidden}-{self.kind}-{self.judge}-{self.repeat}"
+        """Its anonymous name: it reveals neither the method, nor which other judgements are about the same film."""
+        said = f"{self.prompt}/{self.method}/{self.kind}/{self.judge}/{self.repeat}"
+        return f"{self.prompt}-{self.kind}-{sha256(said.encode()).hexdigest()[:8]}"
 
     @property
     def place(self) -> Path:
