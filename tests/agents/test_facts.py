@@ -55,7 +55,12 @@ def told(tmp_path: Path) -> Any:
     run.write()
     seen = {
         "legibility": {
-            "films": {"main": {"bodies": {"ball": {"share": {"max": 0.001}}, "tin": {"share": {"max": 0.02}}}}}
+            "films": {
+                "main": {
+                    "bodies": {"ball": {"share": {"max": 0.001}}, "tin": {"share": {"max": 0.02}}},
+                    "statics": {"post": 0.05, "peg": 0.0},
+                }
+            }
         }
     }
     (run.folder / "evidence.json").write_text(json.dumps(seen))
@@ -87,6 +92,8 @@ def told(tmp_path: Path) -> Any:
         ({"seen": "tin"}, True, "2 %"),
         ({"seen": "ball"}, False, "0.1 %"),
         ({"seen": "lamp"}, None, "not measured"),
+        ({"seen": "post"}, True, "5 %"),
+        ({"seen": "peg"}, False, "0 %"),
         ({"seen": "rail"}, True, "0.3 %"),  # of statics, all copies in one picture
         ({"seen": "dot"}, False, "0.01 %"),
         ({"moved": "tin", "by": "ball"}, True, "first touches `tin[0]` at 0.5 s"),

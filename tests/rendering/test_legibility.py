@@ -148,6 +148,7 @@ def test_remarks_say_what_is_not_seen(make_run: MakeRun) -> None:
     assert gone.startswith("`runner` leaves the picture at 0.2")
     film = found["films"]["video"]
     assert film["pictures"] == 15
+    assert film["statics"] == {}
     assert film["bodies"]["crate"]["seen"] == 15
     assert film["bodies"]["runner"]["seen"] < 12
     assert film["bodies"]["crate"]["share"]["min"] == pytest.approx(film["bodies"]["crate"]["share"]["max"], abs=1e-3)

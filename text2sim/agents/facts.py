@@ -203,8 +203,9 @@ def _nearest(color: tuple[float, ...]) -> dict[str, float]:
 def _seen(body: str, evidence: Mapping[str, Any]) -> tuple[bool | None, str]:
     """Whether the main film shows a body."""
     films = (evidence.get("legibility") or {}).get("films") or {}
-    row = (next(iter(films.values()))["bodies"] if films else {}).get(body)
-    most = row["share"]["max"] if row is not None else evidence["seen"].get(body)
+    main = next(iter(films.values())) if films else {"bodies": {}}
+    row, still = main["bodies"].get(body), main.get("statics", {}).get(body)
+    most = row["share"]["max"] if row is not None else evidence["seen"].get(body) if still is None else still
     if most is None:
         return None, f"what the film shows of `{body}` was not measured"
     return most >= SEEN, f"`{body}` fills at most {100 * most:.2g} % of the film's picture, seen from {SEEN:.1%} on"

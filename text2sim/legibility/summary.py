@@ -69,7 +69,18 @@ def summarise(watcher: Watcher, moments: Sequence[Moment] = ()) -> dict[str, Any
 
 
 def _film(watcher: Watcher, rows: list[Row]) -> dict[str, Any]:
-    return {"pictures": len(rows), "bodies": {name: _body(rows, name) for name in watcher.moving}}
+    statics = {name: max(row["bodies"].get(name, {}).get("share") or 0.0 for row in rows) for name in _statics(watcher)}
+    return {
+        "pictures": len(rows),
+        "bodies": {name: _body(rows, name) for name in watcher.moving},
+        "statics": statics,  # the largest share of a picture that each fills
+    }
+
+
+def _statics(watcher: Watcher) -> list[str]:
+    """Statics that are drawn as themselves: a backdrop takes the place of planes."""
+    replaced = {base_name(copy) for copy in watcher.recording.film["backdrop"]["planes"]}
+    return [name for name in watcher.recorded.names if name in watcher.recorded.statics and name not in replaced]
 
 
 def _body(rows: list[Row], name: str) -> dict[str, Any]:
