@@ -61,7 +61,7 @@ STUDIOS = {
         "wall",
         "#e8e0d2",
         0.45,
-        -0.35,
+        -0.05,
     ),
     "sunlight": Studio(
         {

@@ -40,8 +40,8 @@ PLACES = {
 DECIDED = {"lighting", "lights", "backdrop", "background", "ambient", "exposure", "tone", "setting"}
 """What says something about light or about what is behind."""
 PAIRS = (
-    ("slabs", "#9c9a96", "#e8e0d2"),
-    ("slabs", "#979fa5", "#d5dee6"),
+    ("slabs", "#7c8b97", "#d9e6ef"),
+    ("slabs", "#968a7b", "#efe6d6"),
     ("slabs", "#6f767d", "#9aa6b1"),
     ("slabs", "#7c756b", "#b9ae9c"),
 )

@@ -31,7 +31,7 @@ SHOTS = [
     {"name": "rest", "camera": "main", "from": 1.6, "to": 2.8, "speed": 1.0, "hold": 0.0},
 ]
 
-BACKGROUND = (0.9098, 0.8784, 0.8235)
+BACKGROUND = (0.851, 0.902, 0.9373)
 AMBIENT = 0.45  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
     "key": {
@@ -75,6 +75,6 @@ BACKDROP = {
     "floor": {"pattern": "slabs", "color": (0.7255, 0.749, 0.7686), "tile": 1.0},
     "supports": True,
 }
-GAIN = 0.5596  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 0.689  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

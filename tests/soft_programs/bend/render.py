@@ -41,7 +41,7 @@ AUTO = {
 # One after the other.
 SHOTS = []
 
-BACKGROUND = (0.9098, 0.8784, 0.8235)
+BACKGROUND = (0.851, 0.902, 0.9373)
 AMBIENT = 0.45  # light from everywhere in the preview, which has none that is thrown back
 LIGHTS = {
     "key": {
@@ -82,9 +82,9 @@ BACKDROP = {
     "center": (0.0862, 0.0, 0.1612),
     "radius": 2.951,
     "planes": ["floor"],
-    "floor": {"pattern": "slabs", "color": (0.6118, 0.6039, 0.5882), "tile": 0.5},
+    "floor": {"pattern": "slabs", "color": (0.4863, 0.5451, 0.5922), "tile": 0.5},
     "supports": True,
 }
-GAIN = 0.7062  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 0.9898  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -85,6 +85,6 @@ BACKDROP = {
     "floor": {"pattern": "slabs", "color": (0.4353, 0.4627, 0.4902), "tile": 0.5},
     "supports": True,
 }
-GAIN = 0.9521  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.1721  # brightness: this makes a white sheet white that faces the strongest light
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -41,7 +41,8 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
         text = (
             f"`{copy.name}` is {length(thin)} thick, {cells:.2g} cells of the mpm grid ({length(soft.cell)}), and "
             f"{why}: `{body.name}` leaks through it; make it {length(wanted * soft.cell)} or thicker, or "
-            f"`scene.mpm.cell` {no_larger(thin / wanted)}"
+            f"`scene.mpm.cell` {no_larger(thin / wanted)}, or, if it holds the body by `attach` alone, "
+            "`material: {touch_soft: false}`"
         )
         severity = "error" if wanted == LOADED and cells < LEAKING else None
         yield facts.problem("thin-wall", facts.said(copy.body, "shape"), text, key=True, severity=severity)

@@ -147,7 +147,7 @@ class JointForce(_Of):
 
 
 class Extent(Measured):
-    """How far bodies reach along an axis [m], from the corners of their shapes."""
+    """How far bodies reach along an axis [m], by `stat`: max or min, a coordinate; range, their length along it."""
 
     kind: Literal["extent"]
     of: Selector
