@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from text2sim.agents.conversation import Wrong, typed
+from text2sim.agents.language import body_kinds
 from text2sim.agents.models.parsing import read_reply
 from text2sim.agents.rehearsal import plan_faults
 from text2sim.agents.replies import CasePlan, Decision, Opening
@@ -239,3 +240,8 @@ def test_nothing_of_a_decision_is_without_effect(form: Any, data: dict[str, Any]
     with pytest.raises(Wrong) as wrong:
         typed(form)(data)
     assert about in "\n".join(wrong.value.reasons)
+
+
+@pytest.mark.parametrize("kind", sorted(body_kinds()))
+def test_every_kind_of_body_has_a_stand_in(kind: str) -> None:
+    assert faults(PLAN, bodies__more={"kind": kind}) == []

@@ -14,8 +14,7 @@ from text2sim.agents.inputs import told
 from text2sim.agents.planning import Request, plan_text
 from text2sim.agents.replies import Answer, Asset, CasePlan, Line, Lines
 from text2sim.agents.roles import ROLES, render, system_prompt
-
-MECHANISMS = ("articulated", "chain", "rope", "ragdoll", "net")
+from text2sim.spec_schema.models.bodies import LINKED
 
 
 class MechanismAnswer(Answer):
@@ -71,8 +70,8 @@ def _mechanism(desk: Conversation, asset: Asset, plan: CasePlan, request: Reques
     proofs: list[Proof] = []
 
     def check(answer: MechanismAnswer) -> None:
-        if answer.body.get("kind") not in MECHANISMS:
-            raise Wrong([f"/body/kind: a mechanism is one of {', '.join(MECHANISMS)}"])
+        if answer.body.get("kind") not in LINKED:
+            raise Wrong([f"/body/kind: a mechanism is one of {', '.join(LINKED)}"])
         proof = tried(asset.body, answer.body, plan, case, asset.what)
         if proof.faults:
             raise Wrong(proof.faults)

@@ -2,10 +2,11 @@
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from text2sim.agents.journal import Emit
 from text2sim.agents.replies import Fragments
+from text2sim.card_library.model import Mode
 
 if TYPE_CHECKING:
     from text2sim.card_library.library import Library
@@ -128,4 +129,4 @@ _LONG = {kind: {"height too large", "jumps"} for kind in _HEIGHT} | {kind: {"cou
     "displacement": {"creeps"},
 }  # fmt: skip
 """and one that gets too large."""
-_MODES = frozenset({"rigid", "articulated", "soft", "cloth", "rope", "granular", "liquid", "snow", "driven", "film"})
+_MODES = frozenset(get_args(Mode))

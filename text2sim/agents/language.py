@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterable
 from functools import cache
 
 from text2sim.agents.condensed_pages import fields_named, kinds_brief, kinds_line_by_line, plain, section_brief
+from text2sim.spec_schema.models.bodies import LINKED
 from text2sim.spec_schema.published.language_reference import section_kinds
 from text2sim.spec_schema.published.reference_prose import INTRODUCTION
 from text2sim.spec_schema.published.reference_sections import SECTIONS, Section
@@ -34,7 +35,7 @@ READS: dict[str, tuple[str, ...]] = {
 INDEXED = ("`bodies`: the actors", "Shapes", "Shapes of cloth", "Mounts", "Controls", "Copies")
 """Pages of which the Planner sees what kinds there are."""
 MPM = frozenset({"soft", "granular", "liquid", "snow"})
-JOINTED = frozenset({"articulated", "hinge", "slider", "ball", "rope", "chain", "net", "ragdoll"})
+JOINTED = frozenset({"hinge", "slider", "ball", *LINKED})
 COPIES = frozenset({"line", "grid", "ring", "spiral", "stack", "running_bond", "packing", "glyphs"})
 NEEDED: dict[str, frozenset[str]] = {
     "Contact": MPM | {"cloth", "fem", "ipc"}, "Solver": frozenset({"newton", "cg"}), "Material": frozenset(),

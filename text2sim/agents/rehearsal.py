@@ -10,11 +10,12 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from text2sim.agents.contract import numbered
 from text2sim.agents.language import body_kinds, mount_kinds, shape_kinds
 from text2sim.agents.replies import CasePlan, Fragments, PlannedBody
+from text2sim.card_library.model import Mode
 from text2sim.spec_schema.arithmetic.expressions import RESERVED
 from text2sim.spec_schema.arithmetic.interpolation import parse_interpolation
 from text2sim.spec_schema.arithmetic.resolution import COPY_VARIABLES
@@ -22,6 +23,7 @@ from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError, nearest
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.loaded import LoadedCase
+from text2sim.spec_schema.models.placed import Placed
 from text2sim.spec_schema.names.selectors import named_by
 from text2sim.spec_schema.reuse.multiples import NUMBER
 from text2sim.spec_schema.text.canonical import format_text
@@ -29,7 +31,7 @@ from text2sim.spec_schema.text.canonical import format_text
 Data = dict[str, Any]
 TAKEN = (*sorted({*COPY_VARIABLES, NUMBER}), *sorted(RESERVED))
 """Names that expressions know already, and no parameter can have."""
-MODES = ("rigid", "articulated", "soft", "cloth", "rope", "granular", "liquid", "snow", "driven", "film")
+MODES = get_args(Mode)
 OTHERS = frozenset({"unknown-attach", "never-released", "no-domain"})
 """Rules about what the Writers will add."""
 BY_DEFINITION = frozenset({"cannot-fail", "cannot-hold", "contradiction", "dead-event"})
@@ -172,7 +174,7 @@ def _stand_in(body: PlannedBody, parts: list[str], k: int, variant: int, loose: 
         joint = {"kind": "hinge", **_joint("hinge")}
         links |= {part: {"parent": "root_of_it", "shape": shape, "joint": joint} for part in parts}
         return {"kind": "articulated", "links": links, **place, **({"base": "free"} if loose else {})}
-    return {"kind": body.kind, **_LEAST[body.kind], **place}
+    return {**_example(body.kind), **place}
 
 
 def _joint(kind: str) -> Data:
@@ -180,19 +182,15 @@ def _joint(kind: str) -> Data:
     return {"axis": "z", **reach, "actuator": {"stiffness": 10, "damping": 1}}
 
 
-_BLOCK = {"shape": {"kind": "box", "size": [0.2, 0.2, 0.2]}}
-_LEAST: dict[str, Data] = {
-    "driven": {**_BLOCK, "motion": {"kind": "spin", "axis": "z", "speed": 1}},
-    "chain": {"links": 8, "link_length": 0.1, "radius": 0.01},
-    "net": {"cells": [6, 6], "size": [1, 1], "sag": 0.2, "radius": 0.01},
-    "ragdoll": {"height": 1.7},
-    "rope": {"length": 1.0, "radius": 0.01},
-    "cloth": {"shape": {"kind": "sheet", "size": [0.5, 0.5]}, "cell": 0.05},
-    "soft": _BLOCK,
-    "granular": _BLOCK,
-    "liquid": _BLOCK,
-    "snow": _BLOCK,
-}
+@cache
+def _example(kind: str) -> Data:
+    """The body of the language's example of a kind, wherever it stands."""
+    from text2sim.spec_schema.published.language_reference import load_examples
+    from text2sim.spec_schema.text.document import parse_document
+    from text2sim.spec_schema.text.source import Source
+
+    body = next(iter(parse_document(Source(load_examples()["bodies"][kind], "example")).data.values()))
+    return {key: value for key, value in body.items() if key not in Placed.model_fields}
 
 
 @cache

@@ -19,7 +19,7 @@ from text2sim.compiler.rope_frequencies import taut_frequencies
 from text2sim.compiler.selection import select
 from text2sim.compiler.settings import Settings, Traits, derive
 from text2sim.compiler.shapes.sizes import MAX_PIECES
-from text2sim.compiler.slopes import LINKED, has_slopes
+from text2sim.compiler.slopes import has_slopes
 from text2sim.compiler.soft.controls import SoftControls
 from text2sim.compiler.soft.resolution import soft_lowering, soft_settings
 from text2sim.compiler.soft.setup import MAX_SPEED
@@ -27,6 +27,7 @@ from text2sim.compiler.trees.generators import rope_frequency
 from text2sim.compiler.trees.link_trees import known_parts, named_parts, tree_extents, tree_standing
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.loaded import LoadedCase
+from text2sim.spec_schema.models.bodies import LINKED
 from text2sim.spec_schema.models.soft_bodies import Round
 from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.whole_files import naming

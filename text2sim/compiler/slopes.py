@@ -14,8 +14,6 @@ LEVEL = 0.0087
 ROUND = ("sphere", "ellipsoid", "torus")
 TURNED = ("cylinder", "capsule", "cone", "tube", "cup", "funnel")
 """Shapes of revolution about z."""
-LINKED = ("articulated", "chain", "net", "ragdoll", "rope")
-"""Kinds of bodies that can be trees of several joints."""
 
 
 def has_slopes(copies: Iterable[Copy], gravity: Vec) -> bool:

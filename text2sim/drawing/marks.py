@@ -13,8 +13,8 @@ from text2sim.compiler.shapes.rotation import Quaternion, Vec, frame_apply, quat
 from text2sim.compiler.trees.tree import StandingLink, TreeJoint, tree_links
 from text2sim.drawing.prop import Prop
 from text2sim.drawing.views import camera_pose, cameras, film_view
-from text2sim.spec_schema.models.bodies import Chain, Net, Ragdoll, Rope
 from text2sim.spec_schema.models.motion import Oscillate, Waypoints
+from text2sim.spec_schema.models.placed import Linked
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
@@ -66,7 +66,7 @@ def joint_marks(resolution: "Resolution") -> list[JointMark]:
     found: list[JointMark] = []
     for copy in _copies(resolution):
         tree = resolution.lowering.trees.get(copy.name)
-        if tree is None or isinstance(copy.model, Chain | Rope | Net | Ragdoll):
+        if tree is None or isinstance(copy.model, Linked):
             continue
         motion = getattr(copy.model, "motion", None)
         if isinstance(motion, Waypoints):

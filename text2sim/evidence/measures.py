@@ -21,27 +21,6 @@ from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.models.base import AXES
 
 _COLUMN = {"x": 0, "y": 1, "z": 2}
-_UNITS = {
-    "position": "m",
-    "velocity": "m/s",
-    "speed": "m/s",
-    "angular_speed": "rad/s",
-    "angular_velocity": "rad/s",
-    "turns": "",
-    "bend": "deg",
-    "displacement": "m",
-    "tilt": "deg",
-    "extent": "m",
-    "distance": "m",
-    "contact_force": "N",
-    "contact_count": "",
-    "penetration": "m",
-    "energy": "J",
-    "momentum": "kg m/s",
-    "angular_momentum": "kg m2/s",
-    "count_in": "",
-    **soft_measures.UNITS,
-}
 _JOINT_UNITS = {
     "joint_position": {"hinge": "rad", "slider": "m"},
     "joint_velocity": {"hinge": "rad/s", "slider": "m/s"},
@@ -76,9 +55,7 @@ def evaluate(recording: RecordedCase) -> dict[str, Series]:
                 values = _changed(recording.states.time, np.asarray(values, dtype=float), measure.change_from)
             found[name] = Series(name, unit, values)
         except (SelectionError, MeasureError, DeformationError) as error:
-            found[name] = Series(
-                name, _UNITS.get(measure.kind, ""), np.full(recording.states.frames, np.nan), str(error)
-            )
+            found[name] = Series(name, measure.unit, np.full(recording.states.frames, np.nan), str(error))
     return found
 
 
@@ -109,15 +86,13 @@ def _value(recording: RecordedCase, measure: measures.Measure) -> tuple[Array, s
         return _reduce(measure, values), "" if measure.stat == "count" else unit
     if isinstance(measure, measures.Bend):
         values = [_bend(recording, joint) for joint in recording.names.select_bends(measure.of)]
-        return _reduce(measure, values, "joints"), "" if measure.stat == "count" else "deg"
-    plain = getattr(measure, "stat", None) == "count" or getattr(measure, "relative", False)
-    unit = "" if plain else _UNITS[measure.kind]
+        return _reduce(measure, values, "joints"), measure.value_unit
     if measure.kind in _PER_TARGET:
         targets = recording.names.select(measure.of)  # type: ignore[union-attr]
         values = [_PER_TARGET[measure.kind](recording, measure, t) for t in targets]
         values = [np.where(recording.gone(t.copy), np.nan, row) for row, t in zip(values, targets, strict=True)]
-        return _reduce(measure, values, there=np.stack([~recording.gone(t.copy) for t in targets])), unit
-    return _COLLECTIVE[measure.kind](recording, measure), unit
+        return _reduce(measure, values, there=np.stack([~recording.gone(t.copy) for t in targets])), measure.value_unit
+    return _COLLECTIVE[measure.kind](recording, measure), measure.value_unit
 
 
 def _reduce(measure: Any, values: list[Array], what: str = "bodies", there: Array | None = None) -> Array:

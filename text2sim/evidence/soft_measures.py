@@ -17,19 +17,6 @@ from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.models.base import AXES
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
 
-UNITS = {
-    "volume": "m3",
-    "stretch": "",
-    "strain": "",
-    "wrinkling": "1/m",
-    "folded_area": "m2",
-    "gap": "m",
-    "self_penetration": "m",
-    "share_in": "",
-    "pieces": "",
-    "largest_piece": "",
-    "leaked": "",
-}
 _AXES = list(AXES)
 _FLAT = 1e-6
 

@@ -11,7 +11,8 @@ from text2sim.compiler.shapes.hulls import MANY_VERTICES
 from text2sim.compiler.shapes.piece import outer_polygon_radius
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Rows, Vec, quat_of, quat_rotate, quat_to_rows
 from text2sim.compiler.shapes.sagging import sheet_reach
-from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid, Rope
+from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid
+from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Compound, Cone, Cup, Ellipsoid, Funnel, Mesh, Sketch, Text, Tube
@@ -150,6 +151,6 @@ def body_extents(body: Any, quat: Quaternion, folder: Path, tree_extents: TreeEx
     """
     if isinstance(body, Static | Rigid | Driven):
         return extents(body.shape, quat, folder)
-    if tree_extents is None or not isinstance(body, Articulated | Chain | Rope | Net | Ragdoll):
+    if tree_extents is None or not isinstance(body, Articulated | Linked):
         raise ValueError(f"the size of a body of kind {body.kind} is not known")
     return tree_extents(body, quat, folder)

@@ -14,12 +14,12 @@ from text2sim.compiler.soft.scales import Scales
 from text2sim.compiler.soft.solvers import solver_of
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.base import span_of
-from text2sim.spec_schema.models.bodies import Chain, Net, Ragdoll, Rigid
+from text2sim.spec_schema.models.bodies import Rigid
 from text2sim.spec_schema.models.controls import Attach, Force, Impulse, Release
 from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
+from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.scene import Scene
-from text2sim.spec_schema.models.soft_bodies import Rope
 
 WORLD = "world"
 """What holds a body where it is, in `to`."""
@@ -108,7 +108,7 @@ def _feels(holder: Copy) -> bool:
     model = holder.model
     if isinstance(model, Rigid):
         return model.mount.kind != "fixed" and getattr(model.mount, "actuator", None) is None
-    return isinstance(model, Chain | Rope | Ragdoll | Net) or getattr(model, "base", None) == "free"
+    return isinstance(model, Linked) or getattr(model, "base", None) == "free"
 
 
 def held_copies(loaded: LoadedCase, name: str, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Held]]:

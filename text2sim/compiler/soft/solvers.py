@@ -3,7 +3,8 @@
 from collections.abc import Iterable
 from typing import Any
 
-from text2sim.spec_schema.models.bodies import DEFORMABLE, Body
+from text2sim.spec_schema.models.bodies import Body
+from text2sim.spec_schema.models.placed import Deformable
 from text2sim.spec_schema.models.scene import Scene
 
 GRID = ("granular", "liquid", "snow")
@@ -14,7 +15,7 @@ FAMILIES = {"mpm": "mpm", "pbd": "pbd", "fem": "fem", "ipc": "fem"}
 
 def is_soft(body: Any) -> bool:
     """Whether a body is points, not links."""
-    return getattr(body, "kind", None) in DEFORMABLE
+    return isinstance(body, Deformable)
 
 
 def solver_of(body: Any, scene: Scene) -> str | None:

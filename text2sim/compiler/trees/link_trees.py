@@ -15,7 +15,8 @@ from text2sim.compiler.trees.filebody import mechanism_parts
 from text2sim.compiler.trees.tree import Tree, tree_bounds, tree_pieces
 from text2sim.spec_schema.errors import AssetError, Problem
 from text2sim.spec_schema.loaded import LoadedCase
-from text2sim.spec_schema.models.bodies import Articulated, Chain, Net, Ragdoll, Rope
+from text2sim.spec_schema.models.bodies import Articulated, Rope
+from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.names.name_table import Parts
 
 KEPT = 16
@@ -84,7 +85,7 @@ def known_parts(loaded: LoadedCase, mechanisms: Mechanisms) -> tuple[dict[str, P
             problems += _check_meaning(loaded, name, body, mechanism)
         elif isinstance(body, Rope):
             parts[name] = Parts(tuple(f"link_{k}" for k in range(body.segments)), {})
-        elif isinstance(body, Chain | Net | Ragdoll):
+        elif isinstance(body, Linked):
             try:
                 tree = tree_of(body, loaded.folder)
             except AssetError:

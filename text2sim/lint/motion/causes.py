@@ -17,12 +17,13 @@ from math import dist, inf
 
 from text2sim.compiler.prescribed import sets_out
 from text2sim.compiler.schedules import extremes
+from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.motion.initial_rest import all_still
 from text2sim.lint.script.starts import norm
-from text2sim.spec_schema.models.bodies import DEFORMABLE, Driven
+from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import Force, Impulse
 from text2sim.spec_schema.models.motion import Sine, Steps
 
@@ -105,7 +106,7 @@ class Causes:
 
     def _restless(self) -> bool:
         """Whether something is at work from the start of which nothing is known here."""
-        return bool(self.facts.plan.changes) or any(body.kind in DEFORMABLE for body in self.facts.case.bodies.values())
+        return bool(self.facts.plan.changes) or any(is_soft(body) for body in self.facts.case.bodies.values())
 
     def _springy(self) -> bool:
         """Whether springs or bounces give back what they take, and more than it seems."""

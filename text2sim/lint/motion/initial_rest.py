@@ -8,6 +8,7 @@ not turn it, or if its motor holds it where it starts. Whatever is not as simple
 from math import hypot
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
@@ -15,7 +16,6 @@ from text2sim.lint.joints.swing import Swing
 from text2sim.lint.motion.flight import RESTING
 from text2sim.lint.parts import Part
 from text2sim.lint.start.escape import upright
-from text2sim.spec_schema.models.bodies import DEFORMABLE
 
 MAX_BODIES = 300
 """Bodies that are looked at, at most."""
@@ -42,7 +42,7 @@ def _still(facts: Facts) -> bool:
     case = facts.case
     x, y, z = case.scene.gravity
     bodies = [copy for name in case.bodies for copy in facts.placed[name]]
-    if x or y or z > 0 or len(bodies) > MAX_BODIES or any(body.kind in DEFORMABLE for body in case.bodies.values()):
+    if x or y or z > 0 or len(bodies) > MAX_BODIES or any(is_soft(body) for body in case.bodies.values()):
         return False
     loose = []
     for copy in bodies:

@@ -3,11 +3,12 @@
 from collections.abc import Iterator
 from typing import Any
 
+from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.numbers.magnitudes import kinds_of
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.models.bodies import DEFORMABLE, Articulated
+from text2sim.spec_schema.models.bodies import Articulated
 from text2sim.spec_schema.text.document import Path
 
 SOLID = (20.0, 23_000.0)
@@ -32,7 +33,7 @@ def _density(facts: Facts) -> Iterator[Problem]:
     yield from _mass(facts)
     yield from _link_masses(facts)
     for name, body in facts.case.bodies.items():
-        if body.kind in DEFORMABLE:
+        if is_soft(body):
             yield from _deforming(facts, name, body)
             continue
         where: Path = ("bodies", name)

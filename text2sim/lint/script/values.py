@@ -19,12 +19,6 @@ from text2sim.lint.script.targets import Target, targets_of
 from text2sim.spec_schema.models import measures
 
 JOINTS = ("joint_position", "joint_velocity", "joint_force")
-UNITS = {
-    **{kind: "m" for kind in ("position", "displacement", "extent", "distance", "penetration")},
-    **{"velocity": "m/s", "speed": "m/s", "angular_speed": "rad/s", "angular_velocity": "rad/s"},
-    **{"tilt": "deg", "bend": "deg", "angular_momentum": "kg m2/s", "wrinkling": "1/m"},
-    **{"contact_force": "N", "energy": "J", "momentum": "kg m/s"},
-}
 OF_THE_FRAME = (
     "position",
     "displacement",
@@ -118,8 +112,7 @@ def _values(facts: Facts, measure: Any) -> Values:
     error = ROUNDING * max(1.0, abs(start or 0.0))
     if measure.kind == "extent" and (box := facts.box(targets[0].copy)) is not None:
         error += ROUND * max(b - a for a, b in zip(*box, strict=True))
-    unit = "" if stat == "count" else UNITS.get(measure.kind, "")
-    return Values(low, high, why, start, error, frozen, unit)
+    return Values(low, high, why, start, error, frozen, measure.value_unit)
 
 
 def _reduced(facts: Facts, measure: Any, targets: list[Target], stat: str | None) -> Bounds:

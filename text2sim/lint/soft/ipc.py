@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.sagging import SHEET
+from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Part
 from text2sim.lint.rule import Rule
@@ -13,7 +14,6 @@ from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.start.escape import inside
 from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.models.bodies import DEFORMABLE
 
 SAFE = 1e-4
 """Gap [m] besides the thickness of cloth that the check of libuipc surely takes for one."""
@@ -71,7 +71,7 @@ def _note(
 
 def _coupled(facts: Facts, soft: SoftFacts, copy: Copy) -> bool:
     """Whether ipc computes a copy: all but planes, what keeps out, and what it does not know."""
-    if copy.model is not None and getattr(copy.model, "kind", None) in DEFORMABLE:
+    if copy.model is not None and is_soft(copy.model):
         return any(body.copy is copy for body in soft.of("ipc", "fem"))
     return touches_soft(copy.model) and facts.box(copy) is not None
 
@@ -88,7 +88,7 @@ def _linked(facts: Facts) -> Iterator[Problem]:
         return
     for name in facts.case.bodies:
         copy = facts.placed[name][0]
-        if getattr(copy.model, "kind", None) in DEFORMABLE or not touches_soft(copy.model):
+        if is_soft(copy.model) or not touches_soft(copy.model):
             continue
         parts, left = facts.parts(copy), PAIRS
         links = {part.link for part in parts}

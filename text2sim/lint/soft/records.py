@@ -5,11 +5,11 @@ Of rigid bodies under contact models sap and ipc: records of contacts, and bounc
 
 from collections.abc import Iterator
 
+from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import soft_facts
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.models.bodies import DEFORMABLE
 from text2sim.spec_schema.models.events import ContactEvent, SeparationEvent
 from text2sim.spec_schema.models.measures import ContactCount, ContactForce, Penetration
 from text2sim.spec_schema.text.document import Path
@@ -45,7 +45,7 @@ def _no_records(facts: Facts) -> Iterator[Problem]:
 
 def _soft(facts: Facts, selector: str) -> bool:
     body = facts.case.bodies.get(selector.split("[")[0].split(".")[0])
-    return getattr(body, "kind", None) in DEFORMABLE
+    return is_soft(body)
 
 
 UNHEEDED = {

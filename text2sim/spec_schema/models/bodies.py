@@ -1,6 +1,6 @@
 """Section `bodies`: everything that moves."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import Field, model_validator
 
@@ -23,7 +23,7 @@ from text2sim.spec_schema.models.base import (
 )
 from text2sim.spec_schema.models.materials import Actuator, JointDynamics, Look, Material
 from text2sim.spec_schema.models.motion import Motion
-from text2sim.spec_schema.models.placed import Placed
+from text2sim.spec_schema.models.placed import Linked, Placed
 from text2sim.spec_schema.models.shapes import Shape, SolidShape
 from text2sim.spec_schema.models.soft_bodies import Cloth, Granular, Liquid, Rope, Snow, Soft
 
@@ -87,6 +87,11 @@ class Rigid(Placed):
     """Mass and contact."""
     mount: Mount = FreeMount.model_construct(kind="free")
     """How it hangs in the world, as `{kind: fixed}`."""
+
+    @property
+    def startable(self) -> bool:
+        """Whether it can be given a velocity at the start."""
+        return self.mount.kind == "free"
 
 
 class Driven(Placed):
@@ -222,7 +227,7 @@ class Payload(Model):
     """Colour and surface, if they differ from the chain's."""
 
 
-class Chain(Placed):
+class Chain(Linked):
     """Capsule links on ball joints, hung from a point of the world; pose is that of the point.
 
     Its links are `link_0` (the upper one) to `link_N`, and `payload`; each has its frame at its upper joint and runs
@@ -256,7 +261,7 @@ class Chain(Placed):
         return self
 
 
-class Net(Placed):
+class Net(Linked):
     """A rectangular net of capsule links and ball joints in the x-y plane, its edges held by the world.
 
     Strands do not stretch: what falls into a net pulls it hardly deeper than `sag` built it. The strands along x are
@@ -287,7 +292,7 @@ class Net(Placed):
         return self
 
 
-class Ragdoll(Placed):
+class Ragdoll(Linked):
     """A doll of eleven capsules on ball joints. Its frame is at the pelvis, z along the spine, x forward.
 
     Links: pelvis, chest, head, arm_l, forearm_l, thigh_l, shin_l, and the same with _r; left is +y. Of a doll of the
@@ -305,10 +310,19 @@ class Ragdoll(Placed):
     limb_spread: Fraction = 0.3
     """0: arms and legs straight down; 1: spread wide."""
 
+    @property
+    def startable(self) -> bool:
+        """Whether it can be given a velocity at the start."""
+        return True
+
 
 Body = Annotated[
     Rigid | Driven | Articulated | Chain | Net | Ragdoll | Soft | Cloth | Rope | Granular | Liquid | Snow,
     Field(discriminator="kind"),
 ]
-DEFORMABLE = ("soft", "cloth", "granular", "liquid", "snow")
-"""Kinds of bodies that are points, not links."""
+LINKED = tuple(
+    get_args(model.model_fields["kind"].annotation)[0]
+    for model in get_args(get_args(Body)[0])
+    if issubclass(model, Linked | Articulated)
+)
+"""Kinds of bodies that can be trees of several joints."""

@@ -6,7 +6,8 @@ from pydantic import Field
 
 from text2sim.spec_schema.models.actions import Actions
 from text2sim.spec_schema.models.base import Model, Name
-from text2sim.spec_schema.models.bodies import DEFORMABLE, Body
+from text2sim.spec_schema.models.bodies import Body
+from text2sim.spec_schema.models.placed import Deformable
 from text2sim.spec_schema.models.render import Render
 from text2sim.spec_schema.models.scene import Scene
 
@@ -44,4 +45,4 @@ class Case(Model):
         """Frames that are recorded in a simulated second; those of deformable bodies are large."""
         if self.scene.record.rate is not None:
             return self.scene.record.rate
-        return 50.0 if any(body.kind in DEFORMABLE for body in self.bodies.values()) else 100.0
+        return 50.0 if any(isinstance(body, Deformable) for body in self.bodies.values()) else 100.0

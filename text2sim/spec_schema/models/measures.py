@@ -1,6 +1,6 @@
 """Measures: numbers over time."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -53,6 +53,7 @@ class Position(_OfRegion):
     """A coordinate of the body's origin [m]; of a body that deforms, of its centre of mass."""
 
     kind: Literal["position"]
+    unit: ClassVar[str] = "m"
     axis: AxisName
     """Which coordinate."""
 
@@ -61,6 +62,7 @@ class Velocity(_OfRegion):
     """A component of the velocity of the centre of mass [m/s]."""
 
     kind: Literal["velocity"]
+    unit: ClassVar[str] = "m/s"
     axis: AxisName
     """Which component."""
 
@@ -69,12 +71,14 @@ class Speed(_OfRegion):
     """Speed of the centre of mass [m/s]."""
 
     kind: Literal["speed"]
+    unit: ClassVar[str] = "m/s"
 
 
 class AngularSpeed(_Of):
     """Angular speed [rad/s]: how fast it turns, about whatever axis."""
 
     kind: Literal["angular_speed"]
+    unit: ClassVar[str] = "rad/s"
 
 
 class _Turning(_Of):
@@ -88,6 +92,7 @@ class AngularVelocity(_Turning):
     """A component of the angular velocity [rad/s], with its sign."""
 
     kind: Literal["angular_velocity"]
+    unit: ClassVar[str] = "rad/s"
 
 
 class Turns(_Turning):
@@ -107,12 +112,14 @@ class Bend(_Of):
     """
 
     kind: Literal["bend"]
+    unit: ClassVar[str] = "deg"
 
 
 class Displacement(_OfRegion):
     """Distance [m] of the body's origin from where it started; of a body that deforms, of its centre of mass."""
 
     kind: Literal["displacement"]
+    unit: ClassVar[str] = "m"
     axis: AxisName | None = None
     """Signed displacement along one axis instead."""
 
@@ -121,6 +128,7 @@ class Tilt(_Of):
     """Angle [deg] by which one of the body's own axes has turned away from its direction at the start."""
 
     kind: Literal["tilt"]
+    unit: ClassVar[str] = "deg"
     axis: AxisName = "z"
     """Which of the body's own axes."""
 
@@ -150,6 +158,7 @@ class Extent(Measured):
     """How far bodies reach along an axis [m], by `stat`: max or min, a coordinate; range, their length along it."""
 
     kind: Literal["extent"]
+    unit: ClassVar[str] = "m"
     of: Selector
     """A body or its copies."""
     region: BodyRegion | None = None
@@ -164,6 +173,7 @@ class Distance(Measured):
     """Distance [m] between the origins of two bodies; of the nearest pair, if there are several."""
 
     kind: Literal["distance"]
+    unit: ClassVar[str] = "m"
     between: tuple[Selector, Selector]
     """Two bodies, links, or sets of copies."""
 
@@ -172,6 +182,7 @@ class ContactForce(Measured):
     """Size [N] of the sum of contact forces on a body (from another, if `by` is given)."""
 
     kind: Literal["contact_force"]
+    unit: ClassVar[str] = "N"
     of: Selector
     """What is pushed on."""
     by: Selector | None = None
@@ -192,6 +203,7 @@ class Penetration(Measured):
     """Deepest overlap [m] of touching bodies: of `of` with anything (or with `by`)."""
 
     kind: Literal["penetration"]
+    unit: ClassVar[str] = "m"
     of: Selector
     """A body or its copies."""
     by: Selector | None = None
@@ -202,6 +214,7 @@ class Energy(Measured):
     """Mechanical energy [J] of bodies; potential energy is zero at z = 0."""
 
     kind: Literal["energy"]
+    unit: ClassVar[str] = "J"
     of: Selector | None = None
     """All bodies if left out."""
     part: Literal["kinetic", "potential", "total"] = "total"
@@ -212,6 +225,7 @@ class Momentum(Measured):
     """Linear momentum [kg m/s] of bodies along an axis."""
 
     kind: Literal["momentum"]
+    unit: ClassVar[str] = "kg m/s"
     of: Selector | None = None
     """All bodies if left out."""
     axis: AxisName
@@ -222,6 +236,7 @@ class AngularMomentum(Measured):
     """Angular momentum [kg m2/s] of bodies, about an axis of the world."""
 
     kind: Literal["angular_momentum"]
+    unit: ClassVar[str] = "kg m2/s"
     of: Selector | None = None
     """All bodies if left out. Bodies that deform have none here."""
     axis: AxisName

@@ -25,3 +25,21 @@ class Placed(Model):
         if self.pose is not None and self.place is not None:
             raise ValueError("give either pose or place, not both")
         return self
+
+    @property
+    def startable(self) -> bool:
+        """Whether it can be given a velocity at the start: nothing holds it."""
+        return False
+
+
+class Linked(Placed):
+    """A body of links on joints that follow from a few numbers: the case names them, and does not list them."""
+
+
+class Deformable(Placed):
+    """A body of points, not links."""
+
+    @property
+    def startable(self) -> bool:
+        """Whether it can be given a velocity at the start."""
+        return True

@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from text2sim.spec_schema.models.base import Axis, Bool, Integer, Length, Model, NonNegative, Selector, Vec3
 from text2sim.spec_schema.models.materials import Material
-from text2sim.spec_schema.models.placed import Placed
+from text2sim.spec_schema.models.placed import Deformable, Linked
 from text2sim.spec_schema.models.shapes import ClothShape, SoftShape
 from text2sim.spec_schema.models.soft_materials import (
     ClothMaterial,
@@ -23,7 +23,7 @@ ONLY_WITH = {
 """Fields of a cloth's material that one solver knows and the other does not."""
 
 
-class Soft(Placed):
+class Soft(Deformable):
     """A volume that deforms: rubber, foam, jelly, clay."""
 
     kind: Literal["soft"]
@@ -47,7 +47,7 @@ class Soft(Placed):
         return self
 
 
-class Cloth(Placed):
+class Cloth(Deformable):
     """A sheet that bends and folds."""
 
     kind: Literal["cloth"]
@@ -72,7 +72,7 @@ class Cloth(Placed):
         return self
 
 
-class Granular(Placed):
+class Granular(Deformable):
     """A heap of grains, as mpm particles."""
 
     kind: Literal["granular"]
@@ -84,7 +84,7 @@ class Granular(Placed):
     """Mass and friction angle."""
 
 
-class Liquid(Placed):
+class Liquid(Deformable):
     """A liquid, as mpm particles."""
 
     kind: Literal["liquid"]
@@ -96,7 +96,7 @@ class Liquid(Placed):
     """Mass and stiffness."""
 
 
-class Snow(Placed):
+class Snow(Deformable):
     """Snow, as mpm particles."""
 
     kind: Literal["snow"]
@@ -125,7 +125,7 @@ class Round(Model):
     """Radius [m] on which the rope lies; that of its shape if left out."""
 
 
-class Rope(Placed):
+class Rope(Linked):
     """A rope of capsule links on ball joints, straight at the start or laid `along`; pose is that of its first end.
 
     Its links are named `link_0`, `link_1`, … from the first end on. On a drum about a level axis a turn that no
@@ -181,3 +181,8 @@ class Rope(Placed):
                 + ("fewer segments" if self.segments > 2 else "a longer rope, or a rigid capsule")
             )
         return self
+
+    @property
+    def startable(self) -> bool:
+        """Whether it can be given a velocity at the start."""
+        return not self.anchored

@@ -1,6 +1,6 @@
 """Measures of bodies that deform."""
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from text2sim.spec_schema.models.base import AxisName, Bool, Model, Multiple, Seconds, Selector
 from text2sim.spec_schema.models.space import Region
@@ -11,16 +11,25 @@ SpreadStat = Literal["max", "min", "mean", "p99"]
 class Measured(Model):
     """What every measure has."""
 
+    unit: ClassVar[str] = ""
+    """SI, or deg; empty for numbers of things and shares. Those of joints go with the joint."""
     change_from: Literal["start"] | Seconds | None = None
     """The value less that at the start, or at this time [s]: by how much it has changed."""
     repeat: Multiple | None = None
     """So many of these measures, called `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
+
+    @property
+    def value_unit(self) -> str:
+        """Unit of its values: none where they count, or tell a part of the start."""
+        plain = getattr(self, "stat", None) == "count" or getattr(self, "relative", False)
+        return "" if plain else self.unit
 
 
 class Volume(Measured):
     """Volume [m3] inside the surface of soft bodies, together."""
 
     kind: Literal["volume"]
+    unit: ClassVar[str] = "m3"
     of: Selector
     """A soft body or its copies."""
     relative: Bool = False
@@ -59,6 +68,7 @@ class Wrinkling(Measured):
     """
 
     kind: Literal["wrinkling"]
+    unit: ClassVar[str] = "1/m"
     of: Selector
     """A cloth or its copies."""
 
@@ -71,6 +81,7 @@ class FoldedArea(Measured):
     """
 
     kind: Literal["folded_area"]
+    unit: ClassVar[str] = "m2"
     of: Selector
     """A cloth or its copies."""
     axis: AxisName = "z"
@@ -85,6 +96,7 @@ class Gap(Measured):
     """
 
     kind: Literal["gap"]
+    unit: ClassVar[str] = "m"
     of: Selector
     """A body or its copies; this or the other deforms."""
     to: Selector
@@ -95,6 +107,7 @@ class SelfPenetration(Measured):
     """How far [m] parts of one cloth that are no neighbours come nearer to each other than its thickness."""
 
     kind: Literal["self_penetration"]
+    unit: ClassVar[str] = "m"
     of: Selector
     """A cloth or its copies."""
 

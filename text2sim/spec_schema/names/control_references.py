@@ -4,7 +4,7 @@ from typing import Any
 
 from text2sim.spec_schema.errors import SpecError, nearest
 from text2sim.spec_schema.models.base import span_of
-from text2sim.spec_schema.models.bodies import Articulated, HingeMount, Ragdoll, Rigid, Rope, SliderMount
+from text2sim.spec_schema.models.bodies import Articulated, HingeMount, Rigid, SliderMount
 from text2sim.spec_schema.models.controls import (
     Attach,
     Control,
@@ -16,6 +16,7 @@ from text2sim.spec_schema.models.controls import (
     Release,
     Torque,
 )
+from text2sim.spec_schema.models.placed import Placed
 from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.selectors import parse_selector
 from text2sim.spec_schema.names.soft_control_references import (
@@ -23,7 +24,6 @@ from text2sim.spec_schema.names.soft_control_references import (
     check_attach_kind,
     check_push_kind,
     check_release_moment,
-    deforms,
 )
 from text2sim.spec_schema.text.document import Path
 
@@ -128,9 +128,7 @@ def _check_initial_velocity(table: NameTable, where: Path, control: InitialVeloc
     member = table.find(control.body, (*where, "body"), parts=False)
     if member is None:
         return
-    model = member.model
-    loose = isinstance(model, Ragdoll) or (isinstance(model, Rope) and not model.anchored)
-    if loose or (isinstance(model, Rigid) and model.mount.kind == "free") or deforms(member):
+    if isinstance(member.model, Placed) and member.model.startable:
         return
     ones = "only a free rigid body, a ragdoll, a loose rope or a body that deforms can start with a velocity"
     message = f"{ones}, and `{member.name}` is none"

@@ -1,7 +1,8 @@
 """Checks that what measures look at is there, and has what is measured."""
 
 from text2sim.spec_schema.models import events, measures
-from text2sim.spec_schema.models.bodies import Articulated, Chain, Net, Ragdoll, Rigid, Rope
+from text2sim.spec_schema.models.bodies import Articulated, Rigid
+from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.names.control_references import check_joint
 from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.soft_control_references import deforms
@@ -116,7 +117,7 @@ def _check_subject(table: NameTable, where: Path, measure: measures.Measure, mem
 def _check_bend(table: NameTable, where: Path, measure: measures.Bend, member: Member) -> None:
     model = member.model
     mounted = isinstance(model, Rigid) and model.mount.kind in ("hinge", "ball")
-    if not (mounted or isinstance(model, Articulated | Chain | Net | Rope | Ragdoll)):
+    if not (mounted or isinstance(model, Articulated | Linked)):
         message = f"`{member.name}` has no joints that could bend; of a cloth, measure its `wrinkling`"
         table.report((*where, "of"), message, "measure-kind")
     elif measure.stat is None and not mounted and (member.part is None or member.count > 1):

@@ -6,7 +6,8 @@ from typing import Any
 
 from text2sim.spec_schema.errors import Problem, Severity, nearest
 from text2sim.spec_schema.loaded import LoadedCase
-from text2sim.spec_schema.models.bodies import DEFORMABLE, Articulated, Driven, Rigid
+from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid
+from text2sim.spec_schema.models.placed import Deformable
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.names.copies import count_copies
 from text2sim.spec_schema.names.selectors import Selection, named_by, parse_selector
@@ -184,7 +185,7 @@ class NameTable:
         if not parts:
             self.report(where, "the whole body is meant here", "part", name)
             return False
-        if isinstance(model, Static | Driven | Rigid) or model.kind in DEFORMABLE:
+        if isinstance(model, Static | Driven | Rigid) or isinstance(model, Deformable):
             self.report(where, f"`{name}` is one body without links", "unknown-link", name)
             return False
         if isinstance(model, Articulated) and model.links is not None and not named_by(part, model.links):

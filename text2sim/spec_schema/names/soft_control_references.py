@@ -1,8 +1,8 @@
 """Checks that controls fit what they act on: bodies of links, or bodies that deform."""
 
 from text2sim.spec_schema.errors import nearest
-from text2sim.spec_schema.models.bodies import DEFORMABLE
 from text2sim.spec_schema.models.controls import Attach, Force, Impulse, Release, Torque
+from text2sim.spec_schema.models.placed import Deformable
 from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.text.document import Path
@@ -14,7 +14,7 @@ HELD = ("soft", "cloth")
 
 def deforms(member: Member) -> bool:
     """Whether a body is points, not links."""
-    return getattr(member.model, "kind", None) in DEFORMABLE
+    return isinstance(member.model, Deformable)
 
 
 def check_push_kind(table: NameTable, where: Path, control: Impulse | Force | Torque, member: Member) -> None:

@@ -90,9 +90,8 @@ def section_text(section: Section) -> str:
 def shared_bases(models: list[type[BaseModel]]) -> list[type[BaseModel]]:
     """Return classes from which several models of a union have fields: those are said once."""
     several = [base for model in models for base in model.__mro__[1:] if sum(issubclass(m, base) for m in models) > 1]
-    return [
-        base for base in dict.fromkeys(several) if issubclass(base, Model) and base is not Model and base not in models
-    ]
+    bases = [base for base in dict.fromkeys(several) if issubclass(base, Model) and base not in (Model, *models)]
+    return [base for base in bases if base.__dict__.get("__annotations__")]
 
 
 def section_kinds(union: Any) -> dict[str, type[BaseModel]]:
