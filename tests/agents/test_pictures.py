@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from text2sim.agents.frame_choice import APART, Moment, chosen, moments
+from text2sim.agents.frame_choice import APART, Moment, chosen, moments, with_attached
 from text2sim.agents.pictures import FRAMES, frame_sheet
 from text2sim.templates.cadence import MAIN, Frame, frames, read_film, reels
 from text2sim.templates.video import Video
@@ -152,3 +152,10 @@ def test_the_longest_time_without_a_picture_gets_one() -> None:
     times = [one.frame.t for one in chosen(wanted, pictures, 12)]
     assert len(times) == 12 and times[0] == 0.0 and times[-1] == 7.0
     assert max(np.diff(times)) < 7.0 / 2
+
+
+def test_a_close_view_shows_what_is_attached_to_a_body_as_well() -> None:
+    hold = {"kind": "attach", "body": "foam", "to": "car.chassis"}
+    actions = {"controls": {"hold": hold, "push": {"kind": "force", "body": "car"}, "odd": None}}
+    assert with_attached(("car", "floor"), actions) == ("car", "floor", "foam")
+    assert with_attached(("ball",), actions) == ("ball",)

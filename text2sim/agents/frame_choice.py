@@ -166,6 +166,16 @@ def _near(found: Sequence[Shown], frame: "Frame", film: float = 0) -> Shown | No
     return None
 
 
+def with_attached(bodies: tuple[str, ...], actions: Data) -> tuple[str, ...]:
+    """Return bodies with what is attached to them: a close view of a chassis shows the body on it as well."""
+    pairs = [
+        {_base(row[key]) for key in ("body", "to") if isinstance(row.get(key), str)}
+        for row in (actions.get("controls") or {}).values()
+        if isinstance(row, Mapping) and row.get("kind") == "attach"
+    ]
+    return tuple(dict.fromkeys([*bodies, *sorted(set().union(*(pair for pair in pairs if pair & {*bodies})))]))
+
+
 def _bodies(row: Any) -> tuple[str, ...]:
     """Names of the bodies of a measure or an event."""
     if not isinstance(row, Mapping):

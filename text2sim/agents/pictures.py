@@ -2,12 +2,13 @@
 
 import json
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from text2sim.agents.frame_choice import Moment, Shown, chosen, moments
+from text2sim.agents.frame_choice import Moment, Shown, chosen, moments, with_attached
 from text2sim.legibility.film import spread
 from text2sim.runtime.trouble import keep_details
 
@@ -118,7 +119,7 @@ def _wanted(run: Path, evidence: dict[str, Any]) -> list[Moment]:
         actions = parse_document(read_source(run / "expanded.yaml")).data.get("actions") or {}
     except Exception:  # noqa: BLE001 - names of bodies are only for close views
         actions = {}
-    return list(moments(evidence, actions))
+    return [replace(one, bodies=with_attached(one.bodies, actions)) for one in moments(evidence, actions)]
 
 
 def _said(one: Shown) -> str:
