@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from text2sim.evidence.events import EventLog, find_events
+from text2sim.evidence.events import _FINDERS, EventLog, find_events
 from text2sim.evidence.measures import evaluate
 from text2sim.evidence.recorded_case import RecordedCase
+from text2sim.spec_schema.models.events import Event
+from text2sim.spec_schema.published.language_reference import section_kinds
 
 
 @pytest.fixture
@@ -257,3 +259,8 @@ def test_what_does_not_exist_is_a_problem_and_not_a_crash(collision, look):
     assert "ghost" in log.problems["nobody"]
     assert "ghost" in log.problems["unknown"]
     assert "ghost" in log.problems["later"]
+
+
+def test_every_kind_has_its_finder():
+    of_controls = {"released", "removed"}
+    assert {*_FINDERS, *of_controls} == set(section_kinds(Event))

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from text2sim.evidence.measures import Series, evaluate
+from text2sim.evidence.measures import _COLLECTIVE, _PER_TARGET, Series, evaluate
 from text2sim.evidence.recorded_case import RecordedCase
+from text2sim.spec_schema.models.measures import Measure
+from text2sim.spec_schema.published.language_reference import section_kinds
 
 G = 9.81
 
@@ -356,3 +358,8 @@ def test_bend_of_hinges_and_balls(new_run, measure):
         measure(folder, of="arm", stat="mean", **of).values, np.degrees(1.5 * run.time), atol=1e-4
     )
     assert "2 joints" in measure(folder, of="arm", **of).problem
+
+
+def test_every_kind_has_its_function():
+    of_joints = {"joint_position", "joint_velocity", "joint_force", "bend"}
+    assert {*_PER_TARGET, *_COLLECTIVE, *of_joints} == set(section_kinds(Measure))
